@@ -1,0 +1,26 @@
+# lm_compile(<target>): how every C target of this project is compiled. All of it is PRIVATE: a
+# consumer's own sources keep the consumer's flags.
+#
+# -ffp-contract=off: a fused multiply-add rounds once where the source rounds twice, so a compiler
+# that fuses gives other bits on a core that has FMA than on one that has not. GCC fuses by default
+# in its gnu dialects. Off, every target computes the same bits.
+function(lm_compile target)
+  set_target_properties(${target} PROPERTIES
+    C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  if(NOT CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+    return()
+  endif()
+  target_compile_options(${target} PRIVATE
+    -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wdouble-promotion
+    -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes;-Wmissing-prototypes;-Wc++-compat>
+    $<$<BOOL:${LM_WERROR}>:-Werror>)
+  if(LM_SANITIZE)
+    target_compile_options(${target} PRIVATE
+      -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=address,undefined)
+  endif()
+  if(LM_COVERAGE)
+    target_compile_options(${target} PRIVATE --coverage -O0)
+    target_link_options(${target} PUBLIC --coverage)
+  endif()
+endfunction()
