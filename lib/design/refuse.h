@@ -1,0 +1,56 @@
+/* How the design model refuses an input: fill the caller's fault and hand back the status. */
+#ifndef LOSTMOTION_DESIGN_REFUSE_H
+#define LOSTMOTION_DESIGN_REFUSE_H
+
+#include "lostmotion/status.h"
+#include "real_math.h"
+
+/* Refuse without a range (null pointers, contradictions). */
+static inline lm_status refuse(lm_fault *fault, lm_status status, const char *input) {
+  if (fault != 0) {
+    fault->status = status;
+    fault->input = input;
+    fault->found = LM_REAL(0);
+    fault->low = LM_REAL(0);
+    fault->high = LM_REAL(0);
+  }
+  return status;
+}
+
+/* Refuse a number and say which range was expected. */
+static inline lm_status refuse_range(lm_fault *fault, const char *input, lm_real found, lm_real low,
+                                     lm_real high) {
+  const lm_status status = real_isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE;
+  if (fault != 0) {
+    fault->status = status;
+    fault->input = input;
+    fault->found = found;
+    fault->low = low;
+    fault->high = high;
+  }
+  return status;
+}
+
+/* LM_OK when low <= found <= high; NaN never is. */
+static inline lm_status check_range(lm_fault *fault, const char *input, lm_real found, lm_real low,
+                                    lm_real high) {
+  if (found >= low && found <= high) {
+    return LM_OK;
+  }
+  return refuse_range(fault, input, found, low, high);
+}
+
+/* Refuse a size that must exceed another one of the same design. */
+static inline lm_status refuse_below(lm_fault *fault, const char *input, lm_real found,
+                                     lm_real low) {
+  if (fault != 0) {
+    fault->status = LM_INCONSISTENT;
+    fault->input = input;
+    fault->found = found;
+    fault->low = low;
+    fault->high = REAL_INFINITY;
+  }
+  return LM_INCONSISTENT;
+}
+
+#endif

@@ -1,0 +1,154 @@
+/* A strain-wave drive as its designer knows it: the one struct that the design model starts from.
+ *
+ * Way of the data: drive (this struct) -> geometry and neutral line (shape.h) -> clearances
+ * (mesh.h) -> take-up under load (takeup.h) -> characteristic (characteristic.h) -> compact curve
+ * (curve.h) for the controller.
+ *
+ * Conventions, everywhere in the design model:
+ *  - lengths mm, forces N, stresses MPa, angles rad; torque at the public edge N m.
+ *  - Torque is the external torque on the output shaft. Torque, output angle and lost motion are
+ *    positive in the same direction.
+ *  - Angles of the geometry are measured from the DEFORMATION AXIS of the wave generator: the
+ *    major axis for internal deformation (flexspline inside), the minor axis for external
+ *    deformation (ring generator outside). Two lobes lie at 0 and pi; both tooth numbers are even,
+ *    so the lobes are alike.
+ *  - "Forward" is the flank pair that closes for positive torque, "backward" the other one.
+ */
+#ifndef LOSTMOTION_DRIVE_H
+#define LOSTMOTION_DRIVE_H
+
+#include "lostmotion/compliance.h"
+#include "lostmotion/real.h"
+#include "lostmotion/status.h"
+#include "lostmotion/tolerance.h"
+
+LM_BEGIN_DECLS
+
+/* Capacity of the chains that a drive carries. */
+#define LM_RADIAL_LAWS_MAX 8
+#define LM_TORSION_ELEMENTS_MAX 8
+#define LM_TOLERANCE_LINKS_MAX 16
+
+typedef enum lm_deformation {
+  LM_INTERNAL = 0, /* external teeth on the flexspline, wave generator inside */
+  LM_EXTERNAL = 1  /* internal teeth on the flexspline, ring generator outside */
+} lm_deformation;
+
+typedef enum lm_generator_type {
+  LM_COSINE = 0,  /* cam that forces w = w0 cos 2 phi */
+  LM_ELLIPSE = 1, /* elliptical cam of constant perimeter */
+  LM_DISCS = 2,   /* two discs: contact arc of constant curvature, half angle beta */
+  LM_ROLLERS = 3, /* four rollers at +-beta (two rollers: beta = 0) */
+  LM_RING = 4     /* external ring generator: contact arc of constant curvature about the minor axis */
+} lm_generator_type;
+
+/* Both gears, in the words of a gear drawing. Shifts, heights and depths are in modules. */
+typedef struct lm_teeth {
+  lm_deformation deformation;
+  lm_real module_mm;          /* 0.05 .. 10 */
+  int flexspline_teeth;       /* even, 30 .. 600 */
+  int rigid_teeth;            /* flexspline_teeth + 2 (internal) or - 2 (external) */
+  lm_real pressure_angle_rad; /* of the rack, 0.17 .. 0.62 (10 .. 35 deg) */
+  lm_real flexspline_shift;   /* x1, -2 .. 12 */
+  lm_real rigid_shift;        /* x2, -2 .. 12 */
+  lm_real rack_addendum;      /* h_a*, 0.5 .. 1.5; 1 in ISO 53 */
+  lm_real root_clearance;     /* c*, 0.05 .. 0.6 */
+  lm_real tooth_height;       /* h, whole depth of the tooth whose root the rack cuts, 0.5 .. 3 */
+  lm_real engagement_depth;   /* h_d, on the deformation axis, 0.2 .. 2.5 */
+  lm_real face_width_mm;      /* 0.5 .. 400 */
+} lm_teeth;
+
+typedef struct lm_generator {
+  lm_generator_type type;
+  lm_real deflection_mm;          /* w0, 0.2 .. 2 modules */
+  lm_real contact_half_angle_rad; /* beta; discs and ring 0.05 .. 1.2, rollers 0 .. 0.611 (35 deg);
+                                     unused by cosine and ellipse */
+  lm_real cam_offset_mm;          /* ellipse: distance from the cam to the neutral line (bearing and
+                                     half the rim); 0 = the neutral line itself is the ellipse */
+  int floating;                   /* 1: centres itself, both lobes carry the same; 0: fixed */
+  lm_real eccentricity_mm;        /* of a fixed generator against the rigid gear, >= 0 */
+  lm_real eccentricity_angle_rad; /* of that eccentricity from the deformation axis */
+} lm_generator;
+
+typedef struct lm_flexspline {
+  lm_real rim_thickness_mm; /* s, below the tooth root; 0.002 .. 0.1 of the pitch diameter */
+  lm_real wall_thickness_mm; /* of the cup, > 0 */
+  lm_real length_mm;         /* L, from the cup bottom to the middle of the teeth, > face_width / 2 */
+} lm_flexspline;
+
+/* Steel of both gears; fatigue figures of the flexspline. */
+typedef struct lm_material {
+  lm_real youngs_modulus_MPa;      /* E, 2.1e5 for steel */
+  lm_real shear_modulus_MPa;       /* G, 8.0e4 for steel */
+  lm_real poisson_ratio;           /* nu, 0.3 */
+  lm_real bending_fatigue_MPa;     /* sigma_-1 */
+  lm_real shear_fatigue_MPa;       /* tau_-1 */
+  lm_real bending_notch_factor;    /* K_sigma */
+  lm_real shear_notch_factor;      /* K_tau */
+  lm_real mean_stress_factor;      /* psi: share of the mean bending stress that counts */
+  lm_real tooth_stress_factor;     /* Y_z: stress rise of a toothed rim against a smooth one */
+} lm_material;
+
+/* What holds the meshing teeth: the flexspline rim as a beam on the elastic foundation of the wave
+ * generator, and the teeth themselves (takeup.h). */
+typedef struct lm_support {
+  lm_real foundation_N_per_mm2;      /* k_f: ball stiffness over ball pitch, > 0 */
+  lm_real ring_stiffness_N_mm2;      /* E I of rim and bearing race, > 0 */
+  lm_real ring_factor;               /* c_rad: calibration of the ring share; 1 = first principles */
+  lm_real tooth_compliance_mm_per_N; /* C_t of a pair; 0 = from the energy integral, eq (6) */
+  lm_real engagement_limit_rad;      /* only teeth within this angle of the deformation axis carry */
+  lm_real gap_limit_rad;             /* pairs with a wider side clearance are left out */
+} lm_support;
+
+/* Radial gap on the deformation axis, eq (8), and the ring that must be bent to close it, (9a). */
+typedef struct lm_radial_gap {
+  lm_real generator_mm;     /* Delta0', generator to flexspline, >= 0 */
+  lm_real teeth_mm;         /* Delta0'', tooth profiles, >= 0 */
+  lm_real ring_stiffness_N_per_mm; /* of one lobe, > 0 */
+} lm_radial_gap;
+
+typedef struct lm_drive {
+  lm_real ratio;           /* input turns for one output turn; its sign is the sense of rotation;
+                              1 < |ratio| <= 1000 */
+  lm_real rated_torque_Nm; /* > 0 */
+  lm_teeth teeth;
+  lm_generator generator;
+  lm_flexspline flexspline;
+  lm_material material;
+  lm_support support;
+  lm_radial_gap gap;
+  lm_real friction_angle_rad; /* rho of the flanks, 0 .. 0.3; only the radial force feels it */
+  int axial_sections;         /* 1 = planar; 2 .. 7 = spatial */
+  int radial_law_count;
+  lm_radial_law radial_laws[LM_RADIAL_LAWS_MAX];
+  int torsion_count;
+  lm_torsion_element torsion[LM_TORSION_ELEMENTS_MAX];
+  int tolerance_count;
+  lm_tolerance_link tolerances[LM_TOLERANCE_LINKS_MAX];
+} lm_drive;
+
+/* Fill everything that the designer has not said, in proportion to size. Reads ratio,
+ * rated_torque_Nm, teeth and generator (type, deflection, contact angle), which must be set; writes
+ * the rest:
+ *   rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module * flexspline teeth; wall 0.6 s; length 0.45 d
+ *   steel: E 2.1e5, G 8.0e4 MPa, nu 0.3; sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
+ *     psi 0.1, Y_z 1.45
+ *   support: k_f 2600 N/mm^2 (balls: per length, hence size-free); E I = 3.5e5 N mm^2 scaled with
+ *     (d / 50 mm)^4; ring factor 1; C_t from eq (6); teeth within beta + 25 deg (55 deg for cams);
+ *     side clearances up to 8 arcmin
+ *   gap 0; ring stiffness (9a) of rim and race; friction angle 0; planar; floating generator
+ *   radial chain: ovalisation of the circular spline bolted into a housing
+ *   torsion chain: cup wall, diaphragm, input shaft, output shaft
+ *   no tolerances.
+ * LM_OUT_OF_RANGE or LM_NOT_FINITE when what must be set is outside its range. */
+lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault);
+
+/* Whether every value lies in its range and none contradicts another. The fault names the key as in
+ * a drive file: "teeth.module_mm". LM_OK, LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE or
+ * LM_INCONSISTENT (tooth numbers, odd teeth, generator against deformation, tip above base circle).
+ */
+lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,67 @@
+/* Side clearances of the unloaded mesh, model.md section 2.4.
+ *
+ * A tooth of the flexspline is placed on the deformed neutral line; the rigid gear turns about the
+ * axis, so every point of it keeps its radius. The turn to first contact is therefore the minimum,
+ * over the radii both flanks share, of the difference of their polar angles. Interference is that
+ * minimum when it is negative: it keeps its sign.
+ */
+#ifndef LOSTMOTION_MESH_H
+#define LOSTMOTION_MESH_H
+
+#include "lostmotion/drive.h"
+#include "lostmotion/involute.h"
+#include "lostmotion/real.h"
+#include "lostmotion/shape.h"
+#include "lostmotion/status.h"
+
+LM_BEGIN_DECLS
+
+/* Largest number of teeth of one lobe: half of the 600 that a drive may have, and one. */
+#define LM_LOBE_TEETH_MAX 301
+
+/* One flank pair. */
+typedef struct lm_gap {
+  lm_real gap_rad;       /* output rotation until contact; < 0 interference; infinite: no overlap */
+  lm_real radius_mm;     /* r_k, where they touch; 0 without overlap */
+  lm_real flank_angle_rad; /* alpha_w: flank against the radius of the rigid gear's axis there */
+} lm_gap;
+
+/* One tooth of the flexspline. */
+typedef struct lm_clearance {
+  lm_real angle_rad; /* of the tooth axis, material, from the deformation axis */
+  lm_gap forward;    /* closes for positive torque */
+  lm_gap backward;
+} lm_clearance;
+
+/* What one axial section of the mesh is made of. */
+typedef struct lm_mesh {
+  lm_geometry geometry;
+  lm_neutral_line line;
+} lm_mesh;
+
+/* Prepare the mesh of an axial section. section_factor scales the deflection of this section (1 in
+ * the planar model; lm_section_factor for the others); the metal is the same. nodes as in
+ * lm_make_neutral_line. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("section_factor" 0.2 .. 2, or what
+ * lm_make_geometry and lm_make_neutral_line refuse), LM_INCONSISTENT. */
+lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
+                       lm_fault *fault);
+
+/* Local deflection over nominal deflection of axial section `section` of `sections`, straight
+ * generatrix (model.md section 2.6): sections are the middles of equal slices of the face width;
+ * the deflection grows in proportion to the distance from the cup bottom and is nominal in the
+ * middle of the teeth. 1 for one section. */
+lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
+
+/* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
+lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
+
+/* Clearances of every tooth of one lobe: teeth at 2 pi k / z + phase_rad with |angle| <= 90 deg, in
+ * rising order. phase_rad: tooth phase of the generator, any finite value (period 2 pi / z).
+ * capacity: length of clearances[], at least LM_LOBE_TEETH_MAX is always enough.
+ * LM_NULL, LM_NOT_FINITE ("phase_rad"), LM_TOO_SMALL. */
+lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
+                             int capacity, int *count, lm_fault *fault);
+
+LM_END_DECLS
+
+#endif
