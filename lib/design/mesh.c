@@ -53,17 +53,16 @@ static flank_point evaluate_flank(const flank_pair *pair, lm_real rho) {
   return point;
 }
 
-/* The flank radius whose point lies on the polar radius target. The flank is nearly radial, so
- * Newton from its end closes in a few rounds. */
-static lm_real flank_radius_at(const flank_pair *pair, lm_real target, lm_real start,
-                               flank_point from) {
-  lm_real rho = start;
+/* Move from `point` at flank radius *rho to the flank point on the polar radius target. The flank is
+ * nearly radial, so three rounds of Newton leave nothing. */
+static flank_point move_to_radius(const flank_pair *pair, lm_real target, lm_real *rho,
+                                  flank_point point) {
   int i;
   for (i = 0; i < 3; i++) {
-    rho -= (from.radius_mm - target) / from.radius_slope;
-    from = evaluate_flank(pair, rho);
+    *rho -= (point.radius_mm - target) / point.radius_slope;
+    point = evaluate_flank(pair, *rho);
   }
-  return rho;
+  return point;
 }
 
 static lm_gap contact_at(const flank_pair *pair, const flank_point *point) {
@@ -84,26 +83,134 @@ static lm_gap no_overlap(void) {
   return gap;
 }
 
-/* Where the slope of the gap changes from falling to rising between two points: regula falsi with
- * the Illinois correction, which keeps the bracket. */
-static flank_point interior_minimum(const flank_pair *pair, lm_real a, flank_point at_a, lm_real b,
-                                    flank_point at_b) {
-  lm_real slope_a = at_a.gap_slope;
-  lm_real slope_b = at_b.gap_slope;
-  flank_point middle = at_a;
+/* Where the slope of the gap passes from falling to rising between two flank radii: regula falsi
+ * with the Illinois correction, which keeps the bracket. */
+static flank_point interior_minimum(const flank_pair *pair, lm_real a, lm_real slope_a, lm_real b,
+                                    lm_real slope_b) {
+  flank_point middle = evaluate_flank(pair, (a + b) / LM_REAL(2));
+  lm_real rho = (a + b) / LM_REAL(2);
+  int side = 0; /* which end the last round replaced */
   int i;
-  for (i = 0; i < 8; i++) {
-    const lm_real rho = (a * slope_b - b * slope_a) / (slope_b - slope_a);
-    middle = evaluate_flank(pair, rho);
+  for (i = 0; i < 7; i++) {
     if (middle.gap_slope < LM_REAL(0)) {
       a = rho;
       slope_a = middle.gap_slope;
-      slope_b = slope_b / LM_REAL(2);
+      slope_b = side == -1 ? slope_b / LM_REAL(2) : slope_b;
+      side = -1;
     } else {
       b = rho;
       slope_b = middle.gap_slope;
-      slope_a = slope_a / LM_REAL(2);
+      slope_a = side == 1 ? slope_a / LM_REAL(2) : slope_a;
+      side = 1;
     }
+    rho = (a * slope_b - b * slope_a) / (slope_b - slope_a);
+    middle = evaluate_flank(pair, rho);
   }
   return middle;
+}
+
+/* The limits between which both flanks exist: the flexspline's flank from its tip or base circle to
+ * its root, the rigid one from its tip inwards (external) or outwards (internal). */
+static lm_gap flank_gap(const flank_pair *pair) {
+  const lm_geometry *g = pair->geometry;
+  const int internal = g->deformation == LM_INTERNAL;
+  const lm_real end = internal ? g->flexspline_root_mm : g->flexspline_tip_mm;
+  lm_real low = end > g->flexspline.base_mm ? end : g->flexspline.base_mm;
+  lm_real high = internal ? g->flexspline_tip_mm : g->flexspline_root_mm;
+  const lm_real rigid_end =
+      g->rigid_root_mm > g->rigid.base_mm ? g->rigid_root_mm : g->rigid.base_mm;
+  const lm_real polar_low = internal ? g->rigid_tip_mm : rigid_end;
+  const lm_real polar_high = internal ? REAL_INFINITY : g->rigid_tip_mm;
+  flank_point at_high = evaluate_flank(pair, high);
+  flank_point at_low;
+  if (at_high.radius_mm <= polar_low) {
+    return no_overlap();
+  }
+  at_low = evaluate_flank(pair, low);
+  if (at_low.radius_mm >= polar_high) {
+    return no_overlap();
+  }
+  if (at_low.radius_mm < polar_low) {
+    at_low = move_to_radius(pair, polar_low, &low, at_low);
+  }
+  if (at_high.radius_mm > polar_high) {
+    at_high = move_to_radius(pair, polar_high, &high, at_high);
+  }
+  if (at_low.gap_slope < LM_REAL(0) && at_high.gap_slope > LM_REAL(0)) {
+    at_low = interior_minimum(pair, low, at_low.gap_slope, high, at_high.gap_slope);
+  }
+  return contact_at(pair, at_low.gap_rad < at_high.gap_rad ? &at_low : &at_high);
+}
+
+lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
+  const lm_real middle = (LM_REAL(section) + LM_REAL(0.5)) / LM_REAL(sections) - LM_REAL(0.5);
+  return LM_REAL(1) + middle * drive->teeth.face_width_mm / drive->flexspline.length_mm;
+}
+
+lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
+                       lm_fault *fault) {
+  lm_geometry geometry;
+  lm_status status;
+  if (drive == 0 || mesh == 0) {
+    return refuse(fault, LM_NULL, drive == 0 ? "drive" : "mesh");
+  }
+  status = check_range(fault, "section_factor", section_factor, LM_REAL(0.2), LM_REAL(2));
+  if (status == LM_OK) {
+    status = lm_make_geometry(&drive->teeth, drive->generator.deflection_mm,
+                              drive->flexspline.rim_thickness_mm, &geometry, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_make_neutral_line(&drive->generator, drive->teeth.deformation, geometry.neutral_mm,
+                                  drive->generator.deflection_mm * section_factor, nodes,
+                                  &mesh->line, fault);
+  }
+  if (status == LM_OK) {
+    mesh->geometry = geometry;
+  }
+  return status;
+}
+
+lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
+  lm_clearance clearance;
+  flank_pair pair;
+  pair.geometry = &mesh->geometry;
+  pair.place = lm_place_tooth(&mesh->line, angle_rad);
+  pair.lead_rad = pair.place.lead_rad + angle_rad * mesh->geometry.lead_per_angle;
+  pair.closing = mesh->line.sense;
+  clearance.angle_rad = angle_rad;
+  pair.side = mesh->line.sense;
+  clearance.forward = flank_gap(&pair);
+  pair.side = -mesh->line.sense;
+  clearance.backward = flank_gap(&pair);
+  return clearance;
+}
+
+lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
+                             int capacity, int *count, lm_fault *fault) {
+  lm_real pitch;
+  lm_real shift;
+  int first;
+  int last;
+  int k;
+  if (mesh == 0 || clearances == 0 || count == 0) {
+    return refuse(fault, LM_NULL, mesh == 0 ? "mesh" : clearances == 0 ? "clearances" : "count");
+  }
+  if (!real_isfinite(phase_rad)) {
+    return refuse_range(fault, "phase_rad", phase_rad, LM_REAL(0), LM_REAL(2) * LM_PI);
+  }
+  pitch = LM_REAL(2) * LM_PI / LM_REAL(mesh->geometry.flexspline_teeth);
+  shift = phase_rad / pitch - real_floor(phase_rad / pitch);
+  /* A hair beyond 90 deg, so that the tooth that stands on it exactly is counted at both ends. */
+  last = (int)real_floor(LM_REAL(mesh->geometry.flexspline_teeth) / LM_REAL(4) + LM_REAL(1e-4) -
+                         shift);
+  first = -(int)real_floor(LM_REAL(mesh->geometry.flexspline_teeth) / LM_REAL(4) + LM_REAL(1e-4) +
+                           shift);
+  if (last - first + 1 > capacity) {
+    return refuse_capacity(fault, "capacity", capacity, last - first + 1);
+  }
+  for (k = first; k <= last; k++) {
+    clearances[k - first] = lm_tooth_clearance(mesh, (LM_REAL(k) + shift) * pitch);
+  }
+  *count = last - first + 1;
+  return LM_OK;
 }

@@ -40,6 +40,18 @@ static inline lm_status check_range(lm_fault *fault, const char *input, lm_real 
   return refuse_range(fault, input, found, low, high);
 }
 
+/* Refuse an array shorter than what must go into it. */
+static inline lm_status refuse_capacity(lm_fault *fault, const char *input, int found, int needed) {
+  if (fault != 0) {
+    fault->status = LM_TOO_SMALL;
+    fault->input = input;
+    fault->found = LM_REAL(found);
+    fault->low = LM_REAL(needed);
+    fault->high = REAL_INFINITY;
+  }
+  return LM_TOO_SMALL;
+}
+
 /* Refuse a size that must exceed another one of the same design. */
 static inline lm_status refuse_below(lm_fault *fault, const char *input, lm_real found,
                                      lm_real low) {
