@@ -10,14 +10,10 @@ export LC_ALL=C
 nm=$1 size=$2 lib_dir=$3 f64=$4 f32=$5 runtime=$6
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-bad=0
+: >"$work/complaints"
 
 complain() { # complain TITLE < lines
-  lines=$(cat)
-  [ -z "$lines" ] && return
-  echo "$1:"
-  echo "$lines" | sed 's/^/  /'
-  bad=1
+  awk -v title="$1" '{print title ": " $0}' >>"$work/complaints"
 }
 defined() { "$nm" -g --defined-only "$1" 2>/dev/null | awk 'NF == 3 {print $3}' | sort -u; }
 called() {
@@ -29,9 +25,9 @@ defined "$f32" >"$work/f32"
 defined "$runtime" >"$work/runtime"
 [ -s "$work/f64" ] || { echo "no symbols read from $f64"; exit 1; }
 
-grep -v '^lm_' "$work/f64" "$work/f32" "$work/runtime" | complain "public without the prefix lm_"
+grep -hv '^lm_' "$work/f64" "$work/f32" "$work/runtime" | complain "public without the prefix lm_"
 grep '_f32$' "$work/f64" | complain "suffix _f32 in the float64 build"
-grep -v '_f32$' "$work/f32" "$work/runtime" |
+grep -hv '_f32$' "$work/f32" "$work/runtime" |
   complain "no suffix _f32 in the float32 build (run ./dev names)"
 sed 's/_f32$//' "$work/f32" | sort -u | comm -3 "$work/f64" - |
   complain "in one precision only (float64 left, float32 right)"
@@ -59,4 +55,5 @@ for library in "$f64" "$f32" "$runtime"; do
     $1 ~ /^\.(data|bss|tdata|tbss|sdata|sbss)/ && $1 !~ /^\.data\.rel\.ro/ && $2 > 0 {
       print member, $1, $2, "bytes"}' | complain "variables in $(basename "$library")"
 done
-exit $bad
+cat "$work/complaints"
+[ ! -s "$work/complaints" ]

@@ -1,0 +1,129 @@
+# ./dev check: everything that looks at the code without being a test of what it computes. Sourced
+# by dev, whose functions it uses. A tool that is missing is named and its step left out.
+
+failed_steps=''
+left_out=''
+
+# step NAME COMMAND...: goes on after a failure, so that one run tells everything.
+step() {
+  name=$1
+  shift
+  say "$name"
+  "$@" || failed_steps="$failed_steps; $name"
+}
+
+# step_with TOOL NAME COMMAND...: the same where TOOL, a path or nothing, was found.
+step_with() {
+  tool=$1
+  shift
+  if [ -n "$tool" ]; then
+    step "$@"
+  else
+    say "$1: left out, its tool is not installed"
+    left_out="$left_out; $1"
+  fi
+}
+
+# find_tool NAME: NAME in .venv, or the newest NAME-<version>, or NAME.
+find_tool() {
+  for candidate in "$venv/bin/$1" "$1-22" "$1-21" "$1-20" "$1-19" "$1-18" "$1-17" "$1-16" "$1"; do
+    if has "$candidate"; then
+      command -v "$candidate"
+      return
+    fi
+  done
+}
+
+c_files() { find lib optimizer firmware_examples tests -name '*.[ch]' | LC_ALL=C sort; }
+library_sources() { find lib -name '*.c' | LC_ALL=C sort; }
+
+format_c() { c_files | xargs "$clang_format" --dry-run -Werror; }
+
+# The same diagnostics in both precisions, so one is enough.
+tidy() {
+  library_sources | xargs "$clang_tidy" --quiet --warnings-as-errors='*' -- \
+    -std=c99 -Ilib/include -Ilib
+}
+
+cppcheck_lib() {
+  "$cppcheck" --quiet --std=c99 --enable=warning,performance,portability --inline-suppr \
+    --suppress=missingIncludeSystem --error-exitcode=1 -Ilib/include -Ilib lib
+}
+
+# each_source COMMAND...: runs COMMAND SOURCE on every source of lib, in both precisions.
+each_source() {
+  result=0
+  for source in $(library_sources); do
+    for bits in 64 32; do
+      "$@" -DLM_REAL_BITS=$bits -Ilib/include -Ilib "$source" || result=1
+    done
+  done
+  return $result
+}
+
+analyze() { each_source "$gcc" -std=c99 -O2 -fanalyzer -Werror -c -o /dev/null; }
+as_cplusplus() { each_source "$cxx" -x c++ -std=c++11 -Wall -Wextra -Werror -fsyntax-only; }
+
+# build_and_test DIR CMAKE_ARGUMENT...
+build_and_test() {
+  configure "$@" &&
+    cmake --build "$1" --parallel "$jobs" &&
+    (cd "$1" && ctest --output-on-failure -j "$jobs")
+}
+
+sanitize() {
+  build_and_test "build-sanitize-$1" -DCMAKE_C_COMPILER="$2" -DCMAKE_BUILD_TYPE=Debug \
+    -DLM_SANITIZE=ON -DLM_INSTALL=OFF
+}
+
+coverage() {
+  build_and_test build-coverage -DCMAKE_C_COMPILER="$gcc" -DCMAKE_BUILD_TYPE=Debug \
+    -DLM_COVERAGE=ON -DLM_INSTALL=OFF &&
+    "$gcovr" --root "$root" --filter lib/ --object-directory build-coverage \
+      --txt-metric branch --txt - --print-summary \
+      --fail-under-line 100 --fail-under-branch 100
+}
+
+python_files() { find bindings/python tests -name '*.py' -not -path '*/build/*' | LC_ALL=C sort; }
+lint_python() { python_files | xargs "$ruff" check --config $package/pyproject.toml; }
+format_python() {
+  python_files | xargs "$ruff" format --check --diff --config $package/pyproject.toml
+}
+types() { (cd $package && "$mypy"); }
+
+# One release of clang-format, for another one formats otherwise.
+if ! "$venv/bin/python" -c 'import gcovr, mypy, ruff, clang_format' 2>/dev/null; then
+  "$venv/bin/python" -m pip install -q gcovr mypy ruff clang-format==19.1.7 ||
+    say "The Python tools for checking could not be installed"
+fi
+clang_format=$venv/bin/clang-format
+has "$clang_format" || clang_format=$(command -v clang-format-19 || true)
+clang_tidy=$(find_tool clang-tidy)
+cppcheck=$(find_tool cppcheck)
+gcc=$(command -v gcc || true)
+clang=$(find_tool clang)
+cxx=$(command -v "${CXX:-c++}" || true)
+gcovr=$(find_tool gcovr)
+ruff=$(find_tool ruff)
+mypy=$(find_tool mypy)
+UNITY_SRC_DIR=$(sed -n 's/^UNITY_SRC_DIR:[A-Z]*=//p' "$build/CMakeCache.txt")
+export UNITY_SRC_DIR
+
+step_with "$clang_format" "Format of the C files (clang-format 19)" format_c
+step_with "$ruff" "Format of the Python files (ruff)" format_python
+step_with "$ruff" "Python lint (ruff)" lint_python
+step_with "$mypy" "Python types (mypy)" types
+step_with "$cxx" "The library's sources as C++" as_cplusplus
+step_with "$clang_tidy" "clang-tidy" tidy
+step_with "$cppcheck" "cppcheck" cppcheck_lib
+step_with "$gcc" "gcc -fanalyzer" analyze
+step_with "$gcc" "Tests under ASan and UBSan, gcc" sanitize gcc "$gcc"
+step_with "$clang" "Tests under ASan and UBSan, clang" sanitize clang "$clang"
+if [ -n "$gcc" ]; then
+  step_with "$gcovr" "Coverage of lib (gcovr)" coverage
+fi
+
+say "Summary"
+[ -z "$left_out" ] || printf 'Left out: %s\n' "${left_out#; }"
+[ -z "$failed_steps" ] || stop "Failed: ${failed_steps#; }"
+printf '%sNothing found.%s\n' "$green" "$plain"
