@@ -41,13 +41,10 @@ format_c() { c_files | xargs "$clang_format" --dry-run -Werror; }
 
 # The same diagnostics in both precisions, so one is enough.
 tidy() {
-  library_sources | xargs "$clang_tidy" --quiet --warnings-as-errors='*' -- \
+  # The names of the sources are words to be split.
+  # shellcheck disable=SC2046
+  "$clang_tidy" --quiet --warnings-as-errors='*' $(library_sources) -- \
     -std=c99 -Ilib/include -Ilib
-}
-
-cppcheck_lib() {
-  "$cppcheck" --quiet --std=c99 --enable=warning,performance,portability --inline-suppr \
-    --suppress=missingIncludeSystem --error-exitcode=1 -Ilib/include -Ilib lib
 }
 
 # each_source COMMAND...: runs COMMAND SOURCE on every source of lib, in both precisions.
@@ -61,6 +58,11 @@ each_source() {
   return $result
 }
 
+cppcheck_lib() {
+  each_source "$cppcheck" --quiet --std=c99 --enable=warning,performance,portability \
+    --inline-suppr --suppress=missingIncludeSystem --error-exitcode=1 \
+    -ULM_REAL_HEADER -U__FAST_MATH__ -U__cplusplus
+}
 analyze() { each_source "$gcc" -std=c99 -O2 -fanalyzer -Werror -c -o /dev/null; }
 as_cplusplus() { each_source "$cxx" -x c++ -std=c++11 -Wall -Wextra -Werror -fsyntax-only; }
 
