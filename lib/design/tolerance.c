@@ -1,0 +1,681 @@
+#include "lostmotion/tolerance.h"
+
+#include "real_math.h"
+#include "refuse.h"
+
+#define INFLUENCE_MAX LM_REAL(100)
+#define DEVIATION_MAX_MM LM_REAL(10)
+#define MM_PER_UM LM_REAL(1e-3)
+
+/* ---- Pairs and grades ---- */
+
+lm_real lm_clearance_max(lm_real hole_upper_mm, lm_real shaft_lower_mm) {
+  return hole_upper_mm - shaft_lower_mm;
+}
+
+lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm) {
+  return hole_lower_mm - shaft_upper_mm;
+}
+
+static lm_status put_it_tolerance(lm_real diameter, lm_real multiple, lm_real *tolerance,
+                                  lm_fault *fault) {
+  const lm_status status = check_range(fault, "diameter_mm", diameter, LM_REAL(1e-3), LM_REAL(500));
+  if (status != LM_OK) {
+    return status;
+  }
+  if (tolerance == 0) {
+    return refuse(fault, LM_NULL, "tolerance_mm");
+  }
+  *tolerance =
+      multiple * MM_PER_UM *
+      (LM_REAL(0.45) * real_pow(diameter, LM_REAL(1) / LM_REAL(3)) + LM_REAL(0.001) * diameter);
+  return LM_OK;
+}
+
+lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault) {
+  /* ISO 286-1, multiples of the tolerance unit from IT5 on. */
+  static const int first = 5;
+  static const double multiple[] = {7, 10, 16, 25, 40, 64, 100, 160, 250, 400, 640, 1000};
+  const lm_status status = check_range(fault, "grade", (lm_real)grade, LM_REAL(5), LM_REAL(16));
+  if (status != LM_OK) {
+    return status;
+  }
+  return put_it_tolerance(diameter_mm, LM_REAL(multiple[grade - first]), tolerance_mm, fault);
+}
+
+lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
+                                     lm_fault *fault) {
+  const lm_status status = check_range(fault, "grade", grade, LM_REAL(1), LM_REAL(18));
+  if (status != LM_OK) {
+    return status;
+  }
+  return put_it_tolerance(diameter_mm,
+                          LM_REAL(10) * real_pow(LM_REAL(10), (grade - LM_REAL(6)) / LM_REAL(5)),
+                          tolerance_mm, fault);
+}
+
+/* ---- Limits of a chain ---- */
+
+static lm_status check_link(const lm_tolerance_link *link, lm_fault *fault) {
+  lm_status status =
+      check_range(fault, "tolerance.influence", link->influence, -INFLUENCE_MAX, INFLUENCE_MAX);
+  if (status == LM_OK) {
+    status = check_range(fault, "tolerance.lower_mm", link->lower_mm, -DEVIATION_MAX_MM,
+                         DEVIATION_MAX_MM);
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "tolerance.upper_mm", link->upper_mm, -DEVIATION_MAX_MM,
+                         DEVIATION_MAX_MM);
+  }
+  if (status == LM_OK && link->upper_mm < link->lower_mm) {
+    status = refuse(fault, LM_INCONSISTENT, "tolerance.upper_mm");
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "tolerance.distribution", (lm_real)(int)link->distribution,
+                         LM_REAL(LM_NORMAL), LM_REAL(LM_UNIFORM));
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "tolerance.zone", (lm_real)(int)link->zone,
+                         LM_REAL(LM_GENERATOR_GAP), LM_REAL(LM_TEETH_GAP));
+  }
+  return status;
+}
+
+lm_status lm_check_tolerance_links(const lm_tolerance_link *links, int count, lm_fault *fault) {
+  lm_status status = LM_OK;
+  int i = 0;
+  if (links == 0 && count != 0) {
+    return refuse(fault, LM_NULL, "tolerance");
+  }
+  status = check_range(fault, "count", (lm_real)count, LM_REAL(0), LM_REAL(LM_TOLERANCE_CHAIN_MAX));
+  for (i = 0; status == LM_OK && i < count; ++i) {
+    status = check_link(&links[i], fault);
+  }
+  return status;
+}
+
+lm_real lm_distribution_factor(lm_distribution distribution) {
+  switch (distribution) {
+    case LM_NORMAL:
+      return LM_REAL(1);
+    case LM_NORMAL_INSPECTED:
+      /* Standard deviation of a unit normal cut at 0.135 % on each side. */
+      return LM_REAL(0.9865775607186067);
+    case LM_TRIANGULAR:
+      return LM_REAL(1.2247448713915890);
+    case LM_UNIFORM:
+      return LM_REAL(1.7320508075688773);
+    default:
+      return LM_REAL(0);
+  }
+}
+
+static lm_real centre_of(const lm_tolerance_link *link) {
+  return (link->lower_mm + link->upper_mm) / LM_REAL(2);
+}
+
+static lm_real half_field_of(const lm_tolerance_link *link) {
+  return (link->upper_mm - link->lower_mm) / LM_REAL(2);
+}
+
+static lm_real square(lm_real value) {
+  return value * value;
+}
+
+static lm_real clip(lm_real value) {
+  return value > LM_REAL(0) ? value : LM_REAL(0);
+}
+
+/* Zone limits centre +- half width, signed and clipped. */
+static void put_zone(lm_tolerance_limits *limits, int zone, lm_real centre, lm_real half_width) {
+  limits->signed_min_mm[zone] = centre - half_width;
+  limits->signed_max_mm[zone] = centre + half_width;
+  limits->gap_min_mm[zone] = clip(limits->signed_min_mm[zone]);
+  limits->gap_max_mm[zone] = clip(limits->signed_max_mm[zone]);
+}
+
+static lm_status check_limits(const lm_tolerance_link *links, int count,
+                              const lm_tolerance_limits *limits, lm_fault *fault) {
+  const lm_status status = lm_check_tolerance_links(links, count, fault);
+  if (status == LM_OK && limits == 0) {
+    return refuse(fault, LM_NULL, "limits");
+  }
+  return status;
+}
+
+lm_status lm_worst_limits(const lm_tolerance_link *links, int count, lm_tolerance_limits *limits,
+                          lm_fault *fault) {
+  const lm_status status = check_limits(links, count, limits, fault);
+  lm_real centre[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
+  lm_real half_width[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
+  int i = 0;
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < count; ++i) {
+    centre[links[i].zone] += links[i].influence * centre_of(&links[i]);
+    half_width[links[i].zone] += real_fabs(links[i].influence) * half_field_of(&links[i]);
+  }
+  for (i = 0; i < LM_GAP_ZONES; ++i) {
+    put_zone(limits, i, centre[i], half_width[i]);
+  }
+  limits->total_min_mm = limits->gap_min_mm[LM_GENERATOR_GAP] + limits->gap_min_mm[LM_TEETH_GAP];
+  limits->total_max_mm = limits->gap_max_mm[LM_GENERATOR_GAP] + limits->gap_max_mm[LM_TEETH_GAP];
+  return LM_OK;
+}
+
+/* (A tau K)^2 */
+static lm_real spread_square(const lm_tolerance_link *link) {
+  return square(link->influence * half_field_of(link) * lm_distribution_factor(link->distribution));
+}
+
+lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real t,
+                             lm_tolerance_limits *limits, lm_fault *fault) {
+  lm_status status = check_range(fault, "t", t, LM_REAL(0), LM_REAL(6));
+  lm_real centre[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
+  lm_real squares[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
+  lm_real middle = LM_REAL(0);
+  lm_real width_square = LM_REAL(0);
+  int i = 0;
+  if (status == LM_OK) {
+    status = check_limits(links, count, limits, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < count; ++i) {
+    centre[links[i].zone] += links[i].influence * centre_of(&links[i]);
+    squares[links[i].zone] += spread_square(&links[i]);
+  }
+  for (i = 0; i < LM_GAP_ZONES; ++i) {
+    put_zone(limits, i, centre[i], t / LM_REAL(3) * real_sqrt(squares[i]));
+    middle += (limits->gap_min_mm[i] + limits->gap_max_mm[i]) / LM_REAL(2);
+    width_square += square((limits->gap_max_mm[i] - limits->gap_min_mm[i]) / LM_REAL(2));
+  }
+  /* The root of a sum of squares is no larger than the sum, so the lower limit is not negative but
+   * for rounding. */
+  limits->total_min_mm = clip(middle - real_sqrt(width_square));
+  limits->total_max_mm = middle + real_sqrt(width_square);
+  return LM_OK;
+}
+
+lm_status lm_probable_coverage(lm_real t, lm_real *share, lm_fault *fault) {
+  /* 2 Phi(t) - 1 = 2 phi(t) (t + t^3/3 + t^5/(3 5) + ...): all terms positive; at t = 6 the 120th
+   * is below 1e-50 of the sum. */
+  const lm_status status = check_range(fault, "t", t, LM_REAL(0), LM_REAL(6));
+  lm_real term = t;
+  lm_real sum = t;
+  int k = 0;
+  if (status != LM_OK) {
+    return status;
+  }
+  if (share == 0) {
+    return refuse(fault, LM_NULL, "share");
+  }
+  for (k = 1; k < 120; ++k) {
+    term *= t * t / (lm_real)(2 * k + 1);
+    sum += term;
+  }
+  *share = sum * real_exp(-t * t / LM_REAL(2)) * real_sqrt(LM_REAL(2) / LM_PI);
+  return LM_OK;
+}
+
+lm_status lm_tolerance_contributions(const lm_tolerance_link *links, int count,
+                                     lm_real *worst_percent, lm_real *probable_percent,
+                                     lm_fault *fault) {
+  const lm_status status = lm_check_tolerance_links(links, count, fault);
+  lm_real worst = LM_REAL(0);
+  lm_real squares = LM_REAL(0);
+  int i = 0;
+  if (status != LM_OK) {
+    return status;
+  }
+  if (worst_percent == 0 || probable_percent == 0) {
+    return refuse(fault, LM_NULL, "worst_percent or probable_percent");
+  }
+  for (i = 0; i < count; ++i) {
+    worst_percent[i] = real_fabs(links[i].influence) * half_field_of(&links[i]);
+    probable_percent[i] = spread_square(&links[i]);
+    worst += worst_percent[i];
+    squares += probable_percent[i];
+  }
+  for (i = 0; i < count; ++i) {
+    /* Below one square picometre the tolerances are none; float32 would divide by a denormal. */
+    worst_percent[i] = worst > LM_REAL(1e-9) ? LM_REAL(100) * worst_percent[i] / worst : LM_REAL(0);
+    probable_percent[i] =
+        squares > LM_REAL(1e-18) ? LM_REAL(100) * probable_percent[i] / squares : LM_REAL(0);
+  }
+  return LM_OK;
+}
+
+/* ---- Quasi-Monte-Carlo ---- */
+
+/* Phi(z) = p for 0 < p <= 0.5. P. J. Acklam's rational minimax approximations: one in the square of
+ * p - 1/2 for the middle, one in sqrt(-2 ln p) for the tail below 0.02425. */
+static lm_real tail_quantile(lm_real p) {
+  if (p < LM_REAL(0.02425)) {
+    const lm_real q = real_sqrt(LM_REAL(-2) * real_log(p));
+    const lm_real above =
+        ((((LM_REAL(-7.784894002430293e-03) * q + LM_REAL(-3.223964580411365e-01)) * q +
+           LM_REAL(-2.400758277161838)) *
+              q +
+          LM_REAL(-2.549732539343734)) *
+             q +
+         LM_REAL(4.374664141464968)) *
+            q +
+        LM_REAL(2.938163982698783);
+    const lm_real below =
+        (((LM_REAL(7.784695709041462e-03) * q + LM_REAL(3.224671290700398e-01)) * q +
+          LM_REAL(2.445134137142996)) *
+             q +
+         LM_REAL(3.754408661907416)) *
+            q +
+        LM_REAL(1);
+    return above / below;
+  } else {
+    const lm_real q = p - LM_REAL(0.5);
+    const lm_real r = q * q;
+    const lm_real above =
+        ((((LM_REAL(-3.969683028665376e+01) * r + LM_REAL(2.209460984245205e+02)) * r +
+           LM_REAL(-2.759285104469687e+02)) *
+              r +
+          LM_REAL(1.383577518672690e+02)) *
+             r +
+         LM_REAL(-3.066479806614716e+01)) *
+            r +
+        LM_REAL(2.506628277459239);
+    const lm_real below =
+        ((((LM_REAL(-5.447609879822406e+01) * r + LM_REAL(1.615858368580409e+02)) * r +
+           LM_REAL(-1.556989798598866e+02)) *
+              r +
+          LM_REAL(6.680131188771972e+01)) *
+             r +
+         LM_REAL(-1.328068155288572e+01)) *
+            r +
+        LM_REAL(1);
+    return q * above / below;
+  }
+}
+
+lm_status lm_normal_tail_quantile(lm_real tail_probability, lm_real *quantile, lm_fault *fault) {
+  const lm_status status =
+      check_range(fault, "tail_probability", tail_probability, LM_REAL(1e-12), LM_REAL(0.5));
+  if (status != LM_OK) {
+    return status;
+  }
+  if (quantile == 0) {
+    return refuse(fault, LM_NULL, "quantile");
+  }
+  *quantile = tail_quantile(tail_probability);
+  return LM_OK;
+}
+
+/* Sobol dimension: primitive polynomial over GF(2) with all its coefficients as bits, and the odd
+ * initial numbers m_1 .. m_degree. S. Joe and F. Y. Kuo, new-joe-kuo-6.21201. Dimension 0 is the
+ * van der Corput sequence and has no polynomial. */
+#define SOBOL_DEGREE_MAX 7
+typedef struct sobol_seed {
+  uint32_t polynomial;
+  int degree;
+  uint32_t initial[SOBOL_DEGREE_MAX];
+} sobol_seed;
+
+static const sobol_seed sobol_seeds[LM_TOLERANCE_CHAIN_MAX - 1] = {
+    {3, 1, {1}},
+    {7, 2, {1, 3}},
+    {11, 3, {1, 3, 1}},
+    {13, 3, {1, 1, 1}},
+    {19, 4, {1, 1, 3, 3}},
+    {25, 4, {1, 3, 5, 13}},
+    {37, 5, {1, 1, 5, 5, 17}},
+    {41, 5, {1, 1, 5, 5, 5}},
+    {47, 5, {1, 1, 7, 11, 19}},
+    {55, 5, {1, 1, 5, 1, 1}},
+    {59, 5, {1, 1, 1, 3, 11}},
+    {61, 5, {1, 3, 5, 5, 31}},
+    {67, 6, {1, 3, 3, 9, 7, 49}},
+    {91, 6, {1, 1, 1, 15, 21, 21}},
+    {97, 6, {1, 3, 1, 13, 27, 49}},
+    {103, 6, {1, 1, 1, 15, 7, 5}},
+    {109, 6, {1, 3, 1, 15, 13, 25}},
+    {115, 6, {1, 1, 5, 5, 19, 61}},
+    {131, 7, {1, 3, 7, 11, 23, 15, 103}},
+    {137, 7, {1, 3, 7, 13, 13, 15, 69}},
+    {143, 7, {1, 1, 3, 13, 7, 35, 63}},
+    {145, 7, {1, 3, 5, 9, 1, 25, 53}},
+    {157, 7, {1, 3, 1, 13, 9, 35, 107}},
+    {167, 7, {1, 3, 1, 5, 27, 61, 31}},
+    {171, 7, {1, 1, 5, 11, 19, 41, 61}},
+    {185, 7, {1, 3, 5, 3, 3, 13, 69}},
+    {191, 7, {1, 1, 7, 13, 1, 19, 1}},
+    {193, 7, {1, 3, 7, 5, 13, 19, 59}},
+    {203, 7, {1, 1, 3, 9, 25, 29, 41}},
+    {211, 7, {1, 3, 5, 13, 23, 1, 55}},
+    {213, 7, {1, 3, 7, 3, 13, 59, 17}}};
+
+#define SOBOL_BITS 32
+typedef struct sobol_directions {
+  uint32_t direction[LM_SAMPLES_LOG2_MAX];
+} sobol_directions;
+
+static void start_sobol(sobol_directions *sobol, int dimension) {
+  int k = 0;
+  if (dimension == 0) {
+    for (k = 0; k < LM_SAMPLES_LOG2_MAX; ++k) {
+      sobol->direction[k] = UINT32_C(1) << (SOBOL_BITS - 1 - k);
+    }
+    return;
+  }
+  {
+    const sobol_seed *seed = &sobol_seeds[dimension - 1];
+    for (k = 0; k < seed->degree; ++k) {
+      sobol->direction[k] = seed->initial[k] << (SOBOL_BITS - 1 - k);
+    }
+    for (k = seed->degree; k < LM_SAMPLES_LOG2_MAX; ++k) {
+      const uint32_t oldest = sobol->direction[k - seed->degree];
+      uint32_t made = oldest ^ (oldest >> seed->degree);
+      int j = 0;
+      for (j = 1; j < seed->degree; ++j) {
+        const uint32_t coefficient = (seed->polynomial >> (seed->degree - j)) & 1u;
+        made ^= coefficient * sobol->direction[k - j];
+      }
+      sobol->direction[k] = made;
+    }
+  }
+}
+
+/* The point after `point` in Gray-code order; index >= 1 is that of the point asked for. */
+static uint32_t next_sobol(const sobol_directions *sobol, uint32_t point, uint32_t index) {
+  int zeros = 0;
+  while ((index & 1u) == 0u) {
+    index >>= 1;
+    ++zeros;
+  }
+  return point ^ sobol->direction[zeros];
+}
+
+static uint32_t reverse_bits(uint32_t x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x >> 8) & UINT32_C(0x00ff00ff)) | ((x & UINT32_C(0x00ff00ff)) << 8);
+  x = ((x >> 4) & UINT32_C(0x0f0f0f0f)) | ((x & UINT32_C(0x0f0f0f0f)) << 4);
+  x = ((x >> 2) & UINT32_C(0x33333333)) | ((x & UINT32_C(0x33333333)) << 2);
+  return ((x >> 1) & UINT32_C(0x55555555)) | ((x & UINT32_C(0x55555555)) << 1);
+}
+
+/* Nested uniform scrambling by a hash (Laine and Karras 2011, multipliers by Vegdahl 2021). In the
+ * reversed word every step lets a bit depend on itself and on lower bits only; turned back, a digit
+ * is flipped by the digits before it: Owen's scrambling. */
+static uint32_t scramble_nested(uint32_t x, uint32_t seed) {
+  x = reverse_bits(x);
+  x ^= x * UINT32_C(0x3d20adea);
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * UINT32_C(0x05526c56);
+  x ^= x * UINT32_C(0x53a22864);
+  return reverse_bits(x);
+}
+
+/* Every bit of the word decides every bit of the result (finaliser of MurmurHash3). */
+static uint32_t mix(uint32_t x) {
+  x ^= x >> 16;
+  x *= UINT32_C(0x85ebca6b);
+  x ^= x >> 13;
+  x *= UINT32_C(0xc2b2ae35);
+  x ^= x >> 16;
+  return x;
+}
+
+lm_status lm_sobol_points(int dimension, uint32_t seed, int count, uint32_t *points,
+                          lm_fault *fault) {
+  lm_status status = check_range(fault, "dimension", (lm_real)dimension, LM_REAL(0),
+                                 LM_REAL(LM_TOLERANCE_CHAIN_MAX - 1));
+  sobol_directions sobol;
+  uint32_t point = 0;
+  int i = 0;
+  if (status == LM_OK) {
+    status = check_range(fault, "count", (lm_real)count, LM_REAL(1),
+                         LM_REAL(INT32_C(1) << LM_SAMPLES_LOG2_MAX));
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  if (points == 0) {
+    return refuse(fault, LM_NULL, "points");
+  }
+  start_sobol(&sobol, dimension);
+  for (i = 0; i < count; ++i) {
+    if (i > 0) {
+      point = next_sobol(&sobol, point, (uint32_t)i);
+    }
+    points[i] = seed == 0 ? point : scramble_nested(point, mix(seed));
+  }
+  return LM_OK;
+}
+
+/* Deviation in units of tau for a point of the unit interval. The point is taken as a tail
+ * probability p <= 1/2 and a side: symmetric to the last bit, and float32 keeps the digits of both
+ * tails. */
+static lm_real standard_deviate(lm_distribution distribution, uint32_t point) {
+  const int upper = point >= UINT32_C(0x80000000);
+  const uint32_t tail = upper ? ~point : point;
+  const lm_real p = ((lm_real)tail + LM_REAL(0.5)) * LM_REAL(2.3283064365386963e-10); /* 2^-32 */
+  /* Share sorted out on each side: rounded up from Phi(-3), which keeps every deviate inside +-1.
+   */
+  const lm_real cut = LM_REAL(1.35e-3);
+  lm_real lower = LM_REAL(0);
+  switch (distribution) {
+    case LM_NORMAL:
+      lower = tail_quantile(p) / LM_REAL(3);
+      break;
+    case LM_NORMAL_INSPECTED:
+      lower = tail_quantile(cut + (LM_REAL(1) - LM_REAL(2) * cut) * p) / LM_REAL(3);
+      break;
+    case LM_TRIANGULAR:
+      lower = real_sqrt(LM_REAL(2) * p) - LM_REAL(1);
+      break;
+    case LM_UNIFORM:
+    default:
+      lower = LM_REAL(2) * p - LM_REAL(1);
+      break;
+  }
+  return upper ? -lower : lower;
+}
+
+/* Ascending, in place, n log n in the worst case, no recursion. */
+static void sift_down(lm_real *heap, size_t root, size_t end) {
+  size_t child = 2 * root + 1;
+  while (child < end) {
+    lm_real swap = LM_REAL(0);
+    if (child + 1 < end && heap[child + 1] > heap[child]) {
+      ++child;
+    }
+    if (!(heap[child] > heap[root])) {
+      return;
+    }
+    swap = heap[root];
+    heap[root] = heap[child];
+    heap[child] = swap;
+    root = child;
+    child = 2 * root + 1;
+  }
+}
+
+static void sort_ascending(lm_real *values, size_t count) {
+  size_t i = 0;
+  for (i = count / 2; i > 0; --i) {
+    sift_down(values, i - 1, count);
+  }
+  for (i = count - 1; i > 0; --i) {
+    const lm_real largest = values[0];
+    values[0] = values[i];
+    values[i] = largest;
+    sift_down(values, 0, i);
+  }
+}
+
+/* Order statistic at (n - 1) p, straight between neighbours. The whole part of the position is
+ * found bit by bit: a number type with derivatives has no conversion to an integer. */
+static lm_real quantile_of(const lm_real *sorted, int samples_log2, lm_real probability) {
+  const size_t last = ((size_t)1 << samples_log2) - 1;
+  const lm_real position = (lm_real)last * probability;
+  size_t below = 0;
+  int bit = 0;
+  for (bit = samples_log2 - 1; bit >= 0; --bit) {
+    const size_t candidate = below + ((size_t)1 << bit);
+    if ((lm_real)candidate <= position) {
+      below = candidate;
+    }
+  }
+  if (below == last) {
+    return sorted[last];
+  }
+  return sorted[below] + (position - (lm_real)below) * (sorted[below + 1] - sorted[below]);
+}
+
+/* Running mean and sum of squared departures (Welford). */
+static void add_observation(lm_estimate *estimate, lm_real value, int observations) {
+  const lm_real before = value - estimate->value;
+  estimate->value += before / (lm_real)observations;
+  estimate->standard_error += before * (value - estimate->value);
+}
+
+static void finish_estimate(lm_estimate *estimate, int observations) {
+  const lm_real n = (lm_real)observations;
+  estimate->standard_error = real_sqrt(estimate->standard_error / (n * (n - LM_REAL(1))));
+}
+
+static lm_status check_plan(const lm_sampling_plan *plan, const lm_real *workspace,
+                            size_t workspace_length, lm_fault *fault) {
+  lm_status status = LM_OK;
+  if (plan == 0) {
+    return refuse(fault, LM_NULL, "plan");
+  }
+  status = check_range(fault, "plan.samples_log2", (lm_real)plan->samples_log2,
+                       LM_REAL(LM_SAMPLES_LOG2_MIN), LM_REAL(LM_SAMPLES_LOG2_MAX));
+  if (status == LM_OK) {
+    status = check_range(fault, "plan.scramblings", (lm_real)plan->scramblings,
+                         LM_REAL(LM_SCRAMBLINGS_MIN), LM_REAL(LM_SCRAMBLINGS_MAX));
+  }
+  if (status == LM_OK) {
+    status =
+        check_range(fault, "plan.low_probability", plan->low_probability, LM_REAL(0), LM_REAL(0.5));
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "plan.high_probability", plan->high_probability, LM_REAL(0.5),
+                         LM_REAL(1));
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "plan.limit_mm", plan->limit_mm, LM_REAL(0), LM_REAL(1e4));
+  }
+  if (status == LM_OK && workspace == 0) {
+    status = refuse(fault, LM_NULL, "workspace");
+  }
+  if (status == LM_OK && workspace_length < LM_SAMPLE_GAP_WORKSPACE(plan->samples_log2)) {
+    status = refuse(fault, LM_TOO_SMALL, "workspace_length");
+  }
+  return status;
+}
+
+/* Adds one link's deviations to the signed sums of its zone. */
+static void add_link(const lm_tolerance_link *link, int dimension, uint32_t scrambling_seed,
+                     lm_real *zone_sums, size_t samples) {
+  const lm_real centre = link->influence * centre_of(link);
+  const lm_real half_width = link->influence * half_field_of(link);
+  const uint32_t seed = mix(scrambling_seed + (uint32_t)dimension);
+  sobol_directions sobol;
+  uint32_t point = 0;
+  size_t i = 0;
+  start_sobol(&sobol, dimension);
+  for (i = 0; i < samples; ++i) {
+    if (i > 0) {
+      point = next_sobol(&sobol, point, (uint32_t)i);
+    }
+    zone_sums[i] +=
+        centre + half_width * standard_deviate(link->distribution, scramble_nested(point, seed));
+  }
+}
+
+/* One scrambling: the total gaps, sorted, in the first half of the workspace. */
+static void sample_scrambling(const lm_tolerance_link *links, int count, uint32_t scrambling_seed,
+                              lm_real *workspace, size_t samples) {
+  size_t i = 0;
+  int j = 0;
+  for (i = 0; i < LM_GAP_ZONES * samples; ++i) {
+    workspace[i] = LM_REAL(0);
+  }
+  for (j = 0; j < count; ++j) {
+    add_link(&links[j], j, scrambling_seed, workspace + (size_t)links[j].zone * samples, samples);
+  }
+  for (i = 0; i < samples; ++i) {
+    workspace[i] = clip(workspace[i]) + clip(workspace[samples + i]);
+  }
+  sort_ascending(workspace, samples);
+}
+
+lm_status lm_sample_gap(const lm_tolerance_link *links, int count, const lm_sampling_plan *plan,
+                        lm_real *workspace, size_t workspace_length, lm_gap_statistics *statistics,
+                        lm_fault *fault) {
+  lm_status status = lm_check_tolerance_links(links, count, fault);
+  lm_gap_statistics found;
+  lm_estimate *const estimates[] = {&found.mean_mm, &found.low_mm,       &found.median_mm,
+                                    &found.high_mm, &found.reject_share, &found.closed_share};
+  const int estimate_count = (int)(sizeof(estimates) / sizeof(estimates[0]));
+  size_t samples = 0;
+  int scrambling = 0;
+  int e = 0;
+  if (status == LM_OK) {
+    status = check_plan(plan, workspace, workspace_length, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  if (statistics == 0) {
+    return refuse(fault, LM_NULL, "statistics");
+  }
+  for (e = 0; e < estimate_count; ++e) {
+    estimates[e]->value = LM_REAL(0);
+    estimates[e]->standard_error = LM_REAL(0);
+  }
+  samples = (size_t)1 << plan->samples_log2;
+  found.smallest_mm = REAL_INFINITY;
+  found.largest_mm = LM_REAL(0);
+  for (scrambling = 1; scrambling <= plan->scramblings; ++scrambling) {
+    lm_real sum = LM_REAL(0);
+    lm_real lost = LM_REAL(0);
+    size_t rejected = 0;
+    size_t closed = 0;
+    size_t i = 0;
+    sample_scrambling(links, count,
+                      mix(mix(plan->seed) + (uint32_t)scrambling * LM_TOLERANCE_CHAIN_MAX),
+                      workspace, samples);
+    for (i = 0; i < samples; ++i) {
+      /* Kahan: float32 keeps its digits over a million samples. */
+      const lm_real term = workspace[i] - lost;
+      const lm_real next = sum + term;
+      lost = (next - sum) - term;
+      sum = next;
+      rejected += workspace[i] > plan->limit_mm ? 1u : 0u;
+      closed += workspace[i] > LM_REAL(0) ? 0u : 1u;
+    }
+    add_observation(&found.mean_mm, sum / (lm_real)samples, scrambling);
+    add_observation(&found.low_mm,
+                    quantile_of(workspace, plan->samples_log2, plan->low_probability), scrambling);
+    add_observation(&found.median_mm, quantile_of(workspace, plan->samples_log2, LM_REAL(0.5)),
+                    scrambling);
+    add_observation(&found.high_mm,
+                    quantile_of(workspace, plan->samples_log2, plan->high_probability), scrambling);
+    add_observation(&found.reject_share, (lm_real)rejected / (lm_real)samples, scrambling);
+    add_observation(&found.closed_share, (lm_real)closed / (lm_real)samples, scrambling);
+    if (workspace[0] < found.smallest_mm) {
+      found.smallest_mm = workspace[0];
+    }
+    if (workspace[samples - 1] > found.largest_mm) {
+      found.largest_mm = workspace[samples - 1];
+    }
+  }
+  for (e = 0; e < estimate_count; ++e) {
+    finish_estimate(estimates[e], plan->scramblings);
+  }
+  *statistics = found;
+  return LM_OK;
+}
