@@ -40,6 +40,19 @@ static inline lm_status check_range(lm_fault *fault, const char *input, lm_real 
   return refuse_range(fault, input, found, low, high);
 }
 
+/* Refuse a value that contradicts another one, and say what would agree. */
+static inline lm_status refuse_contradiction(lm_fault *fault, const char *input, lm_real found,
+                                             lm_real low, lm_real high) {
+  if (fault != 0) {
+    fault->status = LM_INCONSISTENT;
+    fault->input = input;
+    fault->found = found;
+    fault->low = low;
+    fault->high = high;
+  }
+  return LM_INCONSISTENT;
+}
+
 /* Refuse an array shorter than what must go into it. */
 static inline lm_status refuse_capacity(lm_fault *fault, const char *input, int found, int needed) {
   if (fault != 0) {
@@ -50,19 +63,6 @@ static inline lm_status refuse_capacity(lm_fault *fault, const char *input, int 
     fault->high = REAL_INFINITY;
   }
   return LM_TOO_SMALL;
-}
-
-/* Refuse a size that must exceed another one of the same design. */
-static inline lm_status refuse_below(lm_fault *fault, const char *input, lm_real found,
-                                     lm_real low) {
-  if (fault != 0) {
-    fault->status = LM_INCONSISTENT;
-    fault->input = input;
-    fault->found = found;
-    fault->low = low;
-    fault->high = REAL_INFINITY;
-  }
-  return LM_INCONSISTENT;
 }
 
 #endif

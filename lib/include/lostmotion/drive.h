@@ -27,7 +27,8 @@ LM_BEGIN_DECLS
 /* Capacity of the chains that a drive carries. */
 #define LM_RADIAL_LAWS_MAX 8
 #define LM_TORSION_ELEMENTS_MAX 8
-#define LM_TOLERANCE_LINKS_MAX 16
+#define LM_TOLERANCE_LINKS_MAX LM_TOLERANCE_CHAIN_MAX
+#define LM_SECTIONS_MAX 7
 
 typedef enum lm_deformation {
   LM_INTERNAL = 0, /* external teeth on the flexspline, wave generator inside */
@@ -71,9 +72,10 @@ typedef struct lm_generator {
 } lm_generator;
 
 typedef struct lm_flexspline {
-  lm_real rim_thickness_mm; /* s, below the tooth root; 0.002 .. 0.1 of the pitch diameter */
-  lm_real wall_thickness_mm; /* of the cup, > 0 */
-  lm_real length_mm;         /* L, from the cup bottom to the middle of the teeth, > face_width / 2 */
+  lm_real rim_thickness_mm;  /* s, below the tooth root; 0.002 .. 0.1 of the pitch diameter */
+  lm_real wall_thickness_mm; /* of the cup; 0.1 .. 3 rim thicknesses */
+  lm_real length_mm;         /* L, from the cup bottom to the middle of the teeth; 0.8 .. 20 face
+                                widths */
 } lm_flexspline;
 
 /* Steel of both gears; fatigue figures of the flexspline. */
@@ -102,8 +104,8 @@ typedef struct lm_support {
 
 /* Radial gap on the deformation axis, eq (8), and the ring that must be bent to close it, (9a). */
 typedef struct lm_radial_gap {
-  lm_real generator_mm;     /* Delta0', generator to flexspline, >= 0 */
-  lm_real teeth_mm;         /* Delta0'', tooth profiles, >= 0 */
+  lm_real generator_mm;            /* Delta0', generator to flexspline, 0 .. 1 module */
+  lm_real teeth_mm;                /* Delta0'', tooth profiles, 0 .. 1 module */
   lm_real ring_stiffness_N_per_mm; /* of one lobe, > 0 */
 } lm_radial_gap;
 
@@ -117,7 +119,7 @@ typedef struct lm_drive {
   lm_material material;
   lm_support support;
   lm_radial_gap gap;
-  lm_real friction_angle_rad; /* rho of the flanks, 0 .. 0.3; only the radial force feels it */
+  lm_real friction_angle_rad; /* rho of the flanks, 0 .. 0.3: loading and unloading branch */
   int axial_sections;         /* 1 = planar; 2 .. 7 = spatial */
   int radial_law_count;
   lm_radial_law radial_laws[LM_RADIAL_LAWS_MAX];
@@ -128,25 +130,28 @@ typedef struct lm_drive {
 } lm_drive;
 
 /* Fill everything that the designer has not said, in proportion to size. Reads ratio,
- * rated_torque_Nm, teeth and generator (type, deflection, contact angle), which must be set; writes
- * the rest:
- *   rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module * flexspline teeth; wall 0.6 s; length 0.45 d
- *   steel: E 2.1e5, G 8.0e4 MPa, nu 0.3; sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
- *     psi 0.1, Y_z 1.45
- *   support: k_f 2600 N/mm^2 (balls: per length, hence size-free); E I = 3.5e5 N mm^2 scaled with
- *     (d / 50 mm)^4; ring factor 1; C_t from eq (6); teeth within beta + 25 deg (55 deg for cams);
- *     side clearances up to 8 arcmin
- *   gap 0; ring stiffness (9a) of rim and race; friction angle 0; planar; floating generator
- *   radial chain: ovalisation of the circular spline bolted into a housing
- *   torsion chain: cup wall, diaphragm, input shaft, output shaft
- *   no tolerances.
- * LM_OUT_OF_RANGE or LM_NOT_FINITE when what must be set is outside its range. */
+ * rated_torque_Nm, teeth (all of it) and generator (type, deflection, contact angle), which must be
+ * set, and replaces every other field that is 0 (a number) or empty (a chain) by:
+ *   rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module times flexspline teeth; wall 0.6 s; length the
+ *     larger of 0.45 d and 2 face widths
+ *   steel: E 2.1e5, G 8e4 MPa, nu 0.3; sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
+ *     psi 0.1, Y_z 1.45 (middle of the ranges in model.md 2.5)
+ *   support: k_f 2600 N/mm^2, E I = 3.5e5 N mm^2 (d / 50 mm)^4 (a size 20, model.md 3.2), ring factor
+ *     1; teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8 arcmin; C_t
+ *     stays 0, from eq (6)
+ *   gap: ring stiffness (9a) of the rim, twice stiffened by teeth and cup
+ *   radial chain: ovalisation of the circular spline, thickness 0.1 d, bolted into a housing (factor
+ *     3); the generator's balls are in k_f
+ *   torsion chain: cup wall; diaphragm of wall thickness 1.5 wall, hub 0.3 d; input shaft 0.16 d long
+ *     0.6 d; output shaft 0.5 d long 0.8 d
+ *   planar (1 section). A gap of 0, a friction angle of 0 and no tolerances are kept.
+ * Errors as lm_check_drive for what must be set. */
 lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault);
 
 /* Whether every value lies in its range and none contradicts another. The fault names the key as in
- * a drive file: "teeth.module_mm". LM_OK, LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE or
- * LM_INCONSISTENT (tooth numbers, odd teeth, generator against deformation, tip above base circle).
- */
+ * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT (tooth
+ * numbers that are odd or do not differ by 2; generator against deformation; a flank that does not
+ * reach its base circle; a ratio that the teeth cannot give). */
 lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault);
 
 LM_END_DECLS

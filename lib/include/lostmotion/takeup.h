@@ -58,7 +58,6 @@ typedef struct lm_contact {
   int side;                    /* +1 forward, -1 backward */
 } lm_contact;
 
-#define LM_SECTIONS_MAX 7
 #define LM_CONTACTS_MAX 1536 /* candidates of all sections and lobes */
 #define LM_ACTIVE_MAX 384    /* pairs that carry at the same time */
 #define LM_STAGES_MAX 512

@@ -1,0 +1,312 @@
+#include "lostmotion/drive.h"
+
+#include "lostmotion/involute.h"
+#include "lostmotion/shape.h"
+#include "real_math.h"
+#include "refuse.h"
+
+#define DEGREE (LM_PI / LM_REAL(180))
+#define ARCMIN (DEGREE / LM_REAL(60))
+
+/* A key of the drive file and the range of its value. */
+typedef struct bound {
+  const char *key;
+  lm_real value;
+  lm_real low;
+  lm_real high;
+} bound;
+
+static lm_status check_bounds(const bound bounds[], int count, lm_fault *fault) {
+  int i;
+  for (i = 0; i < count; i++) {
+    const lm_status status =
+        check_range(fault, bounds[i].key, bounds[i].value, bounds[i].low, bounds[i].high);
+    if (status != LM_OK) {
+      return status;
+    }
+  }
+  return LM_OK;
+}
+
+#define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
+
+static lm_status check_teeth(const lm_teeth *t, lm_fault *fault) {
+  const bound bounds[] = {
+      {"teeth.deformation", LM_REAL((int)t->deformation), LM_REAL(LM_INTERNAL),
+       LM_REAL(LM_EXTERNAL)},
+      {"teeth.module_mm", t->module_mm, LM_REAL(0.05), LM_REAL(10)},
+      {"teeth.flexspline_teeth", LM_REAL(t->flexspline_teeth), LM_REAL(30), LM_REAL(600)},
+      {"teeth.pressure_angle_rad", t->pressure_angle_rad, LM_REAL(10) * DEGREE,
+       LM_REAL(35) * DEGREE},
+      {"teeth.flexspline_shift", t->flexspline_shift, LM_REAL(-2), LM_REAL(12)},
+      {"teeth.rigid_shift", t->rigid_shift, LM_REAL(-2), LM_REAL(12)},
+      {"teeth.rack_addendum", t->rack_addendum, LM_REAL(0.5), LM_REAL(1.5)},
+      {"teeth.root_clearance", t->root_clearance, LM_REAL(0.05), LM_REAL(0.6)},
+      {"teeth.tooth_height", t->tooth_height, LM_REAL(0.5), LM_REAL(3)},
+      {"teeth.engagement_depth", t->engagement_depth, LM_REAL(0.2), LM_REAL(2.5)},
+      {"teeth.face_width_mm", t->face_width_mm, LM_REAL(0.5), LM_REAL(400)}};
+  const lm_status status = check_bounds(bounds, COUNT(bounds), fault);
+  const int difference = t->deformation == LM_INTERNAL ? 2 : -2;
+  if (status != LM_OK) {
+    return status;
+  }
+  if (t->flexspline_teeth % 2 != 0) {
+    return refuse_contradiction(fault, "teeth.flexspline_teeth", LM_REAL(t->flexspline_teeth),
+                                LM_REAL(t->flexspline_teeth - 1),
+                                LM_REAL(t->flexspline_teeth + 1));
+  }
+  if (t->rigid_teeth != t->flexspline_teeth + difference) {
+    return refuse_contradiction(fault, "teeth.rigid_teeth", LM_REAL(t->rigid_teeth),
+                                LM_REAL(t->flexspline_teeth + difference),
+                                LM_REAL(t->flexspline_teeth + difference));
+  }
+  return LM_OK;
+}
+
+static lm_status check_generator(const lm_generator *g, const lm_teeth *t, lm_fault *fault) {
+  lm_shape shape;
+  const bound bounds[] = {
+      {"generator.deflection_mm", g->deflection_mm, LM_REAL(0.2) * t->module_mm,
+       LM_REAL(2) * t->module_mm},
+      {"generator.cam_offset_mm", g->cam_offset_mm, LM_REAL(0),
+       LM_REAL(0.2) * t->module_mm * LM_REAL(t->flexspline_teeth)},
+      {"generator.floating", LM_REAL(g->floating), LM_REAL(0), LM_REAL(1)},
+      {"generator.eccentricity_mm", g->eccentricity_mm, LM_REAL(0), t->module_mm},
+      {"generator.eccentricity_angle_rad", g->eccentricity_angle_rad, LM_REAL(-10), LM_REAL(10)}};
+  lm_status status = lm_make_shape(g->type, g->contact_half_angle_rad, &shape, fault);
+  if (status == LM_OK) {
+    status = check_bounds(bounds, COUNT(bounds), fault);
+  }
+  if (status == LM_OK && (g->type == LM_RING) != (t->deformation == LM_EXTERNAL)) {
+    status = refuse_contradiction(fault, "generator.type", LM_REAL((int)g->type),
+                                  LM_REAL(t->deformation == LM_EXTERNAL ? LM_RING : LM_COSINE),
+                                  LM_REAL(t->deformation == LM_EXTERNAL ? LM_RING : LM_ROLLERS));
+  }
+  return status;
+}
+
+/* Output turns of the flexspline with the rigid gear held, or the other way round: |u| = z / 2 of the
+ * gear that turns the output. */
+static lm_status check_ratio(const lm_drive *d, lm_fault *fault) {
+  const lm_real u = real_fabs(d->ratio);
+  const lm_real flexspline = LM_REAL(d->teeth.flexspline_teeth) / LM_REAL(2);
+  const lm_real rigid = LM_REAL(d->teeth.rigid_teeth) / LM_REAL(2);
+  const lm_status status = check_range(fault, "drive.ratio", u, LM_REAL(1), LM_REAL(1000));
+  if (status != LM_OK) {
+    return status;
+  }
+  if (real_fabs(u - flexspline) > LM_REAL(1e-3) && real_fabs(u - rigid) > LM_REAL(1e-3)) {
+    return refuse_contradiction(fault, "drive.ratio", d->ratio,
+                                flexspline < rigid ? flexspline : rigid,
+                                flexspline < rigid ? rigid : flexspline);
+  }
+  return LM_OK;
+}
+
+/* What lm_complete_drive needs before it can fill the rest. */
+static lm_status check_given(const lm_drive *d, lm_fault *fault) {
+  lm_status status = check_teeth(&d->teeth, fault);
+  if (status == LM_OK) {
+    status = check_generator(&d->generator, &d->teeth, fault);
+  }
+  if (status == LM_OK) {
+    status = check_ratio(d, fault);
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "drive.rated_torque_Nm", d->rated_torque_Nm, LM_REAL(1e-4),
+                         LM_REAL(1e6));
+  }
+  return status;
+}
+
+lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
+  lm_geometry geometry;
+  lm_status status;
+  if (drive == 0) {
+    return refuse(fault, LM_NULL, "drive");
+  }
+  status = check_given(drive, fault);
+  if (status == LM_OK) {
+    const lm_real m = drive->teeth.module_mm;
+    const lm_real d = m * LM_REAL(drive->teeth.flexspline_teeth);
+    const lm_real s = drive->flexspline.rim_thickness_mm;
+    const lm_real b = drive->teeth.face_width_mm;
+    const lm_real large = LM_REAL(1e12);
+    const lm_real least = LM_REAL(1e-9);
+    const bound bounds[] = {
+        {"flexspline.rim_thickness_mm", s, LM_REAL(0.002) * d, LM_REAL(0.1) * d},
+        {"flexspline.wall_thickness_mm", drive->flexspline.wall_thickness_mm, LM_REAL(0.1) * s,
+         LM_REAL(3) * s},
+        {"flexspline.length_mm", drive->flexspline.length_mm, LM_REAL(0.8) * b, LM_REAL(20) * b},
+        {"material.youngs_modulus_MPa", drive->material.youngs_modulus_MPa, LM_REAL(1),
+         LM_REAL(1e7)},
+        {"material.shear_modulus_MPa", drive->material.shear_modulus_MPa, LM_REAL(1), LM_REAL(1e7)},
+        {"material.poisson_ratio", drive->material.poisson_ratio, LM_REAL(0), LM_REAL(0.49)},
+        {"material.bending_fatigue_MPa", drive->material.bending_fatigue_MPa, LM_REAL(1),
+         LM_REAL(1e5)},
+        {"material.shear_fatigue_MPa", drive->material.shear_fatigue_MPa, LM_REAL(1), LM_REAL(1e5)},
+        {"material.bending_notch_factor", drive->material.bending_notch_factor, LM_REAL(1),
+         LM_REAL(10)},
+        {"material.shear_notch_factor", drive->material.shear_notch_factor, LM_REAL(1),
+         LM_REAL(10)},
+        {"material.mean_stress_factor", drive->material.mean_stress_factor, LM_REAL(0), LM_REAL(1)},
+        {"material.tooth_stress_factor", drive->material.tooth_stress_factor, LM_REAL(1),
+         LM_REAL(5)},
+        {"support.foundation_N_per_mm2", drive->support.foundation_N_per_mm2, least, large},
+        {"support.ring_stiffness_N_mm2", drive->support.ring_stiffness_N_mm2, least, large},
+        {"support.ring_factor", drive->support.ring_factor, LM_REAL(0), LM_REAL(1000)},
+        {"support.tooth_compliance_mm_per_N", drive->support.tooth_compliance_mm_per_N, LM_REAL(0),
+         LM_REAL(1)},
+        {"support.engagement_limit_rad", drive->support.engagement_limit_rad,
+         LM_REAL(5) * DEGREE, LM_REAL(90) * DEGREE},
+        {"support.gap_limit_rad", drive->support.gap_limit_rad, LM_REAL(0.01) * ARCMIN,
+         LM_REAL(600) * ARCMIN},
+        {"gap.generator_mm", drive->gap.generator_mm, LM_REAL(0), m},
+        {"gap.teeth_mm", drive->gap.teeth_mm, LM_REAL(0), m},
+        {"gap.ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm, least, large},
+        {"drive.friction_angle_rad", drive->friction_angle_rad, LM_REAL(0), LM_REAL(0.3)},
+        {"drive.axial_sections", LM_REAL(drive->axial_sections), LM_REAL(1),
+         LM_REAL(LM_SECTIONS_MAX)},
+        {"radial_chain", LM_REAL(drive->radial_law_count), LM_REAL(0),
+         LM_REAL(LM_RADIAL_LAWS_MAX)},
+        {"torsion_chain", LM_REAL(drive->torsion_count), LM_REAL(0),
+         LM_REAL(LM_TORSION_ELEMENTS_MAX)},
+        {"tolerance", LM_REAL(drive->tolerance_count), LM_REAL(0),
+         LM_REAL(LM_TOLERANCE_LINKS_MAX)}};
+    status = check_bounds(bounds, COUNT(bounds), fault);
+  }
+  if (status == LM_OK) {
+    status = lm_check_radial_laws(drive->radial_laws, drive->radial_law_count, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_check_torsion_elements(drive->torsion, drive->torsion_count, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_check_tolerance_links(drive->tolerances, drive->tolerance_count, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_make_geometry(&drive->teeth, drive->generator.deflection_mm,
+                              drive->flexspline.rim_thickness_mm, &geometry, fault);
+  }
+  return status;
+}
+
+static void fill(lm_real *value, lm_real otherwise) {
+  if (*value == LM_REAL(0)) {
+    *value = otherwise;
+  }
+}
+
+static void fill_material(lm_material *material) {
+  fill(&material->youngs_modulus_MPa, LM_REAL(LM_STEEL_YOUNGS_MODULUS_MPA));
+  fill(&material->shear_modulus_MPa, LM_REAL(LM_STEEL_SHEAR_MODULUS_MPA));
+  fill(&material->poisson_ratio, LM_REAL(LM_STEEL_POISSON_RATIO));
+  fill(&material->bending_fatigue_MPa, LM_REAL(450));
+  fill(&material->shear_fatigue_MPa, LM_REAL(250));
+  fill(&material->bending_notch_factor, LM_REAL(1.9));
+  fill(&material->shear_notch_factor, LM_REAL(1.5));
+  fill(&material->mean_stress_factor, LM_REAL(0.1));
+  fill(&material->tooth_stress_factor, LM_REAL(1.45));
+}
+
+static void fill_support(lm_drive *drive, lm_real diameter_mm) {
+  const lm_real size = diameter_mm / LM_REAL(50);
+  const lm_generator *g = &drive->generator;
+  const lm_real beyond = LM_REAL(25) * DEGREE;
+  const int arc = g->type != LM_COSINE && g->type != LM_ELLIPSE;
+  fill(&drive->support.foundation_N_per_mm2, LM_REAL(2600));
+  fill(&drive->support.ring_stiffness_N_mm2, LM_REAL(3.5e5) * size * size * size * size);
+  fill(&drive->support.ring_factor, LM_REAL(1));
+  fill(&drive->support.engagement_limit_rad,
+       arc ? g->contact_half_angle_rad + beyond : LM_REAL(70) * DEGREE);
+  if (drive->support.engagement_limit_rad > LM_PI / LM_REAL(2)) {
+    drive->support.engagement_limit_rad = LM_PI / LM_REAL(2);
+  }
+  fill(&drive->support.gap_limit_rad, LM_REAL(8) * ARCMIN);
+}
+
+/* The circular spline between its teeth and the housing. */
+static lm_status fill_radial_chain(lm_drive *drive, lm_real diameter_mm, lm_fault *fault) {
+  const lm_real thickness = LM_REAL(0.1) * diameter_mm;
+  const lm_generator *g = &drive->generator;
+  const int arc = g->type != LM_COSINE && g->type != LM_ELLIPSE;
+  const lm_real patch = arc ? g->contact_half_angle_rad : LM_REAL(30) * DEGREE;
+  if (drive->radial_law_count != 0) {
+    return LM_OK;
+  }
+  drive->radial_law_count = 1;
+  return lm_make_rim_ovalisation_law((diameter_mm + thickness) / LM_REAL(2), thickness,
+                                     drive->teeth.face_width_mm, patch,
+                                     drive->material.youngs_modulus_MPa, LM_REAL(3),
+                                     &drive->radial_laws[0], fault);
+}
+
+static lm_status fill_torsion_chain(lm_drive *drive, lm_real diameter_mm, lm_fault *fault) {
+  const lm_real radius = diameter_mm / LM_REAL(2);
+  const lm_real wall = drive->flexspline.wall_thickness_mm;
+  const lm_real shear = drive->material.shear_modulus_MPa;
+  lm_status status;
+  if (drive->torsion_count != 0) {
+    return LM_OK;
+  }
+  drive->torsion_count = 4;
+  status = lm_make_shell_torsion(radius, wall, drive->flexspline.length_mm, shear,
+                                 &drive->torsion[0], fault);
+  if (status == LM_OK) {
+    status = lm_make_diaphragm_torsion(LM_REAL(0.3) * diameter_mm, radius, LM_REAL(1.5) * wall,
+                                       shear, &drive->torsion[1], fault);
+  }
+  if (status == LM_OK) {
+    status = lm_make_shaft_torsion(LM_REAL(0.16) * diameter_mm, LM_REAL(0),
+                                   LM_REAL(0.6) * diameter_mm, shear, drive->ratio,
+                                   &drive->torsion[2], fault);
+  }
+  if (status == LM_OK) {
+    status = lm_make_shaft_torsion(LM_REAL(0.5) * diameter_mm, LM_REAL(0),
+                                   LM_REAL(0.8) * diameter_mm, shear, LM_REAL(1),
+                                   &drive->torsion[3], fault);
+  }
+  return status;
+}
+
+lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) {
+  lm_drive filled;
+  lm_status status;
+  lm_real diameter;
+  if (drive == 0) {
+    return refuse(fault, LM_NULL, "drive");
+  }
+  status = check_given(drive, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  filled = *drive;
+  diameter = filled.teeth.module_mm * LM_REAL(filled.teeth.flexspline_teeth);
+  fill(&filled.flexspline.rim_thickness_mm,
+       (LM_REAL(65) + LM_REAL(2.5) * real_pow(real_fabs(filled.ratio), LM_REAL(2) / LM_REAL(3))) *
+           LM_REAL(1e-4) * diameter);
+  fill(&filled.flexspline.wall_thickness_mm,
+       LM_REAL(0.6) * filled.flexspline.rim_thickness_mm);
+  fill(&filled.flexspline.length_mm,
+       LM_REAL(0.45) * diameter > LM_REAL(2) * filled.teeth.face_width_mm
+           ? LM_REAL(0.45) * diameter
+           : LM_REAL(2) * filled.teeth.face_width_mm);
+  fill_material(&filled.material);
+  fill_support(&filled, diameter);
+  filled.axial_sections = filled.axial_sections == 0 ? 1 : filled.axial_sections;
+  if (filled.gap.ring_stiffness_N_per_mm == LM_REAL(0)) {
+    status = lm_ring_stiffness(diameter / LM_REAL(2), filled.flexspline.rim_thickness_mm,
+                               filled.teeth.face_width_mm, filled.material.youngs_modulus_MPa,
+                               LM_REAL(2), &filled.gap.ring_stiffness_N_per_mm, fault);
+  }
+  if (status == LM_OK) {
+    status = fill_radial_chain(&filled, diameter, fault);
+  }
+  if (status == LM_OK) {
+    status = fill_torsion_chain(&filled, diameter, fault);
+  }
+  if (status == LM_OK) {
+    *drive = filled;
+  }
+  return status;
+}
