@@ -1,0 +1,127 @@
+"""Write the cffi module for one precision from the public headers of the C library.
+
+The declarations that cffi needs are what the C preprocessor leaves of the headers, so the headers
+are the only place where the interface stands. Two things are done to them on the way: the C
+library's own headers are replaced by empty ones (cffi knows their types), and the renaming of the
+float build is left out, so that both modules offer the same names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+from cffi import FFI
+
+HIDDEN_HEADERS = ("stddef.h", "stdint.h", "stdbool.h", "string.h", "math.h", "limits.h", "float.h")
+"""Headers whose types cffi knows by itself."""
+
+RENAMING_GUARD = "LOSTMOTION_NAMES_F32_H"
+"""Guard of names_f32.h: defined in advance, the header adds nothing."""
+
+
+PROFILE = "LM_PROFILE=LM_PROFILE_FULL"
+"""Largest sizes of the runtime's structs: Python reads what any controller may carry."""
+
+
+def preprocess(compiler: str, include: Path, bits: int, source: str) -> str:
+    """Run the C preprocessor over `source` with the public headers in reach."""
+    with tempfile.TemporaryDirectory() as folder:
+        for header in HIDDEN_HEADERS:
+            (Path(folder) / header).touch()
+        unit = Path(folder) / "headers.c"
+        unit.write_text(source)
+        windows = Path(compiler).stem.lower() == "cl"
+        flags = ["/nologo", "/EP", "/X"] if windows else ["-E", "-P", "-nostdinc", "-std=c99"]
+        result = subprocess.run(
+            [
+                compiler,
+                *flags,
+                f"-I{folder}",
+                f"-I{include}",
+                f"-DLM_REAL_BITS={bits}",
+                f"-D{RENAMING_GUARD}",
+                f"-D{PROFILE}",
+                str(unit),
+            ],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    if result.returncode != 0:
+        raise SystemExit(f"{compiler} could not preprocess the headers:\n{result.stderr}")
+    return result.stdout
+
+
+def constant(expression: str) -> int | float | None:
+    """Value of a C expression of number literals, or None when it is anything else."""
+    text = re.sub(r"\b(0[xX][0-9a-fA-F]+|\d+)[uUlL]+\b", r"\1", expression)
+    text = re.sub(r"\((?:u?int(?:8|16|32|64)_t|unsigned|int|size_t|lm_real|float|double)\)", "", text)
+    if not re.search(r"[.eE]", text.replace("0x", "")):
+        text = text.replace("/", "//")
+    allowed = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Constant, ast.operator, ast.unaryop)
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+        if not all(isinstance(node, allowed) for node in ast.walk(tree)):
+            return None
+        value = eval(compile(tree, "<macro>", "eval"), {"__builtins__": {}})
+    except (SyntaxError, TypeError, ZeroDivisionError):
+        return None
+    if not isinstance(value, (int, float)):
+        return None
+    return float(value) if "lm_real" in expression else value
+
+
+def constants(compiler: str, include: Path, bits: int, includes: str) -> list[str]:
+    """Declare the object-like LM_ macros that are numbers."""
+    names = set()
+    for header in sorted((include / "lostmotion").glob("*.h")):
+        names.update(re.findall(r"^#\s*define\s+(LM_\w+)[ \t]+\S", header.read_text(), re.M))
+    # Inside a string literal a macro's own name is not replaced.
+    probe = includes + "".join(f'\nlm_probe "{name}" {name};' for name in sorted(names))
+    expanded = preprocess(compiler, include, bits, probe)
+    lines = []
+    for name, text in re.findall(r'^lm_probe "(\w+)" (.*);$', expanded, re.M):
+        value = constant(text)
+        if isinstance(value, int):
+            lines.append(f"#define {name} ...\n")
+        elif isinstance(value, float):
+            lines.append(f"static const double {name};\n")
+    return lines
+
+
+def declarations(compiler: str, include: Path, bits: int, includes: str) -> str:
+    """Return what the headers declare, with every macro expanded."""
+    text = preprocess(compiler, include, bits, includes)
+    return re.sub(r"_Static_assert\s*\(.*?\)\s*;", "", text, flags=re.S)
+
+
+def main() -> None:
+    """Write the C source of one extension module."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--compiler", required=True)
+    parser.add_argument("--include", type=Path, required=True, help="folder that holds lostmotion/")
+    parser.add_argument("--bits", type=int, choices=(32, 64), required=True)
+    parser.add_argument("--module", required=True)
+    parser.add_argument("--output", type=Path, required=True)
+    arguments = parser.parse_args()
+
+    skipped = {"names_f32.h"}
+    headers = sorted((arguments.include / "lostmotion").glob("*.h"))
+    includes = "\n".join(
+        f'#include "lostmotion/{header.name}"' for header in headers if header.name not in skipped
+    )
+    where = (arguments.compiler, arguments.include, arguments.bits, includes)
+    ffi = FFI()
+    ffi.cdef(declarations(*where))
+    ffi.cdef("".join(constants(*where)))
+    ffi.set_source(arguments.module, includes)
+    ffi.emit_c_code(str(arguments.output))
+
+
+if __name__ == "__main__":
+    main()

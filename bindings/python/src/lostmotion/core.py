@@ -1,0 +1,77 @@
+"""The C library in one of its two precisions: declarations, arrays without copies, errors."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import _core32, _core64
+from lostmotion.errors import LibraryError
+
+Bits = Literal[32, 64]
+
+Array = npt.NDArray[Any]
+
+
+class Core:
+    """One build of the library.
+
+    Attributes
+    ----------
+    bits : int
+        64 for double, 32 for float.
+    ffi, lib
+        What cffi made of the public headers; names are the same in both precisions.
+    real : numpy.dtype
+        The number type of this build.
+    """
+
+    def __init__(self, bits: Bits) -> None:
+        module = _core64 if bits == 64 else _core32
+        self.bits = bits
+        self.ffi = module.ffi
+        self.lib = module.lib
+        self.real: np.dtype[Any] = np.dtype(np.float64 if bits == 64 else np.float32)
+
+    def array(self, values: npt.ArrayLike) -> Array:
+        """Return `values` as an array that the library can read; no copy where it already is one."""
+        return np.ascontiguousarray(values, dtype=self.real)
+
+    def zeros(self, *shape: int) -> Array:
+        """Return an array that the library can write to."""
+        return np.zeros(shape, dtype=self.real)
+
+    def pointer(self, array: Array, *, write: bool = False) -> Any:
+        """Point at the memory of an array, which stays alive as long as the pointer.
+
+        Raises
+        ------
+        TypeError
+            When the array has another number type or is not contiguous.
+        """
+        if array.dtype != self.real or not array.flags.c_contiguous:
+            raise TypeError(f"a contiguous array of {self.real} is needed, not {array.dtype}")
+        return self.ffi.from_buffer("lm_real[]", array, require_writable=write)
+
+    def fault(self) -> Any:
+        """Return a place for the library to say which input it refused."""
+        return self.ffi.new("lm_fault *")
+
+    def check(self, status: int, fault: Any = None) -> None:
+        """Raise `LibraryError` unless the status is LM_OK."""
+        if status == self.lib.LM_OK:
+            return
+        sentence = self.ffi.string(self.lib.lm_status_sentence(status)).decode()
+        if fault is None or fault.input == self.ffi.NULL:
+            raise LibraryError(status, sentence)
+        key = self.ffi.string(fault.input).decode()
+        raise LibraryError(status, sentence, key, fault.found, fault.low, fault.high)
+
+
+@cache
+def core(bits: Bits = 64) -> Core:
+    """Return the library in double (64) or float (32) precision."""
+    return Core(bits)

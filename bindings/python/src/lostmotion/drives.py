@@ -1,0 +1,434 @@
+"""Drive files: TOML that says what a drive is, read with every doubt refused.
+
+A file has ``[drive]`` and exactly one of ``[catalogue]`` (a drive that was bought) and ``[design]``
+(one that is being made). It may also carry ``[columns]`` (a column map for recordings), ``[fit]``
+and ``[[effect]]`` (what a fit found). Keys carry their unit as a suffix; any unit of the right
+dimension will do.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lostmotion import structs, units
+from lostmotion.catalogue import Catalogue
+from lostmotion.errors import InputError, did_you_mean
+from lostmotion.files import write_whole
+from lostmotion.keys import Key, read_table, show
+from lostmotion.structs import Design, Entry
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+EFFECTS = (
+    "kinematic_error",
+    "kinematic_sideband",
+    "stiffness_modulation",
+    "lobe_eccentricity",
+    "output_eccentricity",
+    "free_play",
+    "input_coupling_play",
+    "thermal_gap",
+    "thermal_stiffness",
+    "thermal_drift",
+    "thermal_friction",
+    "wear",
+    "creep",
+    "viscous_friction",
+    "stribeck_friction",
+    "load_dependent_friction",
+    "soft_windup",
+    "stiffening",
+    "asymmetric_stiffness",
+    "torque_offset",
+    "torque_scale",
+    "input_lock_compliance",
+    "output_tilt",
+    "axial_shift",
+    "inertia",
+    "sensor_lag",
+    "ratcheting",
+)
+"""Names of the effects that an [[effect]] table may carry."""
+
+DRIVE_KEYS = (
+    Key("name", kind="text"),
+    Key("ratio", required=True, low=-1000, high=1000),
+    Key("rated_torque", "Nm", required=True, above=0),
+)
+
+CATALOGUE_KEYS = (
+    Key("T1", "Nm", required=True, above=0),
+    Key("T2", "Nm", required=True, above=0),
+    Key("K1", "Nm_per_rad", required=True, above=0),
+    Key("K2", "Nm_per_rad", required=True, above=0),
+    Key("K3", "Nm_per_rad", required=True, above=0),
+    Key("hysteresis", "rad", low=0, high=0.1),
+    Key("lost_motion", "rad", low=0, high=0.1),
+)
+
+CHAINS: dict[str, dict[str, tuple[Key, ...]]] = {
+    "radial_chain": structs.RADIAL_KINDS,
+    "torsion_chain": structs.TORSION_KINDS,
+    "tolerance": structs.TOLERANCE_KINDS,
+}
+"""Arrays of tables under [design] and the kinds of their entries."""
+
+SECTIONS = ("drive", "catalogue", "design", "columns", "fit", "effect")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive as its file describes it.
+
+    Attributes
+    ----------
+    catalogue, design
+        Exactly one of them is there.
+    columns : dict
+        Column map for recordings of this drive.
+    fit, effects
+        What a fit found, as the file has it.
+    document : dict
+        The file itself; `write_drive` writes it back.
+    """
+
+    file: str
+    name: str
+    ratio: float
+    rated_torque_Nm: float
+    catalogue: Catalogue | None = None
+    design: Design | None = None
+    columns: dict[str, str] = field(default_factory=dict)
+    fit: dict[str, Any] | None = None
+    effects: list[dict[str, Any]] = field(default_factory=list)
+    document: dict[str, Any] = field(default_factory=dict)
+
+
+def read_drive(file: str | Path) -> Drive:
+    """Read a drive file.
+
+    Raises
+    ------
+    InputError
+        Unknown keys, wrong units, wrong types and impossible values: file, key, found, expected.
+    """
+    path = Path(file)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InputError(path, "", "bytes that are not UTF-8", "a TOML file") from None
+    except OSError as error:
+        found = "no such file" if isinstance(error, FileNotFoundError) else str(error.strerror)
+        raise InputError(path, "", found, "a drive file") from None
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(path, "", f"{error}", "TOML") from None
+    return parse_drive(document, str(path))
+
+
+def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
+    """Understand the tables of a drive file; `file` is for messages."""
+    for section in document:
+        if section not in SECTIONS:
+            raise InputError(
+                file,
+                section,
+                "an unknown table" if isinstance(document[section], (dict, list)) else "a key",
+                "one of the tables " + ", ".join(SECTIONS) + did_you_mean(section, SECTIONS),
+            )
+    if "drive" not in document:
+        raise InputError(file, "drive", "no such table", "[drive] with ratio and rated torque")
+    head = read_table(file, "drive", document["drive"], DRIVE_KEYS)
+    ratio = head["ratio"].value
+    if abs(ratio) <= 1:
+        raise InputError(file, "drive.ratio", show(ratio), "more than 1 or less than -1")
+    rated = head["rated_torque"].value
+    if ("catalogue" in document) == ("design" in document):
+        found = "both" if "design" in document else "neither"
+        raise InputError(file, "catalogue, design", found, "exactly one of [catalogue] and [design]")
+    catalogue = design = None
+    if "catalogue" in document:
+        catalogue = _catalogue(file, document["catalogue"])
+    else:
+        design = _design(file, document["design"], ratio, rated)
+        structs.make_drive(design)
+    name = head["name"].value if "name" in head else Path(file).stem
+    return Drive(
+        file,
+        name,
+        ratio,
+        rated,
+        catalogue,
+        design,
+        _columns(file, document.get("columns", {})),
+        _fit(file, document["fit"]) if "fit" in document else None,
+        _effects(file, document.get("effect", [])),
+        document,
+    )
+
+
+def _catalogue(file: str, table: Any) -> Catalogue:
+    values = read_table(file, "catalogue", table, CATALOGUE_KEYS)
+    number = {name: value.value for name, value in values.items()}
+    if number["T2"] <= number["T1"]:
+        raise InputError(
+            file, values["T2"].place, f"{number['T2']:.6g} Nm", f"more than T1, {number['T1']:.6g} Nm"
+        )
+    return Catalogue(
+        number["T1"],
+        number["T2"],
+        number["K1"],
+        number["K2"],
+        number["K3"],
+        number.get("hysteresis"),
+        number.get("lost_motion"),
+    )
+
+
+def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
+    sections = [name for name in structs.FIELDS if name]
+    top = read_table(
+        file, "design", table, structs.FIELDS[""], tables=(*sections, *CHAINS)
+    )
+    values = {structs.field_path("", key): top[key.name] for key in structs.FIELDS[""] if key.name in top}
+    for section in sections:
+        if section not in table and section not in ("teeth", "generator"):
+            continue
+        if section not in table:
+            raise InputError(file, f"design.{section}", "no such table", f"[design.{section}]")
+        keys = structs.FIELDS[section]
+        read = read_table(file, f"design.{section}", table[section], keys)
+        values |= {structs.field_path(section, key): read[key.name] for key in keys if key.name in read}
+    chains = {name: _chain(file, name, table) for name in CHAINS}
+    design = Design(
+        file,
+        ratio,
+        rated,
+        values,
+        chains["radial_chain"],
+        chains["torsion_chain"],
+        chains["tolerance"],
+    )
+    generator = values["generator.type"]
+    angle = "generator.contact_half_angle_rad"
+    if generator.value in ("discs", "rollers", "ring") and angle not in values:
+        raise InputError(
+            file,
+            "design.generator.contact_half_angle_deg",
+            "nothing",
+            f"this key, an angle, for a generator of type '{generator.value}'",
+        )
+    _check_ratio(design)
+    return design
+
+
+def _check_ratio(design: Design) -> None:
+    """Refuse a ratio that the tooth numbers cannot give, with either gear as the output."""
+    flexspline = design.values["teeth.flexspline_teeth"].value
+    rigid = design.values["teeth.rigid_teeth"].value
+    if flexspline == rigid:
+        return
+    possible = sorted({abs(teeth / (rigid - flexspline)) for teeth in (flexspline, rigid)})
+    if not any(math.isclose(abs(design.ratio), ratio, rel_tol=1e-6) for ratio in possible):
+        raise InputError(
+            design.file,
+            "drive.ratio",
+            show(design.ratio),
+            " or ".join(f"{ratio:.6g}" for ratio in possible)
+            + f", which {flexspline} and {rigid} teeth give",
+        )
+
+
+def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None:
+    if name not in table:
+        return None
+    place = f"design.{name}"
+    if not isinstance(table[name], list):
+        raise InputError(file, place, show(table[name]), f"tables [[{place}]]")
+    kinds = CHAINS[name]
+    entries = []
+    for index, entry in enumerate(table[name]):
+        at = f"{place}[{index}]"
+        if not isinstance(entry, Mapping):
+            raise InputError(file, at, show(entry), f"a table [[{place}]]")
+        if "kind" not in entry:
+            raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(kinds))
+        kind = entry["kind"]
+        if kind not in kinds:
+            hint = did_you_mean(kind, kinds) if isinstance(kind, str) else ""
+            raise InputError(file, f"{at}.kind", show(kind), "one of " + ", ".join(kinds) + hint)
+        head = (Key("kind", kind="text"), Key("name", kind="text"))
+        entries.append(Entry(kind, at, read_table(file, at, entry, (*head, *kinds[kind]))))
+    return entries
+
+
+def _columns(file: str, table: Any) -> dict[str, str]:
+    if not isinstance(table, Mapping):
+        raise InputError(file, "columns", show(table), "a table")
+    for column, target in table.items():
+        if not isinstance(target, str):
+            raise InputError(file, f"columns.{column}", show(target), "a name with unit, as text")
+    return dict(table)
+
+
+FIT_KEYS = (
+    Key("data_fingerprint", kind="text"),
+    Key("friction", kind="choice", choices=("outside", "inside", "both")),
+    Key("rms", "arcsec", low=0),
+    Key("heldout_rms", "arcsec", low=0),
+    Key("noise_floor", "arcsec", low=0),
+    Key("samples", kind="integer", low=1),
+)
+
+
+def _fit(file: str, table: Any) -> dict[str, Any]:
+    """Check that values, standard errors and covariance speak of the same parameters."""
+    read_table(
+        file, "fit", table, FIT_KEYS, tables=("values", "standard_errors", "covariance")
+    )
+    if "values" not in table:
+        raise InputError(file, "fit.values", "no such table", "[fit.values]")
+    values = _numbers(file, "fit.values", table["values"])
+    if "standard_errors" in table:
+        errors = _numbers(file, "fit.standard_errors", table["standard_errors"])
+        if list(errors) != list(values):
+            raise InputError(
+                file,
+                "fit.standard_errors",
+                ", ".join(errors) or "nothing",
+                "the keys of [fit.values]: " + ", ".join(values),
+            )
+    if "covariance" in table:
+        rows = table["covariance"]
+        size = len(values)
+        if not (
+            isinstance(rows, list)
+            and len(rows) == size
+            and all(isinstance(row, list) and len(row) == size for row in rows)
+        ):
+            raise InputError(file, "fit.covariance", show(rows), f"{size} rows of {size} numbers")
+        for i, row in enumerate(rows):
+            for j, value in enumerate(row):
+                _finite(file, f"fit.covariance[{i}][{j}]", value)
+    return dict(table)
+
+
+def _effects(file: str, tables: Any) -> list[dict[str, Any]]:
+    if not isinstance(tables, list):
+        raise InputError(file, "effect", show(tables), "tables [[effect]]")
+    seen: set[str] = set()
+    for index, table in enumerate(tables):
+        at = f"effect[{index}]"
+        if not isinstance(table, Mapping):
+            raise InputError(file, at, show(table), "a table [[effect]]")
+        name = table.get("name")
+        if name not in EFFECTS:
+            hint = did_you_mean(name, EFFECTS) if isinstance(name, str) else ""
+            found = "nothing" if name is None else show(name)
+            raise InputError(file, f"{at}.name", found, f"the name of an effect{hint}")
+        if name in seen:
+            raise InputError(file, f"{at}.name", show(name), "each effect once")
+        seen.add(name)
+        for key, value in table.items():
+            if key != "name":
+                _finite(file, f"{at}.{key}", value)
+    return [dict(table) for table in tables]
+
+
+def _numbers(file: str, place: str, table: Any) -> dict[str, float]:
+    if not isinstance(table, Mapping):
+        raise InputError(file, place, show(table), "a table of numbers")
+    return {key: _finite(file, f"{place}.{key}", value) for key, value in table.items()}
+
+
+def _finite(file: str, place: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InputError(file, place, show(value), "a finite number")
+    return float(value)
+
+
+def write_drive(drive: Drive, file: str | Path) -> None:
+    """Write a drive file that reads back as the same numbers, whole or not at all."""
+    write_whole(file, format_toml(drive.document))
+
+
+def format_toml(document: Mapping[str, Any]) -> str:
+    """Format the tables of a drive file as TOML; numbers keep every digit."""
+    lines: list[str] = []
+    _format_table(document, (), lines)
+    return "\n".join(lines).strip() + "\n"
+
+
+def _format_table(table: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
+    nested: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        tables = isinstance(value, list) and value and all(isinstance(v, Mapping) for v in value)
+        if isinstance(value, Mapping) or tables:
+            nested.append((key, value))
+        else:
+            lines.append(f"{_key(key)} = {_format_value(value)}")
+    for key, value in nested:
+        name = ".".join(_key(part) for part in (*path, key))
+        for entry in value if isinstance(value, list) else [value]:
+            lines.append("")
+            lines.append(f"[[{name}]]" if isinstance(value, list) else f"[{name}]")
+            _format_table(entry, (*path, key), lines)
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _quote(key)
+
+
+def _quote(text: str) -> str:
+    escapes = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
+    return (
+        '"'
+        + "".join(
+            escapes.get(c, c if ord(c) >= 32 and ord(c) != 127 else f"\\u{ord(c):04x}") for c in text
+        )
+        + '"'
+    )
+
+
+def _format_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, str):
+        return _quote(value)
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(_format_value(entry) for entry in value) + "]"
+    if isinstance(value, Mapping):
+        pairs = (f"{_key(key)} = {_format_value(entry)}" for key, entry in value.items())
+        return "{" + ", ".join(pairs) + "}"
+    return str(value)
+
+
+def catalogue_document(
+    name: str, ratio: float, rated_torque_Nm: float, catalogue: Catalogue
+) -> dict[str, Any]:
+    """Tables of a drive file for a bought drive."""
+    table: dict[str, Any] = {
+        "T1_Nm": catalogue.T1_Nm,
+        "T2_Nm": catalogue.T2_Nm,
+        "K1_Nm_per_rad": catalogue.K1_Nm_per_rad,
+        "K2_Nm_per_rad": catalogue.K2_Nm_per_rad,
+        "K3_Nm_per_rad": catalogue.K3_Nm_per_rad,
+    }
+    if catalogue.hysteresis_rad is not None:
+        table["hysteresis_arcmin"] = catalogue.hysteresis_rad / units.ARCMIN
+    if catalogue.lost_motion_rad is not None:
+        table["lost_motion_arcmin"] = catalogue.lost_motion_rad / units.ARCMIN
+    head = {"name": name, "ratio": ratio, "rated_torque_Nm": rated_torque_Nm}
+    return {"drive": head, "catalogue": table}

@@ -1,0 +1,84 @@
+"""What can go wrong, as two exceptions that say where and why."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class LostMotionError(Exception):
+    """Base of every exception that this package raises on purpose."""
+
+
+class InputError(LostMotionError):
+    """Something that was handed in is not what it must be.
+
+    Its text is one line: ``FILE: KEY: found FOUND, expected EXPECTED``.
+
+    Parameters
+    ----------
+    file : str or Path
+        The file (or the argument of the call) that holds the fault.
+    key : str
+        Key of a drive file, column of a recording or option of a command; may be empty.
+    found, expected : str
+        What stands there and what should.
+    """
+
+    def __init__(self, file: str | Path, key: str, found: str, expected: str) -> None:
+        self.file = str(file)
+        self.key = key
+        self.found = found
+        self.expected = expected
+        place = ": ".join(part for part in (self.file, key) if part)
+        super().__init__(one_line(f"{place}: found {found}, expected {expected}"))
+
+
+class LibraryError(LostMotionError):
+    """The C library refused an input or could not finish.
+
+    Parameters
+    ----------
+    status : int
+        The `lm_status` of the call.
+    sentence : str
+        What the library says about that status.
+    key : str
+        The input at fault, as the library names it; may be empty.
+    found, low, high : float
+        Its value and the range that was expected; ``low == high == 0`` where there is none.
+    """
+
+    def __init__(
+        self,
+        status: int,
+        sentence: str,
+        key: str = "",
+        found: float = 0.0,
+        low: float = 0.0,
+        high: float = 0.0,
+    ) -> None:
+        self.status = status
+        self.sentence = sentence
+        self.key = key
+        self.found = found
+        self.low = low
+        self.high = high
+        text = f"{key}: {sentence}" if key else sentence
+        if key:
+            text += f" (found {found:.6g}"
+            text += f", expected {low:.6g} to {high:.6g})" if (low, high) != (0.0, 0.0) else ")"
+        super().__init__(text)
+
+
+def one_line(text: str) -> str:
+    """Return `text` without line breaks, so that an error message stays one line."""
+    return " ".join(text.split())
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return `` (did you mean 'x'?)`` for the known name nearest to `name`, or nothing."""
+    lower = {candidate.lower(): candidate for candidate in known}
+    near = difflib.get_close_matches(name.lower(), lower, n=1, cutoff=0.6)
+    return f" (did you mean '{lower[near[0]]}'?)" if near else ""

@@ -1,0 +1,214 @@
+"""Tables of a TOML file, read key by key: names, units, types and ranges, or an `InputError`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from lostmotion import units
+from lostmotion.errors import InputError, did_you_mean
+
+Kind = Literal["real", "integer", "switch", "text", "choice"]
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of a table.
+
+    Attributes
+    ----------
+    name : str
+        Without its unit.
+    unit : str
+        The unit in which the value is kept; empty for a pure number. The file may state any unit of
+        the same dimension.
+    kind : str
+        ``real``, ``integer``, ``switch`` (true or false), ``text`` or ``choice``.
+    required : bool
+        Whether the table is wrong without it.
+    choices : tuple of str
+        What a choice may be.
+    above, low, high : float
+        Range in `unit`: ``value > above``, ``low <= value <= high``.
+    """
+
+    name: str
+    unit: str = ""
+    kind: Kind = "real"
+    required: bool = False
+    choices: tuple[str, ...] = ()
+    above: float = -math.inf
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def written(self) -> str:
+        """The key with the unit in which it is kept."""
+        return f"{self.name}_{self.unit}" if self.unit else self.name
+
+    @property
+    def expected(self) -> str:
+        """What a value must be."""
+        if self.kind == "choice":
+            return "one of " + ", ".join(f"'{choice}'" for choice in self.choices)
+        if self.kind == "switch":
+            return "true or false"
+        if self.kind == "text":
+            return "text"
+        return "an integer" if self.kind == "integer" else "a number"
+
+
+@dataclass(frozen=True)
+class Value:
+    """What a table says for a key.
+
+    Attributes
+    ----------
+    value
+        Converted to the unit in which the key is kept.
+    place : str
+        Dotted key as the file has it, with the file's unit.
+    unit : str
+        The file's unit.
+    """
+
+    value: Any
+    place: str
+    unit: str = ""
+
+
+def show(value: Any) -> str:
+    """Show a value as the file would have it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f"'{value}'"
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, list):
+        return "an array"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return str(value)
+
+
+def read_table(
+    file: str, place: str, table: Any, keys: Sequence[Key], tables: Sequence[str] = ()
+) -> dict[str, Value]:
+    """Read one table.
+
+    Parameters
+    ----------
+    file, place : str
+        For messages: the file and the dotted name of the table.
+    table
+        What TOML gave.
+    keys : sequence of Key
+        What the table may hold.
+    tables : sequence of str
+        Sub-tables that are read elsewhere.
+
+    Returns
+    -------
+    dict
+        From the name of a key (without unit) to its value; keys that are not there are left out.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(file, place, show(table), "a table")
+    by_name = {key.name: key for key in keys}
+    known = [key.written for key in keys] + list(tables)
+    found: dict[str, Value] = {}
+    for written, value in table.items():
+        if written in tables:
+            continue
+        at = f"{place}.{written}" if place else written
+        key, unit = _identify(file, at, written, by_name, known)
+        if key.name in found:
+            raise InputError(file, at, f"{found[key.name].place} as well", "the quantity once")
+        found[key.name] = Value(_convert(file, at, key, unit, value), at, unit.symbol if unit else "")
+    for key in keys:
+        if key.required and key.name not in found:
+            at = f"{place}.{key.written}" if place else key.written
+            raise InputError(file, at, "nothing", f"this key, {key.expected}")
+    return found
+
+
+def _identify(
+    file: str, at: str, written: str, by_name: Mapping[str, Key], known: Sequence[str]
+) -> tuple[Key, units.Unit | None]:
+    """Find the key and the unit that a name stands for."""
+    if written in by_name:
+        key = by_name[written]
+        if key.unit:
+            dimension = units.unit(key.unit).dimension
+            raise InputError(
+                file, at, "no unit", f"{units.describe(dimension)} as a suffix, e.g. {key.written}"
+            )
+        return key, None
+    base, unit = units.split_unit(written)
+    if unit is not None and base in by_name:
+        key = by_name[base]
+        dimension = units.unit(key.unit).dimension if key.unit else units.DIMENSIONLESS
+        if unit.dimension != dimension:
+            raise InputError(
+                file,
+                at,
+                f"unit '{unit.symbol}', {units.describe(unit.dimension)}",
+                units.describe(dimension),
+            )
+        return key, unit
+    for name, key in by_name.items():
+        suffix = written.removeprefix(f"{name}_")
+        if key.unit and suffix != written and "_" not in suffix:
+            dimension = units.unit(key.unit).dimension
+            raise InputError(file, at, f"unknown unit '{suffix}'", units.describe(dimension))
+    hint = did_you_mean(written, known) or f": {', '.join(known)}"
+    raise InputError(file, at, "an unknown key", f"a key of this table{hint}")
+
+
+def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) -> Any:
+    """Check type and range, and convert to the unit in which the key is kept."""
+    if key.kind == "switch":
+        right = isinstance(value, bool)
+    elif key.kind in ("text", "choice"):
+        right = isinstance(value, str)
+    elif key.kind == "integer":
+        right = isinstance(value, int) and not isinstance(value, bool)
+    else:
+        right = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not right:
+        raise InputError(file, at, show(value), key.expected)
+    if key.kind == "choice" and value not in key.choices:
+        raise InputError(file, at, show(value), key.expected + did_you_mean(value, key.choices))
+    if key.kind != "real":
+        if key.kind == "integer" and not key.low <= value <= key.high:
+            raise InputError(file, at, show(value), _range(key, unit))
+        return value
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(file, at, show(number), "a finite number")
+    if unit is not None:
+        number = units.convert(number, unit.symbol, key.unit)
+    if not (number > key.above and key.low <= number <= key.high):
+        raise InputError(file, at, show(float(value)), _range(key, unit))
+    return number
+
+
+def _range(key: Key, unit: units.Unit | None) -> str:
+    """Say the range of a key in the unit that the file uses."""
+
+    def local(bound: float) -> str:
+        return f"{units.convert(bound, key.unit, unit.symbol) if unit else bound:.6g}"
+
+    parts = []
+    if math.isfinite(key.above):
+        parts.append(f"above {local(key.above)}")
+    if math.isfinite(key.low) and math.isfinite(key.high):
+        parts.append(f"{local(key.low)} to {local(key.high)}")
+    elif math.isfinite(key.low):
+        parts.append(f"at least {local(key.low)}")
+    elif math.isfinite(key.high):
+        parts.append(f"at most {local(key.high)}")
+    return f"{key.expected} {' and '.join(parts)}"

@@ -1,0 +1,688 @@
+"""Recordings: measurement files read into a campaign of runs, in SI units, with what is unsound.
+
+A campaign is one or more files, or folders of them (CSV, ``.csv.gz``, Parquet). Nothing is dropped
+in silence: whatever is odd about the data becomes a `Finding`, and only rows that cannot be used
+at all (no number for torque or angle) are left out, counted and reported.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import hashlib
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import units
+from lostmotion.errors import InputError, did_you_mean
+
+FloatArray = npt.NDArray[np.float64]
+
+SUFFIXES = (".csv", ".csv.gz", ".parquet")
+"""File names that are read as recordings."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measured quantity: its name, the unit it is kept in, and what a reader may call it."""
+
+    name: str
+    unit: str
+    dimension: units.Dimension
+
+    @property
+    def column(self) -> str:
+        """Name of the column in the unit that it is kept in."""
+        return f"{self.name}_{self.unit}" if self.unit else self.name
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("run", "", units.DIMENSIONLESS),
+        Quantity("time", "s", units.TIME),
+        Quantity("torque", "Nm", units.TORQUE),
+        Quantity("input_angle", "rad", units.ANGLE),
+        Quantity("output_angle", "rad", units.ANGLE),
+        Quantity("lost_motion", "rad", units.ANGLE),
+        Quantity("temperature", "C", units.TEMPERATURE),
+        Quantity("cycles", "", units.DIMENSIONLESS),
+        Quantity("tilt_moment", "Nm", units.TORQUE),
+        Quantity("axial_force", "N", units.FORCE),
+        Quantity("direction", "", units.DIMENSIONLESS),
+    )
+}
+
+STUCK_SAMPLES = 50
+"""Shortest stretch of identical values that can be called stuck."""
+
+STUCK_SWING = 0.25
+"""Share of its own range by which the other channel must move meanwhile."""
+
+WRAP_SLACK = 0.25
+"""How far from a whole turn, in turns, a step may be and still be an encoder that wrapped."""
+
+GAP_FACTOR = 10.0
+"""A time step this many times the usual one is a gap in the recording."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about the data that the reader should know.
+
+    Attributes
+    ----------
+    kind : str
+        ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
+        ``sign``, ``ignored_column``.
+    file, column : str
+        Where.
+    run : int or str or None
+        The run, where the finding belongs to one.
+    count : int
+        How many rows or steps.
+    action : str
+        What was done about it.
+    """
+
+    kind: str
+    file: str
+    column: str
+    run: int | str | None
+    count: int
+    action: str
+
+    def __str__(self) -> str:
+        """Return the finding as one sentence."""
+        place = f"{self.file}: {self.column}" + (f" (run {self.run})" if self.run is not None else "")
+        return f"{place}: {self.kind.replace('_', ' ')} x {self.count}: {self.action}"
+
+
+@dataclass
+class Run:
+    """One uninterrupted recording. Columns are named by quantity and kept in SI (temperature: C)."""
+
+    label: int | str
+    file: str
+    columns: dict[str, FloatArray]
+
+    def __len__(self) -> int:
+        return int(self.columns["torque"].size)
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time stamps."""
+        return self.columns["time"]
+
+    @property
+    def torque_Nm(self) -> FloatArray:
+        """External torque on the output."""
+        return self.columns["torque"]
+
+    @property
+    def lost_motion_rad(self) -> FloatArray:
+        """Output angle minus input angle over the ratio."""
+        return self.columns["lost_motion"]
+
+
+@dataclass
+class Campaign:
+    """All recordings of one comparison, in the order in which they were made."""
+
+    runs: list[Run]
+    findings: list[Finding] = field(default_factory=list)
+
+    @property
+    def rows(self) -> int:
+        """Number of usable samples."""
+        return sum(len(run) for run in self.runs)
+
+    @property
+    def starts(self) -> npt.NDArray[np.intp]:
+        """Offsets of the runs in the joined columns; the last entry is the number of rows."""
+        return np.concatenate(([0], np.cumsum([len(run) for run in self.runs]))).astype(np.intp)
+
+    def quantities(self) -> tuple[str, ...]:
+        """Quantities that every run has."""
+        common = set(self.runs[0].columns)
+        for run in self.runs[1:]:
+            common &= set(run.columns)
+        return tuple(name for name in QUANTITIES if name in common)
+
+    def column(self, name: str) -> FloatArray:
+        """One quantity of all runs, joined."""
+        return np.concatenate([run.columns[name] for run in self.runs])
+
+    def fingerprint(self) -> str:
+        """SHA-256 of the numbers as they are used, whatever file format they came in."""
+        digest = hashlib.sha256()
+        for run in self.runs:
+            digest.update(f"run {run.label}\n".encode())
+            for name in sorted(run.columns):
+                digest.update(f"{name} {len(run)}\n".encode())
+                digest.update(np.ascontiguousarray(run.columns[name], dtype="<f8").tobytes())
+        return "sha256:" + digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class ColumnName:
+    """A quantity with a unit, as the header or a map names it."""
+
+    quantity: Quantity
+    unit: units.Unit | None
+    sign: int = 1
+
+
+def parse_map(entries: Iterable[str]) -> dict[str, str]:
+    """Read ``COLUMN=NAME_UNIT`` options of the command line.
+
+    Raises
+    ------
+    InputError
+        When an entry has no ``=`` or names a column twice.
+    """
+    mapping: dict[str, str] = {}
+    for entry in entries:
+        column, separator, target = entry.partition("=")
+        if not separator or not column or not target:
+            raise InputError("--map", entry, "no COLUMN=NAME_UNIT", "e.g. POSITION=lost_motion_rev")
+        if column in mapping:
+            raise InputError("--map", column, "the column twice", "each column once")
+        mapping[column] = target
+    return mapping
+
+
+def expected_units(quantity: Quantity) -> str:
+    """Say which units a column of this quantity may have."""
+    return units.describe(quantity.dimension)
+
+
+def parse_column(file: str, column: str, name: str) -> ColumnName | None:
+    """Understand a column name; None when it names nothing that is known here.
+
+    A leading minus sign (in a map) turns the column round.
+    """
+    sign = -1 if name.startswith("-") else 1
+    name = name.removeprefix("-")
+    base, unit = units.split_unit(name)
+    if name in QUANTITIES:
+        base, unit = name, None
+    if base not in QUANTITIES:
+        for known in QUANTITIES.values():
+            suffix = name.removeprefix(f"{known.name}_")
+            if unit is None and known.unit and suffix != name and "_" not in suffix:
+                raise InputError(file, column, f"unknown unit '{suffix}'", expected_units(known))
+        return None
+    quantity = QUANTITIES[base]
+    if unit is None and quantity.unit:
+        raise InputError(
+            file,
+            column,
+            "no unit",
+            f"{expected_units(quantity)} as a suffix, e.g. {quantity.column}, "
+            f"or --map {column}={quantity.column}",
+        )
+    found = unit.dimension if unit else units.DIMENSIONLESS
+    if found != quantity.dimension:
+        symbol = unit.symbol if unit else ""
+        raise InputError(
+            file, column, f"unit '{symbol}', {units.describe(found)}", expected_units(quantity)
+        )
+    return ColumnName(quantity, unit, sign)
+
+
+def resolve_columns(
+    file: str, header: Sequence[str], mapping: Mapping[str, str]
+) -> tuple[dict[str, tuple[str, ColumnName]], list[str]]:
+    """Decide which column of a file is which quantity.
+
+    Returns
+    -------
+    chosen : dict
+        From the name of a quantity to the column and how it is to be read.
+    ignored : list of str
+        Columns that name nothing known.
+    """
+    if len(set(header)) != len(header):
+        twice = next(name for name in header if header.count(name) > 1)
+        raise InputError(file, twice, "the column twice", "each column once")
+    for column, target in mapping.items():
+        if column not in header:
+            raise InputError(
+                file,
+                column,
+                f"no such column (there are {', '.join(header)})",
+                f"the column that --map {column}={target} names" + did_you_mean(column, header),
+            )
+    chosen: dict[str, tuple[str, ColumnName]] = {}
+    doubtful: list[tuple[str, InputError]] = []
+    ignored: list[str] = []
+    for column in sorted(header, key=lambda name: name not in mapping):
+        try:
+            name = parse_column(file, column, mapping.get(column, column))
+        except InputError as error:
+            if column in mapping:
+                raise
+            doubtful.append((column, error))
+            continue
+        if name is None:
+            if column in mapping:
+                raise InputError(
+                    file,
+                    column,
+                    f"the name '{mapping[column]}' in --map",
+                    f"one of {', '.join(q.column for q in QUANTITIES.values())}"
+                    + did_you_mean(mapping[column], (q.column for q in QUANTITIES.values())),
+                )
+            ignored.append(column)
+        elif name.quantity.name in chosen:
+            first = chosen[name.quantity.name][0]
+            if first in mapping and column not in mapping:
+                ignored.append(column)
+                continue
+            raise InputError(
+                file, column, f"{name.quantity.name} a second time (first '{first}')", "it once"
+            )
+        else:
+            chosen[name.quantity.name] = (column, name)
+    for column, error in doubtful:
+        # A column such as torque_raw beside torque_Nm is not meant; alone it has no known unit.
+        if any(column == q or column.startswith(f"{q}_") for q in chosen):
+            ignored.append(column)
+        else:
+            raise error
+    _require(file, chosen)
+    return chosen, ignored
+
+
+def _require(file: str, chosen: Mapping[str, Any]) -> None:
+    for name in ("time", "torque"):
+        if name not in chosen:
+            column = QUANTITIES[name].column
+            raise InputError(
+                file, column, "no such column", f"{column}, or --map COLUMN={column}"
+            )
+    if "lost_motion" not in chosen and not {"input_angle", "output_angle"} <= set(chosen):
+        have = [name for name in ("input_angle", "output_angle") if name in chosen]
+        raise InputError(
+            file,
+            "lost_motion_rad",
+            f"only {have[0]}" if have else "no angle column",
+            "input_angle_rad and output_angle_rad, or lost_motion_rad",
+        )
+
+
+def recording_files(paths: Iterable[str | Path]) -> list[Path]:
+    """List the recordings that a set of files and folders stands for, folders in name order.
+
+    Raises
+    ------
+    InputError
+        When a path does not exist, is of another kind, or a folder holds no recording.
+    """
+    found: list[Path] = []
+    for path in map(Path, paths):
+        if path.is_dir():
+            inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(SUFFIXES))
+            if not inside:
+                raise InputError(path, "", "no recording", "files ending in " + ", ".join(SUFFIXES))
+            found.extend(inside)
+        elif not path.is_file():
+            raise InputError(path, "", "no such file", "a recording or a folder of them")
+        elif not path.name.lower().endswith(SUFFIXES):
+            raise InputError(path, "", f"a file '{path.name}'", "a name in " + ", ".join(SUFFIXES))
+        else:
+            found.append(path)
+    if not found:
+        raise InputError("DATA", "", "no file", "at least one recording")
+    return found
+
+
+def read_campaign(
+    paths: str | Path | Iterable[str | Path],
+    *,
+    ratio: float | None = None,
+    mapping: Mapping[str, str] | None = None,
+) -> Campaign:
+    """Read recordings into one campaign.
+
+    Parameters
+    ----------
+    paths : path or paths
+        Files and folders; folders in name order, files as given.
+    ratio : float, optional
+        Input turns for one output turn; needed where only the two angles were recorded.
+    mapping : mapping, optional
+        From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round.
+
+    Returns
+    -------
+    Campaign
+        Runs in file order; within a file in the order in which their labels first appear.
+
+    Raises
+    ------
+    InputError
+        Names file, column, what was found and what was expected.
+    """
+    if isinstance(paths, (str, Path)):
+        paths = [paths]
+    files = recording_files(paths)
+    findings: list[Finding] = []
+    runs: list[Run] = []
+    for file in files:
+        runs.extend(_read_file(file, dict(mapping or {}), ratio, findings))
+    labels = [run.label for run in runs]
+    if len(set(labels)) != len(labels):
+        for run in runs:
+            if labels.count(run.label) > 1:
+                run.label = f"{Path(run.file).name.split('.')[0]}:{run.label}"
+    campaign = Campaign(runs, findings)
+    _check_sign(campaign)
+    return campaign
+
+
+def _read_file(
+    file: Path, mapping: dict[str, str], ratio: float | None, findings: list[Finding]
+) -> list[Run]:
+    table = _read_table(file)
+    name = str(file)
+    chosen, ignored = resolve_columns(name, list(table), mapping)
+    for column in ignored:
+        findings.append(Finding("ignored_column", name, column, None, 1, "not used"))
+    numbers: dict[str, FloatArray] = {}
+    for quantity, (column, meaning) in chosen.items():
+        if quantity == "run":
+            continue
+        values = meaning.sign * _numbers(name, column, table[column])
+        if meaning.unit is not None:
+            values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
+        numbers[quantity] = np.ascontiguousarray(values)
+    rows = len(numbers["torque"])
+    if rows == 0:
+        raise InputError(name, "", "no rows", "at least one sample")
+    if "lost_motion" not in numbers and ratio is None:
+        raise InputError(name, "input_angle_rad", "no ratio", "the ratio of the drive")
+
+    if "run" in chosen:
+        codes, labels = _run_codes(name, chosen["run"][0], table[chosen["run"][0]])
+    else:
+        codes, labels = np.zeros(rows, dtype=np.intp), [file.name.split(".")[0]]
+    runs = []
+    for code, label in enumerate(labels):
+        index = np.flatnonzero(codes == code)
+        if index[-1] - index[0] + 1 != index.size:
+            pieces = int(np.count_nonzero(np.diff(index) > 1)) + 1
+            findings.append(
+                Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
+            )
+        columns = {quantity: values[index] for quantity, values in numbers.items()}
+        run = _sound_run(name, label, columns, ratio, findings)
+        if run is not None:
+            runs.append(run)
+    if not runs:
+        raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
+    return runs
+
+
+def _run_codes(
+    file: str, column: str, values: npt.NDArray[Any]
+) -> tuple[npt.NDArray[np.intp], list[int | str]]:
+    """Number the runs in the order of their first appearance."""
+    if values.dtype.kind == "f":
+        if not np.all(np.isfinite(values)):
+            row = int(np.flatnonzero(~np.isfinite(values))[0]) + 1
+            raise InputError(file, column, f"no label in row {row}", "an integer or text")
+        if np.all(values == np.round(values)):
+            values = values.astype(np.int64)
+    unique, first, inverse = np.unique(values, return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(order.size)
+    labels: list[int | str] = [
+        int(unique[i]) if unique.dtype.kind in "iu" else str(unique[i]) for i in order
+    ]
+    return rank[inverse].astype(np.intp), labels
+
+
+def _sound_run(
+    file: str,
+    label: int | str,
+    columns: dict[str, FloatArray],
+    ratio: float | None,
+    findings: list[Finding],
+) -> Run | None:
+    """Look a run over, note what is odd, and leave out only rows that cannot be used."""
+
+    def note(kind: str, column: str, count: int, action: str) -> None:
+        findings.append(Finding(kind, file, column, label, count, action))
+
+    needed = [n for n in ("time", "torque", "lost_motion") if n in columns]
+    if "lost_motion" not in columns:
+        needed += ["input_angle", "output_angle"]
+    usable = np.ones(columns["torque"].size, dtype=bool)
+    for quantity, values in columns.items():
+        bad = ~np.isfinite(values)
+        count = int(np.count_nonzero(bad))
+        if count == 0:
+            continue
+        column = QUANTITIES[quantity].column
+        if quantity in needed:
+            usable &= ~bad
+            note("nan", column, count, "rows left out")
+        else:
+            note("nan", column, count, "kept; the column is not used for these rows")
+    if not usable.any():
+        return None
+    if not usable.all():
+        columns = {quantity: values[usable] for quantity, values in columns.items()}
+
+    step = np.diff(columns["time"])
+    if step.size:
+        duplicates = int(np.count_nonzero(step == 0))
+        backward = int(np.count_nonzero(step < 0))
+        usual = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
+        gaps = int(np.count_nonzero(step > GAP_FACTOR * usual)) if usual > 0 else 0
+        if duplicates:
+            note("duplicate_time", "time_s", duplicates, "kept in the order of the file")
+        if backward:
+            note("backward_time", "time_s", backward, "kept in the order of the file")
+        if gaps:
+            note("gap", "time_s", gaps, f"steps above {GAP_FACTOR * usual:.3g} s, kept")
+    for quantity in ("input_angle", "output_angle"):
+        if quantity in columns:
+            columns[quantity], wraps = unwrap(columns[quantity])
+            if wraps:
+                note("wrap", QUANTITIES[quantity].column, wraps, "whole turns put back")
+    if "lost_motion" not in columns:
+        assert ratio is not None
+        columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
+    for quantity, other in (("torque", "lost_motion"), ("lost_motion", "torque")):
+        stuck = longest_stuck(columns[quantity], columns[other])
+        if stuck:
+            note("stuck", QUANTITIES[quantity].column, stuck, "kept; looks like a dead sensor")
+    return Run(label, file, columns)
+
+
+def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
+    """Put back the whole turns that a wrapping encoder lost.
+
+    A step counts as a wrap when it is within a quarter turn of whole turns while the usual step is
+    below a quarter turn; faster recordings are left alone, because there a wrap cannot be told from
+    motion.
+
+    Returns
+    -------
+    angle_rad : ndarray
+        The same array when nothing wrapped.
+    wraps : int
+        Number of wraps found.
+    """
+    turn = 2 * np.pi
+    step = np.diff(angle_rad)
+    turns = np.round(step / turn)
+    wrapped = (turns != 0) & (np.abs(step - turns * turn) < WRAP_SLACK * turn)
+    count = int(np.count_nonzero(wrapped))
+    if count == 0 or np.median(np.abs(step)) > WRAP_SLACK * turn:
+        return angle_rad, 0
+    lost = np.concatenate(([0.0], np.cumsum(np.where(wrapped, turns, 0.0))))
+    return angle_rad - lost * turn, count
+
+
+def longest_stuck(values: FloatArray, other: FloatArray) -> int:
+    """Length of the longest stretch of identical values during which the other channel moved on.
+
+    Returns 0 when there is no stretch of at least `STUCK_SAMPLES` samples over which `other` covers
+    `STUCK_SWING` of its range.
+    """
+    change = np.flatnonzero(np.diff(values) != 0)
+    edges = np.concatenate(([0], change + 1, [values.size]))
+    lengths = np.diff(edges)
+    swing = STUCK_SWING * float(np.ptp(other))
+    if swing == 0:
+        return 0
+    longest = 0
+    for i in np.flatnonzero(lengths >= STUCK_SAMPLES):
+        if lengths[i] > longest and np.ptp(other[edges[i] : edges[i + 1]]) >= swing:
+            longest = int(lengths[i])
+    return longest
+
+
+def _check_sign(campaign: Campaign) -> None:
+    """Note a campaign whose lost motion falls with growing torque: one sign is turned round."""
+    torque = campaign.column("torque")
+    centred = np.concatenate(
+        [run.lost_motion_rad - float(np.mean(run.lost_motion_rad)) for run in campaign.runs]
+    )
+    if float(np.dot(torque - torque.mean(), centred)) < 0:
+        campaign.findings.append(
+            Finding(
+                "sign",
+                campaign.runs[0].file,
+                "lost_motion_rad",
+                None,
+                campaign.rows,
+                "falls with growing torque; turn one column round with --map COLUMN=-NAME_UNIT",
+            )
+        )
+
+
+def _numbers(file: str, column: str, values: npt.NDArray[Any]) -> FloatArray:
+    if values.dtype.kind in "fiub":
+        return values.astype(np.float64)
+    out = np.empty(values.size)
+    for i, text in enumerate(values):
+        try:
+            out[i] = float(text) if str(text).strip() else np.nan
+        except ValueError:
+            if str(text).strip().lower() in ("na", "n/a", "null", "none"):
+                out[i] = np.nan
+                continue
+            raise InputError(file, column, f"'{text}' in row {i + 1}", "a number") from None
+    return out
+
+
+def _read_table(file: Path) -> dict[str, npt.NDArray[Any]]:
+    if file.name.lower().endswith(".parquet"):
+        return _read_parquet(file)
+    return _read_csv(file)
+
+
+def _read_parquet(file: Path) -> dict[str, npt.NDArray[Any]]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise InputError(
+            file, "", "a Parquet file, but no pyarrow", "pip install 'lostmotion[fast]', or CSV"
+        ) from None
+    try:
+        table = pyarrow.parquet.read_table(file)
+    except (pyarrow.ArrowException, OSError) as error:
+        raise InputError(file, "", f"unreadable Parquet ({error})", "a Parquet file") from None
+    return _from_arrow(table)
+
+
+def _from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        kind = str(column.type)
+        if kind.startswith(("int", "uint")) and column.null_count == 0:
+            columns[name] = column.to_numpy()
+        elif kind.startswith(("int", "uint", "float", "double", "halffloat")):
+            columns[name] = column.cast("float64").to_numpy()
+        elif kind == "null":
+            columns[name] = np.full(len(column), np.nan)
+        else:
+            texts = ["" if value is None else str(value) for value in column.to_pylist()]
+            columns[name] = np.array(texts, dtype=np.str_)
+    return columns
+
+
+def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
+    try:
+        raw = file.read_bytes()
+        if file.name.lower().endswith(".gz"):
+            raw = gzip.decompress(raw)
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(file, "", "bytes that are not UTF-8", "a CSV file") from None
+    except (OSError, EOFError) as error:
+        raise InputError(file, "", f"unreadable file ({error})", "a CSV file") from None
+    skip = 0
+    lines = text.splitlines()
+    while skip < len(lines) and (not lines[skip].strip() or lines[skip].startswith("#")):
+        skip += 1
+    if skip == len(lines):
+        raise InputError(file, "", "an empty file", "a header line and samples")
+    header_line = lines[skip]
+    delimiter = next((d for d in ",;\t" if d in header_line), ",")
+    header = [name.strip() for name in next(csv.reader([header_line], delimiter=delimiter))]
+    try:
+        import pyarrow
+        import pyarrow.csv
+    except ImportError:
+        return _parse_csv(file, header, lines[skip + 1 :], delimiter)
+    try:
+        table = pyarrow.csv.read_csv(
+            io.BytesIO("\n".join(lines[skip + 1 :]).encode()),
+            read_options=pyarrow.csv.ReadOptions(column_names=header),
+            parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter),
+            convert_options=pyarrow.csv.ConvertOptions(
+                null_values=["", "NA", "N/A", "n/a", "null", "NULL", "None"],
+                strings_can_be_null=False,
+            ),
+        )
+    except pyarrow.ArrowException:
+        # The plain reader finds the row at fault, or copes.
+        return _parse_csv(file, header, lines[skip + 1 :], delimiter)
+    return _from_arrow(table)
+
+
+def _parse_csv(
+    file: Path, header: list[str], lines: list[str], delimiter: str
+) -> dict[str, npt.NDArray[Any]]:
+    """Read CSV without pyarrow."""
+    rows = [row for row in csv.reader(lines, delimiter=delimiter) if row]
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(header):
+            raise InputError(
+                file, "", f"{len(row)} fields in row {number}", f"{len(header)}, as in the header"
+            )
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for name, texts in zip(header, zip(*rows, strict=True), strict=False) if rows else ():
+        array = np.array(texts, dtype=np.str_)
+        try:
+            columns[name] = array.astype(np.int64)
+        except ValueError:
+            try:
+                columns[name] = array.astype(np.float64)
+            except ValueError:
+                columns[name] = array
+    return columns or {name: np.empty(0) for name in header}

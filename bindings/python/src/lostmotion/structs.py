@@ -1,0 +1,514 @@
+"""A design's values as the struct `lm_drive` that the C library starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from lostmotion.core import Bits, Core, core
+from lostmotion.errors import InputError, LibraryError
+from lostmotion.keys import Key, Value
+
+DEFORMATIONS = ("internal", "external")
+"""By the value of `lm_deformation`."""
+
+GENERATORS = ("cosine", "ellipse", "discs", "rollers", "ring")
+"""By the value of `lm_generator_type`."""
+
+DISTRIBUTIONS = ("normal", "normal_inspected", "triangular", "uniform")
+"""By the value of `lm_distribution`."""
+
+ZONES = ("generator", "teeth")
+"""By the value of `lm_gap_zone`."""
+
+FIELDS: dict[str, tuple[Key, ...]] = {
+    "teeth": (
+        Key("deformation", kind="choice", choices=DEFORMATIONS),
+        Key("module", "mm", required=True),
+        Key("flexspline_teeth", kind="integer", required=True),
+        Key("rigid_teeth", kind="integer", required=True),
+        Key("pressure_angle", "rad"),
+        Key("flexspline_shift", required=True),
+        Key("rigid_shift", required=True),
+        Key("rack_addendum"),
+        Key("root_clearance"),
+        Key("tooth_height", required=True),
+        Key("engagement_depth", required=True),
+        Key("face_width", "mm", required=True),
+    ),
+    "generator": (
+        Key("type", kind="choice", choices=GENERATORS, required=True),
+        Key("deflection", "mm", required=True),
+        Key("contact_half_angle", "rad"),
+        Key("cam_offset", "mm"),
+        Key("floating", kind="switch"),
+        Key("eccentricity", "mm"),
+        Key("eccentricity_angle", "rad"),
+    ),
+    "flexspline": (
+        Key("rim_thickness", "mm"),
+        Key("wall_thickness", "mm"),
+        Key("length", "mm"),
+    ),
+    "material": (
+        Key("youngs_modulus", "MPa"),
+        Key("shear_modulus", "MPa"),
+        Key("poisson_ratio"),
+        Key("bending_fatigue", "MPa"),
+        Key("shear_fatigue", "MPa"),
+        Key("bending_notch_factor"),
+        Key("shear_notch_factor"),
+        Key("mean_stress_factor"),
+        Key("tooth_stress_factor"),
+    ),
+    "support": (
+        Key("foundation", "N_per_mm2"),
+        Key("ring_stiffness", "N_mm2"),
+        Key("ring_factor"),
+        Key("tooth_compliance", "mm_per_N"),
+        Key("engagement_limit", "rad"),
+        Key("gap_limit", "rad"),
+    ),
+    "gap": (
+        Key("generator", "mm"),
+        Key("teeth", "mm"),
+        Key("ring_stiffness", "N_per_mm"),
+    ),
+    "": (Key("friction_angle", "rad"), Key("axial_sections", kind="integer")),
+}
+"""Tables under [design] and their keys, named as in `lm_drive`; "" is [design] itself."""
+
+TOOTH_DEFAULTS: dict[str, float | int] = {
+    "teeth.deformation": 0,
+    "teeth.pressure_angle_rad": 0.3490658503988659,  # 20 deg, ISO 53
+    "teeth.rack_addendum": 1.0,  # ISO 53
+    "teeth.root_clearance": 0.35,  # fine modules, up to 0.5 mm
+}
+"""What the library leaves to the designer and a file may leave out."""
+
+SHARE = Key("share")
+PRELOAD = Key("preload", "N")
+
+RADIAL_KINDS: dict[str, tuple[Key, ...]] = {
+    "ball": (
+        Key("ball_diameter", "mm", required=True),
+        Key("contact_angle", "rad"),
+        Key("conformity"),
+        Key("bearing", kind="choice", choices=("deep_groove", "self_aligning", "thrust")),
+        Key("balls", kind="integer"),
+        Key("balls_in_lobe"),
+        Key("clearance", kind="switch"),
+        SHARE,
+        PRELOAD,
+    ),
+    "roller": (
+        Key("roller_length", "mm", required=True),
+        Key("crowned", kind="switch"),
+        Key("rollers", kind="integer"),
+        SHARE,
+        PRELOAD,
+    ),
+    "spring": (Key("stiffness", "N_per_mm", required=True), SHARE),
+    "shaft": (
+        Key("diameter", "mm", required=True),
+        Key("a", "mm", required=True),
+        Key("b", "mm", required=True),
+    ),
+    "ring": (
+        Key("mean_radius", "mm", required=True),
+        Key("thickness", "mm", required=True),
+        Key("width", "mm", required=True),
+        Key("patch_half_angle", "rad"),
+        Key("housing_factor"),
+    ),
+    "ring_widening": (
+        Key("inner_radius", "mm", required=True),
+        Key("outer_radius", "mm", required=True),
+        Key("width", "mm", required=True),
+    ),
+}
+"""Members of [[design.radial_chain]] by their `kind`."""
+
+AT = Key("at", kind="choice", choices=("input", "output"))
+RATIO = Key("ratio")
+
+TORSION_KINDS: dict[str, tuple[Key, ...]] = {
+    "shaft": (
+        Key("outer_diameter", "mm", required=True),
+        Key("bore", "mm"),
+        Key("length", "mm", required=True),
+        AT,
+        RATIO,
+    ),
+    "shell": (
+        Key("mean_radius", "mm", required=True),
+        Key("wall", "mm", required=True),
+        Key("length", "mm", required=True),
+    ),
+    "diaphragm": (
+        Key("hub_radius", "mm", required=True),
+        Key("outer_radius", "mm", required=True),
+        Key("thickness", "mm", required=True),
+    ),
+    "lock": (Key("stiffness", "Nm_per_rad", required=True),),
+    "stiffness": (Key("stiffness", "Nm_per_rad", required=True), AT, RATIO),
+}
+"""Members of [[design.torsion_chain]] by their `kind`."""
+
+TOLERANCE_KINDS: dict[str, tuple[Key, ...]] = {
+    kind: (
+        Key("zone", kind="choice", choices=ZONES, required=True),
+        Key("lower", "mm"),
+        Key("upper", "mm"),
+        Key("it_grade", kind="integer"),
+        Key("nominal", "mm"),
+        Key("fundamental_deviation", "mm"),
+        Key("distribution", kind="choice", choices=DISTRIBUTIONS),
+        *extra,
+    )
+    for kind, extra in {
+        "hole": (Key("diameter", kind="switch"),),
+        "shaft": (Key("diameter", kind="switch"),),
+        "link": (Key("influence", required=True),),
+    }.items()
+}
+"""Entries of [[design.tolerance]] by their `kind`."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One member of a chain."""
+
+    kind: str
+    place: str
+    values: Mapping[str, Value]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Value of a key, or the default."""
+        return self.values[name].value if name in self.values else default
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a designer says of a drive, in the units of `lm_drive`.
+
+    Attributes
+    ----------
+    values : dict
+        From the path in `lm_drive` (``teeth.module_mm``) to what the file says.
+    radial_chain, torsion_chain, tolerances : sequence of Entry or None
+        None where the file says nothing.
+    """
+
+    file: str
+    ratio: float
+    rated_torque_Nm: float
+    values: dict[str, Value]
+    radial_chain: Sequence[Entry] | None = None
+    torsion_chain: Sequence[Entry] | None = None
+    tolerances: Sequence[Entry] | None = None
+    written: dict[str, str] = field(default_factory=dict)
+
+
+def field_path(section: str, key: Key) -> str:
+    """Path of a key in `lm_drive`."""
+    return f"{section}.{key.written}" if section else key.written
+
+
+def make_drive(design: Design, bits: Bits = 64) -> Any:
+    """Fill an `lm_drive` from a design: what is given, and defaults in proportion to size.
+
+    Returns
+    -------
+    cdata
+        An owned ``lm_drive *``, checked.
+
+    Raises
+    ------
+    InputError
+        Names the key of the drive file whose value the library refuses.
+    """
+    c = core(bits)
+    drive = c.ffi.new("lm_drive *")
+    drive.ratio = design.ratio
+    drive.rated_torque_Nm = design.rated_torque_Nm
+    for path, default in TOOTH_DEFAULTS.items():
+        _set(drive, path, default)
+    drive.generator.floating = 1
+    for path in _paths("teeth", "generator"):
+        if path in design.values:
+            _set(drive, path, _number(path, design.values[path].value))
+    with_fault(design, c, lambda fault: c.lib.lm_complete_drive(drive, fault))
+    for path, value in design.values.items():
+        _set(drive, path, _number(path, value.value))
+    if design.radial_chain is not None:
+        _fill(design, c, drive, "radial_law", design.radial_chain, _radial_law)
+    if design.torsion_chain is not None:
+        _fill(design, c, drive, "torsion", design.torsion_chain, _torsion_element)
+    if design.tolerances is not None:
+        _fill(design, c, drive, "tolerance", design.tolerances, _tolerance_link)
+    with_fault(design, c, lambda fault: c.lib.lm_check_drive(drive, fault))
+    return drive
+
+
+def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
+    """List every value that the file left open, by its dotted key, as it was filled in."""
+    defaults: dict[str, Any] = {}
+    for section, keys in FIELDS.items():
+        for key in keys:
+            path = field_path(section, key)
+            if path not in design.values:
+                value = _get(drive, path)
+                defaults[f"design.{path}"] = key.choices[value] if key.choices else value
+    for name, entries, count in (
+        ("radial_chain", design.radial_chain, drive.radial_law_count),
+        ("torsion_chain", design.torsion_chain, drive.torsion_count),
+        ("tolerance", design.tolerances, drive.tolerance_count),
+    ):
+        if entries is None:
+            defaults[f"design.{name}"] = f"{count} in proportion to size" if count else "none"
+    return defaults
+
+
+def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
+    """Make a call that may refuse a value of the design, and name the key that holds it.
+
+    Raises
+    ------
+    InputError
+        When the library refuses a value.
+    """
+    fault = c.fault()
+    try:
+        c.check(call(fault), fault)
+    except LibraryError as error:
+        raise _refused(design, error) from None
+
+
+def _refused(design: Design, error: LibraryError) -> InputError:
+    value = design.values.get(error.key)
+    if value is None:
+        place = error.key if error.key in ("ratio", "rated_torque_Nm") else f"design.{error.key}"
+        place = f"drive.{place}" if not place.startswith("design") else place
+        return InputError(design.file, place, f"{error.found:.6g}", _range(error, 1.0))
+    unit_scale = _scale(error.key, value)
+    return InputError(
+        design.file, value.place, f"{error.found * unit_scale:.6g}", _range(error, unit_scale)
+    )
+
+
+def _range(error: LibraryError, scale: float) -> str:
+    if error.low == 0 and error.high == 0:
+        return f"a value that fits the others ({error.sentence})"
+    return f"{error.low * scale:.6g} to {error.high * scale:.6g}"
+
+
+def _scale(path: str, value: Value) -> float:
+    """Units of the file in one unit of the library."""
+    from lostmotion import units
+
+    _, unit = units.split_unit(path)
+    if unit is None or not value.unit:
+        return 1.0
+    return units.convert(1.0, unit.symbol, value.unit)
+
+
+def _paths(*sections: str) -> list[str]:
+    return [field_path(section, key) for section in sections for key in FIELDS[section]]
+
+
+def _number(path: str, value: Any) -> Any:
+    if path == "teeth.deformation":
+        return DEFORMATIONS.index(value)
+    if path == "generator.type":
+        return GENERATORS.index(value)
+    return int(value) if isinstance(value, bool) else value
+
+
+def _set(drive: Any, path: str, value: Any) -> None:
+    *owners, name = path.split(".")
+    for owner in owners:
+        drive = getattr(drive, owner)
+    setattr(drive, name, value)
+
+
+def _get(drive: Any, path: str) -> Any:
+    for name in path.split("."):
+        drive = getattr(drive, name)
+    return drive
+
+
+def _fill(
+    design: Design,
+    c: Core,
+    drive: Any,
+    name: str,
+    entries: Sequence[Entry],
+    build: Callable[[Design, Core, Any, Entry, Any, Any], int],
+) -> None:
+    """Build the members of a chain, each by the function for its kind."""
+    array = getattr(drive, {"radial_law": "radial_laws", "tolerance": "tolerances"}.get(name, name))
+    capacity = len(array)
+    if len(entries) > capacity:
+        place = entries[0].place.rpartition("[")[0]
+        raise InputError(design.file, place, f"{len(entries)} entries", f"at most {capacity}")
+    for index, entry in enumerate(entries):
+        fault = c.fault()
+        try:
+            c.check(build(design, c, drive, entry, c.ffi.addressof(array[index]), fault), fault)
+        except LibraryError as error:
+            raise _refused_entry(design, entry, error) from None
+    setattr(drive, f"{name}_count", len(entries))
+
+
+def _refused_entry(design: Design, entry: Entry, error: LibraryError) -> InputError:
+    name = error.key.rpartition(".")[2]
+    for key, value in entry.values.items():
+        if name == key or name.startswith(f"{key}_"):
+            scale = _scale(name, value)
+            return InputError(
+                design.file, value.place, f"{error.found * scale:.6g}", _range(error, scale)
+            )
+    return InputError(
+        design.file, f"{entry.place}.{name}", f"{error.found:.6g}", _range(error, 1.0)
+    )
+
+
+def _radial_law(design: Design, c: Core, drive: Any, entry: Entry, law: Any, fault: Any) -> int:
+    lib = c.lib
+    share = entry.get("share", 1.0)
+    preload = entry.get("preload", 0.0)
+    youngs = drive.material.youngs_modulus_MPa
+    status: int
+    if entry.kind == "ball":
+        angle = entry.get("contact_angle", 0.0)
+        one = c.ffi.new("lm_real *")
+        coefficients = {"deep_groove": 4.36e-4, "self_aligning": 6.98e-4, "thrust": 5.24e-4}
+        coefficient = coefficients[entry.get("bearing", "deep_groove")]
+        if "conformity" in entry.values:
+            c.check(lib.lm_ball_hertz_coefficient(entry.get("conformity"), one, fault), fault)
+            coefficient = one[0]
+        if "balls" in entry.values:
+            kind = (
+                lib.LM_BEARING_BALLS_CLEARANCE if entry.get("clearance") else lib.LM_BEARING_BALLS
+            )
+            c.check(lib.lm_bearing_share(kind, entry.get("balls"), angle, one, fault), fault)
+            share *= one[0]
+        elif "balls_in_lobe" in entry.values:
+            c.check(lib.lm_cam_bearing_share(entry.get("balls_in_lobe"), one, fault), fault)
+            share *= one[0]
+        status = lib.lm_make_ball_law(
+            entry.get("ball_diameter"), angle, coefficient, share, preload, law, fault
+        )
+    elif entry.kind == "roller":
+        if "rollers" in entry.values:
+            one = c.ffi.new("lm_real *")
+            kind = lib.LM_BEARING_ROLLERS
+            c.check(lib.lm_bearing_share(kind, entry.get("rollers"), 0.0, one, fault), fault)
+            share *= one[0]
+        make = lib.lm_make_crowned_roller_law if entry.get("crowned") else lib.lm_make_roller_law
+        status = make(entry.get("roller_length"), share, preload, law, fault)
+    elif entry.kind == "spring":
+        status = lib.lm_make_spring_law(entry.get("stiffness"), share, law, fault)
+    elif entry.kind == "shaft":
+        status = lib.lm_make_shaft_bending_law(
+            entry.get("diameter"), entry.get("a"), entry.get("b"), youngs, law, fault
+        )
+    elif entry.kind == "ring":
+        status = lib.lm_make_rim_ovalisation_law(
+            entry.get("mean_radius"),
+            entry.get("thickness"),
+            entry.get("width"),
+            entry.get("patch_half_angle", 0.0),
+            youngs,
+            entry.get("housing_factor", 1.0),
+            law,
+            fault,
+        )
+    else:
+        status = lib.lm_make_rim_widening_law(
+            entry.get("inner_radius"),
+            entry.get("outer_radius"),
+            entry.get("width"),
+            youngs,
+            drive.material.poisson_ratio,
+            law,
+            fault,
+        )
+    return status
+
+
+def _torsion_element(
+    design: Design, c: Core, drive: Any, entry: Entry, element: Any, fault: Any
+) -> int:
+    lib = c.lib
+    shear = drive.material.shear_modulus_MPa
+    ratio = entry.get("ratio", design.ratio if entry.get("at") == "input" else 1.0)
+    status: int
+    if entry.kind == "shaft":
+        status = lib.lm_make_shaft_torsion(
+            entry.get("outer_diameter"),
+            entry.get("bore", 0.0),
+            entry.get("length"),
+            shear,
+            ratio,
+            element,
+            fault,
+        )
+    elif entry.kind == "shell":
+        status = lib.lm_make_shell_torsion(
+            entry.get("mean_radius"), entry.get("wall"), entry.get("length"), shear, element, fault
+        )
+    elif entry.kind == "diaphragm":
+        status = lib.lm_make_diaphragm_torsion(
+            entry.get("hub_radius"),
+            entry.get("outer_radius"),
+            entry.get("thickness"),
+            shear,
+            element,
+            fault,
+        )
+    elif entry.kind == "lock":
+        status = lib.lm_make_input_lock(entry.get("stiffness"), design.ratio, element, fault)
+    else:
+        # A stiffness where it acts: the same struct, at the ratio of that place.
+        status = lib.lm_make_input_lock(entry.get("stiffness"), ratio, element, fault)
+    return status
+
+
+def _tolerance_link(
+    design: Design, c: Core, drive: Any, entry: Entry, link: Any, fault: Any
+) -> int:
+    sign = {"hole": 1.0, "shaft": -1.0}.get(entry.kind, 1.0)
+    half = 0.5 if entry.kind != "link" and entry.get("diameter", True) else 1.0
+    link.influence = entry.get("influence", sign * half)
+    link.lower_mm, link.upper_mm = _deviations(design, c, entry, fault)
+    link.distribution = DISTRIBUTIONS.index(entry.get("distribution", "normal"))
+    link.zone = ZONES.index(entry.get("zone"))
+    status: int = c.lib.lm_check_tolerance_links(link, 1, fault)
+    return status
+
+
+def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[float, float]:
+    """Lower and upper deviation in mm: as given, or from an ISO 286 grade.
+
+    A grade alone is a basic hole (H), a basic shaft (h) or, for a link, plus and minus half of it;
+    a fundamental deviation shifts the end that lies next to zero.
+    """
+    pair = [name for name in ("lower", "upper") if name in entry.values]
+    grade = [name for name in ("it_grade", "nominal") if name in entry.values]
+    if len(pair) == 2 and not grade and "fundamental_deviation" not in entry.values:
+        return entry.get("lower"), entry.get("upper")
+    if len(grade) == 2 and not pair:
+        one = c.ffi.new("lm_real *")
+        status = c.lib.lm_it_tolerance(entry.get("nominal"), entry.get("it_grade"), one, fault)
+        c.check(status, fault)
+        width = float(one[0])
+        shift = entry.get("fundamental_deviation", 0.0)
+        lower = {"hole": 0.0, "shaft": -width}.get(entry.kind, -width / 2)
+        return shift + lower, shift + lower + width
+    found = ", ".join(pair + grade) or "no deviations"
+    raise InputError(
+        design.file, entry.place, found, "lower_um and upper_um, or it_grade and nominal_mm"
+    )

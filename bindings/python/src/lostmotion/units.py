@@ -1,0 +1,228 @@
+"""Units as suffixes of names: ``torque_Nm``, ``module_mm``, ``K1_Nm_per_rad``.
+
+A suffix is a product of unit symbols, with ``per`` for division and a trailing digit for a power:
+``Nm_per_rad``, ``N_per_mm2``, ``kg_m2``. Dimensions are counted, not listed, so any unit of the
+right dimension is understood wherever one is expected. A unit is never guessed: a name without a
+suffix has none.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Dimension = tuple[int, int, int, int, int]
+"""Powers of force, length, time, angle and temperature."""
+
+DIMENSIONLESS: Dimension = (0, 0, 0, 0, 0)
+FORCE: Dimension = (1, 0, 0, 0, 0)
+LENGTH: Dimension = (0, 1, 0, 0, 0)
+TIME: Dimension = (0, 0, 1, 0, 0)
+ANGLE: Dimension = (0, 0, 0, 1, 0)
+TEMPERATURE: Dimension = (0, 0, 0, 0, 1)
+TORQUE: Dimension = (1, 1, 0, 0, 0)
+TORSIONAL_STIFFNESS: Dimension = (1, 1, 0, -1, 0)
+STIFFNESS: Dimension = (1, -1, 0, 0, 0)
+COMPLIANCE: Dimension = (-1, 1, 0, 0, 0)
+STRESS: Dimension = (1, -2, 0, 0, 0)
+BENDING_STIFFNESS: Dimension = (1, 2, 0, 0, 0)
+ANGULAR_SPEED: Dimension = (0, 0, -1, 1, 0)
+
+ZERO_CELSIUS_K = 273.15
+
+Number = TypeVar("Number", float, npt.NDArray[np.float64])
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: ``SI value = scale * value + offset``.
+
+    The SI base here is N, m, s, rad and K.
+    """
+
+    symbol: str
+    dimension: Dimension
+    scale: float
+    offset: float = 0.0
+
+    def to_si(self, value: Number) -> Number:
+        """Convert a value, or an array of values, to SI."""
+        if self.offset:
+            return value * self.scale + self.offset
+        return value * self.scale
+
+    def from_si(self, value: Number) -> Number:
+        """Convert a value, or an array of values, from SI."""
+        return (value - self.offset) / self.scale
+
+
+def _atoms() -> dict[str, Unit]:
+    table: list[tuple[str, Dimension, float, float]] = [
+        ("rad", ANGLE, 1.0, 0.0),
+        ("mrad", ANGLE, 1e-3, 0.0),
+        ("urad", ANGLE, 1e-6, 0.0),
+        ("deg", ANGLE, math.pi / 180, 0.0),
+        ("arcmin", ANGLE, math.pi / 10_800, 0.0),
+        ("arcsec", ANGLE, math.pi / 648_000, 0.0),
+        ("rev", ANGLE, 2 * math.pi, 0.0),
+        ("N", FORCE, 1.0, 0.0),
+        ("mN", FORCE, 1e-3, 0.0),
+        ("kN", FORCE, 1e3, 0.0),
+        ("m", LENGTH, 1.0, 0.0),
+        ("cm", LENGTH, 1e-2, 0.0),
+        ("mm", LENGTH, 1e-3, 0.0),
+        ("um", LENGTH, 1e-6, 0.0),
+        ("nm", LENGTH, 1e-9, 0.0),
+        ("s", TIME, 1.0, 0.0),
+        ("ms", TIME, 1e-3, 0.0),
+        ("us", TIME, 1e-6, 0.0),
+        ("ns", TIME, 1e-9, 0.0),
+        ("min", TIME, 60.0, 0.0),
+        ("h", TIME, 3600.0, 0.0),
+        ("K", TEMPERATURE, 1.0, 0.0),
+        ("C", TEMPERATURE, 1.0, ZERO_CELSIUS_K),
+        ("F", TEMPERATURE, 5 / 9, ZERO_CELSIUS_K - 32 * 5 / 9),
+        ("Nm", TORQUE, 1.0, 0.0),
+        ("mNm", TORQUE, 1e-3, 0.0),
+        ("uNm", TORQUE, 1e-6, 0.0),
+        ("kNm", TORQUE, 1e3, 0.0),
+        ("Ncm", TORQUE, 1e-2, 0.0),
+        ("Nmm", TORQUE, 1e-3, 0.0),
+        ("Pa", STRESS, 1.0, 0.0),
+        ("kPa", STRESS, 1e3, 0.0),
+        ("MPa", STRESS, 1e6, 0.0),
+        ("GPa", STRESS, 1e9, 0.0),
+        ("kg", (1, -1, 2, 0, 0), 1.0, 0.0),
+        ("g", (1, -1, 2, 0, 0), 1e-3, 0.0),
+        ("Hz", (0, 0, -1, 0, 0), 1.0, 0.0),
+        ("rpm", ANGULAR_SPEED, 2 * math.pi / 60, 0.0),
+    ]
+    return {symbol: Unit(symbol, *rest) for symbol, *rest in table}
+
+
+ATOMS = _atoms()
+
+_EXAMPLES: dict[Dimension, str] = {
+    DIMENSIONLESS: "no unit",
+    ANGLE: "an angle (rad, deg, arcmin, arcsec, rev, mrad or urad)",
+    TORQUE: "a torque (Nm, mNm, kNm or Ncm)",
+    TIME: "a time (s, ms, us, min or h)",
+    TEMPERATURE: "a temperature (C, K or F)",
+    LENGTH: "a length (mm, um or m)",
+    FORCE: "a force (N or kN)",
+    TORSIONAL_STIFFNESS: "a torsional stiffness (Nm_per_rad, Nm_per_arcmin or Nm_per_deg)",
+    STIFFNESS: "a stiffness (N_per_mm, N_per_um or N_per_m)",
+    COMPLIANCE: "a compliance (mm_per_N or um_per_N)",
+    STRESS: "a stress (MPa, GPa, Pa or N_per_mm2)",
+    BENDING_STIFFNESS: "a bending stiffness (N_mm2 or N_m2)",
+    ANGULAR_SPEED: "an angular speed (rad_per_s or rpm)",
+}
+
+
+def describe(dimension: Dimension) -> str:
+    """Name a dimension together with units that have it."""
+    if dimension in _EXAMPLES:
+        return _EXAMPLES[dimension]
+    names = ("N", "m", "s", "rad", "K")
+    parts = [f"{name}^{power}" for name, power in zip(names, dimension, strict=True) if power]
+    return "a unit of dimension " + " ".join(parts)
+
+
+def parse_unit(symbol: str) -> Unit | None:
+    """Read a unit suffix such as ``mNm`` or ``N_per_mm2``; None when it is not one.
+
+    A temperature counts from its own zero when it stands alone and as a difference in a compound
+    unit (``um_per_C``).
+    """
+    if symbol in ATOMS:
+        return ATOMS[symbol]
+    if "_" not in symbol and not symbol[-1:].isdigit():
+        return None
+    dimension = [0, 0, 0, 0, 0]
+    scale = 1.0
+    sign = 1
+    expects_unit = True
+    for token in symbol.split("_"):
+        if token == "per":
+            if sign < 0:
+                return None
+            sign = -1
+            expects_unit = True
+            continue
+        if token == "1" and sign > 0:
+            expects_unit = False
+            continue
+        match = re.fullmatch(r"([A-Za-z]+)([2-4]?)", token)
+        if match is None or match[1] not in ATOMS:
+            return None
+        atom = ATOMS[match[1]]
+        power = sign * int(match[2] or 1)
+        dimension = [d + power * a for d, a in zip(dimension, atom.dimension, strict=True)]
+        scale *= atom.scale**power
+        expects_unit = False
+    if expects_unit:
+        return None
+    f, le, t, a, k = dimension
+    return Unit(symbol, (f, le, t, a, k), scale)
+
+
+def split_unit(name: str) -> tuple[str, Unit | None]:
+    """Split a name into what it names and its unit; the longest suffix that is a unit wins.
+
+    Examples
+    --------
+    >>> split_unit("rated_torque_Nm")[0]
+    'rated_torque'
+    >>> split_unit("flexspline_teeth")
+    ('flexspline_teeth', None)
+    """
+    tokens = name.split("_")
+    for start in range(1, len(tokens)):
+        unit = parse_unit("_".join(tokens[start:]))
+        if unit is not None:
+            return "_".join(tokens[:start]), unit
+    return name, None
+
+
+def unit(symbol: str) -> Unit:
+    """Return the unit of a symbol that is known to be one.
+
+    Raises
+    ------
+    KeyError
+        When the symbol is no unit.
+    """
+    found = parse_unit(symbol)
+    if found is None:
+        raise KeyError(symbol)
+    return found
+
+
+def convert(value: Number, source: str, target: str) -> Number:
+    """Convert a value or an array between two units of one dimension.
+
+    Raises
+    ------
+    KeyError
+        When a symbol is no unit.
+    ValueError
+        When the dimensions differ.
+    """
+    a, b = unit(source), unit(target)
+    if a == b:
+        return value
+    if a.dimension != b.dimension:
+        raise ValueError(f"{source} is {describe(a.dimension)}, {target} {describe(b.dimension)}")
+    return b.from_si(a.to_si(value))
+
+
+ARCMIN = ATOMS["arcmin"].scale
+"""One arc minute in rad."""
+
+ARCSEC = ATOMS["arcsec"].scale
+"""One arc second in rad."""
