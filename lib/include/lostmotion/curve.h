@@ -1,0 +1,79 @@
+/* The characteristic as a controller carries it: a monotone piecewise linear curve.
+ *
+ * angle(torque) runs through up to LM_CURVE_POINTS_MAX knots over both signs of torque and goes on
+ * beyond the first and last knot with the slope of the end segment. Slopes are cached, so that one
+ * evaluation is a search of fixed length, one multiplication and two additions.
+ *
+ * Cost: log2(LM_CURVE_POINTS_MAX) comparisons, always the same number. Everything here is pure and
+ * reentrant. Memory: three numbers a knot.
+ */
+#ifndef LOSTMOTION_CURVE_H
+#define LOSTMOTION_CURVE_H
+
+#include <stdint.h>
+
+#include "lostmotion/profile.h"
+#include "lostmotion/real.h"
+#include "lostmotion/status.h"
+
+LM_BEGIN_DECLS
+
+/* Knots that the arrays hold: one more than a power of two, so that the search needs no bound. */
+#if LM_CURVE_POINTS_MAX <= 17
+#define LM_CURVE_STORE 17
+#elif LM_CURVE_POINTS_MAX <= 33
+#define LM_CURVE_STORE 33
+#else
+#define LM_CURVE_STORE 65
+#endif
+
+/* Made by lm_build_curve or by `lostmotion export`; trusted by every function that evaluates it.
+ * Entries from `count` on repeat the last knot, which the search relies upon. */
+typedef struct lm_curve {
+  int32_t count;                            /* knots, 2 to LM_CURVE_POINTS_MAX */
+  lm_real torque_Nm[LM_CURVE_STORE];        /* strictly rising */
+  lm_real angle_rad[LM_CURVE_STORE];        /* not falling */
+  lm_real slope_rad_per_Nm[LM_CURVE_STORE]; /* of the segment that starts at the knot */
+} lm_curve;
+
+/* Builds a curve through `count` knots.
+ *
+ * torque_Nm[count]: finite, strictly rising. angle_rad[count]: finite, not falling (strictly
+ * rising where lm_invert_curve is to be exact). count: 2 to LM_CURVE_POINTS_MAX.
+ * Errors: LM_NULL; LM_OUT_OF_RANGE (count); LM_NOT_FINITE (a knot, or a slope that overflows);
+ * LM_NOT_MONOTONE. The fault names "count", "torque_Nm" or "angle_rad". */
+lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_real *angle_rad,
+                         int32_t count, lm_fault *fault);
+
+/* Checks a curve that came from outside (flash, a file): the knots as lm_build_curve does, the
+ * entries behind the last knot, and the cached slopes against the knots (relative
+ * LM_CURVE_SLOPE_TOLERANCE, so that slopes written with nine digits pass in both precisions).
+ * Errors: as lm_build_curve; LM_INCONSISTENT with the fault "slope_rad_per_Nm" or "padding". */
+lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault);
+
+/* Nine decimal digits hold a float exactly; the quotient of two rounded differences keeps five. */
+#define LM_CURVE_SLOPE_TOLERANCE LM_REAL(1e-4)
+
+/* Angle [rad] at a torque [N*m]. Beyond the knots the end segments go on as straight lines.
+ * NaN or infinity gives a result that is not finite; the search stays inside the arrays. */
+lm_real lm_evaluate_curve(const lm_curve *curve, lm_real torque_Nm);
+
+/* Slope [rad/(N*m)] at a torque: that of the segment above where the torque is a knot. */
+lm_real lm_evaluate_curve_slope(const lm_curve *curve, lm_real torque_Nm);
+
+/* Torque [N*m] at an angle [rad]: the exact inverse, to rounding, of lm_evaluate_curve where the
+ * angle rises strictly. On a flat piece it returns the flat piece's upper end; beyond a flat end
+ * segment there is no torque, and the end knot is returned. */
+lm_real lm_invert_curve(const lm_curve *curve, lm_real angle_rad);
+
+/* Smallest and largest slope [rad/(N*m)] of all segments. */
+lm_real lm_find_least_slope(const lm_curve *curve);
+lm_real lm_find_greatest_slope(const lm_curve *curve);
+
+/* Angles [rad] at `count` torques [N*m]; the arrays may be the same. */
+void lm_run_curve(const lm_curve *curve, const lm_real *torque_Nm, int64_t count,
+                  lm_real *angle_rad);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,127 @@
+/* Friction memory: a bank of generalised play operators (generalised Prandtl-Ishlinskii).
+ *
+ * Operator i follows the torque T within a band of half width R_i = radius + widening * |T|:
+ *
+ *     z_i <- max(T - R_i(T), min(T + R_i(T), z_i))
+ *
+ * The first `outside_count` operators sit outside the elasticity and add an angle; the rest sit
+ * inside: friction takes its part of the torque before the remainder winds the drive up.
+ *
+ *     h   =     sum_outside c_i (z_i - T)         angle = backbone(T_e) + h
+ *     T_e = T + sum_inside  w_i (z_i - T)
+ *
+ * Rate independent; the memory is the last torque and z_1 .. z_n, nothing else. With
+ * 0 <= widening < 1 both edges of every band rise with the torque, hence: a larger swing wipes out
+ * the smaller ones before it, minor loops close, and one big step of torque does what many small
+ * ones do, bit for bit. At full slip the loop of the outside part is 2 sum c_i R_i wide.
+ *
+ * Cost: always LM_PLAYS_MAX operators, whatever the count (the rest carry no weight), so the time
+ * does not depend on data. Everything here is reentrant.
+ */
+#ifndef LOSTMOTION_PLAY_H
+#define LOSTMOTION_PLAY_H
+
+#include <stdint.h>
+
+#include "lostmotion/profile.h"
+#include "lostmotion/real.h"
+#include "lostmotion/status.h"
+
+LM_BEGIN_DECLS
+
+/* One operator as a fit or a person states it. */
+typedef struct lm_play {
+  lm_real radius_Nm; /* half width of the band at no torque, 0 to LM_PLAY_RADIUS_MAX_NM */
+  lm_real widening;  /* growth of the half width per |torque|, 0 to LM_PLAY_WIDENING_MAX */
+  lm_real weight; /* outside: compliance, rad/(N*m), 0 to 1; inside: share of the torque, 0 to 1 */
+} lm_play;
+
+#define LM_PLAY_RADIUS_MAX_NM LM_REAL(1e6)  /* a band's edge must not overflow */
+#define LM_PLAY_WIDENING_MAX LM_REAL(0.999) /* both edges must rise with the torque */
+#define LM_PLAY_SUM_TOLERANCE LM_REAL(1e-5) /* relative, of the cached sums and edges */
+
+/* One operator as the hot path reads it: a band's edge is the straight line
+ * edge_slope * torque -+ radius_Nm, shallow (0) or steep (1) by the sign of the torque. */
+typedef struct lm_play_slot {
+  lm_real radius_Nm;
+  lm_real edge_slope[2]; /* 1 - widening, 1 + widening */
+  lm_real weight;
+} lm_play_slot;
+
+/* Made by lm_build_play_bank or by `lostmotion export`; trusted by every function that runs it. */
+typedef struct lm_play_bank {
+  int32_t count;                   /* operators used, 0 to LM_PLAYS_MAX */
+  int32_t outside_count;           /* the first of them that sit outside, 0 to count */
+  lm_real outside_rad_per_Nm;      /* sum of the weights outside, in order */
+  lm_real inside_share;            /* sum of the weights inside, in order */
+  lm_play_slot slot[LM_PLAYS_MAX]; /* unused: radius 0, slopes 1, weight 0 */
+} lm_play_bank;
+
+/* The load history, as far as it still matters. */
+typedef struct lm_play_memory {
+  lm_real torque_Nm;          /* where the torque stands */
+  lm_real z_Nm[LM_PLAYS_MAX]; /* each within its band at that torque */
+} lm_play_memory;
+
+/* What the bank adds: to the angle, and to the torque that winds the drive up. */
+typedef struct lm_play_sum {
+  lm_real outside_rad; /* h */
+  lm_real inside_Nm;   /* T_e - T */
+} lm_play_sum;
+
+/* Builds a bank from `count` operators, outside ones first.
+ * play[count] (may be null where count is 0); count: 0 to LM_PLAYS_MAX; outside_count: 0 to count.
+ * Errors: LM_NULL, LM_OUT_OF_RANGE, LM_NOT_FINITE; the fault names "count", "outside_count",
+ * "radius_Nm", "widening" or "weight". */
+lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t count,
+                             int32_t outside_count, lm_fault *fault);
+
+/* Checks a bank that came from outside, against the least slope [rad/(N*m)] of its backbone:
+ * everything lm_build_play_bank checks; cached sums, slopes and unused slots; the shares inside
+ * sum up to at most 1; and the angle does not fall while every operator sticks,
+ * (1 - sum w) least_slope >= sum c. The angle rises strictly, and has an inverse, where that
+ * inequality is strict.
+ * Errors: as above, with "edge_slope"; LM_INCONSISTENT naming "padding", "edge_slope",
+ * "outside_rad_per_Nm" or "inside_share". */
+lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm,
+                             lm_fault *fault);
+
+/* Half width [N*m] of operator i's band at a torque [N*m]. */
+lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_Nm);
+
+/* Every operator in the middle of its band, z_i = torque. At torque 0 that is the virgin state. */
+void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm);
+
+/* Pulls every z_i into its band at the memory's torque: to be called once after the memory was set
+ * by hand, restored, or carried over to another bank. A z_i that is NaN goes to the lower edge. */
+void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory);
+
+/* One step to a torque [N*m], finite. `after` may be `before` (commit at once) or other memory
+ * (trial: `before` stays as it was). Needs a settled memory; leaves a settled memory. The torque's
+ * direction decides which edge can push, so only that one is computed. */
+lm_play_sum lm_advance_plays(const lm_play_bank *bank, const lm_play_memory *before,
+                             lm_play_memory *after, lm_real torque_Nm);
+
+/* The same with every band wider by a factor (grease, temperature), which may change from step to
+ * step: both edges are computed, the memory need not be settled. The bands' edges rise with the
+ * torque while width_scale * widening < 1; width_scale: 0 to LM_WIDTH_SCALE_MAX. */
+lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, const lm_play_memory *before,
+                                    lm_play_memory *after, lm_real torque_Nm, lm_real width_scale);
+
+#define LM_WIDTH_SCALE_MAX LM_REAL(100) /* cold grease doubles the width; beyond 100 is nonsense \
+                                         */
+
+/* A whole recording: `count` torques [N*m] through a bank; the memory carries the state in and out.
+ * Writes h [rad] and T_e - T [N*m] of every sample; either may be null. */
+void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm_real *torque_Nm,
+                      int64_t count, lm_real *outside_rad, lm_real *inside_Nm);
+
+/* For fitting the weights: z_i - T of any number of operators over a recording.
+ * radius_Nm[operators], widening[operators]; z_Nm[operators] carries the state in and out and need
+ * not be settled; difference_Nm[count][operators] is written row by row. Same bits as the bank. */
+void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t operators,
+                  lm_real *z_Nm, const lm_real *torque_Nm, int64_t count, lm_real *difference_Nm);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,81 @@
+/* How large the runtime is built: one profile, or each size on its own.
+ *
+ * LM_PROFILE picks the defaults below; any single macro may be set on the compiler's command line.
+ * Every source of the library and of the program must see the same values.
+ *
+ *                        GAP   STANDARD   FULL
+ * LM_CURVE_POINTS_MAX     16         33     64   knots of the characteristic
+ * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
+ * LM_EFFECTS_MAX           0          8     27   secondary effects at work at once
+ * LM_EFFECT_MEMORY_MAX     0          8     32   numbers of memory that all effects share
+ *
+ * The gap profile has neither curve nor effects: its model is one play driven by the commanded
+ * output angle, for controllers that know no torque.
+ */
+#ifndef LOSTMOTION_PROFILE_H
+#define LOSTMOTION_PROFILE_H
+
+#define LM_PROFILE_GAP 1      /* one play, no curve */
+#define LM_PROFILE_STANDARD 2 /* 33 knots, 8 plays, up to 8 effects */
+#define LM_PROFILE_FULL 3     /* 64 knots, 16 plays, up to 27 effects */
+
+#ifndef LM_PROFILE
+#define LM_PROFILE LM_PROFILE_STANDARD /* LM_PROFILE_GAP, LM_PROFILE_STANDARD, LM_PROFILE_FULL */
+#endif
+#if LM_PROFILE < LM_PROFILE_GAP || LM_PROFILE > LM_PROFILE_FULL
+#error "lostmotion: LM_PROFILE must be LM_PROFILE_GAP, LM_PROFILE_STANDARD or LM_PROFILE_FULL"
+#endif
+
+#ifndef LM_CURVE_POINTS_MAX
+#if LM_PROFILE == LM_PROFILE_GAP
+#define LM_CURVE_POINTS_MAX 16
+#elif LM_PROFILE == LM_PROFILE_STANDARD
+#define LM_CURVE_POINTS_MAX 33 /* 16 to 64: knots of the characteristic */
+#else
+#define LM_CURVE_POINTS_MAX 64
+#endif
+#endif
+#if LM_CURVE_POINTS_MAX < 16 || LM_CURVE_POINTS_MAX > 64
+#error "lostmotion: LM_CURVE_POINTS_MAX must be 16 to 64"
+#endif
+
+#ifndef LM_PLAYS_MAX
+#if LM_PROFILE == LM_PROFILE_GAP
+#define LM_PLAYS_MAX 1
+#elif LM_PROFILE == LM_PROFILE_STANDARD
+#define LM_PLAYS_MAX 8 /* 1 to 32: play operators */
+#else
+#define LM_PLAYS_MAX 16
+#endif
+#endif
+#if LM_PLAYS_MAX < 1 || LM_PLAYS_MAX > 32
+#error "lostmotion: LM_PLAYS_MAX must be 1 to 32"
+#endif
+
+#ifndef LM_EFFECTS_MAX
+#if LM_PROFILE == LM_PROFILE_GAP
+#define LM_EFFECTS_MAX 0
+#elif LM_PROFILE == LM_PROFILE_STANDARD
+#define LM_EFFECTS_MAX 8 /* 0 to 64: effects at work at once */
+#else
+#define LM_EFFECTS_MAX 27
+#endif
+#endif
+#if LM_EFFECTS_MAX < 0 || LM_EFFECTS_MAX > 64
+#error "lostmotion: LM_EFFECTS_MAX must be 0 to 64"
+#endif
+
+#ifndef LM_EFFECT_MEMORY_MAX
+#if LM_PROFILE == LM_PROFILE_GAP
+#define LM_EFFECT_MEMORY_MAX 0
+#elif LM_PROFILE == LM_PROFILE_STANDARD
+#define LM_EFFECT_MEMORY_MAX 8 /* 0 to 256: numbers of memory shared by the effects at work */
+#else
+#define LM_EFFECT_MEMORY_MAX 32
+#endif
+#endif
+#if LM_EFFECT_MEMORY_MAX < 0 || LM_EFFECT_MEMORY_MAX > 256
+#error "lostmotion: LM_EFFECT_MEMORY_MAX must be 0 to 256"
+#endif
+
+#endif

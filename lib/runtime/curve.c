@@ -1,0 +1,170 @@
+#include "lostmotion/curve.h"
+
+#include "runtime/number.h"
+
+/* Last entry that is not above the value; 0 where all are. NaN compares false and gives 0.
+ * The steps are halves of the number of segments down to one, written out because compilers keep
+ * the loop; they sum up to the number of segments less one, so the index cannot leave the array. */
+static int32_t find_segment(const lm_real *rising, lm_real value) {
+  const lm_real *at = rising;
+#if LM_CURVE_STORE > 33
+  if (at[32] <= value) {
+    at += 32;
+  }
+#endif
+#if LM_CURVE_STORE > 17
+  if (at[16] <= value) {
+    at += 16;
+  }
+#endif
+  if (at[8] <= value) {
+    at += 8;
+  }
+  if (at[4] <= value) {
+    at += 4;
+  }
+  if (at[2] <= value) {
+    at += 2;
+  }
+  if (at[1] <= value) {
+    at += 1;
+  }
+  return (int32_t)(at - rising);
+}
+
+static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad, int32_t count,
+                             lm_fault *fault) {
+  int32_t i;
+  for (i = 0; i < count; ++i) {
+    if (!is_finite(torque_Nm[i])) {
+      return refuse(fault, LM_NOT_FINITE, "torque_Nm", torque_Nm[i], 0, 0);
+    }
+    if (!is_finite(angle_rad[i])) {
+      return refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
+    }
+  }
+  for (i = 1; i < count; ++i) {
+    if (!(torque_Nm[i] > torque_Nm[i - 1])) {
+      return refuse(fault, LM_NOT_MONOTONE, "torque_Nm", torque_Nm[i], torque_Nm[i - 1], 0);
+    }
+    if (!(angle_rad[i] >= angle_rad[i - 1])) {
+      return refuse(fault, LM_NOT_MONOTONE, "angle_rad", angle_rad[i], angle_rad[i - 1], 0);
+    }
+    /* Two knots of finite but extreme height can lie further apart than the number type reaches. */
+    if (!is_finite((angle_rad[i] - angle_rad[i - 1]) / (torque_Nm[i] - torque_Nm[i - 1]))) {
+      return refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
+    }
+  }
+  return LM_OK;
+}
+
+static lm_status check_count(int32_t count, lm_fault *fault) {
+  if (count < 2 || count > LM_CURVE_POINTS_MAX) {
+    return refuse(fault, LM_OUT_OF_RANGE, "count", LM_REAL(count), 2, LM_REAL(LM_CURVE_POINTS_MAX));
+  }
+  return LM_OK;
+}
+
+lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_real *angle_rad,
+                         int32_t count, lm_fault *fault) {
+  lm_status status;
+  int32_t i;
+  if (!curve || !torque_Nm || !angle_rad) {
+    return refuse(fault, LM_NULL, "curve", 0, 0, 0);
+  }
+  status = check_count(count, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  status = check_knots(torque_Nm, angle_rad, count, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  curve->count = count;
+  for (i = 0; i < LM_CURVE_STORE; ++i) {
+    int32_t knot = (i < count) ? i : count - 1;
+    int32_t segment = (i < count - 1) ? i : count - 2;
+    curve->torque_Nm[i] = torque_Nm[knot];
+    curve->angle_rad[i] = angle_rad[knot];
+    curve->slope_rad_per_Nm[i] = (angle_rad[segment + 1] - angle_rad[segment]) /
+                                 (torque_Nm[segment + 1] - torque_Nm[segment]);
+  }
+  return LM_OK;
+}
+
+lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault) {
+  lm_status status;
+  int32_t i;
+  if (!curve) {
+    return refuse(fault, LM_NULL, "curve", 0, 0, 0);
+  }
+  status = check_count(curve->count, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  status = check_knots(curve->torque_Nm, curve->angle_rad, curve->count, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < LM_CURVE_STORE; ++i) {
+    int32_t last = curve->count - 1;
+    int32_t segment = (i < last) ? i : last - 1;
+    lm_real slope = (curve->angle_rad[segment + 1] - curve->angle_rad[segment]) /
+                    (curve->torque_Nm[segment + 1] - curve->torque_Nm[segment]);
+    lm_real found = curve->slope_rad_per_Nm[i];
+    if (i > last && (curve->torque_Nm[i] != curve->torque_Nm[last] ||
+                     curve->angle_rad[i] != curve->angle_rad[last])) {
+      return refuse(fault, LM_INCONSISTENT, "padding", LM_REAL(i), 0, 0);
+    }
+    if (!(absolute(found - slope) <= LM_CURVE_SLOPE_TOLERANCE * slope)) {
+      return refuse(fault, LM_INCONSISTENT, "slope_rad_per_Nm", found, slope, slope);
+    }
+  }
+  return LM_OK;
+}
+
+lm_real lm_evaluate_curve(const lm_curve *curve, lm_real torque_Nm) {
+  int32_t at = find_segment(curve->torque_Nm, torque_Nm);
+  return curve->angle_rad[at] + curve->slope_rad_per_Nm[at] * (torque_Nm - curve->torque_Nm[at]);
+}
+
+lm_real lm_evaluate_curve_slope(const lm_curve *curve, lm_real torque_Nm) {
+  return curve->slope_rad_per_Nm[find_segment(curve->torque_Nm, torque_Nm)];
+}
+
+lm_real lm_invert_curve(const lm_curve *curve, lm_real angle_rad) {
+  int32_t at = find_segment(curve->angle_rad, angle_rad);
+  lm_real slope = curve->slope_rad_per_Nm[at];
+  lm_real beyond_rad = angle_rad - curve->angle_rad[at];
+  /* The search ends above every flat piece, so a flat segment is left only at the two ends. */
+  if (!(slope > 0)) {
+    return curve->torque_Nm[at];
+  }
+  return curve->torque_Nm[at] + beyond_rad / slope;
+}
+
+lm_real lm_find_least_slope(const lm_curve *curve) {
+  lm_real slope = curve->slope_rad_per_Nm[0];
+  int32_t i;
+  for (i = 1; i < LM_CURVE_STORE; ++i) {
+    slope = least(slope, curve->slope_rad_per_Nm[i]);
+  }
+  return slope;
+}
+
+lm_real lm_find_greatest_slope(const lm_curve *curve) {
+  lm_real slope = curve->slope_rad_per_Nm[0];
+  int32_t i;
+  for (i = 1; i < LM_CURVE_STORE; ++i) {
+    slope = greatest(slope, curve->slope_rad_per_Nm[i]);
+  }
+  return slope;
+}
+
+void lm_run_curve(const lm_curve *curve, const lm_real *torque_Nm, int64_t count,
+                  lm_real *angle_rad) {
+  int64_t i;
+  for (i = 0; i < count; ++i) {
+    angle_rad[i] = lm_evaluate_curve(curve, torque_Nm[i]);
+  }
+}

@@ -1,0 +1,258 @@
+#include "lostmotion/play.h"
+
+#include "runtime/number.h"
+
+/* Index into edge_slope of the lower and the upper edge. Away from zero the band widens, so the
+ * edge on the far side of the torque is the steep one. Both edges are straight lines that meet at
+ * zero torque in -+radius; a product and a sum with constants are monotone in floating point too,
+ * therefore a rising torque can only push the lower edge and a falling one the upper, exactly. */
+static int32_t lower_slope(lm_real torque_Nm) {
+  return torque_Nm >= 0 ? 0 : 1;
+}
+
+static int32_t upper_slope(lm_real torque_Nm) {
+  return torque_Nm >= 0 ? 1 : 0;
+}
+
+/* Written out, the eight steps cost 14 instructions each on a Cortex-M4F, in a loop 18; where size
+ * counts (-Os) the loop stays. */
+#if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
+#define UNROLL _Pragma("GCC unroll 8")
+#else
+#define UNROLL
+#endif
+
+static lm_status check_counts(int32_t count, int32_t outside_count, lm_fault *fault) {
+  if (count < 0 || count > LM_PLAYS_MAX) {
+    return refuse(fault, LM_OUT_OF_RANGE, "count", LM_REAL(count), 0, LM_REAL(LM_PLAYS_MAX));
+  }
+  if (outside_count < 0 || outside_count > count) {
+    return refuse(fault, LM_OUT_OF_RANGE, "outside_count", LM_REAL(outside_count), 0,
+                  LM_REAL(count));
+  }
+  return LM_OK;
+}
+
+static lm_status check_play(lm_real radius_Nm, lm_real widening, lm_real weight, lm_fault *fault) {
+  lm_status status = check_range(fault, "radius_Nm", radius_Nm, 0, LM_PLAY_RADIUS_MAX_NM);
+  if (status == LM_OK) {
+    status = check_range(fault, "widening", widening, 0, LM_PLAY_WIDENING_MAX);
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "weight", weight, 0, 1);
+  }
+  return status;
+}
+
+static lm_real sum_weights(const lm_play_slot *slot, int32_t from, int32_t to) {
+  lm_real sum = 0;
+  int32_t i;
+  for (i = from; i < to; ++i) {
+    sum += slot[i].weight;
+  }
+  return sum;
+}
+
+lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t count,
+                             int32_t outside_count, lm_fault *fault) {
+  lm_status status;
+  int32_t i;
+  if (!bank || (!play && count != 0)) {
+    return refuse(fault, LM_NULL, "bank", 0, 0, 0);
+  }
+  status = check_counts(count, outside_count, fault);
+  for (i = 0; status == LM_OK && i < count; ++i) {
+    status = check_play(play[i].radius_Nm, play[i].widening, play[i].weight, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  bank->count = count;
+  bank->outside_count = outside_count;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    lm_play_slot *slot = &bank->slot[i];
+    slot->radius_Nm = (i < count) ? play[i].radius_Nm : 0;
+    slot->edge_slope[0] = (i < count) ? 1 - play[i].widening : 1;
+    slot->edge_slope[1] = (i < count) ? 1 + play[i].widening : 1;
+    slot->weight = (i < count) ? play[i].weight : 0;
+  }
+  bank->outside_rad_per_Nm = sum_weights(bank->slot, 0, outside_count);
+  bank->inside_share = sum_weights(bank->slot, outside_count, count);
+  return LM_OK;
+}
+
+/* True where a cached number agrees with what it was made from: it may have been written in another
+ * precision. */
+static int agrees(lm_real cached, lm_real expected) {
+  return absolute(cached - expected) <= LM_PLAY_SUM_TOLERANCE * expected;
+}
+
+static lm_status check_slots(const lm_play_bank *bank, lm_fault *fault) {
+  int32_t i;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    const lm_play_slot *slot = &bank->slot[i];
+    lm_real widening = slot->edge_slope[1] - 1;
+    lm_status status = check_play(slot->radius_Nm, widening, slot->weight, fault);
+    if (status != LM_OK) {
+      return status;
+    }
+    if (!(absolute(slot->edge_slope[0] - (1 - widening)) <= LM_PLAY_SUM_TOLERANCE)) {
+      return refuse(fault, LM_INCONSISTENT, "edge_slope", slot->edge_slope[0], 1 - widening,
+                    1 - widening);
+    }
+    if (i >= bank->count && (slot->radius_Nm != 0 || widening != 0 || slot->weight != 0)) {
+      return refuse(fault, LM_INCONSISTENT, "padding", LM_REAL(i), 0, 0);
+    }
+  }
+  return LM_OK;
+}
+
+lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm,
+                             lm_fault *fault) {
+  lm_status status;
+  lm_real outside_rad_per_Nm;
+  lm_real inside;
+  lm_real sticking_rad_per_Nm;
+  if (!bank) {
+    return refuse(fault, LM_NULL, "bank", 0, 0, 0);
+  }
+  status = check_counts(bank->count, bank->outside_count, fault);
+  if (status == LM_OK) {
+    status = check_slots(bank, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  outside_rad_per_Nm = sum_weights(bank->slot, 0, bank->outside_count);
+  if (!agrees(bank->outside_rad_per_Nm, outside_rad_per_Nm)) {
+    return refuse(fault, LM_INCONSISTENT, "outside_rad_per_Nm", bank->outside_rad_per_Nm,
+                  outside_rad_per_Nm, outside_rad_per_Nm);
+  }
+  inside = sum_weights(bank->slot, bank->outside_count, bank->count);
+  if (!agrees(bank->inside_share, inside) || inside > 1 + LM_PLAY_SUM_TOLERANCE) {
+    return refuse(fault, LM_INCONSISTENT, "inside_share", bank->inside_share, 0, least(inside, 1));
+  }
+  sticking_rad_per_Nm = (1 - inside) * least_slope_rad_per_Nm;
+  if (outside_rad_per_Nm > 0 && !(sticking_rad_per_Nm >= outside_rad_per_Nm)) {
+    return refuse(fault, LM_INCONSISTENT, "outside_rad_per_Nm", outside_rad_per_Nm, 0,
+                  sticking_rad_per_Nm);
+  }
+  return LM_OK;
+}
+
+lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_Nm) {
+  const lm_play_slot *slot = &bank->slot[i];
+  return slot->radius_Nm + (slot->edge_slope[1] - 1) * absolute(torque_Nm);
+}
+
+void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm) {
+  int32_t i;
+  memory->torque_Nm = torque_Nm;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    memory->z_Nm[i] = torque_Nm;
+  }
+}
+
+void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory) {
+  lm_real torque_Nm = memory->torque_Nm;
+  int32_t i;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    const lm_play_slot *slot = &bank->slot[i];
+    memory->z_Nm[i] = clamp(memory->z_Nm[i],
+                            slot->edge_slope[lower_slope(torque_Nm)] * torque_Nm - slot->radius_Nm,
+                            slot->edge_slope[upper_slope(torque_Nm)] * torque_Nm + slot->radius_Nm);
+  }
+}
+
+/* The running sum over all operators is kept as it grows, so that the part outside can be read off
+ * where the places change. Outside comes first: its radians are the smaller numbers, and
+ * subtracting them from the total costs the inside part no digit that matters. */
+static lm_play_sum split_sum(const lm_play_bank *bank, const lm_real *partial, lm_real torque_Nm) {
+  lm_real outside = partial[bank->outside_count];
+  lm_play_sum sum;
+  sum.outside_rad = outside - bank->outside_rad_per_Nm * torque_Nm;
+  sum.inside_Nm = (partial[LM_PLAYS_MAX] - outside) - bank->inside_share * torque_Nm;
+  return sum;
+}
+
+lm_play_sum lm_advance_plays(const lm_play_bank *bank, const lm_play_memory *before,
+                             lm_play_memory *after, lm_real torque_Nm) {
+  lm_real partial[LM_PLAYS_MAX + 1];
+  lm_real sum = 0;
+  int32_t i;
+  partial[0] = 0;
+  if (torque_Nm >= before->torque_Nm) {
+    int32_t side = lower_slope(torque_Nm);
+    UNROLL
+    for (i = 0; i < LM_PLAYS_MAX; ++i) {
+      const lm_play_slot *slot = &bank->slot[i];
+      lm_real edge_Nm = slot->edge_slope[side] * torque_Nm - slot->radius_Nm;
+      lm_real z_Nm = greatest(before->z_Nm[i], edge_Nm);
+      after->z_Nm[i] = z_Nm;
+      sum += slot->weight * z_Nm;
+      partial[i + 1] = sum;
+    }
+  } else {
+    int32_t side = upper_slope(torque_Nm);
+    UNROLL
+    for (i = 0; i < LM_PLAYS_MAX; ++i) {
+      const lm_play_slot *slot = &bank->slot[i];
+      lm_real edge_Nm = slot->edge_slope[side] * torque_Nm + slot->radius_Nm;
+      lm_real z_Nm = least(before->z_Nm[i], edge_Nm);
+      after->z_Nm[i] = z_Nm;
+      sum += slot->weight * z_Nm;
+      partial[i + 1] = sum;
+    }
+  }
+  after->torque_Nm = torque_Nm;
+  return split_sum(bank, partial, torque_Nm);
+}
+
+lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, const lm_play_memory *before,
+                                    lm_play_memory *after, lm_real torque_Nm, lm_real width_scale) {
+  lm_real partial[LM_PLAYS_MAX + 1];
+  lm_real sum = 0;
+  int32_t i;
+  partial[0] = 0;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    lm_real radius_Nm = width_scale * lm_find_play_radius(bank, i, torque_Nm);
+    lm_real z_Nm = clamp(before->z_Nm[i], torque_Nm - radius_Nm, torque_Nm + radius_Nm);
+    after->z_Nm[i] = z_Nm;
+    sum += bank->slot[i].weight * z_Nm;
+    partial[i + 1] = sum;
+  }
+  after->torque_Nm = torque_Nm;
+  return split_sum(bank, partial, torque_Nm);
+}
+
+void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm_real *torque_Nm,
+                      int64_t count, lm_real *outside_rad, lm_real *inside_Nm) {
+  int64_t k;
+  for (k = 0; k < count; ++k) {
+    lm_play_sum sum = lm_advance_plays(bank, memory, memory, torque_Nm[k]);
+    if (outside_rad) {
+      outside_rad[k] = sum.outside_rad;
+    }
+    if (inside_Nm) {
+      inside_Nm[k] = sum.inside_Nm;
+    }
+  }
+}
+
+void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t operators,
+                  lm_real *z_Nm, const lm_real *torque_Nm, int64_t count, lm_real *difference_Nm) {
+  int64_t k;
+  int32_t i;
+  for (k = 0; k < count; ++k) {
+    lm_real now_Nm = torque_Nm[k];
+    lm_real side = now_Nm >= 0 ? LM_REAL(1) : LM_REAL(-1);
+    lm_real *row = difference_Nm + k * operators;
+    for (i = 0; i < operators; ++i) {
+      lm_real widen = side * widening[i];
+      lm_real z =
+          clamp(z_Nm[i], (1 - widen) * now_Nm - radius_Nm[i], (1 + widen) * now_Nm + radius_Nm[i]);
+      z_Nm[i] = z;
+      row[i] = z - now_Nm;
+    }
+  }
+}
