@@ -3,29 +3,37 @@
 if(NOT LM_BUNDLE_NLOPT)
   find_package(NLopt 2.7.1 QUIET CONFIG)
 endif()
-if(NOT TARGET NLopt::nlopt)
-  if(NOT LM_FETCH AND NOT LM_BUNDLE_NLOPT AND NOT FETCHCONTENT_SOURCE_DIR_NLOPT)
-    message(FATAL_ERROR "NLopt >= 2.7.1 not found. Install it (Debian, Ubuntu: libnlopt-dev), set "
-      "FETCHCONTENT_SOURCE_DIR_NLOPT to its source tree, allow the download with -DLM_FETCH=ON, or "
-      "leave the optimizer out with -DLM_BUILD_OPTIMIZER=OFF.")
-  endif()
-  foreach(part CXX FORTRAN PYTHON OCTAVE MATLAB GUILE JAVA SWIG LUKSAN TESTS)
-    set(NLOPT_${part} OFF CACHE BOOL "" FORCE)
-  endforeach()
+if(TARGET NLopt::nlopt)
+  return()
+endif()
+if(NOT LM_FETCH AND NOT LM_BUNDLE_NLOPT AND NOT FETCHCONTENT_SOURCE_DIR_NLOPT)
+  message(FATAL_ERROR "NLopt >= 2.7.1 not found. Install it (Debian, Ubuntu: libnlopt-dev), set "
+    "FETCHCONTENT_SOURCE_DIR_NLOPT to its source tree, allow the download with -DLM_FETCH=ON, or "
+    "leave the optimizer out with -DLM_BUILD_OPTIMIZER=OFF.")
+endif()
+
+# A function, so that what is set for NLopt's build ends here.
+function(lm_build_nlopt)
   include(FetchContent)
-  # The checksum is the one that conan-center-index states for this archive.
+  # Homebrew, MXE and Drake state the same checksum for this archive.
   FetchContent_Declare(nlopt
-    URL https://github.com/stevengj/nlopt/archive/refs/tags/v2.7.1.tar.gz
-    URL_HASH SHA256=db88232fa5cef0ff6e39943fc63ab6074208831dc0031cf1545f6ecd31ae2a1a)
-  FetchContent_GetProperties(nlopt)
-  if(NOT nlopt_POPULATED)
-    FetchContent_Populate(nlopt)
-    set(BUILD_SHARED_LIBS OFF)
-    set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-    # EXCLUDE_FROM_ALL keeps NLopt's own install rules out of ours.
-    add_subdirectory(${nlopt_SOURCE_DIR} ${nlopt_BINARY_DIR} EXCLUDE_FROM_ALL)
-  endif()
-  if(NOT TARGET NLopt::nlopt)
-    add_library(NLopt::nlopt ALIAS nlopt)
-  endif()
+    URL https://github.com/stevengj/nlopt/archive/refs/tags/v2.10.0.tar.gz
+    URL_HASH SHA256=506f83a9e778ad4f204446e99509cb2bdf5539de8beccc260a014bd560237be1
+    SOURCE_SUBDIR none) # no such folder: it is only fetched here and added below
+  FetchContent_MakeAvailable(nlopt)
+  # NLopt asks for a CMake so old that newer ones no longer know its rules; and its options must not
+  # override what is set here.
+  set(CMAKE_POLICY_VERSION_MINIMUM 3.5)
+  set(CMAKE_POLICY_DEFAULT_CMP0077 NEW)
+  foreach(part CXX FORTRAN PYTHON OCTAVE MATLAB GUILE JAVA SWIG LUKSAN TESTS)
+    set(NLOPT_${part} OFF)
+  endforeach()
+  set(BUILD_SHARED_LIBS OFF)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+  # EXCLUDE_FROM_ALL keeps NLopt's own install rules out of ours.
+  add_subdirectory(${nlopt_SOURCE_DIR} ${nlopt_BINARY_DIR} EXCLUDE_FROM_ALL)
+endfunction()
+lm_build_nlopt()
+if(NOT TARGET NLopt::nlopt)
+  add_library(NLopt::nlopt ALIAS nlopt)
 endif()
