@@ -142,9 +142,13 @@ static lm_gap flank_gap(const flank_pair *pair) {
   return contact_at(pair, at_low.gap_rad < at_high.gap_rad ? &at_low : &at_high);
 }
 
+lm_real lm_section_place(int section, int sections) {
+  return sections > 1 ? LM_REAL(section) / LM_REAL(sections - 1) : LM_REAL(0.5);
+}
+
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
-  const lm_real middle = (LM_REAL(section) + LM_REAL(0.5)) / LM_REAL(sections) - LM_REAL(0.5);
-  return LM_REAL(1) + middle * drive->teeth.face_width_mm / drive->flexspline.length_mm;
+  const lm_real from_middle = lm_section_place(section, sections) - LM_REAL(0.5);
+  return LM_REAL(1) + from_middle * drive->teeth.face_width_mm / drive->flexspline.length_mm;
 }
 
 lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,

@@ -46,10 +46,13 @@ typedef struct lm_mesh {
 lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
                        lm_fault *fault);
 
-/* Local deflection over nominal deflection of axial section `section` of `sections`, straight
- * generatrix (model.md section 2.6): sections are the middles of equal slices of the face width;
- * the deflection grows in proportion to the distance from the cup bottom and is nominal in the
- * middle of the teeth. 1 for one section. */
+/* Where axial section `section` of `sections` stands on the face width: 0 at the edge towards the cup
+ * bottom, 1 at the open end, equally spaced with both edges among them, because the edges touch
+ * first; 0.5 for a single section. */
+lm_real lm_section_place(int section, int sections);
+
+/* Local over nominal deflection of an axial section, straight generatrix (model.md section 2.6): it
+ * grows in proportion to the distance from the cup bottom and is nominal in the middle of the teeth. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */

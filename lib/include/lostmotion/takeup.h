@@ -81,8 +81,8 @@ lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, l
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault);
 
 /* State under one torque. The angle counts from the torque-free middle position and is the sum of
- * its four shares: work done on the way from rest, divided by the torque, so each share is >= 0 for
- * positive torque, continuous in torque, and they add up exactly. */
+ * its four shares: work done on the way from rest, divided by the torque. Each share has the sign of
+ * the torque, is continuous in it, and they add up exactly. */
 typedef struct lm_take_up {
   lm_real angle_rad;
   lm_real clearance_rad; /* eq (1): play of the pairs that joined (or left) since rest */

@@ -1,0 +1,447 @@
+#include "lostmotion/characteristic.h"
+
+#include "real_math.h"
+#include "refuse.h"
+
+#define MM_PER_M LM_REAL(1000)
+
+/* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius --------------------- */
+
+#define GIVE_NODES 5 /* linear between; the pair's own give is about 1 % of the lost motion */
+
+typedef struct give_table {
+  lm_real low_mm;
+  lm_real step_mm;
+  lm_real give_mm_per_N[GIVE_NODES];
+} give_table;
+
+static lm_status tabulate_give(const lm_involute_tooth *tooth, lm_real low_mm, lm_real high_mm,
+                               const lm_drive *drive, give_table *table, lm_fault *fault) {
+  const lm_real width = drive->teeth.face_width_mm;
+  lm_tooth_material material;
+  int i;
+  material.youngs_modulus_MPa = drive->material.youngs_modulus_MPa;
+  material.shear_modulus_MPa = drive->material.shear_modulus_MPa;
+  material.poisson_ratio = drive->material.poisson_ratio;
+  material.plane_strain = 1; /* a tooth is an order of magnitude wider than high */
+  table->low_mm = low_mm;
+  table->step_mm = (high_mm - low_mm) / LM_REAL(GIVE_NODES - 1);
+  for (i = 0; i < GIVE_NODES; i++) {
+    const lm_real radius = low_mm + table->step_mm * LM_REAL(i);
+    lm_tooth_compliance tilt;
+    lm_real angle;
+    lm_real rim;
+    lm_status status = lm_involute_load_angle(tooth, radius, &angle, fault);
+    if (status == LM_OK) {
+      status = lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
+    }
+    if (status == LM_OK) {
+      status = lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &rim,
+                                                 fault);
+    }
+    if (status != LM_OK) {
+      return status;
+    }
+    table->give_mm_per_N[i] = tilt.total_mm_per_N + rim;
+  }
+  return LM_OK;
+}
+
+static lm_real look_up_give(const give_table *table, lm_real radius_mm) {
+  const lm_real place = (radius_mm - table->low_mm) / table->step_mm;
+  int i = place > LM_REAL(0) ? (int)place : 0;
+  i = i < GIVE_NODES - 1 ? i : GIVE_NODES - 2;
+  return table->give_mm_per_N[i] +
+         (place - LM_REAL(i)) * (table->give_mm_per_N[i + 1] - table->give_mm_per_N[i]);
+}
+
+typedef struct pair_give {
+  give_table flexspline;
+  give_table rigid;
+  lm_real fixed_mm_per_N; /* > 0: given by the designer, no tables */
+} pair_give;
+
+static lm_real larger(lm_real a, lm_real b) {
+  return a > b ? a : b;
+}
+
+/* The loaded radii run from where the mating tip can reach to the own tip; a load needs an involute
+ * under it and some tooth below it. */
+static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_give *give,
+                              lm_fault *fault) {
+  const lm_teeth *t = &drive->teeth;
+  const lm_real w = g->deflection_mm;
+  const lm_real hair = LM_REAL(0.02) * g->module_mm;
+  lm_involute_tooth outward;
+  lm_involute_tooth inward;
+  lm_status status;
+  give->fixed_mm_per_N = drive->support.tooth_compliance_mm_per_N;
+  if (give->fixed_mm_per_N > LM_REAL(0)) {
+    return LM_OK;
+  }
+  if (g->deformation == LM_INTERNAL) {
+    status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->flexspline_teeth,
+                                    t->flexspline_shift, t->pressure_angle_rad,
+                                    g->flexspline_root_mm, &outward, fault);
+    if (status == LM_OK) {
+      status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth,
+                                      t->rigid_shift, t->pressure_angle_rad, g->rigid_root_mm,
+                                      &inward, fault);
+    }
+    if (status == LM_OK) {
+      const lm_real low = larger(g->rigid_tip_mm - w, g->flexspline_root_mm);
+      status = tabulate_give(&outward, larger(low, g->flexspline.base_mm) + hair,
+                             g->flexspline_tip_mm, drive, &give->flexspline, fault);
+    }
+    if (status == LM_OK) {
+      status = tabulate_give(&inward, g->rigid_tip_mm, g->flexspline_tip_mm + w, drive,
+                             &give->rigid, fault);
+    }
+  } else {
+    status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->flexspline_teeth,
+                                    t->flexspline_shift, t->pressure_angle_rad,
+                                    g->flexspline_root_mm, &inward, fault);
+    if (status == LM_OK) {
+      status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->rigid_teeth,
+                                      t->rigid_shift, t->pressure_angle_rad, g->rigid_root_mm,
+                                      &outward, fault);
+    }
+    if (status == LM_OK) {
+      status = tabulate_give(&inward, g->flexspline_tip_mm, g->rigid_tip_mm + w, drive,
+                             &give->flexspline, fault);
+    }
+    if (status == LM_OK) {
+      const lm_real low = larger(g->flexspline_tip_mm - w, g->rigid_root_mm);
+      status = tabulate_give(&outward, larger(low, g->rigid.base_mm) + hair, g->rigid_tip_mm,
+                             drive, &give->rigid, fault);
+    }
+  }
+  return status;
+}
+
+/* Along the force; the flexspline's own radius of the contact follows from its foot on the neutral
+ * line. */
+static lm_real give_at(const pair_give *give, const lm_mesh *mesh, lm_real angle_rad,
+                       lm_real contact_mm) {
+  lm_placement place;
+  if (give->fixed_mm_per_N > LM_REAL(0)) {
+    return give->fixed_mm_per_N;
+  }
+  place = lm_place_tooth(&mesh->line, angle_rad);
+  return look_up_give(&give->flexspline,
+                      contact_mm - place.radius_mm + mesh->geometry.neutral_mm) +
+         look_up_give(&give->rigid, contact_mm);
+}
+
+/* --- candidates for contact ---------------------------------------------------------------------- */
+
+/* The pair that touches first on a flank. */
+typedef struct nearest {
+  lm_real gap_rad;
+  lm_real flank_angle_rad;
+} nearest;
+
+static void find_nearest(const lm_clearance clearances[], int count, lm_real limit_rad,
+                         nearest *forward, nearest *backward) {
+  int i;
+  for (i = 0; i < count; i++) {
+    const lm_clearance *c = &clearances[i];
+    if (real_fabs(c->angle_rad) <= limit_rad) {
+      if (c->forward.gap_rad < forward->gap_rad) {
+        forward->gap_rad = c->forward.gap_rad;
+        forward->flank_angle_rad = c->forward.flank_angle_rad;
+      }
+      if (c->backward.gap_rad < backward->gap_rad) {
+        backward->gap_rad = c->backward.gap_rad;
+        backward->flank_angle_rad = c->backward.flank_angle_rad;
+      }
+    }
+  }
+}
+
+/* What builds the list of contacts. */
+typedef struct builder {
+  const lm_drive *drive;
+  const pair_give *give;
+  lm_contact *contacts;
+  int count;
+  int lobes;
+} builder;
+
+/* Turn of the rigid gear's flank towards the pair by the eccentricity of a fixed generator,
+ * model.md 3.4: one lobe comes nearer by what the other one recedes. */
+static lm_real eccentric_shift(const lm_generator *g, const lm_gap *gap, int side) {
+  return g->eccentricity_mm *
+         (LM_REAL(side) * real_sin(g->eccentricity_angle_rad) +
+          real_tan(gap->flank_angle_rad) * real_cos(g->eccentricity_angle_rad)) /
+         gap->radius_mm;
+}
+
+static lm_status add_pair(builder *b, const lm_mesh *mesh, int section, int tooth,
+                          lm_real angle_rad, const lm_gap *gap, int side, lm_fault *fault) {
+  const lm_real c = real_cos(gap->flank_angle_rad);
+  const lm_real give = give_at(b->give, mesh, angle_rad, gap->radius_mm) / (c * c);
+  const lm_real shift =
+      b->lobes == 2 ? eccentric_shift(&b->drive->generator, gap, side) : LM_REAL(0);
+  int lobe;
+  for (lobe = 0; lobe < b->lobes; lobe++) {
+    lm_contact *contact = &b->contacts[b->count];
+    if (b->count == LM_CONTACTS_MAX) {
+      return refuse_capacity(fault, "LM_CONTACTS_MAX", LM_CONTACTS_MAX, LM_CONTACTS_MAX + 1);
+    }
+    contact->arm_mm = gap->radius_mm;
+    contact->wedge = real_tan(gap->flank_angle_rad);
+    contact->gap_rad = gap->gap_rad + (lobe == 0 ? shift : -shift);
+    contact->compliance_mm_per_N = give * LM_REAL(b->drive->axial_sections);
+    contact->tooth = tooth;
+    contact->lobe = lobe;
+    contact->section = section;
+    contact->side = side;
+    b->count++;
+  }
+  return LM_OK;
+}
+
+/* Pairs whose gap is wider than the nearest one by more than the limit never carry. */
+static lm_status add_section(builder *b, const lm_mesh *mesh, int section,
+                             const lm_clearance clearances[], int count, const nearest *forward,
+                             const nearest *backward, lm_fault *fault) {
+  const lm_support *support = &b->drive->support;
+  int i;
+  for (i = 0; i < count; i++) {
+    const lm_clearance *c = &clearances[i];
+    lm_status status = LM_OK;
+    if (real_fabs(c->angle_rad) > support->engagement_limit_rad) {
+      continue;
+    }
+    if (c->forward.gap_rad - forward->gap_rad <= support->gap_limit_rad) {
+      status = add_pair(b, mesh, section, i, c->angle_rad, &c->forward, 1, fault);
+    }
+    if (status == LM_OK && c->backward.gap_rad - backward->gap_rad <= support->gap_limit_rad) {
+      status = add_pair(b, mesh, section, i, c->angle_rad, &c->backward, -1, fault);
+    }
+    if (status != LM_OK) {
+      return status;
+    }
+  }
+  return LM_OK;
+}
+
+/* Rim between the axial sections: each turns by the torque that passes through it, counted from the
+ * edge towards the cup. */
+static void twist_between_sections(const lm_drive *drive, const lm_geometry *g,
+                                   lm_foundation *foundation) {
+  const int sections = drive->axial_sections;
+  const lm_real inertia = LM_REAL(2) * LM_PI * g->neutral_mm * g->neutral_mm * g->neutral_mm *
+                          drive->flexspline.rim_thickness_mm;
+  int i;
+  int j;
+  for (i = 0; i < sections; i++) {
+    for (j = 0; j < sections; j++) {
+      foundation->twist_rad_per_Nmm[i][j] =
+          sections == 1 ? LM_REAL(0)
+                        : lm_section_place(i < j ? i : j, sections) * drive->teeth.face_width_mm /
+                              (drive->material.shear_modulus_MPa * inertia);
+    }
+  }
+}
+
+lm_real lm_mean_radial_gap(const lm_drive *drive) {
+  lm_real zone[LM_GAP_ZONES];
+  int i;
+  zone[LM_GENERATOR_GAP] = drive->gap.generator_mm;
+  zone[LM_TEETH_GAP] = drive->gap.teeth_mm;
+  for (i = 0; i < drive->tolerance_count; i++) {
+    const lm_tolerance_link *link = &drive->tolerances[i];
+    zone[link->zone] += link->influence * (link->lower_mm + link->upper_mm) / LM_REAL(2);
+  }
+  return larger(zone[LM_GENERATOR_GAP], LM_REAL(0)) + larger(zone[LM_TEETH_GAP], LM_REAL(0));
+}
+
+lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
+                            lm_fault *fault) {
+  lm_status status = LM_OK;
+  int i;
+  if (drive == 0 || workspace == 0) {
+    return refuse(fault, LM_NULL, drive == 0 ? "drive" : "workspace");
+  }
+  status = check_range(fault, "drive.axial_sections", LM_REAL(drive->axial_sections), LM_REAL(1),
+                       LM_REAL(LM_SECTIONS_MAX));
+  for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
+    const lm_real factor = lm_section_factor(drive, i, drive->axial_sections);
+    status = lm_make_mesh(drive, factor, nodes, &workspace->meshes[i], fault);
+  }
+  return status;
+}
+
+/* Contacts and foundation of the drive at a tooth phase. */
+static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mesh_state *state,
+                                lm_design_workspace *w, lm_fault *fault) {
+  const lm_geometry *g = &w->meshes[0].geometry;
+  const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(g->flexspline_teeth);
+  nearest forward = {REAL_INFINITY, LM_REAL(0)};
+  nearest backward = {REAL_INFINITY, LM_REAL(0)};
+  pair_give give;
+  builder b;
+  lm_status status = prepare_give(drive, g, &give, fault);
+  int count = 0;
+  int i;
+  b.drive = drive;
+  b.give = &give;
+  b.contacts = w->contacts;
+  b.count = 0;
+  b.lobes = drive->generator.floating || drive->generator.eccentricity_mm == LM_REAL(0) ? 1 : 2;
+  /* The nearest pair over all sections first, then the list: clearances are kept for one section at
+   * a time, so a planar drive computes them once and a spatial one twice. */
+  for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
+    status = lm_lobe_clearances(&w->meshes[i], phase_rad, w->clearances, LM_LOBE_TEETH_MAX, &count,
+                                fault);
+    if (status == LM_OK) {
+      find_nearest(w->clearances, count, drive->support.engagement_limit_rad, &forward, &backward);
+    }
+  }
+  if (status == LM_OK && (!real_isfinite(forward.gap_rad) || !real_isfinite(backward.gap_rad))) {
+    status = refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
+  }
+  for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
+    if (drive->axial_sections > 1) {
+      status = lm_lobe_clearances(&w->meshes[i], phase_rad, w->clearances, LM_LOBE_TEETH_MAX,
+                                  &count, fault);
+    }
+    if (status == LM_OK) {
+      status = add_section(&b, &w->meshes[i], i, w->clearances, count, &forward, &backward, fault);
+    }
+  }
+  if (status == LM_OK) {
+    status = lm_beam_yield(drive->support.foundation_N_per_mm2,
+                           drive->support.ring_stiffness_N_mm2, g->neutral_mm * pitch,
+                           drive->support.ring_factor, count, w->foundation.yield_mm_per_N, fault);
+  }
+  w->foundation.sections = drive->axial_sections;
+  w->foundation.lobes = b.lobes;
+  twist_between_sections(drive, g, &w->foundation);
+  state->pairs = b.count;
+  state->flank_angle_rad = forward.flank_angle_rad;
+  state->radius_mm = g->mean_mm;
+  return status;
+}
+
+/* --- the sum ------------------------------------------------------------------------------------- */
+
+/* One torque: everything behind the mesh, and the sum. */
+static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, lm_real gap_rad,
+                            lm_real torsion_rad_per_Nm, const lm_take_up *mesh, lm_real torque_Nm,
+                            lm_contributions *out, lm_fault *fault) {
+  const lm_real tangent = real_tan(state->flank_angle_rad);
+  const lm_real r = state->radius_mm;
+  const lm_real sign = torque_Nm < LM_REAL(0) ? LM_REAL(-1) : LM_REAL(1);
+  const lm_real rho = drive->friction_angle_rad;
+  lm_real force = LM_REAL(0);
+  lm_real approach = LM_REAL(0);
+  lm_real slope = LM_REAL(0);
+  lm_real gap = LM_REAL(0);
+  lm_real compliance;
+  lm_status status = lm_lobe_radial_force(torque_Nm, r, state->flank_angle_rad, LM_REAL(0), &force,
+                                          fault);
+  if (status == LM_OK) {
+    status = lm_sum_radial(force, drive->radial_laws, drive->radial_law_count, &approach, &slope,
+                           fault);
+  }
+  if (status == LM_OK) {
+    status = lm_gap_rotation(torque_Nm, state->gap_torque_Nm, gap_rad, &gap, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  compliance = LM_REAL(1) / mesh->stiffness_Nm_per_rad + torsion_rad_per_Nm +
+               slope * MM_PER_M * tangent * tangent / (LM_REAL(2) * r * r);
+  if (sign * torque_Nm < state->gap_torque_Nm) {
+    compliance += gap_rad / state->gap_torque_Nm;
+  }
+  out->torque_Nm = torque_Nm;
+  out->radial_gap_rad = gap;
+  out->side_clearance_rad = mesh->clearance_rad;
+  out->radial_compliance_rad = mesh->ring_rad + sign * approach * tangent / r;
+  out->torsion_rad = torque_Nm * torsion_rad_per_Nm + mesh->twist_rad;
+  out->tooth_bending_rad = mesh->tooth_rad;
+  out->total_rad = out->radial_gap_rad + out->side_clearance_rad + out->radial_compliance_rad +
+                   out->torsion_rad + out->tooth_bending_rad;
+  out->stiffness_Nm_per_rad = LM_REAL(1) / compliance;
+  out->friction_half_width_rad =
+      real_fabs(out->radial_compliance_rad) *
+      (real_tan(state->flank_angle_rad + rho) - real_tan(state->flank_angle_rad - rho)) /
+      (LM_REAL(2) * tangent);
+  out->forward_teeth = mesh->forward_teeth;
+  out->backward_teeth = mesh->backward_teeth;
+  return LM_OK;
+}
+
+lm_status lm_evaluate_characteristic(const lm_drive *drive, lm_real phase_rad,
+                                     const lm_real torque_Nm[], int count,
+                                     lm_contributions contributions[], lm_mesh_state *state,
+                                     lm_design_workspace *workspace, lm_fault *fault) {
+  lm_mesh_state found;
+  lm_rest rest;
+  lm_real gap_rad = LM_REAL(0);
+  lm_real torsion = LM_REAL(0);
+  lm_real unused = LM_REAL(0);
+  lm_status status;
+  int i;
+  if (drive == 0 || torque_Nm == 0 || contributions == 0 || workspace == 0) {
+    return refuse(fault, LM_NULL, "drive, torque_Nm, contributions, workspace");
+  }
+  status = check_range(fault, "count", LM_REAL(count), LM_REAL(1), LM_REAL(LM_TORQUES_MAX));
+  if (status == LM_OK) {
+    status = build_contacts(drive, phase_rad, &found, workspace, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_coupled_take_up(workspace->contacts, found.pairs, &workspace->foundation, torque_Nm,
+                                count, workspace->states, &rest, &workspace->take_up, fault);
+  }
+  if (status == LM_OK) {
+    found.middle_rad = rest.middle_rad;
+    found.free_play_rad = rest.free_play_rad;
+    found.preloaded_pairs = rest.preloaded;
+    found.gap_mm = lm_mean_radial_gap(drive);
+    status = lm_radial_gap_angle(found.gap_mm, found.flank_angle_rad, found.radius_mm, &gap_rad,
+                                 fault);
+  }
+  if (status == LM_OK) {
+    status = lm_gap_closing_torque(found.gap_mm, found.radius_mm,
+                                   drive->gap.ring_stiffness_N_per_mm, found.flank_angle_rad,
+                                   &found.gap_torque_Nm, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_sum_torsion(LM_REAL(0), drive->torsion, drive->torsion_count, &unused, &torsion,
+                            fault);
+  }
+  for (i = 0; i < count && status == LM_OK; i++) {
+    status = add_chains(drive, &found, gap_rad, torsion, &workspace->states[i], torque_Nm[i],
+                        &contributions[i], fault);
+  }
+  if (status == LM_OK && state != 0) {
+    *state = found;
+  }
+  return status;
+}
+
+lm_status lm_reversal_lost_motion(const lm_drive *drive, lm_real phase_rad, lm_real torque_Nm,
+                                  lm_real *lost_motion_rad, lm_design_workspace *workspace,
+                                  lm_fault *fault) {
+  lm_real torque[2];
+  lm_contributions ends[2];
+  lm_status status;
+  if (lost_motion_rad == 0) {
+    return refuse(fault, LM_NULL, "lost_motion_rad");
+  }
+  if (!(torque_Nm > LM_REAL(0))) {
+    return refuse_range(fault, "torque_Nm", torque_Nm, LM_REAL(0), REAL_INFINITY);
+  }
+  torque[0] = -torque_Nm;
+  torque[1] = torque_Nm;
+  status = lm_evaluate_characteristic(drive, phase_rad, torque, 2, ends, 0, workspace, fault);
+  if (status == LM_OK) {
+    *lost_motion_rad = ends[1].total_rad - ends[0].total_rad;
+  }
+  return status;
+}

@@ -1,0 +1,262 @@
+#include "lostmotion/checks.h"
+
+#include "real_math.h"
+#include "refuse.h"
+
+#define HALF_PI (LM_PI / LM_REAL(2))
+
+/* Limits in modules, model.md section 2.5. */
+#define TIP_THICKNESS LM_REAL(0.25)
+#define RADIAL_CLEARANCE LM_REAL(0.15)
+#define SAFETY LM_REAL(1.5)
+#define SHEAR_MEAN_FACTOR LM_REAL(0.1)
+
+const char *lm_check_name(lm_check_id check) {
+  static const char *const names[LM_CHECK_COUNT] = {
+      "form_radius",    "flexspline_tip_thickness", "rigid_tip_thickness",
+      "flexspline_root_clearance", "rigid_root_clearance", "smallest_gap",
+      "disengagement",  "free_assembly",            "bending_stress",
+      "torsion_stress", "safety_factor"};
+  return (int)check >= 0 && check < LM_CHECK_COUNT ? names[check] : "";
+}
+
+const char *lm_check_unit(lm_check_id check) {
+  static const char *const units[LM_CHECK_COUNT] = {"mm", "mm", "mm",  "mm",  "mm", "rad",
+                                                    "mm", "mm", "MPa", "MPa", "-"};
+  return (int)check >= 0 && check < LM_CHECK_COUNT ? units[check] : "";
+}
+
+lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift) {
+  const lm_real r = teeth->module_mm * LM_REAL(gear_teeth) / LM_REAL(2);
+  const lm_real s = real_sin(teeth->pressure_angle_rad);
+  const lm_real base = r * real_cos(teeth->pressure_angle_rad);
+  const lm_real along = r * s + (shift - teeth->rack_addendum) * teeth->module_mm / s;
+  return real_sqrt(base * base + along * along);
+}
+
+/* --- smallest gap ------------------------------------------------------------------------------- */
+
+static lm_real gap_at(const lm_mesh *mesh, lm_real angle_rad, int forward) {
+  const lm_clearance clearance = lm_tooth_clearance(mesh, angle_rad);
+  return forward ? clearance.forward.gap_rad : clearance.backward.gap_rad;
+}
+
+static void keep_smaller(lm_smallest_gap *smallest, lm_real gap, lm_real angle, int section,
+                         int forward) {
+  if (gap < smallest->gap_rad) {
+    smallest->gap_rad = gap;
+    smallest->angle_rad = angle;
+    smallest->section = section;
+    smallest->forward = forward;
+  }
+}
+
+/* The gap is smooth between the changes of contact corner, so a few parabola steps from the best
+ * sample close in on a smooth minimum; at a kink they do no harm, as only smaller gaps are kept. */
+static void refine(const lm_mesh meshes[], lm_real step, lm_smallest_gap *smallest) {
+  const lm_mesh *mesh = &meshes[smallest->section];
+  lm_real width = step;
+  int i;
+  for (i = 0; i < 4; i++) {
+    const lm_real middle = smallest->angle_rad;
+    const lm_real at_middle = smallest->gap_rad;
+    const lm_real below = gap_at(mesh, middle - width, smallest->forward);
+    const lm_real above = gap_at(mesh, middle + width, smallest->forward);
+    const lm_real bend = below - LM_REAL(2) * at_middle + above;
+    const int section = smallest->section;
+    const int forward = smallest->forward;
+    keep_smaller(smallest, below, middle - width, section, forward);
+    keep_smaller(smallest, above, middle + width, section, forward);
+    if (bend > LM_REAL(0) && real_isfinite(bend)) {
+      const lm_real vertex = middle + width * (below - above) / (LM_REAL(2) * bend);
+      keep_smaller(smallest, gap_at(mesh, vertex, forward), vertex, section, forward);
+    }
+    width /= LM_REAL(4);
+  }
+}
+
+lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_per_pitch,
+                               lm_smallest_gap *smallest, lm_fault *fault) {
+  lm_smallest_gap found;
+  lm_status status;
+  lm_real step;
+  int steps;
+  int section;
+  int i;
+  if (meshes == 0 || smallest == 0) {
+    return refuse(fault, LM_NULL, meshes == 0 ? "meshes" : "smallest");
+  }
+  status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
+  if (status == LM_OK) {
+    status = check_range(fault, "steps_per_pitch", LM_REAL(steps_per_pitch), LM_REAL(1),
+                         LM_REAL(64));
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  steps = (meshes[0].geometry.flexspline_teeth * steps_per_pitch + 3) / 4;
+  step = HALF_PI / LM_REAL(steps);
+  found.gap_rad = REAL_INFINITY;
+  found.angle_rad = LM_REAL(0);
+  found.section = 0;
+  found.forward = 1;
+  for (section = 0; section < sections; section++) {
+    for (i = 0; i <= steps; i++) {
+      const lm_real angle = step * LM_REAL(i);
+      const lm_clearance clearance = lm_tooth_clearance(&meshes[section], angle);
+      keep_smaller(&found, clearance.forward.gap_rad, angle, section, 1);
+      keep_smaller(&found, clearance.backward.gap_rad, angle, section, 0);
+    }
+  }
+  if (!real_isfinite(found.gap_rad)) {
+    return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
+  }
+  refine(meshes, step, &found);
+  *smallest = found;
+  return LM_OK;
+}
+
+/* --- geometry ------------------------------------------------------------------------------------ */
+
+static lm_check at_least(lm_real value, lm_real limit) {
+  lm_check check;
+  check.value = value;
+  check.limit = limit;
+  check.margin = value - limit;
+  return check;
+}
+
+static lm_check at_most(lm_real value, lm_real limit) {
+  lm_check check;
+  check.value = value;
+  check.limit = limit;
+  check.margin = limit - value;
+  return check;
+}
+
+/* Tip thickness of a tooth whose flank is given as its own half angle. */
+static lm_real outward_thickness(const lm_involute *flank, lm_real radius) {
+  return LM_REAL(2) * radius * lm_involute_half_angle(flank, radius);
+}
+
+/* Tip thickness of an internal tooth, whose flank is given as the half angle of the space. */
+static lm_real inward_thickness(const lm_involute *flank, lm_real radius, int teeth) {
+  return LM_REAL(2) * radius * (LM_PI / LM_REAL(teeth) - lm_involute_half_angle(flank, radius));
+}
+
+/* The deflection of the widest axial section, and how far the free zone springs back at 90 deg. */
+static void widest_wave(const lm_mesh meshes[], int sections, lm_real *deflection,
+                        lm_real *retreat) {
+  const lm_wave across = lm_evaluate_shape(&meshes[0].line.shape, HALF_PI);
+  int i;
+  *deflection = meshes[0].line.deflection_mm;
+  *retreat = *deflection;
+  for (i = 1; i < sections; i++) {
+    const lm_real w = meshes[i].line.deflection_mm;
+    *deflection = w > *deflection ? w : *deflection;
+    *retreat = w < *retreat ? w : *retreat;
+  }
+  *retreat *= real_fabs(across.radial);
+}
+
+static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int sections,
+                           lm_check checks[]) {
+  const lm_geometry *g = &meshes[0].geometry;
+  const lm_teeth *t = &drive->teeth;
+  const lm_real tip = TIP_THICKNESS * g->module_mm;
+  const lm_real clearance = RADIAL_CLEARANCE * g->module_mm;
+  lm_real w;
+  lm_real retreat;
+  widest_wave(meshes, sections, &w, &retreat);
+  if (g->deformation == LM_INTERNAL) {
+    checks[LM_CHECK_FORM_RADIUS] =
+        at_least(g->rigid_tip_mm - w,
+                 lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift));
+    checks[LM_CHECK_FLEXSPLINE_TIP] =
+        at_least(outward_thickness(&g->flexspline, g->flexspline_tip_mm), tip);
+    checks[LM_CHECK_RIGID_TIP] =
+        at_least(inward_thickness(&g->rigid, g->rigid_tip_mm, g->rigid_teeth), tip);
+    checks[LM_CHECK_FLEXSPLINE_ROOT] =
+        at_least(g->rigid_tip_mm - w - g->flexspline_root_mm, clearance);
+    checks[LM_CHECK_RIGID_ROOT] =
+        at_least(g->rigid_root_mm - g->flexspline_tip_mm - w, clearance);
+    checks[LM_CHECK_DISENGAGEMENT] =
+        at_least(g->rigid_tip_mm - g->flexspline_tip_mm + retreat, LM_REAL(0));
+    checks[LM_CHECK_FREE_ASSEMBLY] =
+        at_least(g->rigid_tip_mm - g->flexspline_tip_mm, LM_REAL(0));
+  } else {
+    checks[LM_CHECK_FORM_RADIUS] =
+        at_least(g->flexspline_tip_mm - w,
+                 lm_rack_form_radius(t, t->rigid_teeth, t->rigid_shift));
+    checks[LM_CHECK_FLEXSPLINE_TIP] =
+        at_least(inward_thickness(&g->flexspline, g->flexspline_tip_mm, g->flexspline_teeth), tip);
+    checks[LM_CHECK_RIGID_TIP] = at_least(outward_thickness(&g->rigid, g->rigid_tip_mm), tip);
+    checks[LM_CHECK_FLEXSPLINE_ROOT] =
+        at_least(g->flexspline_root_mm - w - g->rigid_tip_mm, clearance);
+    checks[LM_CHECK_RIGID_ROOT] =
+        at_least(g->flexspline_tip_mm - w - g->rigid_root_mm, clearance);
+    checks[LM_CHECK_DISENGAGEMENT] =
+        at_least(g->flexspline_tip_mm + retreat - g->rigid_tip_mm, LM_REAL(0));
+    checks[LM_CHECK_FREE_ASSEMBLY] =
+        at_least(g->flexspline_tip_mm - g->rigid_tip_mm, LM_REAL(0));
+  }
+}
+
+/* --- strength ------------------------------------------------------------------------------------ */
+
+static void check_strength(const lm_drive *drive, const lm_mesh meshes[], int sections,
+                           lm_check checks[]) {
+  const lm_material *steel = &drive->material;
+  const lm_shape *shape = &meshes[0].line.shape;
+  const lm_real r = meshes[0].geometry.neutral_mm;
+  const lm_real s = drive->flexspline.rim_thickness_mm;
+  const lm_real plate =
+      steel->youngs_modulus_MPa / (LM_REAL(1) - steel->poisson_ratio * steel->poisson_ratio);
+  lm_real w;
+  lm_real retreat;
+  lm_real per_curvature;
+  lm_real tension;
+  lm_real amplitude;
+  lm_real shear;
+  lm_real bending_safety;
+  lm_real shear_safety;
+  widest_wave(meshes, sections, &w, &retreat);
+  per_curvature = steel->tooth_stress_factor * plate * s * w / (LM_REAL(2) * r * r);
+  /* Hoop force of the preloaded ring, half of the generator's force; E I of the rim alone, per unit
+   * of its section b s. */
+  tension = lm_shape_generator_force(shape) / LM_REAL(2) * steel->youngs_modulus_MPa * s * s /
+            LM_REAL(12) * w / (r * r * r);
+  amplitude = per_curvature * lm_shape_curvature_amplitude(shape);
+  shear = drive->rated_torque_Nm * LM_REAL(1000) /
+          (LM_REAL(2) * LM_PI * r * r * drive->flexspline.wall_thickness_mm);
+  bending_safety = steel->bending_fatigue_MPa /
+                   (steel->bending_notch_factor * amplitude +
+                    steel->mean_stress_factor *
+                        (per_curvature * lm_largest_shape_curvature(shape) - amplitude + tension));
+  shear_safety =
+      steel->shear_fatigue_MPa /
+      ((steel->shear_notch_factor + SHEAR_MEAN_FACTOR) * shear / LM_REAL(2));
+  checks[LM_CHECK_BENDING_STRESS] =
+      at_most(per_curvature * lm_largest_shape_curvature(shape), steel->bending_fatigue_MPa);
+  checks[LM_CHECK_TORSION_STRESS] = at_most(shear, steel->shear_fatigue_MPa);
+  checks[LM_CHECK_SAFETY] =
+      at_least(bending_safety * shear_safety /
+                   real_sqrt(bending_safety * bending_safety + shear_safety * shear_safety),
+               SAFETY);
+}
+
+lm_status lm_check_design(const lm_drive *drive, const lm_mesh meshes[], int sections,
+                          const lm_smallest_gap *smallest, lm_check checks[LM_CHECK_COUNT],
+                          lm_fault *fault) {
+  if (drive == 0 || meshes == 0 || smallest == 0 || checks == 0) {
+    return refuse(fault, LM_NULL, "drive, meshes, smallest, checks");
+  }
+  if (sections < 1 || sections > LM_SECTIONS_MAX) {
+    return refuse_range(fault, "sections", LM_REAL(sections), LM_REAL(1),
+                        LM_REAL(LM_SECTIONS_MAX));
+  }
+  check_geometry(drive, meshes, sections, checks);
+  check_strength(drive, meshes, sections, checks);
+  checks[LM_CHECK_SMALLEST_GAP] = at_least(smallest->gap_rad, LM_REAL(0));
+  return LM_OK;
+}
