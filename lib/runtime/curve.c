@@ -2,11 +2,14 @@
 
 #include "runtime/number.h"
 
-/* Last entry that is not above the value; 0 where all are. NaN compares false and gives 0.
- * The steps are halves of the number of segments down to one, written out because compilers keep
- * the loop; they sum up to the number of segments less one, so the index cannot leave the array. */
-static int32_t find_segment(const lm_real *rising, lm_real value) {
+/* Segment of the last entry that is not above the value; 0 where all are. NaN compares false and
+ * gives 0. The last knot starts no segment: with it as a base, results beyond it would differ in
+ * the last bit between builds that hold more knots and builds that hold fewer. The steps are halves
+ * of the number of segments down to one, written out because compilers keep the loop; they sum up
+ * to the number of segments less one, so the index cannot leave the array. */
+static int32_t find_segment(const lm_curve *curve, const lm_real *rising, lm_real value) {
   const lm_real *at = rising;
+  int32_t found;
 #if LM_CURVE_STORE > 33
   if (at[32] <= value) {
     at += 32;
@@ -29,7 +32,8 @@ static int32_t find_segment(const lm_real *rising, lm_real value) {
   if (at[1] <= value) {
     at += 1;
   }
-  return (int32_t)(at - rising);
+  found = (int32_t)(at - rising);
+  return found < curve->count - 2 ? found : curve->count - 2;
 }
 
 static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad, int32_t count,
@@ -124,16 +128,16 @@ lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault) {
 }
 
 lm_real lm_evaluate_curve(const lm_curve *curve, lm_real torque_Nm) {
-  int32_t at = find_segment(curve->torque_Nm, torque_Nm);
+  int32_t at = find_segment(curve, curve->torque_Nm, torque_Nm);
   return curve->angle_rad[at] + curve->slope_rad_per_Nm[at] * (torque_Nm - curve->torque_Nm[at]);
 }
 
 lm_real lm_evaluate_curve_slope(const lm_curve *curve, lm_real torque_Nm) {
-  return curve->slope_rad_per_Nm[find_segment(curve->torque_Nm, torque_Nm)];
+  return curve->slope_rad_per_Nm[find_segment(curve, curve->torque_Nm, torque_Nm)];
 }
 
 lm_real lm_invert_curve(const lm_curve *curve, lm_real angle_rad) {
-  int32_t at = find_segment(curve->angle_rad, angle_rad);
+  int32_t at = find_segment(curve, curve->angle_rad, angle_rad);
   lm_real slope = curve->slope_rad_per_Nm[at];
   lm_real beyond_rad = angle_rad - curve->angle_rad[at];
   /* The search ends above every flat piece, so a flat segment is left only at the two ends. */

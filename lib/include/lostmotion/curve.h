@@ -62,8 +62,8 @@ lm_real lm_evaluate_curve(const lm_curve *curve, lm_real torque_Nm);
 lm_real lm_evaluate_curve_slope(const lm_curve *curve, lm_real torque_Nm);
 
 /* Torque [N*m] at an angle [rad]: the exact inverse, to rounding, of lm_evaluate_curve where the
- * angle rises strictly. On a flat piece it returns the flat piece's upper end; beyond a flat end
- * segment there is no torque, and the end knot is returned. */
+ * angle rises strictly. On a flat piece it returns the piece's upper end, on a flat end segment,
+ * and beyond it, the segment's lower end. */
 lm_real lm_invert_curve(const lm_curve *curve, lm_real angle_rad);
 
 /* Smallest and largest slope [rad/(N*m)] of all segments. */

@@ -1,0 +1,49 @@
+/* Sine, exponential and their kin for effects: short polynomials, no libm, the same bits on every
+ * target, and a finite result for every input, NaN and infinity included.
+ *
+ * Error bounds, absolute unless said otherwise, against the exact function of the number given
+ * (tests/c/test_elementary.c measures them):
+ *
+ *                        float      double
+ * lm_sine, lm_cosine     1.5e-7     4e-16     |x| <= LM_TURN_MAX_RAD
+ * lm_exponential         2.5e-7     1e-15     relative, between the two bounds of the argument
+ * lm_logarithm           2.5e-7     5e-16     relative to the larger of |ln x| and 1
+ * lm_hyperbolic_tangent  2.5e-7     5e-16
+ * lm_power               relative, 2e-7 (1 + 4 |exponent ln x|), double 1e-15 (1 + 4 |...|)
+ */
+#ifndef LOSTMOTION_ELEMENTARY_H
+#define LOSTMOTION_ELEMENTARY_H
+
+#include "lostmotion/real.h"
+
+LM_BEGIN_DECLS
+
+/* Largest angle [rad] that is reduced to one turn: 1018 turns. Beyond it, and for NaN, sine and
+ * cosine are those of zero. A float angle of that size is only known to 5e-4 rad anyway: wrap
+ * angles to one turn before they come here. */
+#define LM_TURN_MAX_RAD LM_REAL(6400)
+
+lm_real lm_sine(lm_real angle_rad);
+lm_real lm_cosine(lm_real angle_rad);
+
+/* e^x; x is held between +-LM_EXPONENT_MAX (NaN counts as the lower end), so the result is
+ * positive and finite. */
+#define LM_EXPONENT_MAX LM_REAL(87)
+lm_real lm_exponential(lm_real x);
+
+/* Natural logarithm; x is held between LM_LOGARITHM_MIN and the largest finite number (NaN counts
+ * as the minimum). */
+#define LM_LOGARITHM_MIN LM_REAL(1.2e-38)
+#define LM_LOGARITHM_MAX LM_REAL(3.4e38)
+lm_real lm_logarithm(lm_real x);
+
+/* tanh x; NaN gives -1. */
+lm_real lm_hyperbolic_tangent(lm_real x);
+
+/* x^exponent for x >= 0: 0 for x <= 0 and NaN, whatever the exponent; held between e^-87 and e^87
+ * otherwise. */
+lm_real lm_power(lm_real x, lm_real exponent);
+
+LM_END_DECLS
+
+#endif
