@@ -26,8 +26,8 @@
 #define NMM_PER_NM LM_REAL(1000)
 
 /* Deflection of a ring under two opposite point forces, each side, in F R^3 / (E I):
- * (pi/4 - 2/pi) / 2. */
-#define RING_POINT_LOAD LM_REAL(0.0743984)
+ * 0.07439. */
+#define RING_POINT_LOAD ((LM_PI / LM_REAL(4) - LM_REAL(2) / LM_PI) / LM_REAL(2))
 
 typedef struct bound {
   const char *input;
@@ -832,24 +832,26 @@ static lm_status check_loaded_radius(const lm_involute_tooth *tooth, lm_real loa
   return LM_OK;
 }
 
-static void add_involute_strip(strip_sums *sums, const lm_involute_tooth *tooth, lm_real dy,
-                               lm_real radius, lm_real loaded_radius) {
-  lm_real unused = LM_REAL(0);
-  const lm_real thickness = LM_REAL(2) * radius * tooth_half_angle(tooth, radius, &unused);
-  add_strip(sums, dy, loaded_radius - radius, thickness);
-}
-
-/* One Gauss panel; dy counts positive whichever way the tooth points. */
-static void add_involute_panel(strip_sums *sums, const lm_involute_tooth *tooth, lm_real from,
-                               lm_real to, lm_real loaded_radius) {
-  const lm_real half = (to - from) / LM_REAL(2);
-  const lm_real middle = (to + from) / LM_REAL(2);
+/* From the base circle (or the end of the tooth next to it) to a radius on either side. Radius =
+ * joint
+ * + length t^2 (3 - 2t) crowds the points at both ends: at the base circle, where the involute
+ * function starts with the power 3/2, and at a thin tip. Two Gauss panels in t. dy counts positive
+ * whichever way the tooth points. */
+static void add_involute_span(strip_sums *sums, const lm_involute_tooth *tooth, lm_real joint,
+                              lm_real end, lm_real loaded_radius) {
+  const lm_real length = end - joint;
   int i = 0;
-  for (i = 0; i < GAUSS_HALF; ++i) {
-    const lm_real offset = half * LM_REAL(gauss_node[i]);
-    const lm_real dy = real_fabs(half) * LM_REAL(gauss_weight[i]);
-    add_involute_strip(sums, tooth, dy, middle - offset, loaded_radius);
-    add_involute_strip(sums, tooth, dy, middle + offset, loaded_radius);
+  for (i = 0; i < 4 * GAUSS_HALF; ++i) {
+    const int k = i % GAUSS_HALF;
+    const lm_real middle = LM_REAL(i < 2 * GAUSS_HALF ? 0.25 : 0.75);
+    const lm_real offset = LM_REAL(0.25) * LM_REAL(gauss_node[k]);
+    const lm_real t = (i / GAUSS_HALF) % 2 == 0 ? middle - offset : middle + offset;
+    const lm_real radius = joint + length * t * t * (LM_REAL(3) - LM_REAL(2) * t);
+    const lm_real dy =
+        real_fabs(length) * LM_REAL(1.5) * t * (LM_REAL(1) - t) * LM_REAL(gauss_weight[k]);
+    lm_real unused = LM_REAL(0);
+    add_strip(sums, dy, loaded_radius - radius,
+              LM_REAL(2) * radius * tooth_half_angle(tooth, radius, &unused));
   }
 }
 
@@ -879,11 +881,11 @@ lm_status lm_involute_tooth_compliance(const lm_involute_tooth *tooth, lm_real l
   if (compliance == 0) {
     return refuse(fault, LM_NULL, "compliance");
   }
-  /* The flank has a joint at the base circle. Where that lies outside the tooth, one panel is
+  /* The flank has a joint at the base circle. Where that lies outside the tooth, one span is
    * empty. */
   joint = clamp_between(tooth->base_radius_mm, tooth->root_radius_mm, loaded_radius_mm);
-  add_involute_panel(&sums, tooth, tooth->root_radius_mm, joint, loaded_radius_mm);
-  add_involute_panel(&sums, tooth, joint, loaded_radius_mm, loaded_radius_mm);
+  add_involute_span(&sums, tooth, joint, tooth->root_radius_mm, loaded_radius_mm);
+  add_involute_span(&sums, tooth, joint, loaded_radius_mm, loaded_radius_mm);
   put_tooth(&sums, face_width_mm, load_angle_rad, material, compliance);
   return LM_OK;
 }
