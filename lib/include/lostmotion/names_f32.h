@@ -30,6 +30,7 @@
 #define lm_evaluate_characteristic lm_evaluate_characteristic_f32
 #define lm_evaluate_curve lm_evaluate_curve_f32
 #define lm_evaluate_curve_slope lm_evaluate_curve_slope_f32
+#define lm_evaluate_involute lm_evaluate_involute_f32
 #define lm_evaluate_shape lm_evaluate_shape_f32
 #define lm_exponential lm_exponential_f32
 #define lm_find_greatest_slope lm_find_greatest_slope_f32
@@ -44,9 +45,7 @@
 #define lm_independent_take_up lm_independent_take_up_f32
 #define lm_invert_curve lm_invert_curve_f32
 #define lm_involute_foundation_compliance lm_involute_foundation_compliance_f32
-#define lm_involute_half_angle lm_involute_half_angle_f32
 #define lm_involute_load_angle lm_involute_load_angle_f32
-#define lm_involute_tangent lm_involute_tangent_f32
 #define lm_involute_tooth_compliance lm_involute_tooth_compliance_f32
 #define lm_it_tolerance lm_it_tolerance_f32
 #define lm_it_tolerance_continuous lm_it_tolerance_continuous_f32
