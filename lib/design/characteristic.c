@@ -5,7 +5,8 @@
 
 #define MM_PER_M LM_REAL(1000)
 
-/* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius --------------------- */
+/* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius ---------------------
+ */
 
 #define GIVE_NODES 5 /* linear between; the pair's own give is about 1 % of the lost motion */
 
@@ -36,8 +37,8 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, lm_real low_mm, l
       status = lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
     }
     if (status == LM_OK) {
-      status = lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &rim,
-                                                 fault);
+      status =
+          lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &rim, fault);
     }
     if (status != LM_OK) {
       return status;
@@ -84,9 +85,8 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_
                                     t->flexspline_shift, t->pressure_angle_rad,
                                     g->flexspline_root_mm, &outward, fault);
     if (status == LM_OK) {
-      status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth,
-                                      t->rigid_shift, t->pressure_angle_rad, g->rigid_root_mm,
-                                      &inward, fault);
+      status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
+                                      t->pressure_angle_rad, g->rigid_root_mm, &inward, fault);
     }
     if (status == LM_OK) {
       const lm_real low = larger(g->rigid_tip_mm - w, g->flexspline_root_mm);
@@ -102,9 +102,9 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_
                                     t->flexspline_shift, t->pressure_angle_rad,
                                     g->flexspline_root_mm, &inward, fault);
     if (status == LM_OK) {
-      status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->rigid_teeth,
-                                      t->rigid_shift, t->pressure_angle_rad, g->rigid_root_mm,
-                                      &outward, fault);
+      status =
+          lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
+                                 t->pressure_angle_rad, g->rigid_root_mm, &outward, fault);
     }
     if (status == LM_OK) {
       status = tabulate_give(&inward, g->flexspline_tip_mm, g->rigid_tip_mm + w, drive,
@@ -112,8 +112,8 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_
     }
     if (status == LM_OK) {
       const lm_real low = larger(g->flexspline_tip_mm - w, g->rigid_root_mm);
-      status = tabulate_give(&outward, larger(low, g->rigid.base_mm) + hair, g->rigid_tip_mm,
-                             drive, &give->rigid, fault);
+      status = tabulate_give(&outward, larger(low, g->rigid.base_mm) + hair, g->rigid_tip_mm, drive,
+                             &give->rigid, fault);
     }
   }
   return status;
@@ -128,12 +128,12 @@ static lm_real give_at(const pair_give *give, const lm_mesh *mesh, lm_real angle
     return give->fixed_mm_per_N;
   }
   place = lm_place_tooth(&mesh->line, angle_rad);
-  return look_up_give(&give->flexspline,
-                      contact_mm - place.radius_mm + mesh->geometry.neutral_mm) +
+  return look_up_give(&give->flexspline, contact_mm - place.radius_mm + mesh->geometry.neutral_mm) +
          look_up_give(&give->rigid, contact_mm);
 }
 
-/* --- candidates for contact ---------------------------------------------------------------------- */
+/* --- candidates for contact ----------------------------------------------------------------------
+ */
 
 /* The pair that touches first on a flank. */
 typedef struct nearest {
@@ -313,9 +313,9 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
     }
   }
   if (status == LM_OK) {
-    status = lm_beam_yield(drive->support.foundation_N_per_mm2,
-                           drive->support.ring_stiffness_N_mm2, g->neutral_mm * pitch,
-                           drive->support.ring_factor, count, w->foundation.yield_mm_per_N, fault);
+    status = lm_beam_yield(drive->support.foundation_N_per_mm2, drive->support.ring_stiffness_N_mm2,
+                           g->neutral_mm * pitch, drive->support.ring_factor, count,
+                           w->foundation.yield_mm_per_N, fault);
   }
   w->foundation.sections = drive->axial_sections;
   w->foundation.lobes = b.lobes;
@@ -326,7 +326,8 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
   return status;
 }
 
-/* --- the sum ------------------------------------------------------------------------------------- */
+/* --- the sum -------------------------------------------------------------------------------------
+ */
 
 /* One torque: everything behind the mesh, and the sum. */
 static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, lm_real gap_rad,
@@ -341,11 +342,11 @@ static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, l
   lm_real slope = LM_REAL(0);
   lm_real gap = LM_REAL(0);
   lm_real compliance;
-  lm_status status = lm_lobe_radial_force(torque_Nm, r, state->flank_angle_rad, LM_REAL(0), &force,
-                                          fault);
+  lm_status status =
+      lm_lobe_radial_force(torque_Nm, r, state->flank_angle_rad, LM_REAL(0), &force, fault);
   if (status == LM_OK) {
-    status = lm_sum_radial(force, drive->radial_laws, drive->radial_law_count, &approach, &slope,
-                           fault);
+    status =
+        lm_sum_radial(force, drive->radial_laws, drive->radial_law_count, &approach, &slope, fault);
   }
   if (status == LM_OK) {
     status = lm_gap_rotation(torque_Nm, state->gap_torque_Nm, gap_rad, &gap, fault);
@@ -403,17 +404,17 @@ lm_status lm_evaluate_characteristic(const lm_drive *drive, lm_real phase_rad,
     found.free_play_rad = rest.free_play_rad;
     found.preloaded_pairs = rest.preloaded;
     found.gap_mm = lm_mean_radial_gap(drive);
-    status = lm_radial_gap_angle(found.gap_mm, found.flank_angle_rad, found.radius_mm, &gap_rad,
-                                 fault);
+    status =
+        lm_radial_gap_angle(found.gap_mm, found.flank_angle_rad, found.radius_mm, &gap_rad, fault);
   }
   if (status == LM_OK) {
-    status = lm_gap_closing_torque(found.gap_mm, found.radius_mm,
-                                   drive->gap.ring_stiffness_N_per_mm, found.flank_angle_rad,
-                                   &found.gap_torque_Nm, fault);
+    status =
+        lm_gap_closing_torque(found.gap_mm, found.radius_mm, drive->gap.ring_stiffness_N_per_mm,
+                              found.flank_angle_rad, &found.gap_torque_Nm, fault);
   }
   if (status == LM_OK) {
-    status = lm_sum_torsion(LM_REAL(0), drive->torsion, drive->torsion_count, &unused, &torsion,
-                            fault);
+    status =
+        lm_sum_torsion(LM_REAL(0), drive->torsion, drive->torsion_count, &unused, &torsion, fault);
   }
   for (i = 0; i < count && status == LM_OK; i++) {
     status = add_chains(drive, &found, gap_rad, torsion, &workspace->states[i], torque_Nm[i],

@@ -13,10 +13,12 @@
 
 const char *lm_check_name(lm_check_id check) {
   static const char *const names[LM_CHECK_COUNT] = {
-      "form_radius",    "flexspline_tip_thickness", "rigid_tip_thickness",
-      "flexspline_root_clearance", "rigid_root_clearance", "smallest_gap",
-      "disengagement",  "free_assembly",            "bending_stress",
-      "torsion_stress", "safety_factor"};
+      "form_radius",          "flexspline_tip_thickness",
+      "rigid_tip_thickness",  "flexspline_root_clearance",
+      "rigid_root_clearance", "smallest_gap",
+      "disengagement",        "free_assembly",
+      "bending_stress",       "torsion_stress",
+      "safety_factor"};
   return (int)check >= 0 && check < LM_CHECK_COUNT ? names[check] : "";
 }
 
@@ -34,7 +36,8 @@ lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift
   return real_sqrt(base * base + along * along);
 }
 
-/* --- smallest gap ------------------------------------------------------------------------------- */
+/* --- smallest gap -------------------------------------------------------------------------------
+ */
 
 static lm_real gap_at(const lm_mesh *mesh, lm_real angle_rad, int forward) {
   const lm_clearance clearance = lm_tooth_clearance(mesh, angle_rad);
@@ -88,8 +91,8 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
   }
   status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
   if (status == LM_OK) {
-    status = check_range(fault, "steps_per_pitch", LM_REAL(steps_per_pitch), LM_REAL(1),
-                         LM_REAL(64));
+    status =
+        check_range(fault, "steps_per_pitch", LM_REAL(steps_per_pitch), LM_REAL(1), LM_REAL(64));
   }
   if (status != LM_OK) {
     return status;
@@ -116,7 +119,8 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
   return LM_OK;
 }
 
-/* --- geometry ------------------------------------------------------------------------------------ */
+/* --- geometry ------------------------------------------------------------------------------------
+ */
 
 static lm_check at_least(lm_real value, lm_real limit) {
   lm_check check;
@@ -136,12 +140,13 @@ static lm_check at_most(lm_real value, lm_real limit) {
 
 /* Tip thickness of a tooth whose flank is given as its own half angle. */
 static lm_real outward_thickness(const lm_involute *flank, lm_real radius) {
-  return LM_REAL(2) * radius * lm_involute_half_angle(flank, radius);
+  return LM_REAL(2) * radius * lm_evaluate_involute(flank, radius).half_angle_rad;
 }
 
 /* Tip thickness of an internal tooth, whose flank is given as the half angle of the space. */
 static lm_real inward_thickness(const lm_involute *flank, lm_real radius, int teeth) {
-  return LM_REAL(2) * radius * (LM_PI / LM_REAL(teeth) - lm_involute_half_angle(flank, radius));
+  return LM_REAL(2) * radius *
+         (LM_PI / LM_REAL(teeth) - lm_evaluate_involute(flank, radius).half_angle_rad);
 }
 
 /* The deflection of the widest axial section, and how far the free zone springs back at 90 deg. */
@@ -169,40 +174,35 @@ static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int se
   lm_real retreat;
   widest_wave(meshes, sections, &w, &retreat);
   if (g->deformation == LM_INTERNAL) {
-    checks[LM_CHECK_FORM_RADIUS] =
-        at_least(g->rigid_tip_mm - w,
-                 lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift));
+    checks[LM_CHECK_FORM_RADIUS] = at_least(
+        g->rigid_tip_mm - w, lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift));
     checks[LM_CHECK_FLEXSPLINE_TIP] =
         at_least(outward_thickness(&g->flexspline, g->flexspline_tip_mm), tip);
     checks[LM_CHECK_RIGID_TIP] =
         at_least(inward_thickness(&g->rigid, g->rigid_tip_mm, g->rigid_teeth), tip);
     checks[LM_CHECK_FLEXSPLINE_ROOT] =
         at_least(g->rigid_tip_mm - w - g->flexspline_root_mm, clearance);
-    checks[LM_CHECK_RIGID_ROOT] =
-        at_least(g->rigid_root_mm - g->flexspline_tip_mm - w, clearance);
+    checks[LM_CHECK_RIGID_ROOT] = at_least(g->rigid_root_mm - g->flexspline_tip_mm - w, clearance);
     checks[LM_CHECK_DISENGAGEMENT] =
         at_least(g->rigid_tip_mm - g->flexspline_tip_mm + retreat, LM_REAL(0));
-    checks[LM_CHECK_FREE_ASSEMBLY] =
-        at_least(g->rigid_tip_mm - g->flexspline_tip_mm, LM_REAL(0));
+    checks[LM_CHECK_FREE_ASSEMBLY] = at_least(g->rigid_tip_mm - g->flexspline_tip_mm, LM_REAL(0));
   } else {
     checks[LM_CHECK_FORM_RADIUS] =
-        at_least(g->flexspline_tip_mm - w,
-                 lm_rack_form_radius(t, t->rigid_teeth, t->rigid_shift));
+        at_least(g->flexspline_tip_mm - w, lm_rack_form_radius(t, t->rigid_teeth, t->rigid_shift));
     checks[LM_CHECK_FLEXSPLINE_TIP] =
         at_least(inward_thickness(&g->flexspline, g->flexspline_tip_mm, g->flexspline_teeth), tip);
     checks[LM_CHECK_RIGID_TIP] = at_least(outward_thickness(&g->rigid, g->rigid_tip_mm), tip);
     checks[LM_CHECK_FLEXSPLINE_ROOT] =
         at_least(g->flexspline_root_mm - w - g->rigid_tip_mm, clearance);
-    checks[LM_CHECK_RIGID_ROOT] =
-        at_least(g->flexspline_tip_mm - w - g->rigid_root_mm, clearance);
+    checks[LM_CHECK_RIGID_ROOT] = at_least(g->flexspline_tip_mm - w - g->rigid_root_mm, clearance);
     checks[LM_CHECK_DISENGAGEMENT] =
         at_least(g->flexspline_tip_mm + retreat - g->rigid_tip_mm, LM_REAL(0));
-    checks[LM_CHECK_FREE_ASSEMBLY] =
-        at_least(g->flexspline_tip_mm - g->rigid_tip_mm, LM_REAL(0));
+    checks[LM_CHECK_FREE_ASSEMBLY] = at_least(g->flexspline_tip_mm - g->rigid_tip_mm, LM_REAL(0));
   }
 }
 
-/* --- strength ------------------------------------------------------------------------------------ */
+/* --- strength ------------------------------------------------------------------------------------
+ */
 
 static void check_strength(const lm_drive *drive, const lm_mesh meshes[], int sections,
                            lm_check checks[]) {
@@ -233,9 +233,8 @@ static void check_strength(const lm_drive *drive, const lm_mesh meshes[], int se
                    (steel->bending_notch_factor * amplitude +
                     steel->mean_stress_factor *
                         (per_curvature * lm_largest_shape_curvature(shape) - amplitude + tension));
-  shear_safety =
-      steel->shear_fatigue_MPa /
-      ((steel->shear_notch_factor + SHEAR_MEAN_FACTOR) * shear / LM_REAL(2));
+  shear_safety = steel->shear_fatigue_MPa /
+                 ((steel->shear_notch_factor + SHEAR_MEAN_FACTOR) * shear / LM_REAL(2));
   checks[LM_CHECK_BENDING_STRESS] =
       at_most(per_curvature * lm_largest_shape_curvature(shape), steel->bending_fatigue_MPa);
   checks[LM_CHECK_TORSION_STRESS] = at_most(shear, steel->shear_fatigue_MPa);
@@ -252,8 +251,7 @@ lm_status lm_check_design(const lm_drive *drive, const lm_mesh meshes[], int sec
     return refuse(fault, LM_NULL, "drive, meshes, smallest, checks");
   }
   if (sections < 1 || sections > LM_SECTIONS_MAX) {
-    return refuse_range(fault, "sections", LM_REAL(sections), LM_REAL(1),
-                        LM_REAL(LM_SECTIONS_MAX));
+    return refuse_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
   }
   check_geometry(drive, meshes, sections, checks);
   check_strength(drive, meshes, sections, checks);

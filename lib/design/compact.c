@@ -10,8 +10,7 @@ static lm_real worst_between(const lm_real torque[], const lm_real angle[], int 
   int i;
   *where = from;
   for (i = from + 1; i < to; i++) {
-    const lm_real error =
-        real_fabs(angle[from] + slope * (torque[i] - torque[from]) - angle[i]);
+    const lm_real error = real_fabs(angle[from] + slope * (torque[i] - torque[from]) - angle[i]);
     if (error > worst) {
       worst = error;
       *where = i;

@@ -52,8 +52,7 @@ static lm_status check_teeth(const lm_teeth *t, lm_fault *fault) {
   }
   if (t->flexspline_teeth % 2 != 0) {
     return refuse_contradiction(fault, "teeth.flexspline_teeth", LM_REAL(t->flexspline_teeth),
-                                LM_REAL(t->flexspline_teeth - 1),
-                                LM_REAL(t->flexspline_teeth + 1));
+                                LM_REAL(t->flexspline_teeth - 1), LM_REAL(t->flexspline_teeth + 1));
   }
   if (t->rigid_teeth != t->flexspline_teeth + difference) {
     return refuse_contradiction(fault, "teeth.rigid_teeth", LM_REAL(t->rigid_teeth),
@@ -85,8 +84,8 @@ static lm_status check_generator(const lm_generator *g, const lm_teeth *t, lm_fa
   return status;
 }
 
-/* Output turns of the flexspline with the rigid gear held, or the other way round: |u| = z / 2 of the
- * gear that turns the output. */
+/* Output turns of the flexspline with the rigid gear held, or the other way round: |u| = z / 2 of
+ * the gear that turns the output. */
 static lm_status check_ratio(const lm_drive *d, lm_fault *fault) {
   const lm_real u = real_fabs(d->ratio);
   const lm_real flexspline = LM_REAL(d->teeth.flexspline_teeth) / LM_REAL(2);
@@ -157,8 +156,8 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
         {"support.ring_factor", drive->support.ring_factor, LM_REAL(0), LM_REAL(1000)},
         {"support.tooth_compliance_mm_per_N", drive->support.tooth_compliance_mm_per_N, LM_REAL(0),
          LM_REAL(1)},
-        {"support.engagement_limit_rad", drive->support.engagement_limit_rad,
-         LM_REAL(5) * DEGREE, LM_REAL(90) * DEGREE},
+        {"support.engagement_limit_rad", drive->support.engagement_limit_rad, LM_REAL(5) * DEGREE,
+         LM_REAL(90) * DEGREE},
         {"support.gap_limit_rad", drive->support.gap_limit_rad, LM_REAL(0.01) * ARCMIN,
          LM_REAL(600) * ARCMIN},
         {"gap.generator_mm", drive->gap.generator_mm, LM_REAL(0), m},
@@ -167,8 +166,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
         {"drive.friction_angle_rad", drive->friction_angle_rad, LM_REAL(0), LM_REAL(0.3)},
         {"drive.axial_sections", LM_REAL(drive->axial_sections), LM_REAL(1),
          LM_REAL(LM_SECTIONS_MAX)},
-        {"radial_chain", LM_REAL(drive->radial_law_count), LM_REAL(0),
-         LM_REAL(LM_RADIAL_LAWS_MAX)},
+        {"radial_chain", LM_REAL(drive->radial_law_count), LM_REAL(0), LM_REAL(LM_RADIAL_LAWS_MAX)},
         {"torsion_chain", LM_REAL(drive->torsion_count), LM_REAL(0),
          LM_REAL(LM_TORSION_ELEMENTS_MAX)},
         {"tolerance", LM_REAL(drive->tolerance_count), LM_REAL(0),
@@ -235,10 +233,9 @@ static lm_status fill_radial_chain(lm_drive *drive, lm_real diameter_mm, lm_faul
     return LM_OK;
   }
   drive->radial_law_count = 1;
-  return lm_make_rim_ovalisation_law((diameter_mm + thickness) / LM_REAL(2), thickness,
-                                     drive->teeth.face_width_mm, patch,
-                                     drive->material.youngs_modulus_MPa, LM_REAL(3),
-                                     &drive->radial_laws[0], fault);
+  return lm_make_rim_ovalisation_law(
+      (diameter_mm + thickness) / LM_REAL(2), thickness, drive->teeth.face_width_mm, patch,
+      drive->material.youngs_modulus_MPa, LM_REAL(3), &drive->radial_laws[0], fault);
 }
 
 static lm_status fill_torsion_chain(lm_drive *drive, lm_real diameter_mm, lm_fault *fault) {
@@ -257,14 +254,14 @@ static lm_status fill_torsion_chain(lm_drive *drive, lm_real diameter_mm, lm_fau
                                        shear, &drive->torsion[1], fault);
   }
   if (status == LM_OK) {
-    status = lm_make_shaft_torsion(LM_REAL(0.16) * diameter_mm, LM_REAL(0),
-                                   LM_REAL(0.6) * diameter_mm, shear, drive->ratio,
-                                   &drive->torsion[2], fault);
+    status =
+        lm_make_shaft_torsion(LM_REAL(0.16) * diameter_mm, LM_REAL(0), LM_REAL(0.6) * diameter_mm,
+                              shear, drive->ratio, &drive->torsion[2], fault);
   }
   if (status == LM_OK) {
-    status = lm_make_shaft_torsion(LM_REAL(0.5) * diameter_mm, LM_REAL(0),
-                                   LM_REAL(0.8) * diameter_mm, shear, LM_REAL(1),
-                                   &drive->torsion[3], fault);
+    status =
+        lm_make_shaft_torsion(LM_REAL(0.5) * diameter_mm, LM_REAL(0), LM_REAL(0.8) * diameter_mm,
+                              shear, LM_REAL(1), &drive->torsion[3], fault);
   }
   return status;
 }
@@ -285,8 +282,7 @@ lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) {
   fill(&filled.flexspline.rim_thickness_mm,
        (LM_REAL(65) + LM_REAL(2.5) * real_pow(real_fabs(filled.ratio), LM_REAL(2) / LM_REAL(3))) *
            LM_REAL(1e-4) * diameter);
-  fill(&filled.flexspline.wall_thickness_mm,
-       LM_REAL(0.6) * filled.flexspline.rim_thickness_mm);
+  fill(&filled.flexspline.wall_thickness_mm, LM_REAL(0.6) * filled.flexspline.rim_thickness_mm);
   fill(&filled.flexspline.length_mm,
        LM_REAL(0.45) * diameter > LM_REAL(2) * filled.teeth.face_width_mm
            ? LM_REAL(0.45) * diameter

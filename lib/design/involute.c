@@ -6,9 +6,9 @@
 /* Clearance that the free root of the generated gear leaves, in modules. */
 #define ROOT_BEYOND_TIP LM_REAL(0.2)
 
-/* inv a = tan a - a from t = tan a. The difference loses digits for small t, where the series
+/* inv a = tan a - a from t = tan a and a. The difference loses digits for small t, where the series
  * t^3/3 - t^5/5 + ... has them all; at t = 0.3 ten terms leave 2e-13. */
-static lm_real involute_of_tangent(lm_real t) {
+static lm_real involute_function(lm_real t, lm_real a) {
   if (t < LM_REAL(0.3)) {
     const lm_real t2 = t * t;
     lm_real sum = LM_REAL(0);
@@ -18,7 +18,7 @@ static lm_real involute_of_tangent(lm_real t) {
     }
     return t * t2 * sum;
   }
-  return t - real_atan(t);
+  return t - a;
 }
 
 lm_involute lm_make_involute(lm_real module_mm, int teeth, lm_real pressure_angle_rad,
@@ -27,21 +27,22 @@ lm_involute lm_make_involute(lm_real module_mm, int teeth, lm_real pressure_angl
   const lm_real t = real_tan(pressure_angle_rad);
   lm_involute flank;
   flank.base_mm = module_mm * z / LM_REAL(2) * real_cos(pressure_angle_rad);
-  flank.half_angle_rad =
-      LM_PI / (LM_REAL(2) * z) + LM_REAL(2) * shift * t / z + involute_of_tangent(t);
+  flank.half_angle_rad = LM_PI / (LM_REAL(2) * z) + LM_REAL(2) * shift * t / z +
+                         involute_function(t, pressure_angle_rad);
   return flank;
 }
 
-lm_real lm_involute_tangent(const lm_involute *flank, lm_real radius_mm) {
+lm_involute_point lm_evaluate_involute(const lm_involute *flank, lm_real radius_mm) {
   const lm_real above = radius_mm - flank->base_mm;
-  if (above <= LM_REAL(0)) {
-    return LM_REAL(0);
+  lm_involute_point point;
+  point.tangent = LM_REAL(0);
+  if (above > LM_REAL(0)) {
+    point.tangent = real_sqrt(above * (radius_mm + flank->base_mm)) / flank->base_mm;
   }
-  return real_sqrt(above * (radius_mm + flank->base_mm)) / flank->base_mm;
-}
-
-lm_real lm_involute_half_angle(const lm_involute *flank, lm_real radius_mm) {
-  return flank->half_angle_rad - involute_of_tangent(lm_involute_tangent(flank, radius_mm));
+  point.pressure_angle_rad = real_atan(point.tangent);
+  point.half_angle_rad =
+      flank->half_angle_rad - involute_function(point.tangent, point.pressure_angle_rad);
+  return point;
 }
 
 static void make_internal(const lm_teeth *teeth, lm_real deflection_mm, lm_real rim_thickness_mm,
@@ -89,18 +90,22 @@ lm_status lm_make_geometry(const lm_teeth *teeth, lm_real deflection_mm, lm_real
   if (teeth->deformation == LM_INTERNAL) {
     make_internal(teeth, deflection_mm, rim_thickness_mm, &g);
     if (!(g.rigid_tip_mm > g.rigid.base_mm)) {
-      return refuse_contradiction(fault, "teeth.engagement_depth", g.rigid_tip_mm, g.rigid.base_mm, REAL_INFINITY);
+      return refuse_contradiction(fault, "teeth.engagement_depth", g.rigid_tip_mm, g.rigid.base_mm,
+                                  REAL_INFINITY);
     }
     if (!(g.flexspline_tip_mm > g.flexspline.base_mm)) {
-      return refuse_contradiction(fault, "teeth.tooth_height", g.flexspline_tip_mm, g.flexspline.base_mm, REAL_INFINITY);
+      return refuse_contradiction(fault, "teeth.tooth_height", g.flexspline_tip_mm,
+                                  g.flexspline.base_mm, REAL_INFINITY);
     }
   } else {
     make_external(teeth, deflection_mm, rim_thickness_mm, &g);
     if (!(g.rigid_tip_mm > g.rigid.base_mm)) {
-      return refuse_contradiction(fault, "teeth.tooth_height", g.rigid_tip_mm, g.rigid.base_mm, REAL_INFINITY);
+      return refuse_contradiction(fault, "teeth.tooth_height", g.rigid_tip_mm, g.rigid.base_mm,
+                                  REAL_INFINITY);
     }
     if (!(g.flexspline_tip_mm > g.flexspline.base_mm)) {
-      return refuse_contradiction(fault, "teeth.engagement_depth", g.flexspline_tip_mm, g.flexspline.base_mm, REAL_INFINITY);
+      return refuse_contradiction(fault, "teeth.engagement_depth", g.flexspline_tip_mm,
+                                  g.flexspline.base_mm, REAL_INFINITY);
     }
   }
   *geometry = g;

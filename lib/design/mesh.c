@@ -7,72 +7,102 @@
 
 /* One flank of one placed tooth against the rigid gear. */
 typedef struct flank_pair {
-  const lm_geometry *geometry;
+  const lm_mesh *mesh;
   lm_placement place;
-  lm_real lead_rad; /* polar angle of the tooth's foot ahead of the axis of the rigid gear's space */
-  lm_real side;     /* +1: flank at growing angles, -1: the other */
-  lm_real closing;  /* +1 internal, -1 external: which way the gap is counted */
+  lm_real
+      lead_rad;    /* polar angle of the tooth's foot ahead of the axis of the rigid gear's space */
+  lm_real side;    /* +1: flank at growing angles, -1: the other */
+  lm_real closing; /* +1 internal, -1 external: which way the gap is counted */
 } flank_pair;
 
 /* A point of the placed flank: its polar radius, the gap of the pair on that radius, and both
  * derivatives along the flank (per mm of the flexspline's own radius). */
 typedef struct flank_point {
+  lm_real foot_mm; /* the flexspline's own radius */
   lm_real radius_mm;
   lm_real radius_slope;
   lm_real gap_rad;
   lm_real gap_slope;
+  lm_real flank_angle_rad;
 } flank_point;
 
-/* The flank point at radius rho of the undeformed flexspline. All angles are kept relative to the
- * rigid gear's axis nearby, so float32 loses nothing. */
-static flank_point evaluate_flank(const flank_pair *pair, lm_real rho) {
-  const lm_geometry *g = pair->geometry;
-  const lm_real t = lm_involute_tangent(&g->flexspline, rho);
-  const lm_real xi = lm_involute_half_angle(&g->flexspline, rho);
-  const lm_real s = real_sin(xi);
-  const lm_real c = real_cos(xi);
-  const lm_real x = pair->side * rho * s;
-  const lm_real y = rho * c - g->neutral_mm;
-  const lm_real dx = pair->side * (s - t * c);
-  const lm_real dy = c + t * s;
-  const lm_real across = y * pair->place.tilt_sin + x * pair->place.tilt_cos;
-  const lm_real along = pair->place.radius_mm + y * pair->place.tilt_cos - x * pair->place.tilt_sin;
-  const lm_real d_across = dy * pair->place.tilt_sin + dx * pair->place.tilt_cos;
+static lm_flank_foot foot_at(const lm_geometry *g, lm_real radius_mm) {
+  const lm_involute_point at = lm_evaluate_involute(&g->flexspline, radius_mm);
+  const lm_real s = real_sin(at.half_angle_rad);
+  const lm_real c = real_cos(at.half_angle_rad);
+  lm_flank_foot foot;
+  foot.radius_mm = radius_mm;
+  foot.across_mm = radius_mm * s;
+  foot.along_mm = radius_mm * c - g->neutral_mm;
+  foot.across_slope = s - at.tangent * c;
+  foot.along_slope = c + at.tangent * s;
+  return foot;
+}
+
+/* Where the foot stands after the tooth has been placed: along the radius of the tooth's axis and
+ * across it. */
+static void place_foot(const flank_pair *pair, const lm_flank_foot *foot, lm_real *along,
+                       lm_real *across) {
+  const lm_real x = pair->side * foot->across_mm;
+  *along = pair->place.radius_mm + foot->along_mm * pair->place.tilt_cos - x * pair->place.tilt_sin;
+  *across = foot->along_mm * pair->place.tilt_sin + x * pair->place.tilt_cos;
+}
+
+static lm_real polar_radius(const flank_pair *pair, const lm_flank_foot *foot) {
+  lm_real along;
+  lm_real across;
+  place_foot(pair, foot, &along, &across);
+  return real_sqrt(along * along + across * across);
+}
+
+/* All angles are kept relative to the rigid gear's axis nearby, so float32 loses nothing. */
+static flank_point evaluate_foot(const flank_pair *pair, const lm_flank_foot *foot) {
+  const lm_real dx = pair->side * foot->across_slope;
+  const lm_real dy = foot->along_slope;
   const lm_real d_along = dy * pair->place.tilt_cos - dx * pair->place.tilt_sin;
-  const lm_real square = along * along + across * across;
+  const lm_real d_across = dy * pair->place.tilt_sin + dx * pair->place.tilt_cos;
+  lm_involute_point rigid;
+  lm_real along;
+  lm_real across;
+  lm_real square;
   flank_point point;
+  place_foot(pair, foot, &along, &across);
+  square = along * along + across * across;
+  point.foot_mm = foot->radius_mm;
   point.radius_mm = real_sqrt(square);
   point.radius_slope = (along * d_along + across * d_across) / point.radius_mm;
-  point.gap_rad =
-      pair->closing * (lm_involute_half_angle(&g->rigid, point.radius_mm) -
-                       pair->side * (real_atan(across / along) + pair->lead_rad));
-  point.gap_slope =
-      pair->closing *
-      (-lm_involute_tangent(&g->rigid, point.radius_mm) * point.radius_slope / point.radius_mm -
-       pair->side * (along * d_across - across * d_along) / square);
+  rigid = lm_evaluate_involute(&pair->mesh->geometry.rigid, point.radius_mm);
+  point.gap_rad = pair->closing * (rigid.half_angle_rad -
+                                   pair->side * (real_atan(across / along) + pair->lead_rad));
+  point.gap_slope = -pair->closing * (rigid.tangent * point.radius_slope / point.radius_mm +
+                                      pair->side * (along * d_across - across * d_along) / square);
+  point.flank_angle_rad = rigid.pressure_angle_rad - rigid.half_angle_rad;
   return point;
 }
 
-/* Move from `point` at flank radius *rho to the flank point on the polar radius target. The flank is
- * nearly radial, so three rounds of Newton leave nothing. */
-static flank_point move_to_radius(const flank_pair *pair, lm_real target, lm_real *rho,
-                                  flank_point point) {
+static flank_point evaluate_flank(const flank_pair *pair, lm_real radius_mm) {
+  const lm_flank_foot foot = foot_at(&pair->mesh->geometry, radius_mm);
+  return evaluate_foot(pair, &foot);
+}
+
+/* The flank point on a polar radius between those of both ends: the chord, then Newton; what is
+ * left, below a thousandth of a module, is taken up by the slopes: the gap is so straight that this
+ * leaves 1e-10 rad. */
+static flank_point point_on_radius(const flank_pair *pair, lm_real target, lm_real at_low,
+                                   lm_real at_high) {
+  const lm_real low = pair->mesh->low.radius_mm;
+  const lm_real share = (target - at_low) / (at_high - at_low);
+  flank_point point = evaluate_flank(pair, low + share * (pair->mesh->high.radius_mm - low));
+  lm_real left = (target - point.radius_mm) / point.radius_slope;
   int i;
-  for (i = 0; i < 3; i++) {
-    *rho -= (point.radius_mm - target) / point.radius_slope;
-    point = evaluate_flank(pair, *rho);
+  for (i = 0; i < 2 && real_fabs(left) > LM_REAL(1e-3) * pair->mesh->geometry.module_mm; i++) {
+    point = evaluate_flank(pair, point.foot_mm + left);
+    left = (target - point.radius_mm) / point.radius_slope;
   }
+  point.foot_mm += left;
+  point.radius_mm = target;
+  point.gap_rad += point.gap_slope * left;
   return point;
-}
-
-static lm_gap contact_at(const flank_pair *pair, const flank_point *point) {
-  const lm_involute *rigid = &pair->geometry->rigid;
-  lm_gap gap;
-  gap.gap_rad = point->gap_rad;
-  gap.radius_mm = point->radius_mm;
-  gap.flank_angle_rad = real_atan(lm_involute_tangent(rigid, point->radius_mm)) -
-                        lm_involute_half_angle(rigid, point->radius_mm);
-  return gap;
 }
 
 static lm_gap no_overlap(void) {
@@ -83,15 +113,19 @@ static lm_gap no_overlap(void) {
   return gap;
 }
 
-/* Where the slope of the gap passes from falling to rising between two flank radii: regula falsi
+/* Where the slope of the gap passes from falling to rising between two flank points: regula falsi
  * with the Illinois correction, which keeps the bracket. */
-static flank_point interior_minimum(const flank_pair *pair, lm_real a, lm_real slope_a, lm_real b,
-                                    lm_real slope_b) {
-  flank_point middle = evaluate_flank(pair, (a + b) / LM_REAL(2));
-  lm_real rho = (a + b) / LM_REAL(2);
+static flank_point interior_minimum(const flank_pair *pair, const flank_point *low,
+                                    const flank_point *high) {
+  lm_real a = low->foot_mm;
+  lm_real b = high->foot_mm;
+  lm_real slope_a = low->gap_slope;
+  lm_real slope_b = high->gap_slope;
+  lm_real rho = (a * slope_b - b * slope_a) / (slope_b - slope_a);
+  flank_point middle = evaluate_flank(pair, rho);
   int side = 0; /* which end the last round replaced */
   int i;
-  for (i = 0; i < 7; i++) {
+  for (i = 0; i < 6; i++) {
     if (middle.gap_slope < LM_REAL(0)) {
       a = rho;
       slope_a = middle.gap_slope;
@@ -109,37 +143,52 @@ static flank_point interior_minimum(const flank_pair *pair, lm_real a, lm_real s
   return middle;
 }
 
-/* The limits between which both flanks exist: the flexspline's flank from its tip or base circle to
- * its root, the rigid one from its tip inwards (external) or outwards (internal). */
+/* Both flanks exist between two ends: the flexspline's own, or where the rigid tip cuts it off. The
+ * gap between the ends is straight but for a slight bend, so its minimum is at an end unless the
+ * slopes enclose it. */
 static lm_gap flank_gap(const flank_pair *pair) {
-  const lm_geometry *g = pair->geometry;
-  const int internal = g->deformation == LM_INTERNAL;
-  const lm_real end = internal ? g->flexspline_root_mm : g->flexspline_tip_mm;
-  lm_real low = end > g->flexspline.base_mm ? end : g->flexspline.base_mm;
-  lm_real high = internal ? g->flexspline_tip_mm : g->flexspline_root_mm;
-  const lm_real rigid_end =
-      g->rigid_root_mm > g->rigid.base_mm ? g->rigid_root_mm : g->rigid.base_mm;
-  const lm_real polar_low = internal ? g->rigid_tip_mm : rigid_end;
-  const lm_real polar_high = internal ? REAL_INFINITY : g->rigid_tip_mm;
-  flank_point at_high = evaluate_flank(pair, high);
-  flank_point at_low;
-  if (at_high.radius_mm <= polar_low) {
+  const lm_mesh *mesh = pair->mesh;
+  const lm_real at_high = polar_radius(pair, &mesh->high);
+  const lm_real at_low = polar_radius(pair, &mesh->low);
+  flank_point high;
+  flank_point low;
+  lm_gap gap;
+  if (at_high <= mesh->polar_low_mm || at_low >= mesh->polar_high_mm) {
     return no_overlap();
   }
-  at_low = evaluate_flank(pair, low);
-  if (at_low.radius_mm >= polar_high) {
-    return no_overlap();
+  low = at_low < mesh->polar_low_mm ? point_on_radius(pair, mesh->polar_low_mm, at_low, at_high)
+                                    : evaluate_foot(pair, &mesh->low);
+  high = at_high > mesh->polar_high_mm ? point_on_radius(pair, mesh->polar_high_mm, at_low, at_high)
+                                       : evaluate_foot(pair, &mesh->high);
+  if (low.gap_slope < LM_REAL(0) && high.gap_slope > LM_REAL(0)) {
+    low = interior_minimum(pair, &low, &high);
+  } else if (high.gap_rad < low.gap_rad) {
+    low = high;
   }
-  if (at_low.radius_mm < polar_low) {
-    at_low = move_to_radius(pair, polar_low, &low, at_low);
+  gap.gap_rad = low.gap_rad;
+  gap.radius_mm = low.radius_mm;
+  gap.flank_angle_rad = low.flank_angle_rad;
+  return gap;
+}
+
+/* The flexspline's flank runs from its tip or base circle to its root, the rigid one from its root
+ * or base circle to its tip; the root of an internal rigid gear sets no limit, it is checked apart.
+ */
+static void limit_flanks(lm_mesh *mesh) {
+  const lm_geometry *g = &mesh->geometry;
+  if (g->deformation == LM_INTERNAL) {
+    const int below = g->flexspline_root_mm < g->flexspline.base_mm;
+    mesh->low = foot_at(g, below ? g->flexspline.base_mm : g->flexspline_root_mm);
+    mesh->high = foot_at(g, g->flexspline_tip_mm);
+    mesh->polar_low_mm = g->rigid_tip_mm;
+    mesh->polar_high_mm = REAL_INFINITY;
+  } else {
+    const int below = g->rigid_root_mm < g->rigid.base_mm;
+    mesh->low = foot_at(g, g->flexspline_tip_mm);
+    mesh->high = foot_at(g, g->flexspline_root_mm);
+    mesh->polar_low_mm = below ? g->rigid.base_mm : g->rigid_root_mm;
+    mesh->polar_high_mm = g->rigid_tip_mm;
   }
-  if (at_high.radius_mm > polar_high) {
-    at_high = move_to_radius(pair, polar_high, &high, at_high);
-  }
-  if (at_low.gap_slope < LM_REAL(0) && at_high.gap_slope > LM_REAL(0)) {
-    at_low = interior_minimum(pair, low, at_low.gap_slope, high, at_high.gap_slope);
-  }
-  return contact_at(pair, at_low.gap_rad < at_high.gap_rad ? &at_low : &at_high);
 }
 
 lm_real lm_section_place(int section, int sections) {
@@ -170,6 +219,7 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
   }
   if (status == LM_OK) {
     mesh->geometry = geometry;
+    limit_flanks(mesh);
   }
   return status;
 }
@@ -177,7 +227,7 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   lm_clearance clearance;
   flank_pair pair;
-  pair.geometry = &mesh->geometry;
+  pair.mesh = mesh;
   pair.place = lm_place_tooth(&mesh->line, angle_rad);
   pair.lead_rad = pair.place.lead_rad + angle_rad * mesh->geometry.lead_per_angle;
   pair.closing = mesh->line.sense;

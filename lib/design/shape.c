@@ -75,8 +75,8 @@ lm_status lm_make_shape(lm_generator_type type, lm_real contact_half_angle_rad, 
     return refuse_range(fault, "generator.type", (lm_real)(int)type, LM_REAL(LM_COSINE),
                         LM_REAL(LM_RING));
   }
-  status = check_range(fault, "generator.contact_half_angle_rad", contact_half_angle_rad, low,
-                       high);
+  status =
+      check_range(fault, "generator.contact_half_angle_rad", contact_half_angle_rad, low, high);
   if (status != LM_OK) {
     return status;
   }
@@ -170,7 +170,8 @@ lm_real lm_shape_generator_force(const lm_shape *shape) {
   return LM_REAL(4) * shape->outer[2];
 }
 
-/* --- neutral line ------------------------------------------------------------------------------ */
+/* --- neutral line ------------------------------------------------------------------------------
+ */
 
 /* A point of the ellipse's parallel curve at parameter t, and the curve's direction there. */
 static void parallel_point(const lm_neutral_line *line, lm_real t, lm_real *x, lm_real *y,
@@ -333,8 +334,8 @@ lm_status lm_make_neutral_line(const lm_generator *generator, lm_deformation def
   }
   status = lm_make_shape(generator->type, generator->contact_half_angle_rad, &made.shape, fault);
   if (status == LM_OK) {
-    status = check_range(fault, "flexspline.neutral_radius_mm", radius_mm, LM_REAL(0.1),
-                         LM_REAL(1e4));
+    status =
+        check_range(fault, "flexspline.neutral_radius_mm", radius_mm, LM_REAL(0.1), LM_REAL(1e4));
   }
   if (status == LM_OK) {
     status = check_range(fault, "generator.deflection_mm", deflection_mm, LM_REAL(1e-4) * radius_mm,
@@ -345,8 +346,8 @@ lm_status lm_make_neutral_line(const lm_generator *generator, lm_deformation def
                          radius_mm / LM_REAL(2));
   }
   if (status == LM_OK) {
-    status = check_range(fault, "nodes", LM_REAL(nodes), LM_REAL(8),
-                         LM_REAL(LM_NEUTRAL_LINE_NODES_MAX));
+    status =
+        check_range(fault, "nodes", LM_REAL(nodes), LM_REAL(8), LM_REAL(LM_NEUTRAL_LINE_NODES_MAX));
   }
   if (status != LM_OK) {
     return status;

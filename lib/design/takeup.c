@@ -6,7 +6,8 @@
 #define SPRINGS_MAX 1204 /* both flanks of both lobes of the largest drive */
 #define MM_PER_M LM_REAL(1000)
 
-/* --- eq (1) ------------------------------------------------------------------------------------- */
+/* --- eq (1) -------------------------------------------------------------------------------------
+ */
 
 lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius_mm[], int count,
                               lm_real increment_rad[], int order[], lm_fault *fault) {
@@ -46,7 +47,8 @@ lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius
   return LM_OK;
 }
 
-/* --- independent pairs --------------------------------------------------------------------------- */
+/* --- independent pairs ---------------------------------------------------------------------------
+ */
 
 /* Rotation at which a spring begins (forward) or ceases (backward) to carry on the way up. */
 static lm_real spring_event(const lm_spring *spring) {
@@ -157,7 +159,8 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
   return LM_OK;
 }
 
-/* --- coupled pairs ------------------------------------------------------------------------------- */
+/* --- coupled pairs -------------------------------------------------------------------------------
+ */
 
 lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, lm_real spacing_mm,
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault) {
@@ -201,7 +204,7 @@ typedef struct path {
   const lm_foundation *foundation;
   lm_take_up_workspace *w;
   lm_real multiplicity; /* 2 when one lobe stands for both */
-  int first_tooth; /* range of teeth that any contact uses */
+  int first_tooth;      /* range of teeth that any contact uses */
   int last_tooth;
   lm_real rest_middle_rad;
 } path;
@@ -223,8 +226,7 @@ static lm_real advance(const lm_contact *contact, direction way) {
 
 /* Element of C: give of contact i along its own approach from a unit force at contact j. */
 static lm_real coupling(const path *p, const lm_contact *a, const lm_contact *b) {
-  const lm_real twist =
-      p->foundation->twist_rad_per_Nmm[a->section][b->section] * p->multiplicity;
+  const lm_real twist = p->foundation->twist_rad_per_Nmm[a->section][b->section] * p->multiplicity;
   const int apart = a->tooth > b->tooth ? a->tooth - b->tooth : b->tooth - a->tooth;
   lm_real give = LM_REAL(a->side * b->side) * a->arm_mm * b->arm_mm * twist;
   if (a->lobe == b->lobe) {
@@ -271,7 +273,8 @@ static lm_status append_pair(path *p, int contact, lm_fault *fault) {
   return LM_OK;
 }
 
-/* Take pair number k out of the factor: rotate the columns that stick out, then close the rows up. */
+/* Take pair number k out of the factor: rotate the columns that stick out, then close the rows up.
+ */
 static void remove_pair(path *p, int k) {
   lm_take_up_workspace *w = p->w;
   const int m = w->active_count;
@@ -510,8 +513,8 @@ static lm_status turn_to_rest(path *p, lm_real *angle, lm_fault *fault) {
   return refuse(fault, LM_NOT_CONVERGED, "gap_rad");
 }
 
-/* Gaps of both flanks decide where rest is: a free play has no force in its middle, a preload is the
- * equilibrium of both flanks. */
+/* Gaps of both flanks decide where rest is: a free play has no force in its middle, a preload is
+ * the equilibrium of both flanks. */
 static lm_status find_rest(path *p, lm_rest *rest, lm_fault *fault) {
   lm_real forward = REAL_INFINITY;
   lm_real backward = REAL_INFINITY;
@@ -615,8 +618,8 @@ static lm_real twist_work(const path *p) {
 }
 
 /* The state `distance` further along the path. Work from rest, by force change dF and torque dT:
- *   dT dphi = sum dF C dF + sum over joined pairs F slack(rest) + sum over left pairs F(rest) slack,
- * which is exact because a pair that carries in both states moves by C dF alone. */
+ *   dT dphi = sum dF C dF + sum over joined pairs F slack(rest) + sum over left pairs F(rest)
+ * slack, which is exact because a pair that carries in both states moves by C dF alone. */
 static void report_state(path *p, lm_real angle, lm_real distance, lm_real torque_Nm,
                          lm_take_up *state) {
   lm_take_up_workspace *w = p->w;
@@ -733,8 +736,8 @@ static lm_status check_contacts(const lm_contact contacts[], int count,
                            LM_REAL(LM_LOBE_TEETH_MAX - 1));
     }
     if (status == LM_OK) {
-      status = check_range(fault, "lobe", LM_REAL(c->lobe), LM_REAL(0),
-                           LM_REAL(foundation->lobes - 1));
+      status =
+          check_range(fault, "lobe", LM_REAL(c->lobe), LM_REAL(0), LM_REAL(foundation->lobes - 1));
     }
     if (status == LM_OK) {
       status = check_range(fault, "section", LM_REAL(c->section), LM_REAL(0),

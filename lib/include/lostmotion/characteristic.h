@@ -2,7 +2,8 @@
  *
  *   phi(T) = radial gap (8), (9), (9a)          closes first, below about 2 % of rated torque
  *          + side clearance (1)                 staged take-up of the pairs
- *          + radial compliance (2) - (4)        rim and generator at the teeth, then the radial chain
+ *          + radial compliance (2) - (4)        rim and generator at the teeth, then the radial
+ * chain
  *          + torsion (5)                        shafts, cup, and the rim between axial sections
  *          + tooth bending (6), (7)
  * All act one behind the other under the same torque, so their angles add. phi is the ONE-SIDED
@@ -31,9 +32,9 @@ typedef struct lm_contributions {
   lm_real radial_compliance_rad;
   lm_real torsion_rad;
   lm_real tooth_bending_rad;
-  lm_real stiffness_Nm_per_rad;  /* dT / dphi, away from zero torque; infinite for a rigid drive */
+  lm_real stiffness_Nm_per_rad; /* dT / dphi, away from zero torque; infinite for a rigid drive */
   lm_real friction_half_width_rad; /* half the width of the loop that friction of the flanks adds */
-  int forward_teeth;             /* of one lobe, that carry */
+  int forward_teeth;               /* of one lobe, that carry */
   int backward_teeth;
 } lm_contributions;
 
@@ -59,20 +60,21 @@ typedef struct lm_design_workspace {
   lm_take_up_workspace take_up;
 } lm_design_workspace;
 
-/* Radial gap Delta0 of the drive: gap.generator_mm + gap.teeth_mm, each plus the mean of its zone of
- * the tolerance chain and clipped at 0. Reads a checked drive. */
+/* Radial gap Delta0 of the drive: gap.generator_mm + gap.teeth_mm, each plus the mean of its zone
+ * of the tolerance chain and clipped at 0. Reads a checked drive. */
 lm_real lm_mean_radial_gap(const lm_drive *drive);
 
-/* Fill workspace->meshes for the axial sections of the drive. nodes: LM_NEUTRAL_LINE_NODES, or more.
- * Errors as lm_make_mesh. */
+/* Fill workspace->meshes for the axial sections of the drive. nodes: LM_NEUTRAL_LINE_NODES, or
+ * more. Errors as lm_make_mesh. */
 lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
                             lm_fault *fault);
 
-/* The characteristic at one tooth phase of the generator (rad, 0 .. 2 pi / z). torque_Nm[count] rising,
- * 1 .. LM_TORQUES_MAX; contributions[count]; state may be null. Needs lm_prepare_meshes before. The
- * events of the take-up are left in workspace->take_up.stages, contacts in workspace->contacts.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE; LM_NO_CONTACT when the teeth of a flank
- * cannot meet within the limits of drive.support. On error contributions[] is not complete. */
+/* The characteristic at one tooth phase of the generator (rad, 0 .. 2 pi / z). torque_Nm[count]
+ * rising, 1 .. LM_TORQUES_MAX; contributions[count]; state may be null. Needs lm_prepare_meshes
+ * before. The events of the take-up are left in workspace->take_up.stages, contacts in
+ * workspace->contacts. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE; LM_NO_CONTACT when
+ * the teeth of a flank cannot meet within the limits of drive.support. On error contributions[] is
+ * not complete. */
 lm_status lm_evaluate_characteristic(const lm_drive *drive, lm_real phase_rad,
                                      const lm_real torque_Nm[], int count,
                                      lm_contributions contributions[], lm_mesh_state *state,
@@ -83,14 +85,13 @@ lm_status lm_reversal_lost_motion(const lm_drive *drive, lm_real phase_rad, lm_r
                                   lm_real *lost_motion_rad, lm_design_workspace *workspace,
                                   lm_fault *fault);
 
-/* The compact curve for the controller: `knots` of the `count` samples of a monotone characteristic,
- * such that straight lines between them stay as near to the samples as greedy insertion makes
- * them (from both ends and zero torque on, always at the largest error). Free of loss: the mean of
- * both branches.
- * torque_Nm[count] strictly rising, angle_rad[count] not falling; count >= knots >= 2;
- * chosen[knots]: indices into the samples, rising; largest_error_rad over the samples.
- * LM_NULL, LM_NOT_FINITE, LM_NOT_MONOTONE ("torque_Nm", "angle_rad"), LM_OUT_OF_RANGE ("knots").
- * O(knots count). */
+/* The compact curve for the controller: `knots` of the `count` samples of a monotone
+ * characteristic, such that straight lines between them stay as near to the samples as greedy
+ * insertion makes them (from both ends and zero torque on, always at the largest error). Free of
+ * loss: the mean of both branches. torque_Nm[count] strictly rising, angle_rad[count] not falling;
+ * count >= knots >= 2; chosen[knots]: indices into the samples, rising; largest_error_rad over the
+ * samples. LM_NULL, LM_NOT_FINITE, LM_NOT_MONOTONE ("torque_Nm", "angle_rad"), LM_OUT_OF_RANGE
+ * ("knots"). O(knots count). */
 lm_status lm_choose_knots(const lm_real torque_Nm[], const lm_real angle_rad[], int count,
                           int knots, int chosen[], lm_real *largest_error_rad, lm_fault *fault);
 

@@ -1,4 +1,5 @@
-/* The checks that a designer needs before cutting metal, each with its margin: model.md section 2.5.
+/* The checks that a designer needs before cutting metal, each with its margin: model.md
+ * section 2.5.
  */
 #ifndef LOSTMOTION_CHECKS_H
 #define LOSTMOTION_CHECKS_H
@@ -11,19 +12,20 @@
 LM_BEGIN_DECLS
 
 typedef enum lm_check_id {
-  LM_CHECK_FORM_RADIUS = 0,       /* mm: the mating tip stays on the involute that the rack leaves */
-  LM_CHECK_FLEXSPLINE_TIP = 1,    /* mm: tip thickness of the flexspline tooth, at least 0.25 m */
-  LM_CHECK_RIGID_TIP = 2,         /* mm: tip thickness of the rigid tooth, at least 0.25 m */
-  LM_CHECK_FLEXSPLINE_ROOT = 3,   /* mm: radial clearance at the flexspline's root, 0.15 m */
-  LM_CHECK_RIGID_ROOT = 4,        /* mm: radial clearance at the rigid gear's root, 0.15 m */
-  LM_CHECK_SMALLEST_GAP = 5,      /* rad: side clearance, both flanks, all angles and tooth phases and
-                                     axial sections: the test for tip and flank interference; limit 0 */
-  LM_CHECK_DISENGAGEMENT = 6,     /* mm: radial distance of the tips at 90 deg, above 0 */
-  LM_CHECK_FREE_ASSEMBLY = 7,     /* mm: an undeformed flexspline slides in, limit 0. Advice: most
-                                     drives are put together deformed */
-  LM_CHECK_BENDING_STRESS = 8,    /* MPa: largest bending stress of the rim, below the limit sigma_-1 */
-  LM_CHECK_TORSION_STRESS = 9,    /* MPa: shear in the cup wall at rated torque, below tau_-1 */
-  LM_CHECK_SAFETY = 10,           /* -: fatigue safety of the flexspline, at least 1.5 */
+  LM_CHECK_FORM_RADIUS = 0,     /* mm: the mating tip stays on the involute that the rack leaves */
+  LM_CHECK_FLEXSPLINE_TIP = 1,  /* mm: tip thickness of the flexspline tooth, at least 0.25 m */
+  LM_CHECK_RIGID_TIP = 2,       /* mm: tip thickness of the rigid tooth, at least 0.25 m */
+  LM_CHECK_FLEXSPLINE_ROOT = 3, /* mm: radial clearance at the flexspline's root, 0.15 m */
+  LM_CHECK_RIGID_ROOT = 4,      /* mm: radial clearance at the rigid gear's root, 0.15 m */
+  LM_CHECK_SMALLEST_GAP = 5,    /* rad: side clearance, both flanks, all angles and tooth phases and
+                                   axial sections: the test for tip and flank interference; limit 0 */
+  LM_CHECK_DISENGAGEMENT = 6,   /* mm: radial distance of the tips at 90 deg, above 0 */
+  LM_CHECK_FREE_ASSEMBLY = 7,   /* mm: an undeformed flexspline slides in, limit 0. Advice: most
+                                   drives are put together deformed */
+  LM_CHECK_BENDING_STRESS =
+      8, /* MPa: largest bending stress of the rim, below the limit sigma_-1 */
+  LM_CHECK_TORSION_STRESS = 9, /* MPa: shear in the cup wall at rated torque, below tau_-1 */
+  LM_CHECK_SAFETY = 10,        /* -: fatigue safety of the flexspline, at least 1.5 */
   LM_CHECK_COUNT = 11
 } lm_check_id;
 
@@ -52,18 +54,19 @@ const char *lm_check_unit(lm_check_id check);
 lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift);
 
 /* Smallest side clearance over all tooth angles -90 .. 90 deg and both flanks, which holds every
- * tooth phase, over `sections` meshes. The scan steps by the tooth pitch over `steps_per_pitch` (1 ..
- * 64) and refines around the three smallest by a parabola; by symmetry g-(phi) = g+(-phi) it walks
- * 0 .. 90 deg with both flanks. LM_NULL, LM_OUT_OF_RANGE, LM_NO_CONTACT when no teeth overlap. */
+ * tooth phase, over `sections` meshes. The scan steps by the tooth pitch over `steps_per_pitch` (1
+ * .. 64) and refines around the three smallest by a parabola; by symmetry g-(phi) = g+(-phi) it
+ * walks 0 .. 90 deg with both flanks. LM_NULL, LM_OUT_OF_RANGE, LM_NO_CONTACT when no teeth
+ * overlap. */
 lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_per_pitch,
                                lm_smallest_gap *smallest, lm_fault *fault);
 
-/* All checks of a checked drive. meshes[sections] as made by lm_make_mesh for the axial sections, smallest
- * from lm_find_smallest_gap. checks[LM_CHECK_COUNT]. Stresses at rated torque:
- *   sigma = Y_z E s w0 |k|max / (2 r_m^2 (1 - nu^2)), amplitude with half the range of k over an
- *   angle; tension of the rim N = F_WG / 2 on b s as mean stress; tau = T / (2 pi r_m^2 wall),
- *   pulsating; n = n_s n_t / sqrt(n_s^2 + n_t^2), n_s = sigma_-1 / (K_s sigma_a + psi sigma_m), n_t =
- *   tau_-1 / (K_t tau_a + 0.1 tau_m). The widest axial section counts. LM_NULL. */
+/* All checks of a checked drive. meshes[sections] as made by lm_make_mesh for the axial sections,
+ * smallest from lm_find_smallest_gap. checks[LM_CHECK_COUNT]. Stresses at rated torque: sigma = Y_z
+ * E s w0 |k|max / (2 r_m^2 (1 - nu^2)), amplitude with half the range of k over an angle; tension
+ * of the rim N = F_WG / 2 on b s as mean stress; tau = T / (2 pi r_m^2 wall), pulsating; n = n_s
+ * n_t / sqrt(n_s^2 + n_t^2), n_s = sigma_-1 / (K_s sigma_a + psi sigma_m), n_t = tau_-1 / (K_t
+ * tau_a + 0.1 tau_m). The widest axial section counts. LM_NULL. */
 lm_status lm_check_design(const lm_drive *drive, const lm_mesh meshes[], int sections,
                           const lm_smallest_gap *smallest, lm_check checks[LM_CHECK_COUNT],
                           lm_fault *fault);

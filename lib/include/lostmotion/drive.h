@@ -40,7 +40,7 @@ typedef enum lm_generator_type {
   LM_ELLIPSE = 1, /* elliptical cam of constant perimeter */
   LM_DISCS = 2,   /* two discs: contact arc of constant curvature, half angle beta */
   LM_ROLLERS = 3, /* four rollers at +-beta (two rollers: beta = 0) */
-  LM_RING = 4     /* external ring generator: contact arc of constant curvature about the minor axis */
+  LM_RING = 4 /* external ring generator: contact arc of constant curvature about the minor axis */
 } lm_generator_type;
 
 /* Both gears, in the words of a gear drawing. Shifts, heights and depths are in modules. */
@@ -80,26 +80,26 @@ typedef struct lm_flexspline {
 
 /* Steel of both gears; fatigue figures of the flexspline. */
 typedef struct lm_material {
-  lm_real youngs_modulus_MPa;      /* E, 2.1e5 for steel */
-  lm_real shear_modulus_MPa;       /* G, 8.0e4 for steel */
-  lm_real poisson_ratio;           /* nu, 0.3 */
-  lm_real bending_fatigue_MPa;     /* sigma_-1 */
-  lm_real shear_fatigue_MPa;       /* tau_-1 */
-  lm_real bending_notch_factor;    /* K_sigma */
-  lm_real shear_notch_factor;      /* K_tau */
-  lm_real mean_stress_factor;      /* psi: share of the mean bending stress that counts */
-  lm_real tooth_stress_factor;     /* Y_z: stress rise of a toothed rim against a smooth one */
+  lm_real youngs_modulus_MPa;   /* E, 2.1e5 for steel */
+  lm_real shear_modulus_MPa;    /* G, 8.0e4 for steel */
+  lm_real poisson_ratio;        /* nu, 0.3 */
+  lm_real bending_fatigue_MPa;  /* sigma_-1 */
+  lm_real shear_fatigue_MPa;    /* tau_-1 */
+  lm_real bending_notch_factor; /* K_sigma */
+  lm_real shear_notch_factor;   /* K_tau */
+  lm_real mean_stress_factor;   /* psi: share of the mean bending stress that counts */
+  lm_real tooth_stress_factor;  /* Y_z: stress rise of a toothed rim against a smooth one */
 } lm_material;
 
 /* What holds the meshing teeth: the flexspline rim as a beam on the elastic foundation of the wave
  * generator, and the teeth themselves (takeup.h). */
 typedef struct lm_support {
-  lm_real foundation_N_per_mm2;      /* k_f: ball stiffness over ball pitch, > 0 */
-  lm_real ring_stiffness_N_mm2;      /* E I of rim and bearing race, > 0 */
-  lm_real ring_factor;               /* c_rad: calibration of the ring share; 1 = first principles */
+  lm_real foundation_N_per_mm2; /* k_f: ball stiffness over ball pitch, > 0 */
+  lm_real ring_stiffness_N_mm2; /* E I of rim and bearing race, > 0 */
+  lm_real ring_factor;          /* c_rad: calibration of the ring share; 1 = first principles */
   lm_real tooth_compliance_mm_per_N; /* C_t of a pair; 0 = from the energy integral, eq (6) */
-  lm_real engagement_limit_rad;      /* only teeth within this angle of the deformation axis carry */
-  lm_real gap_limit_rad;             /* pairs with a wider side clearance are left out */
+  lm_real engagement_limit_rad; /* only teeth within this angle of the deformation axis carry */
+  lm_real gap_limit_rad;        /* pairs with a wider side clearance are left out */
 } lm_support;
 
 /* Radial gap on the deformation axis, eq (8), and the ring that must be bent to close it, (9a). */
@@ -136,22 +136,20 @@ typedef struct lm_drive {
  *     larger of 0.45 d and 2 face widths
  *   steel: E 2.1e5, G 8e4 MPa, nu 0.3; sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
  *     psi 0.1, Y_z 1.45 (middle of the ranges in model.md 2.5)
- *   support: k_f 2600 N/mm^2, E I = 3.5e5 N mm^2 (d / 50 mm)^4 (a size 20, model.md 3.2), ring factor
- *     1; teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8 arcmin; C_t
- *     stays 0, from eq (6)
- *   gap: ring stiffness (9a) of the rim, twice stiffened by teeth and cup
- *   radial chain: ovalisation of the circular spline, thickness 0.1 d, bolted into a housing (factor
- *     3); the generator's balls are in k_f
- *   torsion chain: cup wall; diaphragm of wall thickness 1.5 wall, hub 0.3 d; input shaft 0.16 d long
- *     0.6 d; output shaft 0.5 d long 0.8 d
+ *   support: k_f 2600 N/mm^2, E I = 3.5e5 N mm^2 (d / 50 mm)^4 (a size 20, model.md 3.2), ring
+ * factor 1; teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8
+ * arcmin; C_t stays 0, from eq (6) gap: ring stiffness (9a) of the rim, twice stiffened by teeth
+ * and cup radial chain: ovalisation of the circular spline, thickness 0.1 d, bolted into a housing
+ * (factor 3); the generator's balls are in k_f torsion chain: cup wall; diaphragm of wall
+ * thickness 1.5 wall, hub 0.3 d; input shaft 0.16 d long 0.6 d; output shaft 0.5 d long 0.8 d
  *   planar (1 section). A gap of 0, a friction angle of 0 and no tolerances are kept.
  * Errors as lm_check_drive for what must be set. */
 lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault);
 
 /* Whether every value lies in its range and none contradicts another. The fault names the key as in
- * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT (tooth
- * numbers that are odd or do not differ by 2; generator against deformation; a flank that does not
- * reach its base circle; a ratio that the teeth cannot give). */
+ * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT
+ * (tooth numbers that are odd or do not differ by 2; generator against deformation; a flank that
+ * does not reach its base circle; a ratio that the teeth cannot give). */
 lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault);
 
 LM_END_DECLS

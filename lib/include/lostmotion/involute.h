@@ -16,20 +16,24 @@ typedef struct lm_involute {
   lm_real half_angle_rad; /* half angle on the base circle */
 } lm_involute;
 
-/* Flank of a gear of `teeth` teeth cut by a rack: half angle pi/(2 z) + 2 x tan(alpha)/z + inv(alpha)
- * on the base circle. No checks: callers pass a checked drive. */
+/* Flank of a gear of `teeth` teeth cut by a rack: half angle pi/(2 z) + 2 x tan(alpha)/z +
+ * inv(alpha) on the base circle. No checks: callers pass a checked drive. */
 lm_involute lm_make_involute(lm_real module_mm, int teeth, lm_real pressure_angle_rad,
                              lm_real shift);
 
-/* Half angle xi(rho), rad; on and below the base circle the value on the base circle. */
-lm_real lm_involute_half_angle(const lm_involute *flank, lm_real radius_mm);
+/* An involute at one radius. On and below the base circle: as on the base circle. */
+typedef struct lm_involute_point {
+  lm_real tangent;            /* of the pressure angle, sqrt(rho^2 - r_b^2) / r_b; the half angle
+                                 falls by tangent / rho per mm */
+  lm_real pressure_angle_rad; /* arccos(r_b / rho) */
+  lm_real half_angle_rad;     /* xi(rho) */
+} lm_involute_point;
 
-/* Tangent of the pressure angle at rho, sqrt(rho^2 - r_b^2) / r_b; 0 on and below the base circle.
- * The flank's half angle falls by this over rho per mm. */
-lm_real lm_involute_tangent(const lm_involute *flank, lm_real radius_mm);
+/* The flank at a radius, mm. */
+lm_involute_point lm_evaluate_involute(const lm_involute *flank, lm_real radius_mm);
 
-/* Every radius that the mesh needs, mm. "Root" and "tip" are where teeth begin and end: for internal
- * teeth the tip is the smaller radius. Undeformed flexspline. */
+/* Every radius that the mesh needs, mm. "Root" and "tip" are where teeth begin and end: for
+ * internal teeth the tip is the smaller radius. Undeformed flexspline. */
 typedef struct lm_geometry {
   lm_deformation deformation;
   int flexspline_teeth;
@@ -41,8 +45,9 @@ typedef struct lm_geometry {
   lm_real rigid_root_mm; /* the generated gear's root is free to choose: 0.2 m beyond the tip */
   lm_real rigid_tip_mm;
   lm_real neutral_mm; /* r_m, neutral line of the rim */
-  lm_real mean_mm;    /* r of eq (4), (9): midway between both tip circles on the deformation axis */
-  lm_real lead_per_angle; /* (z_rigid - z_flexspline) / z_rigid: tooth axis ahead of the rigid one */
+  lm_real mean_mm; /* r of eq (4), (9): midway between both tip circles on the deformation axis */
+  lm_real
+      lead_per_angle; /* (z_rigid - z_flexspline) / z_rigid: tooth axis ahead of the rigid one */
   lm_involute flexspline; /* tooth flank (internal deformation) or space flank (external) */
   lm_involute rigid;      /* space flank (internal deformation) or tooth flank (external) */
 } lm_geometry;

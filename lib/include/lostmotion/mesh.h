@@ -21,8 +21,8 @@ LM_BEGIN_DECLS
 
 /* One flank pair. */
 typedef struct lm_gap {
-  lm_real gap_rad;       /* output rotation until contact; < 0 interference; infinite: no overlap */
-  lm_real radius_mm;     /* r_k, where they touch; 0 without overlap */
+  lm_real gap_rad;   /* output rotation until contact; < 0 interference; infinite: no overlap */
+  lm_real radius_mm; /* r_k, where they touch; 0 without overlap */
   lm_real flank_angle_rad; /* alpha_w: flank against the radius of the rigid gear's axis there */
 } lm_gap;
 
@@ -33,10 +33,24 @@ typedef struct lm_clearance {
   lm_gap backward;
 } lm_clearance;
 
+/* A point of the flexspline's flank at growing angles, in the frame of its own tooth or space:
+ * origin on the neutral line, and the derivatives along the flank by the radius. */
+typedef struct lm_flank_foot {
+  lm_real radius_mm; /* from the axis, undeformed */
+  lm_real across_mm;
+  lm_real along_mm;
+  lm_real across_slope;
+  lm_real along_slope;
+} lm_flank_foot;
+
 /* What one axial section of the mesh is made of. */
 typedef struct lm_mesh {
   lm_geometry geometry;
   lm_neutral_line line;
+  lm_flank_foot low;    /* ends of the flexspline's flank: towards the axis */
+  lm_flank_foot high;   /* and away from it */
+  lm_real polar_low_mm; /* radii between which the rigid gear has a flank */
+  lm_real polar_high_mm;
 } lm_mesh;
 
 /* Prepare the mesh of an axial section. section_factor scales the deflection of this section (1 in
@@ -46,13 +60,14 @@ typedef struct lm_mesh {
 lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
                        lm_fault *fault);
 
-/* Where axial section `section` of `sections` stands on the face width: 0 at the edge towards the cup
- * bottom, 1 at the open end, equally spaced with both edges among them, because the edges touch
+/* Where axial section `section` of `sections` stands on the face width: 0 at the edge towards the
+ * cup bottom, 1 at the open end, equally spaced with both edges among them, because the edges touch
  * first; 0.5 for a single section. */
 lm_real lm_section_place(int section, int sections);
 
 /* Local over nominal deflection of an axial section, straight generatrix (model.md section 2.6): it
- * grows in proportion to the distance from the cup bottom and is nominal in the middle of the teeth. */
+ * grows in proportion to the distance from the cup bottom and is nominal in the middle of the
+ * teeth. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */

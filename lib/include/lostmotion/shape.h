@@ -14,15 +14,15 @@
 
 LM_BEGIN_DECLS
 
-/* Nodes of the arc-length table in one quadrant. 96 nodes leave less than 1e-6 arcmin. */
+/* Nodes of the arc-length table in one quadrant. 64 nodes leave less than 1e-6 arcmin. */
 #define LM_NEUTRAL_LINE_NODES_MAX 256
-#define LM_NEUTRAL_LINE_NODES 96
+#define LM_NEUTRAL_LINE_NODES 64
 
 /* Coefficients of one wave shape, made once by lm_make_shape. */
 typedef struct lm_shape {
   lm_generator_type type;
   lm_real contact_half_angle_rad; /* beta; pi/4 for shapes without a junction */
-  lm_real inner[3]; /* contact zone  (phi <= beta): constant, cos, phi sin */
+  lm_real inner[3];               /* contact zone  (phi <= beta): constant, cos, phi sin */
   lm_real outer[3]; /* free zone (phi >= beta), p = pi/2 - phi: constant, cos p, p sin p */
 } lm_shape;
 
@@ -40,7 +40,8 @@ typedef struct lm_wave {
  * curvature over +-beta), four rollers at +-beta (beta = 0: two rollers).
  * contact_half_angle_rad: discs and ring 0.05 .. 1.2; rollers 0 .. 0.6109 (35 deg; the four-roller
  * shape turns over at 43.9 deg); ignored for cosine and ellipse.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("generator.type", "generator.contact_half_angle_rad"). */
+ * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("generator.type", "generator.contact_half_angle_rad").
+ */
 lm_status lm_make_shape(lm_generator_type type, lm_real contact_half_angle_rad, lm_shape *shape,
                         lm_fault *fault);
 
@@ -65,15 +66,15 @@ lm_real lm_shape_generator_force(const lm_shape *shape);
  * offset) of the same length for LM_ELLIPSE. A tooth keeps its arc length from the axis. */
 typedef struct lm_neutral_line {
   lm_shape shape;
-  lm_real sense;        /* +1 internal, -1 external */
-  lm_real radius_mm;    /* r_m, undeformed */
-  lm_real deflection_mm;/* w0 of this axial section */
-  lm_real offset_mm;    /* c0; 0 for the ellipse */
-  lm_real along_mm;     /* ellipse: semi-axis of the cam along the deformation axis */
-  lm_real across_mm;    /* ellipse: the other semi-axis */
-  lm_real parallel_mm;  /* ellipse: signed distance from cam to neutral line */
+  lm_real sense;         /* +1 internal, -1 external */
+  lm_real radius_mm;     /* r_m, undeformed */
+  lm_real deflection_mm; /* w0 of this axial section */
+  lm_real offset_mm;     /* c0; 0 for the ellipse */
+  lm_real along_mm;      /* ellipse: semi-axis of the cam along the deformation axis */
+  lm_real across_mm;     /* ellipse: the other semi-axis */
+  lm_real parallel_mm;   /* ellipse: signed distance from cam to neutral line */
   int nodes;
-  lm_real lead_rad[LM_NEUTRAL_LINE_NODES_MAX + 1]; /* polar angle - material angle at the nodes */
+  lm_real lead_rad[LM_NEUTRAL_LINE_NODES_MAX + 1];   /* polar angle - material angle at the nodes */
   lm_real lead_slope[LM_NEUTRAL_LINE_NODES_MAX + 1]; /* its derivative by the material angle */
 } lm_neutral_line;
 

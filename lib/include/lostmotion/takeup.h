@@ -1,9 +1,9 @@
 /* Staged take-up: how the side clearances close under load, one pair after the other.
  *
  * Two models. Independent pairs (model.md section 3.1) are unilateral springs side by side: the
- * closed form from which eq (1) of the paper follows. Coupled pairs (section 3.2) push the flexspline
- * rim, a beam on the elastic foundation of the wave generator, away from each other: a linear
- * complementarity problem, followed from event to event.
+ * closed form from which eq (1) of the paper follows. Coupled pairs (section 3.2) push the
+ * flexspline rim, a beam on the elastic foundation of the wave generator, away from each other: a
+ * linear complementarity problem, followed from event to event.
  */
 #ifndef LOSTMOTION_TAKEUP_H
 #define LOSTMOTION_TAKEUP_H
@@ -14,19 +14,20 @@
 
 LM_BEGIN_DECLS
 
-/* --- eq (1): increments of the lost motion, stage by stage --------------------------------------- */
+/* --- eq (1): increments of the lost motion, stage by stage ---------------------------------------
+ */
 
 /* Eq (1), corrected: sort the side clearances j_k / r_k of `count` pairs and give the increment of
  * the lost motion by each stage, g_(k+1) - g_k with g_0 = 0. (The paper's j_(k+1) is the clearance
- * that REMAINS at stage k; unloaded clearances must not be summed.) The cumulated increments are the
- * k-th smallest gap.
- * clearance_mm[], radius_mm[] (> 0), increment_rad[], order[]: length count; order[k] is the pair
- * that closes at stage k. Ties keep their order. O(count^2), for reports.
+ * that REMAINS at stage k; unloaded clearances must not be summed.) The cumulated increments are
+ * the k-th smallest gap. clearance_mm[], radius_mm[] (> 0), increment_rad[], order[]: length count;
+ * order[k] is the pair that closes at stage k. Ties keep their order. O(count^2), for reports.
  * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("radius_mm", "count" 1 .. 1204). */
 lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius_mm[], int count,
                               lm_real increment_rad[], int order[], lm_fault *fault);
 
-/* --- independent pairs --------------------------------------------------------------------------- */
+/* --- independent pairs ---------------------------------------------------------------------------
+ */
 
 /* A pair of flanks as a spring that carries only after its gap has closed. */
 typedef struct lm_spring {
@@ -35,16 +36,17 @@ typedef struct lm_spring {
   int side;                     /* +1 closes for positive rotation, -1 for negative */
 } lm_spring;
 
-/* Output rotation under a torque, eq of section 3.1: T(phi) = sum K (phi - g+)_+ - sum K (-phi - g-)_+,
- * solved exactly. Springs are sorted in place by the rotation at which they begin or cease to
- * carry. The rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it is the
- * middle of the play. `engaged` is the number of springs that carry.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("stiffness", "side", "count" 1 .. 1204), LM_NO_CONTACT when
- * no spring can carry a torque of that sign. O(count^2) the first time, O(count) when sorted. */
+/* Output rotation under a torque, eq of section 3.1: T(phi) = sum K (phi - g+)_+ - sum K (-phi -
+ * g-)_+, solved exactly. Springs are sorted in place by the rotation at which they begin or cease
+ * to carry. The rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it
+ * is the middle of the play. `engaged` is the number of springs that carry. LM_NULL, LM_NOT_FINITE,
+ * LM_OUT_OF_RANGE ("stiffness", "side", "count" 1 .. 1204), LM_NO_CONTACT when no spring can carry
+ * a torque of that sign. O(count^2) the first time, O(count) when sorted. */
 lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_Nm,
                                  lm_real *angle_rad, int *engaged, lm_fault *fault);
 
-/* --- coupled pairs ------------------------------------------------------------------------------- */
+/* --- coupled pairs -------------------------------------------------------------------------------
+ */
 
 /* One flank pair of one tooth in one axial section of one lobe. */
 typedef struct lm_contact {
@@ -67,30 +69,30 @@ typedef struct lm_contact {
 typedef struct lm_foundation {
   lm_real yield_mm_per_N[LM_LOBE_TEETH_MAX]; /* radial give of the rim at that many teeth from a
                                                 radial unit force */
-  int sections; /* 1 .. LM_SECTIONS_MAX */
-  int lobes;    /* lobes listed one by one: 1 (then both are alike and count twice) or 2 */
+  int sections;                              /* 1 .. LM_SECTIONS_MAX */
+  int lobes; /* lobes listed one by one: 1 (then both are alike and count twice) or 2 */
   lm_real twist_rad_per_Nmm[LM_SECTIONS_MAX][LM_SECTIONS_MAX]; /* turn of one section by a torque
                                                 in another; 0 in the planar model */
 } lm_foundation;
 
 /* Beam on an elastic foundation: the give at distance s from a unit force is
  *   lambda / (2 k_f) e^(-lambda s) (cos lambda s + sin lambda s), lambda = (k_f / (4 E I))^(1/4),
- * times factor. teeth: how many distances to fill, 1 .. LM_LOBE_TEETH_MAX; spacing_mm: arc from tooth
- * to tooth. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (all four > 0). */
+ * times factor. teeth: how many distances to fill, 1 .. LM_LOBE_TEETH_MAX; spacing_mm: arc from
+ * tooth to tooth. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (all four > 0). */
 lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, lm_real spacing_mm,
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault);
 
 /* State under one torque. The angle counts from the torque-free middle position and is the sum of
- * its four shares: work done on the way from rest, divided by the torque. Each share has the sign of
- * the torque, is continuous in it, and they add up exactly. */
+ * its four shares: work done on the way from rest, divided by the torque. Each share has the sign
+ * of the torque, is continuous in it, and they add up exactly. */
 typedef struct lm_take_up {
   lm_real angle_rad;
-  lm_real clearance_rad; /* eq (1): play of the pairs that joined (or left) since rest */
-  lm_real tooth_rad;     /* eq (6), (7): the pairs' own compliance */
-  lm_real ring_rad;      /* rim and generator foundation: local part of eq (2) - (4) */
-  lm_real twist_rad;     /* rim between axial sections: part of eq (5) */
+  lm_real clearance_rad;        /* eq (1): play of the pairs that joined (or left) since rest */
+  lm_real tooth_rad;            /* eq (6), (7): the pairs' own compliance */
+  lm_real ring_rad;             /* rim and generator foundation: local part of eq (2) - (4) */
+  lm_real twist_rad;            /* rim between axial sections: part of eq (5) */
   lm_real stiffness_Nm_per_rad; /* dT / dangle of the mesh, on the side away from rest */
-  int forward_teeth;     /* of one lobe, that carry on this flank in any section */
+  int forward_teeth;            /* of one lobe, that carry on this flank in any section */
   int backward_teeth;
 } lm_take_up;
 
@@ -117,9 +119,9 @@ typedef struct lm_take_up_workspace {
   lm_real change[LM_ACTIVE_MAX];                           /* its change since rest */
   int active[LM_ACTIVE_MAX];
   int active_count;
-  int place[LM_CONTACTS_MAX];         /* position in active[], or -1 */
-  lm_real slack_mm[LM_CONTACTS_MAX];  /* distance left of the pairs that do not carry */
-  lm_real approach[LM_CONTACTS_MAX];  /* how fast that distance closes along the path */
+  int place[LM_CONTACTS_MAX];        /* position in active[], or -1 */
+  lm_real slack_mm[LM_CONTACTS_MAX]; /* distance left of the pairs that do not carry */
+  lm_real approach[LM_CONTACTS_MAX]; /* how fast that distance closes along the path */
   lm_real rest_force[LM_CONTACTS_MAX];
   lm_real rest_slack_mm[LM_CONTACTS_MAX];
   lm_real give[2][LM_LOBE_TEETH_MAX]; /* radial give of the rim, by lobe and tooth */
@@ -127,14 +129,13 @@ typedef struct lm_take_up_workspace {
   int stage_count; /* events met, at most LM_STAGES_MAX are kept */
 } lm_take_up_workspace;
 
-/* Rotation under each torque: find F >= 0 with r(side phi - g) - C F <= 0 and F complementary to it,
- * T = lobes sum side F r. C is positive definite, so the state is unique; it is piecewise linear in phi
- * and followed exactly from event to event (active set with an updated Cholesky factor), from rest up
- * and from rest down. Preload (gaps that add up to less than zero) starts from the equilibrium of
- * both flanks.
- * contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks; torque_Nm[torques]: rising, at least one;
- * states[torques]; rest may be null.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE ("torque_Nm"),
+/* Rotation under each torque: find F >= 0 with r(side phi - g) - C F <= 0 and F complementary to
+ * it, T = lobes sum side F r. C is positive definite, so the state is unique; it is piecewise
+ * linear in phi and followed exactly from event to event (active set with an updated Cholesky
+ * factor), from rest up and from rest down. Preload (gaps that add up to less than zero) starts
+ * from the equilibrium of both flanks. contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks;
+ * torque_Nm[torques]: rising, at least one; states[torques]; rest may be null. LM_NULL,
+ * LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE ("torque_Nm"),
  * LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than LM_ACTIVE_MAX
  * carry, LM_NOT_CONVERGED when rounding defeats the factor (compliances of the pairs too small
  * against the ring's). On error states[] is not complete. */
