@@ -81,17 +81,21 @@ sanitize() {
 coverage() {
   build_and_test build-coverage -DCMAKE_C_COMPILER="$gcc" -DCMAKE_BUILD_TYPE=Debug \
     -DLM_COVERAGE=ON -DLM_INSTALL=OFF &&
-    "$gcovr" --root "$root" --filter lib/ --object-directory build-coverage \
-      --txt-metric branch --txt - --print-summary \
-      --fail-under-line 100 --fail-under-branch 100
+    "$gcovr" --root "$root" --filter lib/ --json build-coverage/coverage.json build-coverage &&
+    "$gcovr" --root "$root" --add-tracefile build-coverage/coverage.json --txt &&
+    "$gcovr" --root "$root" --add-tracefile build-coverage/coverage.json --txt \
+      --txt-metric branch --fail-under-line 100 --fail-under-branch 100
 }
 
-python_files() { find bindings/python tests -name '*.py' -not -path '*/build/*' | LC_ALL=C sort; }
-lint_python() { python_files | xargs "$ruff" check --config $package/pyproject.toml; }
 format_python() {
-  python_files | xargs "$ruff" format --check --diff --config $package/pyproject.toml
+  "$ruff" format --quiet --diff --config "$package/pyproject.toml" "$package" tests
 }
-types() { (cd $package && "$mypy"); }
+# A test's name says what it shows, so tests need no docstrings.
+lint_python() {
+  "$ruff" check --quiet --config "$package/pyproject.toml" "$package" &&
+    "$ruff" check --quiet --config "$package/pyproject.toml" --ignore D tests
+}
+types() { (cd "$package" && "$mypy"); }
 
 # One release of clang-format, for another one formats otherwise.
 if ! "$venv/bin/python" -c 'import gcovr, mypy, ruff, clang_format' 2>/dev/null; then

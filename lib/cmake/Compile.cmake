@@ -16,7 +16,7 @@ function(lm_compile target)
     $<$<BOOL:${LM_WERROR}>:-Werror>)
   if(LM_SANITIZE)
     target_compile_options(${target} PRIVATE
-      -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+      -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=address,undefined)
   endif()
   if(LM_COVERAGE)
