@@ -56,6 +56,31 @@ class Core:
             raise TypeError(f"a contiguous array of {self.real} is needed, not {array.dtype}")
         return self.ffi.from_buffer("lm_real[]", array, require_writable=write)
 
+    def records(self, cdata: Any, count: int) -> Array:
+        """View an array of C structs as a record array that shares its memory."""
+        kind = self.ffi.typeof(cdata).item
+        return np.frombuffer(
+            self.ffi.buffer(cdata, count * self.ffi.sizeof(kind)), dtype=self.record_type(kind)
+        )
+
+    def record_type(self, kind: Any) -> np.dtype[Any]:
+        """Describe a C type to NumPy."""
+        if kind.kind == "primitive":
+            return self.real if kind.cname in ("double", "float") else np.dtype(np.intc)
+        if kind.kind == "enum":
+            return np.dtype(np.uintc)
+        if kind.kind == "array":
+            return np.dtype((self.record_type(kind.item), (kind.length,)))
+        fields = kind.fields
+        return np.dtype(
+            {
+                "names": [name for name, _ in fields],
+                "formats": [self.record_type(field.type) for _, field in fields],
+                "offsets": [field.offset for _, field in fields],
+                "itemsize": self.ffi.sizeof(kind),
+            }
+        )
+
     def fault(self) -> Any:
         """Return a place for the library to say which input it refused."""
         return self.ffi.new("lm_fault *")

@@ -228,25 +228,7 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
             "nothing",
             f"this key, an angle, for a generator of type '{generator.value}'",
         )
-    _check_ratio(design)
     return design
-
-
-def _check_ratio(design: Design) -> None:
-    """Refuse a ratio that the tooth numbers cannot give, with either gear as the output."""
-    flexspline = design.values["teeth.flexspline_teeth"].value
-    rigid = design.values["teeth.rigid_teeth"].value
-    if flexspline == rigid:
-        return
-    possible = sorted({abs(teeth / (rigid - flexspline)) for teeth in (flexspline, rigid)})
-    if not any(math.isclose(abs(design.ratio), ratio, rel_tol=1e-6) for ratio in possible):
-        raise InputError(
-            design.file,
-            "drive.ratio",
-            show(design.ratio),
-            " or ".join(f"{ratio:.6g}" for ratio in possible)
-            + f", which {flexspline} and {rigid} teeth give",
-        )
 
 
 def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None:

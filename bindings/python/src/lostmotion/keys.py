@@ -90,7 +90,7 @@ def show(value: Any) -> str:
     if isinstance(value, list):
         return "an array"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return repr(value)
     return str(value)
 
 

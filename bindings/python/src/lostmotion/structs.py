@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+from lostmotion import units
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.keys import Key, Value
@@ -208,7 +209,6 @@ class Design:
     radial_chain: Sequence[Entry] | None = None
     torsion_chain: Sequence[Entry] | None = None
     tolerances: Sequence[Entry] | None = None
-    written: dict[str, str] = field(default_factory=dict)
 
 
 def field_path(section: str, key: Key) -> str:
@@ -289,25 +289,25 @@ def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
 def _refused(design: Design, error: LibraryError) -> InputError:
     value = design.values.get(error.key)
     if value is None:
-        place = error.key if error.key in ("ratio", "rated_torque_Nm") else f"design.{error.key}"
-        place = f"drive.{place}" if not place.startswith("design") else place
+        key = error.key.removeprefix("drive.")
+        place = f"drive.{key}" if key in ("ratio", "rated_torque_Nm") else f"design.{key}"
         return InputError(design.file, place, f"{error.found:.6g}", _range(error, 1.0))
-    unit_scale = _scale(error.key, value)
-    return InputError(
-        design.file, value.place, f"{error.found * unit_scale:.6g}", _range(error, unit_scale)
-    )
+    scale = _scale(error.key, value)
+    return InputError(design.file, value.place, f"{error.found * scale:.6g}", _range(error, scale))
 
 
 def _range(error: LibraryError, scale: float) -> str:
-    if error.low == 0 and error.high == 0:
+    low, high = error.low * scale, error.high * scale
+    if (low, high) == (0.0, 0.0):
         return f"a value that fits the others ({error.sentence})"
-    return f"{error.low * scale:.6g} to {error.high * scale:.6g}"
+    text = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+    if error.status == core().lib.LM_INCONSISTENT:
+        text += f" ({error.sentence})"
+    return text
 
 
 def _scale(path: str, value: Value) -> float:
     """Units of the file in one unit of the library."""
-    from lostmotion import units
-
     _, unit = units.split_unit(path)
     if unit is None or not value.unit:
         return 1.0
@@ -384,8 +384,11 @@ def _radial_law(design: Design, c: Core, drive: Any, entry: Entry, law: Any, fau
     if entry.kind == "ball":
         angle = entry.get("contact_angle", 0.0)
         one = c.ffi.new("lm_real *")
-        coefficients = {"deep_groove": 4.36e-4, "self_aligning": 6.98e-4, "thrust": 5.24e-4}
-        coefficient = coefficients[entry.get("bearing", "deep_groove")]
+        coefficient = {
+            "deep_groove": lib.LM_BALL_PALMGREN,
+            "self_aligning": lib.LM_BALL_SELF_ALIGNING,
+            "thrust": lib.LM_BALL_THRUST,
+        }[entry.get("bearing", "deep_groove")]
         if "conformity" in entry.values:
             c.check(lib.lm_ball_hertz_coefficient(entry.get("conformity"), one, fault), fault)
             coefficient = one[0]
@@ -503,7 +506,11 @@ def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[floa
     if len(grade) == 2 and not pair:
         one = c.ffi.new("lm_real *")
         status = c.lib.lm_it_tolerance(entry.get("nominal"), entry.get("it_grade"), one, fault)
-        c.check(status, fault)
+        try:
+            c.check(status, fault)
+        except LibraryError as error:
+            error.key = {"grade": "it_grade"}.get(error.key, "nominal_mm")
+            raise
         width = float(one[0])
         shift = entry.get("fundamental_deviation", 0.0)
         lower = {"hole": 0.0, "shaft": -width}.get(entry.kind, -width / 2)

@@ -1,0 +1,7 @@
+"""``python -m lostmotion``."""
+
+import sys
+
+from lostmotion.cli import main
+
+sys.exit(main())

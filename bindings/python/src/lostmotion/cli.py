@@ -1,0 +1,375 @@
+"""The command ``lostmotion``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NoReturn, TextIO
+
+import numpy as np
+
+from lostmotion import __version__, units
+from lostmotion.compare import Comparison, compare
+from lostmotion.drives import read_drive
+from lostmotion.errors import InputError, LostMotionError, one_line
+from lostmotion.files import write_whole
+from lostmotion.model import make_backbone
+from lostmotion.predict import clearances, predict
+from lostmotion.recordings import parse_map, read_campaign
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+"""Exit statuses."""
+
+DEFAULT_TORQUES = 33
+"""Torques of a prediction that states none: from minus to plus the rated torque."""
+
+TORQUES_MAX = 1025
+"""Torques that one evaluation of the library takes."""
+
+SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg")
+"""Options whose value may begin with a minus sign."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaint is one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and leave with the status for bad usage."""
+        self.exit(BAD_INPUT, f"{self.prog}: {one_line(message)}; see {self.prog} --help\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit status."""
+    parser = make_parser()
+    try:
+        arguments = parser.parse_args(join_signed(sys.argv[1:] if argv is None else argv))
+        if arguments.command is None:
+            parser.print_help()
+            return BAD_INPUT
+        arguments.run(arguments)
+        sys.stdout.flush()
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    except InputError as error:
+        print(f"lostmotion: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except LostMotionError as error:
+        print(f"lostmotion: {one_line(str(error))}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print("lostmotion: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Nobody reads any more; keep the interpreter from complaining about it on its way out.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    return DONE
+
+
+def join_signed(argv: Sequence[str]) -> list[str]:
+    """Join options to values that begin with a minus sign, which argparse takes for options."""
+    joined: list[str] = []
+    for word in argv:
+        if joined and joined[-1] in SIGNED_OPTIONS and word.startswith("-"):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Make the parser of all commands."""
+    parser = Parser(
+        prog="lostmotion", description="Lost motion in strain-wave gears: predict, compare, find out."
+    )
+    parser.add_argument("--version", action="version", version=f"lostmotion {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+
+    def command(name: str, run: Callable[[Any], None], says: str, example: str) -> Parser:
+        added = commands.add_parser(
+            name,
+            help=says,
+            description=says,
+            epilog=f"example: {example}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        added.set_defaults(run=run)
+        added.add_argument(
+            "--json", metavar="FILE", help="write the answer as JSON; - for standard output"
+        )
+        return added
+
+    added = command(
+        "predict",
+        run_predict,
+        "The characteristic and its five contributions.",
+        "lostmotion predict drive.toml --torque -40:40:81 --json prediction.json",
+    )
+    added.add_argument("drive", metavar="DRIVE", help="drive file")
+    added.add_argument(
+        "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
+    )
+    added.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+
+    added = command(
+        "clearances",
+        run_clearances,
+        "Side clearances of every tooth, both ways, with contact radius and interference.",
+        "lostmotion clearances drive.toml --angles-deg -10,0,10,20",
+    )
+    added.add_argument("drive", metavar="DRIVE", help="drive file with a [design]")
+    added.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+    added.add_argument("--angles-deg", metavar="A,B,C", help="angles to place a tooth at")
+
+    added = command(
+        "compare",
+        run_compare,
+        "Model against measurement: where it fits and where it fails.",
+        "lostmotion compare drive.toml recordings/ --map POSITION=lost_motion_rev",
+    )
+    added.add_argument("drive", metavar="DRIVE", help="drive file")
+    added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
+    add_map(added)
+    added.add_argument("--seed", type=int, default=1, help="of the tests for chance (default: 1)")
+    return parser
+
+
+def add_map(parser: argparse.ArgumentParser) -> None:
+    """Add the option that reads foreign column names."""
+    parser.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="COLUMN=NAME_UNIT",
+        help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round",
+    )
+
+
+def number(option: str, text: str) -> float:
+    """Read a finite number of the command line."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(option, "", f"'{text}'", "a number")
+    return value
+
+
+def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Read ``MIN:MAX:N``; without it, plus and minus the rated torque."""
+    if text is None:
+        return np.linspace(-rated_Nm, rated_Nm, DEFAULT_TORQUES)
+    expected = f"MIN:MAX:N in Nm, MIN below MAX, N from 2 to {TORQUES_MAX}"
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InputError("--torque", "", f"'{text}'", expected)
+    low, high = number("--torque", parts[0]), number("--torque", parts[1])
+    if not parts[2].isdecimal() or not 2 <= int(parts[2]) <= TORQUES_MAX or not low < high:
+        raise InputError("--torque", "", f"'{text}'", expected)
+    return np.linspace(low, high, int(parts[2]))
+
+
+def deliver(answer: dict[str, Any], to: str | None, show: Callable[[TextIO], None]) -> None:
+    """Print the answer for people, or write it as JSON, or both when the JSON goes to a file."""
+    if to == "-":
+        print(json.dumps(answer, indent=1, allow_nan=False))
+        return
+    if to is not None:
+        write_whole(to, json.dumps(answer, indent=1, allow_nan=False) + "\n")
+    show(sys.stdout)
+    if to is not None:
+        print(f"\nwritten: {to}")
+
+
+def run_predict(arguments: argparse.Namespace) -> None:
+    """``lostmotion predict``."""
+    drive = read_drive(arguments.drive)
+    phase = math.radians(number("--phase-deg", arguments.phase_deg))
+    answer = predict(drive, torques(arguments.torque, drive.rated_torque_Nm), phase)
+    deliver(answer, arguments.json, lambda out: show_prediction(answer, out))
+
+
+def run_clearances(arguments: argparse.Namespace) -> None:
+    """``lostmotion clearances``."""
+    drive = read_drive(arguments.drive)
+    phase = math.radians(number("--phase-deg", arguments.phase_deg))
+    angles = None
+    if arguments.angles_deg is not None:
+        texts = arguments.angles_deg.split(",")
+        angles = np.radians([number("--angles-deg", text) for text in texts])
+    answer = clearances(drive, phase, angles)
+    deliver(answer, arguments.json, lambda out: show_clearances(answer, out))
+
+
+def run_compare(arguments: argparse.Namespace) -> None:
+    """``lostmotion compare``."""
+    drive = read_drive(arguments.drive)
+    mapping = {**drive.columns, **parse_map(arguments.map)}
+    campaign = read_campaign(
+        [Path(path) for path in arguments.data], ratio=drive.ratio, mapping=mapping
+    )
+    largest = float(np.max(np.abs(campaign.column("torque"))))
+    with Progress("comparing") as progress:
+        result = compare(
+            make_backbone(drive, largest), campaign, seed=arguments.seed, progress=progress
+        )
+    deliver(result.answer(), arguments.json, lambda out: show_comparison(result, out))
+
+
+class Progress:
+    """A progress bar on a terminal; nothing in a pipe."""
+
+    WIDTH = 30
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self.shown = sys.stderr.isatty()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __call__(self, done: int, steps: int) -> None:
+        """Draw the bar at `done` of `steps`."""
+        if self.shown:
+            full = self.WIDTH * done // max(steps, 1)
+            bar = "#" * full + "." * (self.WIDTH - full)
+            print(f"\r{self.label} [{bar}] {done}/{steps}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self.shown:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) -> None:
+    """Print columns aligned to the right."""
+    widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
+    for line in (head, *rows):
+        cells = (cell.rjust(width) for cell, width in zip(line, widths, strict=True))
+        print("  ".join(cells), file=out)
+
+
+def fixed(value: float | None, digits: int = 3) -> str:
+    """Format a number, or a dash for none."""
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
+    """Print a prediction as a table."""
+    print(f"{answer['drive']} ({answer['kind']}): one-sided deflection in arcmin\n", file=out)
+    parts = answer["parts_arcmin"]
+    head = ["torque Nm", "total", *(part.replace("_", " ") for part in parts), "teeth/lobe"]
+    rows = [
+        [
+            fixed(torque, 2),
+            fixed(answer["total_arcmin"][i]),
+            *(fixed(parts[part][i]) for part in parts),
+            fixed(answer["engaged_teeth_per_lobe"][i], 0),
+        ]
+        for i, torque in enumerate(answer["torque_Nm"])
+    ]
+    show_table(head, rows, out)
+    print(
+        f"\nreversal lost motion at +-{answer['reversal_torque_Nm']:.3g} Nm: "
+        f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin",
+        file=out,
+    )
+    tolerance = answer["tolerance_um"]
+    if tolerance["worst_max"] is not None:
+        lost = answer["tolerance_lost_motion_arcmin"]
+        for kind in ("worst", "probable"):
+            print(
+                f"radial gap by tolerances, {kind}: {tolerance[f'{kind}_min']:.1f} to "
+                f"{tolerance[f'{kind}_max']:.1f} um, lost motion {lost[f'{kind}_min']:.3f} to "
+                f"{lost[f'{kind}_max']:.3f} arcmin in one direction",
+                file=out,
+            )
+    failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
+    for check in failed:
+        print(
+            f"check {check['name']}: {check['value']:.4g} {check['unit']}, limit "
+            f"{check['limit']:.4g}, margin {check['margin']:.4g}",
+            file=out,
+        )
+    if answer["defaults"]:
+        print("\ntaken by default:", file=out)
+        for key, value in answer["defaults"].items():
+            shown = f"{value:.6g}" if isinstance(value, float) else value
+            print(f"  {key} = {shown}", file=out)
+    if answer["assumptions"]:
+        print("\nassumed:", file=out)
+        for line in answer["assumptions"]:
+            print(f"  {line}", file=out)
+
+
+def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
+    """Print clearances as a table."""
+    print(f"{answer['drive']}: side clearance in arcmin, - where the teeth do not overlap\n", file=out)
+    rows = [
+        [
+            str(answer["section"][i]),
+            fixed(angle, 2),
+            fixed(answer["forward_arcmin"][i]),
+            fixed(answer["backward_arcmin"][i]),
+            fixed(answer["contact_radius_mm"][i]),
+        ]
+        for i, angle in enumerate(answer["angle_deg"])
+        if answer["overlap"][i]
+    ]
+    show_table(["section", "angle deg", "forward", "backward", "contact radius mm"], rows, out)
+    apart = answer["overlap"].count(False)
+    if apart:
+        print(f"\n{apart} teeth without overlap are left out of this table", file=out)
+
+
+def show_comparison(result: Comparison, out: TextIO) -> None:
+    """Print a comparison."""
+    answer = result.answer()
+    unit = "arcsec" if answer["unfitted_rms_arcsec"] < 600 else "arcmin"
+    scale = 1.0 if unit == "arcsec" else units.ARCSEC / units.ARCMIN
+
+    def shown(value: float) -> str:
+        return f"{value * scale:.2f} {unit}"
+
+    print(f"drive as it stands  {shown(answer['unfitted_rms_arcsec'])}", file=out)
+    print(
+        f"fitted              {shown(answer['rms_arcsec'])}  "
+        f"(explains {100 * answer['explained_share']:.2f} % of the variance)",
+        file=out,
+    )
+    print(
+        f"held out by {answer['heldout_by']:<8}{shown(answer['heldout_rms_arcsec'])}", file=out
+    )
+    print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
+    print(f"\nfriction {answer['friction']} the elasticity; held out:", end="", file=out)
+    for name, errors in answer["frictions"].items():
+        print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="", file=out)
+    print("\n\nerror by run:", file=out)
+    rows = [
+        [str(run["run"]), fixed(run["rms_arcsec"] * scale, 2), str(run["samples"])]
+        for run in answer["by_run"]
+    ]
+    show_table(["run", f"rms {unit}", "samples"], rows, out)
+    print("\nwhere it fails:", file=out)
+    rows = [
+        [failure["covariate"], f"{100 * failure['share']:.1f} %", f"{failure['p']:.4f}"]
+        for failure in answer["where_it_fails"]
+    ]
+    show_table(["covariate", "share", "p"], rows, out)
+    if answer["not_testable"]:
+        print("\nnot testable with these columns:", file=out)
+        for column, effects in answer["not_testable"].items():
+            print(f"  without {column}: {', '.join(effects)}", file=out)
+    if answer["findings"]:
+        print("\nabout the data:", file=out)
+        for finding in answer["findings"]:
+            print(f"  {finding}", file=out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,333 @@
+"""The design model: a drawing becomes clearances, a characteristic, checks and tolerance limits.
+
+Thin objects over the C library; all loops over teeth, torques and axial sections are in C.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import structs
+from lostmotion.base import Backbone
+from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE
+from lostmotion.core import Bits, core
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError
+from lostmotion.structs import Design
+
+FloatArray = npt.NDArray[np.float64]
+Array = npt.NDArray[Any]
+
+ZONE_SHARES = (0.175, 0.625)
+"""T1 and T2 of a design over its rated torque, as in the catalogues: 7 and 25 of 40 N m, size 20."""
+
+BACKBONE_TORQUES = 257
+"""Torques at which a design is evaluated to become a backbone."""
+
+PROBABLE_T = 3.0
+"""Half width of the probable limits in standard deviations: 0.27 % lie outside."""
+
+
+@dataclass(frozen=True)
+class Clearances:
+    """Unloaded side clearances, one entry a tooth and axial section.
+
+    Gaps are output rotations until contact: negative is interference, infinite is no overlap.
+    """
+
+    section: Array
+    angle_rad: Array
+    forward_rad: Array
+    backward_rad: Array
+    forward_radius_mm: Array
+    backward_radius_mm: Array
+
+    @property
+    def overlap(self) -> npt.NDArray[np.bool_]:
+        """Whether the tooth reaches into the rigid gear's teeth at all."""
+        return np.asarray(np.isfinite(self.forward_rad) | np.isfinite(self.backward_rad))
+
+
+@dataclass(frozen=True)
+class Characteristic:
+    """One-sided deflection by torque and its contributions, which add up to it."""
+
+    torque_Nm: Array
+    total_rad: Array
+    parts_rad: dict[str, Array]
+    stiffness_Nm_per_rad: Array
+    forward_teeth: Array
+    backward_teeth: Array
+
+    @property
+    def engaged_teeth(self) -> Array:
+        """Teeth of one lobe that carry the torque."""
+        return np.where(
+            self.torque_Nm > 0,
+            self.forward_teeth,
+            np.where(
+                self.torque_Nm < 0,
+                self.backward_teeth,
+                np.maximum(self.forward_teeth, self.backward_teeth),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of a design; it passes when the margin is not negative."""
+
+    name: str
+    unit: str
+    value: float
+    limit: float
+    margin: float
+
+
+class DesignModel:
+    """A design, ready to be evaluated. One object serves one thread at a time.
+
+    Parameters
+    ----------
+    design : Design
+        From ``read_drive(file).design``.
+    bits : {64, 32}
+        Precision of the library.
+
+    Raises
+    ------
+    InputError
+        When the library refuses a value of the design.
+    """
+
+    def __init__(self, design: Design, bits: Bits = 64) -> None:
+        self.design = design
+        self.core = core(bits)
+        self.drive = structs.make_drive(design, bits)
+        c = self.core
+        self._workspace = c.ffi.new("lm_design_workspace *")
+        self._call(
+            lambda fault: c.lib.lm_prepare_meshes(
+                self.drive, c.lib.LM_NEUTRAL_LINE_NODES, self._workspace, fault
+            )
+        )
+
+    def _call(self, call: Any) -> None:
+        structs.with_fault(self.design, self.core, call)
+
+    @property
+    def sections(self) -> int:
+        """Number of axial sections."""
+        return int(self.drive.axial_sections)
+
+    @property
+    def rated_torque_Nm(self) -> float:
+        """Rated torque."""
+        return float(self.drive.rated_torque_Nm)
+
+    def defaults(self) -> dict[str, Any]:
+        """Values that the drive file left open, by dotted key."""
+        return structs.stated_defaults(self.design, self.drive)
+
+    def clearances(
+        self, phase_rad: float = 0.0, angles_rad: npt.ArrayLike | None = None
+    ) -> Clearances:
+        """Side clearances of every tooth of one lobe, or at stated angles.
+
+        Parameters
+        ----------
+        phase_rad : float
+            Tooth phase of the generator.
+        angles_rad : array, optional
+            Angles from the deformation axis at which a tooth is to be placed.
+        """
+        c = self.core
+        rows, sections = [], []
+        for section in range(self.sections):
+            mesh = c.ffi.addressof(self._workspace.meshes[section])
+            if angles_rad is None:
+                capacity = c.lib.LM_LOBE_TEETH_MAX
+                found = c.ffi.new("lm_clearance[]", capacity)
+                count = c.ffi.new("int *")
+                fault = c.fault()
+                status = c.lib.lm_lobe_clearances(mesh, phase_rad, found, capacity, count, fault)
+                c.check(status, fault)
+                number = count[0]
+            else:
+                angles = np.atleast_1d(np.asarray(angles_rad, dtype=np.float64))
+                number = angles.size
+                found = c.ffi.new("lm_clearance[]", number)
+                for i, angle in enumerate(angles):
+                    found[i] = c.lib.lm_tooth_clearance(mesh, angle)
+            rows.append(c.records(found, number).copy())
+            sections.append(np.full(number, section))
+        table = np.concatenate(rows)
+        return Clearances(
+            np.concatenate(sections),
+            table["angle_rad"],
+            table["forward"]["gap_rad"],
+            table["backward"]["gap_rad"],
+            table["forward"]["radius_mm"],
+            table["backward"]["radius_mm"],
+        )
+
+    def characteristic(self, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> Characteristic:
+        """Deflection and contributions at rising torques.
+
+        Raises
+        ------
+        LibraryError
+            When no teeth can carry, or the torques do not rise.
+        """
+        c = self.core
+        torque = c.array(np.atleast_1d(torque_Nm))
+        found = c.ffi.new("lm_contributions[]", max(1, torque.size))
+        fault = c.fault()
+        status = c.lib.lm_evaluate_characteristic(
+            self.drive,
+            phase_rad,
+            c.pointer(torque),
+            torque.size,
+            found,
+            c.ffi.NULL,
+            self._workspace,
+            fault,
+        )
+        c.check(status, fault)
+        table = c.records(found, torque.size).copy()
+        return Characteristic(
+            torque,
+            table["total_rad"],
+            {part: table[f"{part}_rad"] for part in PARTS},
+            table["stiffness_Nm_per_rad"],
+            table["forward_teeth"],
+            table["backward_teeth"],
+        )
+
+    def mesh_state(self, phase_rad: float = 0.0) -> dict[str, float]:
+        """Return what holds for all torques: free play, flank angle, radial gap and so on."""
+        c = self.core
+        torque = c.array([self.rated_torque_Nm])
+        found = c.ffi.new("lm_contributions[]", 1)
+        state = c.ffi.new("lm_mesh_state *")
+        fault = c.fault()
+        status = c.lib.lm_evaluate_characteristic(
+            self.drive, phase_rad, c.pointer(torque), 1, found, state, self._workspace, fault
+        )
+        c.check(status, fault)
+        return {name: getattr(state, name) for name in dir(state)}
+
+    def reversal_lost_motion(self, torque_Nm: float, phase_rad: float = 0.0) -> float:
+        """Lost motion of a reversal at plus and minus a torque, in rad."""
+        c = self.core
+        one = c.ffi.new("lm_real *")
+        fault = c.fault()
+        status = c.lib.lm_reversal_lost_motion(
+            self.drive, phase_rad, torque_Nm, one, self._workspace, fault
+        )
+        c.check(status, fault)
+        return float(one[0])
+
+    def checks(self, steps_per_pitch: int = 8) -> list[Check]:
+        """Check everything that a designer needs, each with its margin."""
+        c = self.core
+        meshes = self._workspace.meshes
+        smallest = c.ffi.new("lm_smallest_gap *")
+        fault = c.fault()
+        status = c.lib.lm_find_smallest_gap(
+            meshes, self.sections, steps_per_pitch, smallest, fault
+        )
+        c.check(status, fault)
+        found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
+        status = c.lib.lm_check_design(self.drive, meshes, self.sections, smallest, found, fault)
+        c.check(status, fault)
+        return [
+            Check(
+                c.ffi.string(c.lib.lm_check_name(i)).decode(),
+                c.ffi.string(c.lib.lm_check_unit(i)).decode(),
+                found[i].value,
+                found[i].limit,
+                found[i].margin,
+            )
+            for i in range(c.lib.LM_CHECK_COUNT)
+        ]
+
+    def tolerance_limits(self) -> dict[str, float]:
+        """Limits of the radial gap in mm: worst case and probable.
+
+        The nominal gaps of the drive are part of the chain.
+        """
+        c = self.core
+        drive = self.drive
+        links = c.ffi.new("lm_tolerance_link[]", drive.tolerance_count + 2)
+        for i in range(drive.tolerance_count):
+            links[i] = drive.tolerances[i]
+        for i, gap in enumerate((drive.gap.generator_mm, drive.gap.teeth_mm)):
+            nominal = links[drive.tolerance_count + i]
+            nominal.influence = 1.0
+            nominal.lower_mm = nominal.upper_mm = gap
+            nominal.zone = i
+        limits = c.ffi.new("lm_tolerance_limits *")
+        fault = c.fault()
+        result = {}
+        count = drive.tolerance_count + 2
+        c.check(c.lib.lm_worst_limits(links, count, limits, fault), fault)
+        result["worst_min"], result["worst_max"] = limits.total_min_mm, limits.total_max_mm
+        c.check(c.lib.lm_probable_limits(links, count, PROBABLE_T, limits, fault), fault)
+        result["probable_min"], result["probable_max"] = limits.total_min_mm, limits.total_max_mm
+        return result
+
+    def gap_angle(self, gap_mm: float) -> float:
+        """Full rotation of a closed radial gap in one direction, equation (9), in rad."""
+        c = self.core
+        state = self.mesh_state()
+        one = c.ffi.new("lm_real *")
+        fault = c.fault()
+        status = c.lib.lm_radial_gap_angle(
+            gap_mm, state["flank_angle_rad"], state["radius_mm"], one, fault
+        )
+        c.check(status, fault)
+        return float(one[0])
+
+
+def design_model(drive: Drive, bits: Bits = 64) -> DesignModel:
+    """Make the design model of a drive that has a design.
+
+    Raises
+    ------
+    InputError
+        When the drive is a bought one.
+    """
+    if drive.design is None:
+        raise InputError(drive.file, "design", "no such table", "[design]: this needs the geometry")
+    return DesignModel(drive.design, bits)
+
+
+def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
+    """Make the loss-free characteristic of a drive, for comparison with recordings.
+
+    Parameters
+    ----------
+    drive : Drive
+    largest_torque_Nm : float
+        How far the recordings reach.
+    """
+    if drive.catalogue is not None:
+        torque, angle = drive.catalogue.knots(largest_torque_Nm)
+        return Backbone(torque, angle, (drive.catalogue.T1_Nm, drive.catalogue.T2_Nm))
+    model = design_model(drive)
+    reach = max(largest_torque_Nm, drive.rated_torque_Nm)
+    torque = np.linspace(-reach, reach, BACKBONE_TORQUES)
+    torque[BACKBONE_TORQUES // 2] = 0.0
+    found = model.characteristic(torque)
+    low, high = (share * drive.rated_torque_Nm for share in ZONE_SHARES)
+    return Backbone(torque, np.asarray(found.total_rad, dtype=np.float64), (low, high))
+
+
+def reversal_torque(drive: Drive) -> float:
+    """Torque at which makers state lost motion: 4 % of the rated torque."""
+    return REVERSAL_TORQUE_SHARE * drive.rated_torque_Nm

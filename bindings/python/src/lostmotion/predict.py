@@ -1,0 +1,141 @@
+"""Answers of ``predict`` and ``clearances``: what a drive will do before anybody measures it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.catalogue import PARTS
+from lostmotion.drives import Drive
+from lostmotion.model import design_model, reversal_torque
+from lostmotion.units import ARCMIN
+
+LIMITS = ("worst_min", "worst_max", "probable_min", "probable_max")
+"""Names of the tolerance limits."""
+
+
+def numbers(values: npt.ArrayLike) -> list[float | None]:
+    """List numbers for JSON: what is not finite becomes null, minus zero becomes zero."""
+    return [float(v) + 0.0 if np.isfinite(v) else None for v in np.asarray(values).ravel()]
+
+
+def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> dict[str, Any]:
+    """Return the characteristic, its contributions and its limits.
+
+    Parameters
+    ----------
+    drive : Drive
+    torque_Nm : array
+        Rising.
+    phase_rad : float
+        Tooth phase of the generator; a bought drive has none.
+    """
+    answer: dict[str, Any] = {
+        "schema": "lostmotion.prediction/1",
+        "drive": drive.name,
+        "kind": "catalogue" if drive.catalogue is not None else "design",
+        "torque_Nm": numbers(torque_Nm),
+    }
+    answer.update(
+        _catalogue(drive, torque_Nm) if drive.catalogue else _design(drive, torque_Nm, phase_rad)
+    )
+    return answer
+
+
+def _catalogue(drive: Drive, torque_Nm: npt.ArrayLike) -> dict[str, Any]:
+    sheet = drive.catalogue
+    assert sheet is not None
+    parts = sheet.parts(torque_Nm)
+    at = reversal_torque(drive)
+    bound = sheet.radial_gap_bound(drive.rated_torque_Nm)
+    unknown = dict.fromkeys(LIMITS)
+    return {
+        "total_arcmin": numbers(sheet.angle(torque_Nm) / ARCMIN),
+        "parts_arcmin": {part: numbers(parts[part] / ARCMIN) for part in PARTS},
+        "stiffness_Nm_per_rad": numbers(sheet.stiffness(torque_Nm)),
+        "reversal_lost_motion_arcmin": sheet.reversal_lost_motion(at) / ARCMIN,
+        "reversal_torque_Nm": at,
+        "engaged_teeth_per_lobe": [None] * np.size(torque_Nm),
+        "tolerance_um": unknown,
+        "tolerance_lost_motion_arcmin": dict(unknown),
+        "guaranteed_arcmin": {
+            "hysteresis": None if sheet.hysteresis_rad is None else sheet.hysteresis_rad / ARCMIN,
+            "lost_motion": None
+            if sheet.lost_motion_rad is None
+            else sheet.lost_motion_rad / ARCMIN,
+        },
+        "radial_gap_bound_arcmin": None if bound is None else bound / ARCMIN,
+        "assumptions": sheet.assumptions(drive.rated_torque_Nm),
+        "defaults": {},
+    }
+
+
+def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[str, Any]:
+    model = design_model(drive)
+    found = model.characteristic(torque_Nm, phase_rad)
+    at = reversal_torque(drive)
+    limits = model.tolerance_limits()
+    state = model.mesh_state(phase_rad)
+    return {
+        "total_arcmin": numbers(found.total_rad / ARCMIN),
+        "parts_arcmin": {part: numbers(found.parts_rad[part] / ARCMIN) for part in PARTS},
+        "stiffness_Nm_per_rad": numbers(found.stiffness_Nm_per_rad),
+        "reversal_lost_motion_arcmin": model.reversal_lost_motion(at, phase_rad) / ARCMIN,
+        "reversal_torque_Nm": at,
+        "engaged_teeth_per_lobe": [int(n) for n in found.engaged_teeth],
+        "tolerance_um": {name: limits[name] * 1e3 for name in LIMITS},
+        "tolerance_lost_motion_arcmin": {
+            name: model.gap_angle(limits[name]) / ARCMIN for name in LIMITS
+        },
+        "phase_rad": phase_rad,
+        "free_play_arcmin": 2.0 * state["free_play_rad"] / ARCMIN,
+        "flank_angle_rad": state["flank_angle_rad"],
+        "gap_closing_torque_Nm": state["gap_torque_Nm"],
+        "checks": [
+            {
+                "name": check.name,
+                "unit": check.unit,
+                "value": check.value,
+                "limit": check.limit,
+                "margin": check.margin,
+            }
+            for check in model.checks()
+        ],
+        "assumptions": [
+            "All angles but the reversal lost motion and the free play are one-sided: "
+            "from the torque-free middle, in one direction.",
+            "tolerance_lost_motion is equation (9) in one direction; a reversal sees twice that.",
+        ],
+        "defaults": model.defaults(),
+    }
+
+
+def clearances(
+    drive: Drive, phase_rad: float = 0.0, angles_rad: npt.ArrayLike | None = None
+) -> dict[str, Any]:
+    """Return the side clearances of every tooth, or at stated angles.
+
+    Parameters
+    ----------
+    drive : Drive
+        With a design.
+    phase_rad : float
+        Tooth phase of the generator.
+    angles_rad : array, optional
+        Angles from the deformation axis at which a tooth is to be placed.
+    """
+    found = design_model(drive).clearances(phase_rad, angles_rad)
+    radius = [np.where(r > 0, r, np.nan) for r in (found.forward_radius_mm, found.backward_radius_mm)]
+    return {
+        "schema": "lostmotion.clearances/1",
+        "drive": drive.name,
+        "section": [int(section) for section in found.section],
+        "angle_deg": numbers(np.degrees(found.angle_rad)),
+        "forward_arcmin": numbers(found.forward_rad / ARCMIN),
+        "backward_arcmin": numbers(found.backward_rad / ARCMIN),
+        "contact_radius_mm": numbers(radius[0]),
+        "backward_contact_radius_mm": numbers(radius[1]),
+        "overlap": [bool(overlap) for overlap in found.overlap],
+    }
