@@ -250,56 +250,55 @@ lm_status lm_tolerance_contributions(const lm_tolerance_link *links, int count,
 
 /* ---- Quasi-Monte-Carlo ---- */
 
-/* Phi(z) = p for 0 < p <= 0.5. P. J. Acklam's rational minimax approximations: one in the square of
- * p - 1/2 for the middle, one in sqrt(-2 ln p) for the tail below 0.02425. */
-static lm_real tail_quantile(lm_real p) {
-  if (p < LM_REAL(0.02425)) {
-    const lm_real q = real_sqrt(LM_REAL(-2) * real_log(p));
-    const lm_real above =
-        ((((LM_REAL(-7.784894002430293e-03) * q + LM_REAL(-3.223964580411365e-01)) * q +
-           LM_REAL(-2.400758277161838)) *
-              q +
-          LM_REAL(-2.549732539343734)) *
-             q +
-         LM_REAL(4.374664141464968)) *
-            q +
-        LM_REAL(2.938163982698783);
-    const lm_real below =
-        (((LM_REAL(7.784695709041462e-03) * q + LM_REAL(3.224671290700398e-01)) * q +
-          LM_REAL(2.445134137142996)) *
-             q +
-         LM_REAL(3.754408661907416)) *
-            q +
-        LM_REAL(1);
-    return above / below;
-  } else {
-    const lm_real q = p - LM_REAL(0.5);
-    const lm_real r = q * q;
-    const lm_real above =
-        ((((LM_REAL(-3.969683028665376e+01) * r + LM_REAL(2.209460984245205e+02)) * r +
-           LM_REAL(-2.759285104469687e+02)) *
-              r +
-          LM_REAL(1.383577518672690e+02)) *
-             r +
-         LM_REAL(-3.066479806614716e+01)) *
-            r +
-        LM_REAL(2.506628277459239);
-    const lm_real below =
-        ((((LM_REAL(-5.447609879822406e+01) * r + LM_REAL(1.615858368580409e+02)) * r +
-           LM_REAL(-1.556989798598866e+02)) *
-              r +
-          LM_REAL(6.680131188771972e+01)) *
-             r +
-         LM_REAL(-1.328068155288572e+01)) *
-            r +
-        LM_REAL(1);
-    return q * above / below;
+/* c[0] + x c[1] + ... + x^7 c[7] */
+static lm_real polynomial(const double *c, lm_real x) {
+  lm_real sum = LM_REAL(c[7]);
+  int i = 0;
+  for (i = 6; i >= 0; --i) {
+    sum = sum * x + LM_REAL(c[i]);
   }
+  return sum;
+}
+
+/* Phi(z) = p for 1e-10 <= p <= 0.5. M. J. Wichura, algorithm AS 241 (PPND16), its middle and its
+ * near tail (p > 1.4e-11). All coefficients are positive, so float32 cancels nothing. */
+static lm_real tail_quantile(lm_real p) {
+  static const double middle_above[8] = {
+      3.3871328727963666080, 133.14166789178437745, 1971.5909503065514427, 13731.693765509461125,
+      45921.953931549871457, 67265.770927008700853, 33430.575583588128105, 2509.0809287301226727};
+  static const double middle_below[8] = {1.0,
+                                         42.313330701600911252,
+                                         687.18700749205790830,
+                                         5394.1960214247511077,
+                                         21213.794301586595867,
+                                         39307.895800092710610,
+                                         28729.085735721942674,
+                                         5226.4952788528545610};
+  static const double tail_above[8] = {1.42343711074968357734,   4.63033784615654529590,
+                                       5.76949722146069140550,   3.64784832476320460504,
+                                       1.27045825245236838258,   0.241780725177450611770,
+                                       0.0227238449892691845833, 7.74545014278341407640e-4};
+  static const double tail_below[8] = {1.0,
+                                       2.05319162663775882187,
+                                       1.67638483018380384940,
+                                       0.689767334985100004550,
+                                       0.148103976427480074590,
+                                       0.0151986665636164571966,
+                                       5.47593808499534494600e-4,
+                                       1.05075007164441684324e-9};
+  const lm_real q = p - LM_REAL(0.5);
+  lm_real r = LM_REAL(0);
+  if (q > LM_REAL(-0.425)) {
+    r = LM_REAL(0.180625) - q * q;
+    return q * polynomial(middle_above, r) / polynomial(middle_below, r);
+  }
+  r = real_sqrt(-real_log(p)) - LM_REAL(1.6);
+  return -polynomial(tail_above, r) / polynomial(tail_below, r);
 }
 
 lm_status lm_normal_tail_quantile(lm_real tail_probability, lm_real *quantile, lm_fault *fault) {
   const lm_status status =
-      check_range(fault, "tail_probability", tail_probability, LM_REAL(1e-12), LM_REAL(0.5));
+      check_range(fault, "tail_probability", tail_probability, LM_REAL(1e-10), LM_REAL(0.5));
   if (status != LM_OK) {
     return status;
   }

@@ -123,9 +123,9 @@ lm_status lm_tolerance_contributions(const lm_tolerance_link *links, int count,
 
 /* ---- Quasi-Monte-Carlo ---------------------------------------------------------------------- */
 
-/* Lower tail of the standard normal distribution: z <= 0 with Phi(z) = tail probability, 1e-12 ..
- * 0.5; the upper tail is its mirror. Rational approximation in two pieces (Acklam), error below
- * 1.2e-9 of |z| (float32: 2e-6 of the larger of 1 and |z|). */
+/* Lower tail of the standard normal distribution: z <= 0 with Phi(z) = tail probability, 1e-10 ..
+ * 0.5; the upper tail is its mirror. Wichura's rational approximations AS 241, error below 1e-14
+ * (float32: 1e-6) of the larger of 1 and |z|. */
 lm_status lm_normal_tail_quantile(lm_real tail_probability, lm_real *quantile, lm_fault *fault);
 
 /* Sobol points, 32 bits each (u = point / 2^32), dimension 0 .. 31 by Joe and Kuo's direction
