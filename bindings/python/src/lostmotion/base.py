@@ -19,10 +19,10 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import least_squares
 
 from lostmotion.core import core
 from lostmotion.recordings import Campaign
+from lostmotion.solve import bounded_least_squares
 
 FloatArray = npt.NDArray[np.float64]
 Friction = Literal["outside", "inside", "both"]
@@ -233,21 +233,20 @@ class BaseModel:
             sticks = rest[count if outside_on else 0 :] if inside_on else np.zeros(0)
             return Parameters(scale, outside, break_stick(sticks, count)), sticks
 
-        def residual(vector: FloatArray) -> FloatArray:
-            parameters, _ = unpack(vector)
-            return np.asarray(self.centre(self.predict(parameters) - self.angle, use)[use])
-
-        def jacobian(vector: FloatArray) -> FloatArray:
+        def evaluate(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
             parameters, sticks = unpack(vector)
             wound = self.torque + self.plays @ parameters.inside
-            zones = self.backbone.zones(wound)[:, self.reached]
-            columns = [zones * parameters.scale[self.reached]]
+            zones = self.backbone.zones(wound)
+            angle = zones @ parameters.scale + self.plays @ parameters.outside
+            columns = [(zones * parameters.scale)[:, self.reached]]
             if outside_on:
                 columns.append(self.plays * soft)
             if inside_on:
                 slope = self.backbone.slope(wound) * parameters.scale[self.backbone.zone_of(wound)]
                 columns.append(slope[:, None] * (self.plays @ stick_jacobian(sticks)))
-            return np.asarray(self.centre(np.concatenate(columns, axis=1), use)[use])
+            columns.append((angle - self.angle)[:, None])
+            both = self.centre(np.concatenate(columns, axis=1), use)[use] / unit
+            return both[:, -1], both[:, :-1]
 
         names = [f"compliance_{z}" for z, on in zip(ZONES, self.reached, strict=True) if on]
         first = [np.log(start.scale[self.reached])]
@@ -263,19 +262,9 @@ class BaseModel:
             low.append(np.zeros(count))
             high.append(np.ones(count))
             names += [f"inside_{i + 1}" for i in range(count)]
-        bounds = (np.concatenate(low), np.concatenate(high))
-        begin = np.clip(np.concatenate(first), bounds[0] + 1e-6, bounds[1] - 1e-6)
         unit = max(float(np.std(self.centre(self.angle, use)[use])), 1e-12)
-        solution = least_squares(
-            lambda v: residual(v) / unit,
-            begin,
-            jac=lambda v: jacobian(v) / unit,
-            bounds=bounds,
-            method="trf",
-            x_scale="jac",
-            ftol=1e-7,
-            xtol=1e-7,
-            max_nfev=60,
+        solution = bounded_least_squares(
+            evaluate, np.concatenate(first), np.concatenate(low), np.concatenate(high)
         )
         parameters, _ = unpack(solution.x)
         difference = self.angle - self.predict(parameters)
@@ -285,7 +274,7 @@ class BaseModel:
         offset[missing] = self.run_means(difference)[missing]
         bound = [
             name
-            for name, at in zip(names, solution.active_mask, strict=True)
+            for name, at in zip(names, solution.at_bound, strict=True)
             if at and name.startswith("compliance")
         ]
         return Fit(

@@ -1,0 +1,122 @@
+"""Least squares within bounds, for many samples and few unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import lsq_linear
+
+FloatArray = npt.NDArray[np.float64]
+
+FIRST_DAMPING = 1e-4
+"""Damping of the first step, in units of the diagonal of the normal equations."""
+
+LEAST_DAMPING, GREATEST_DAMPING = 1e-12, 1e8
+
+LEAST_DIAGONAL = 1e-12
+"""Floor of that diagonal over its largest entry: unknowns that the samples do not see stay put."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Result of `bounded_least_squares`.
+
+    Attributes
+    ----------
+    x : ndarray
+    cost : float
+        Sum of squares.
+    normal : ndarray
+        The normal matrix ``J.T @ J`` at the solution.
+    at_bound : ndarray of bool
+    steps : int
+        Number of evaluations.
+    """
+
+    x: FloatArray
+    cost: float
+    normal: FloatArray
+    at_bound: npt.NDArray[np.bool_]
+    steps: int
+
+
+def bounded_least_squares(
+    evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    start: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    *,
+    tolerance: float = 1e-7,
+    steps: int = 60,
+) -> Solution:
+    """Minimise a sum of squares in a box by damped Gauss-Newton steps on the normal equations.
+
+    Each step solves its quadratic model within the box exactly, so bounds become active and inactive
+    as they should. Only matrices as large as the number of unknowns are factored; the samples are
+    touched by one product each step.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Gives the residuals and their Jacobian at a point.
+    start, low, high : ndarray
+        Starting point and box; `start` is clipped into it.
+    tolerance : float
+        Relative fall of the cost below which the search ends.
+    steps : int
+        Largest number of evaluations.
+    """
+    x = np.clip(start, low, high)
+    residual, jacobian = evaluate(x)
+    normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+    cost = float(residual @ residual)
+    damping = FIRST_DAMPING
+    used = 1
+    small_falls = 0
+    while used < steps and damping < GREATEST_DAMPING and cost > 0:
+        move = _step(normal, gradient, damping, low - x, high - x)
+        predicted = -float(move @ (2.0 * gradient + normal @ move))
+        if predicted <= tolerance * cost:
+            break
+        trial = np.clip(x + move, low, high)
+        residual, jacobian = evaluate(trial)
+        used += 1
+        found = float(residual @ residual)
+        if found < cost:
+            small_falls = small_falls + 1 if cost - found < tolerance * cost else 0
+            damping = max(LEAST_DAMPING, damping * (0.1 if cost - found > 0.5 * predicted else 1.0))
+            x, cost = trial, found
+            normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
+            if small_falls > 1:
+                break
+        else:
+            damping *= 10.0
+    return Solution(x, cost, normal, (x <= low) | (x >= high), used)
+
+
+def _step(
+    normal: FloatArray, gradient: FloatArray, damping: float, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Minimise the damped quadratic model within the box."""
+    diagonal = np.diag(normal)
+    floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
+    scaled = normal * np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += damping
+    # Roundoff can leave the matrix barely indefinite: the damping is added until it factors.
+    extra = 1e-14
+    while True:
+        try:
+            factor = np.linalg.cholesky(scaled + extra * np.eye(scaled.shape[0]))
+            break
+        except np.linalg.LinAlgError:
+            extra *= 10.0
+    target = np.linalg.solve(factor, -gradient * scale)
+    found = lsq_linear(
+        factor.T, target, bounds=(low / scale, np.maximum(high / scale, low / scale + 1e-300)),
+        method="bvls", tol=1e-12, max_iter=50 * scale.size,
+    )
+    return np.asarray(found.x * scale)

@@ -1,0 +1,440 @@
+"""Drive files: every doubt is refused with file, key, found and expected; what is read is kept."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import BOUGHT, DRAWN
+from hypothesis import given
+from hypothesis import strategies as st
+from lostmotion.drives import format_toml, parse_drive, read_drive, write_drive
+from lostmotion.errors import InputError
+from lostmotion.model import design_model
+from lostmotion.predict import predict
+from lostmotion.structs import make_drive
+
+try:
+    import tomllib
+except ImportError:
+    import tomli as tomllib
+
+Document = dict[str, Any]
+
+
+def change(document: Document, path: str, value: Any) -> None:
+    """Set a dotted key; a value of None removes it."""
+    *tables, key = path.split(".")
+    for table in tables:
+        document = document.setdefault(table, {})
+    if value is None:
+        del document[key]
+    else:
+        document[key] = value
+
+
+REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
+    ({"drive": None}, ("drive:", "no such table")),
+    ({"drives": {}}, ("drives:", "unknown table", "did you mean 'drive'?")),
+    ({"drive.ratio": None}, ("drive.ratio", "nothing")),
+    ({"drive.ratio": 0.5}, ("drive.ratio", "0.5", "more than 1")),
+    ({"drive.ratio": "100"}, ("drive.ratio", "'100'", "a number")),
+    ({"drive.ratio": math.nan}, ("drive.ratio", "nan", "a finite number")),
+    ({"drive.ratio_rad": 100}, ("drive.ratio_rad", "unit 'rad'", "no unit")),
+    ({"drive.rated_torque_Nm": 0}, ("drive.rated_torque_Nm", "above 0")),
+    ({"drive.rated_torque_Nm": True}, ("drive.rated_torque_Nm", "true", "a number")),
+    (
+        {"drive.rated_torque_Nm": None, "drive.rated_torque": 67},
+        ("drive.rated_torque:", "no unit", "a torque", "rated_torque_Nm"),
+    ),
+    (
+        {"drive.rated_torque_Nm": None, "drive.rated_torque_mm": 67},
+        ("drive.rated_torque_mm", "unit 'mm'", "a length", "a torque"),
+    ),
+    (
+        {"drive.rated_torque_Nm": None, "drive.rated_torque_nM": 67},
+        ("drive.rated_torque_nM", "unknown unit 'nM'", "a torque"),
+    ),
+    (
+        {"drive.rated_torque_mNm": 67e3},
+        ("drive.rated_torque_mNm", "drive.rated_torque_Nm as well", "once"),
+    ),
+    ({"drive.raito": 100}, ("drive.raito", "unknown key", "did you mean 'ratio'?")),
+    ({"drive.name": 7}, ("drive.name", "7", "text")),
+    ({"design": {}}, ("catalogue, design", "both", "exactly one")),
+    ({"catalogue": None}, ("catalogue, design", "neither", "exactly one")),
+    ({"catalogue.K1_Nm_per_rad": None}, ("catalogue.K1_Nm_per_rad", "nothing")),
+    ({"catalogue.K2_Nm_per_rad": -1}, ("catalogue.K2_Nm_per_rad", "-1", "above 0")),
+    ({"catalogue.T2_Nm": 14}, ("catalogue.T2_Nm", "14 Nm", "more than T1, 14 Nm")),
+    ({"catalogue.hysteresis_Nm": 1}, ("catalogue.hysteresis_Nm", "unit 'Nm'", "an angle")),
+    ({"catalogue": 7}, ("catalogue", "7", "a table")),
+    ({"columns": 7}, ("columns", "7", "a table")),
+    ({"columns.TIME": 1}, ("columns.TIME", "1", "a name with unit")),
+    ({"effect": {"name": "wear"}}, ("effect:", "a table", "[[effect]]")),
+    ({"effect": [7]}, ("effect[0]", "7", "[[effect]]")),
+    ({"effect": [{"size_um": 3}]}, ("effect[0].name", "nothing", "the name of an effect")),
+    (
+        {"effect": [{"name": "thermal_gpa"}]},
+        ("effect[0].name", "'thermal_gpa'", "did you mean 'thermal_gap'?"),
+    ),
+    ({"effect": [{"name": "wear"}, {"name": "wear"}]}, ("effect[1].name", "'wear'", "once")),
+    ({"effect": [{"name": "wear", "a_um": "3"}]}, ("effect[0].a_um", "'3'", "finite number")),
+    ({"fit": {}}, ("fit.values", "no such table")),
+    ({"fit": {"values": 7}}, ("fit.values", "7", "a table of numbers")),
+    ({"fit": {"values": {"a": "x"}}}, ("fit.values.a", "'x'", "finite number")),
+    (
+        {"fit": {"values": {"a": 1.0}, "standard_errors": {"b": 1.0}}},
+        ("fit.standard_errors", "b", "the keys of [fit.values]: a"),
+    ),
+    (
+        {"fit": {"values": {"a": 1.0}, "covariance": [[1.0, 2.0]]}},
+        ("fit.covariance", "an array", "1 rows of 1 numbers"),
+    ),
+    (
+        {"fit": {"values": {"a": 1.0}, "covariance": [[math.inf]]}},
+        ("fit.covariance[0][0]", "inf", "finite number"),
+    ),
+    ({"fit": {"values": {}, "notes": 1}}, ("fit.notes", "unknown key")),
+]
+
+REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
+    ({"design": 7}, ("design", "7", "a table")),
+    ({"design.teeth": None}, ("design.teeth", "no such table")),
+    ({"design.tooth": {}}, ("design.tooth", "unknown key", "did you mean 'teeth'?")),
+    ({"design.teeth.modul_mm": 1}, ("design.teeth.modul_mm", "did you mean 'module_mm'?")),
+    ({"design.teeth.module_mm": None}, ("design.teeth.module_mm", "nothing")),
+    ({"design.teeth.module_mm": 50}, ("design.teeth.module_mm", "50", "0.05 to 10")),
+    (
+        {"design.teeth.module_mm": None, "design.teeth.module_um": 20},
+        ("design.teeth.module_um", "20", "50 to 10000"),
+    ),
+    ({"design.teeth.flexspline_teeth": 200.0}, ("flexspline_teeth", "200.0", "an integer")),
+    ({"design.teeth.flexspline_teeth": 201}, ("flexspline_teeth", "201")),
+    ({"design.teeth.rigid_teeth": 204}, ("design.teeth.rigid_teeth", "204", "202")),
+    ({"design.teeth.deformation": "inward"}, ("deformation", "'inward'", "'internal'")),
+    ({"design.teeth.deformation": "external"}, ("design.", "found")),
+    ({"drive.ratio": 99}, ("drive.ratio", "99", "100 to 101")),
+    ({"design.generator.type": "disk"}, ("type", "'disk'", "did you mean 'discs'?")),
+    (
+        {"design.generator.contact_half_angle_deg": None},
+        ("contact_half_angle_deg", "nothing", "an angle", "'discs'"),
+    ),
+    (
+        {"design.generator.contact_half_angle_deg": 80},
+        ("design.generator.contact_half_angle_deg", "80", "2.86479 to 68.7549"),
+    ),
+    ({"design.generator.floating": 1}, ("floating", "1", "true or false")),
+    ({"design.flexspline.rim_thickness_mm": -1.0}, ("design.flexspline.rim_thickness_mm", "-1")),
+    ({"design.material.youngs_modulus_Nm": 1}, ("youngs_modulus_Nm", "a torque", "a stress")),
+    ({"design.axial_sections": 9}, ("design.axial_sections", "9", "1 to 7")),
+    ({"design.radial_chain": 7}, ("design.radial_chain", "7", "[[design.radial_chain]]")),
+    ({"design.radial_chain": [7]}, ("design.radial_chain[0]", "7")),
+    ({"design.radial_chain": [{}]}, ("design.radial_chain[0].kind", "nothing", "ball")),
+    (
+        {"design.radial_chain": [{"kind": "bal"}]},
+        ("design.radial_chain[0].kind", "'bal'", "did you mean 'ball'?"),
+    ),
+    (
+        {"design.radial_chain": [{"kind": "ball"}]},
+        ("design.radial_chain[0].ball_diameter_mm", "nothing"),
+    ),
+    (
+        {"design.radial_chain": [{"kind": "ball", "ball_diameter_mm": 4, "share": 3}]},
+        ("design.radial_chain[0].share", "3", "-1 to 1"),
+    ),
+    (
+        {"design.radial_chain": [{"kind": "spring", "stiffness_N_per_um": -1.0}]},
+        ("design.radial_chain[0].stiffness_N_per_um", "-1"),
+    ),
+    (
+        {"design.radial_chain": [{"kind": "spring", "stiffness_N_per_mm": 1e5}] * 9},
+        ("design.radial_chain", "9 entries", "at most 8"),
+    ),
+    (
+        {"design.torsion_chain": [{"kind": "shaft", "outer_diameter_mm": 8, "length_mm": 0}]},
+        ("design.torsion_chain[0].length_mm", "0", "0.0001 to 10000"),
+    ),
+    (
+        {"design.torsion_chain": [{"kind": "lock", "stiffness_N_per_mm": 8}]},
+        ("design.torsion_chain[0].stiffness_N_per_mm", "a stiffness", "a torsional stiffness"),
+    ),
+    (
+        {"design.tolerance": [{"kind": "hole", "zone": "teeth", "lower_um": 3}]},
+        ("design.tolerance[0]", "lower", "it_grade and nominal_mm"),
+    ),
+    (
+        {
+            "design.tolerance": [
+                {"kind": "hole", "zone": "teeth", "it_grade": 40, "nominal_mm": 40}
+            ]
+        },
+        ("design.tolerance[0].it_grade", "40", "5 to 16"),
+    ),
+    (
+        {"design.tolerance": [{"kind": "hole", "zone": "teeth", "lower_um": 3, "upper_um": 2}]},
+        ("design.tolerance[0]", "upper_um"),
+    ),
+    (
+        {"design.tolerance": [{"kind": "hole", "zone": "cam", "lower_um": 3, "upper_um": 4}]},
+        ("design.tolerance[0].zone", "'cam'", "'generator', 'teeth'"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "parts"), REFUSED_HEAD, ids=lambda v: str(v)[:60])
+def test_a_wrong_file_of_a_bought_drive_is_refused_with_key_found_and_expected(
+    bought: Document, write: Callable[..., Path], changes: Document, parts: tuple[str, ...]
+) -> None:
+    refuse(bought, write, changes, parts)
+
+
+@pytest.mark.parametrize(("changes", "parts"), REFUSED_DESIGN, ids=lambda v: str(v)[:60])
+def test_a_wrong_file_of_a_drawn_drive_is_refused_with_key_found_and_expected(
+    drawn: Document, write: Callable[..., Path], changes: Document, parts: tuple[str, ...]
+) -> None:
+    refuse(drawn, write, changes, parts)
+
+
+def refuse(
+    document: Document, write: Callable[..., Path], changes: Document, parts: tuple[str, ...]
+) -> None:
+    for path, value in changes.items():
+        change(document, path, value)
+    file = write(document)
+    with pytest.raises(InputError) as caught:
+        read_drive(file)
+    message = str(caught.value)
+    assert message.startswith(f"{file}: ")
+    assert "\n" not in message
+    assert " found " in message
+    assert ", expected " in message
+    for part in parts:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [("ratio = [", "expected TOML"), (b"\xff\xfe", "not UTF-8")],
+)
+def test_what_is_not_toml_is_refused(tmp_path: Path, content: str | bytes, part: str) -> None:
+    file = tmp_path / "drive.toml"
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match=part):
+        read_drive(file)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.toml: found no such file, expected a drive file"):
+        read_drive(tmp_path / "none.toml")
+    with pytest.raises(InputError, match="Is a directory"):
+        read_drive(tmp_path)
+
+
+def test_any_unit_of_the_right_dimension_gives_the_same_drive(drawn: Document) -> None:
+    other = copy.deepcopy(drawn)
+    teeth, generator = other["design"]["teeth"], other["design"]["generator"]
+    del teeth["module_mm"], teeth["pressure_angle_deg"], other["drive"]["rated_torque_Nm"]
+    del generator["deflection_mm"], generator["contact_half_angle_deg"]
+    teeth |= {"module_um": 250, "pressure_angle_arcmin": 1200}
+    generator |= {"deflection_um": 237.5, "contact_half_angle_rad": math.pi / 6}
+    other["drive"]["rated_torque_kNm"] = 0.04
+    torque = [-40.0, 1.6, 40.0]
+    expected = predict(parse_drive(drawn), torque)["total_arcmin"]
+    assert predict(parse_drive(other), torque)["total_arcmin"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Document) -> None:
+    model = design_model(parse_drive(drawn))
+    defaults = model.defaults()
+    assert defaults["design.teeth.rack_addendum"] == 1
+    assert defaults["design.material.youngs_modulus_MPa"] == 2.1e5
+    assert defaults["design.radial_chain"].endswith("in proportion to size")
+    assert "design.flexspline.rim_thickness_mm" not in defaults
+    # Writing the defaults into the file changes nothing.
+    table = drawn["design"]
+    for key, value in defaults.items():
+        *path, name = key.removeprefix("design.").split(".")
+        if name in ("radial_chain", "torsion_chain", "tolerance"):
+            continue
+        target = table.setdefault(path[0], {}) if path else table
+        target[name] = bool(value) if name == "floating" else value
+    torque = [1.0, 10.0, 40.0]
+    full = design_model(parse_drive(drawn))
+    expected = model.characteristic(torque).total_rad
+    assert full.characteristic(torque).total_rad.tolist() == expected.tolist()
+    assert set(full.defaults()) == {f"design.{n}" for n in ("radial_chain", "torsion_chain", "tolerance")}
+
+
+def test_members_of_the_chains_become_the_laws_of_the_library(drawn: Document) -> None:
+    drawn["design"] |= {
+        "radial_chain": [
+            {"kind": "ball", "ball_diameter_mm": 3.97, "share": 0.3, "preload_N": 15},
+            {"kind": "ball", "ball_diameter_mm": 4, "conformity": 0.52, "balls": 20},
+            {"kind": "ball", "ball_diameter_mm": 4, "bearing": "thrust", "balls_in_lobe": 6},
+            {"kind": "roller", "roller_length_mm": 5, "rollers": 12},
+            {"kind": "roller", "roller_length_mm": 5, "crowned": True},
+            {"kind": "spring", "name": "disc", "stiffness_N_per_um": 200},
+            {"kind": "shaft", "diameter_mm": 10, "a_mm": 5, "b_mm": 6},
+            {"kind": "ring", "mean_radius_mm": 30, "thickness_mm": 6, "width_mm": 12},
+        ],
+        "torsion_chain": [
+            {"kind": "shaft", "outer_diameter_mm": 8, "length_mm": 30, "at": "input"},
+            {"kind": "shell", "mean_radius_mm": 24.7, "wall_mm": 0.35, "length_mm": 17},
+            {"kind": "diaphragm", "hub_radius_mm": 15, "outer_radius_mm": 24, "thickness_mm": 0.5},
+            {"kind": "lock", "stiffness_Nm_per_rad": 100},
+            {"kind": "stiffness", "stiffness_Nm_per_arcmin": 20, "at": "output"},
+            {"kind": "stiffness", "stiffness_Nm_per_rad": 50, "ratio": 3},
+        ],
+    }
+    drive = make_drive(parse_drive(drawn).design)  # type: ignore[arg-type]
+    laws = drive.radial_laws
+    # Palmgren, 4.36e-4 D^(-1/3), exponent 2/3.
+    assert laws[0].coefficient_mm_per_Nn == pytest.approx(4.36e-4 * 3.97 ** (-1 / 3))
+    assert (laws[0].share, laws[0].preload_N) == (0.3, 15)
+    assert laws[1].coefficient_mm_per_Nn == pytest.approx(4.53e-4 * 4 ** (-1 / 3))
+    assert laws[1].share == pytest.approx(4.37 / 20)
+    assert laws[2].coefficient_mm_per_Nn == pytest.approx(5.24e-4 * 4 ** (-1 / 3))
+    assert laws[2].share == pytest.approx(0.3)  # between 0.35 at 5 balls and 0.25 at 7
+    assert laws[3].exponent == pytest.approx(0.9)
+    assert laws[3].share == pytest.approx(4.08 / 12)
+    assert laws[4].exponent == pytest.approx(0.75)
+    assert laws[5].coefficient_mm_per_Nn == pytest.approx(1 / 200e3)
+    # F a^2 b^2 / (3 E I (a + b)), I = pi d^4 / 64.
+    bending = 25 * 36 / (3 * 2.1e5 * math.pi * 1e4 / 64 * 11)
+    assert laws[6].coefficient_mm_per_Nn == pytest.approx(bending)
+    # 0.0744 F R^3 / (E I), I = b h^3 / 12.
+    oval = 0.0744 * 30**3 / (2.1e5 * 12 * 6**3 / 12)
+    assert laws[7].coefficient_mm_per_Nn == pytest.approx(oval, rel=1e-3)
+    torsion = drive.torsion
+    assert torsion[0].stiffness_Nm_per_rad == pytest.approx(8e4 * math.pi * 8**4 / 32 / 30 / 1e3)
+    assert [torsion[i].ratio for i in range(6)] == [100, 1, 1, 100, 1, 3]
+    assert torsion[4].stiffness_Nm_per_rad == pytest.approx(20 * 10800 / math.pi)
+    assert drive.radial_law_count == 8
+    assert drive.torsion_count == 6
+
+    drawn["design"]["radial_chain"] = [
+        {"kind": "ring_widening", "inner_radius_mm": 27, "outer_radius_mm": 33, "width_mm": 12}
+    ]
+    widening = make_drive(parse_drive(drawn).design)  # type: ignore[arg-type]
+    assert widening.radial_laws[0].coefficient_mm_per_Nn > 0
+
+
+def test_tolerances_become_signed_links(drawn: Document) -> None:
+    # ISO 286: IT6 of 40 mm is 16 um rounded; the formula 10 i with D = 40 gives 15.79 um.
+    it6 = 10 * (0.45 * 40 ** (1 / 3) + 0.001 * 40) * 1e-3
+    drawn["design"]["tolerance"] = [
+        {"kind": "hole", "zone": "generator", "it_grade": 6, "nominal_mm": 40},
+        {
+            "kind": "shaft",
+            "zone": "generator",
+            "it_grade": 6,
+            "nominal_mm": 40,
+            "fundamental_deviation_um": -9,
+            "distribution": "uniform",
+        },
+        {"kind": "shaft", "zone": "teeth", "lower_um": -5, "upper_um": 2, "diameter": False},
+        {"kind": "link", "zone": "teeth", "influence": 1.1, "it_grade": 6, "nominal_mm": 40},
+    ]
+    links = make_drive(parse_drive(drawn).design).tolerances  # type: ignore[arg-type]
+    found = [
+        (links[i].influence, links[i].lower_mm, links[i].upper_mm, links[i].distribution, links[i].zone)
+        for i in range(4)
+    ]
+    expected = [
+        (0.5, 0.0, it6, 0, 0),
+        (-0.5, -0.009 - it6, -0.009, 3, 0),
+        (-1.0, -0.005, 0.002, 0, 1),
+        (1.1, -it6 / 2, it6 / 2, 0, 1),
+    ]
+    for a, b in zip(found, expected, strict=True):
+        assert a == pytest.approx(b)
+
+
+def test_tolerance_limits_follow_equations_10_and_11(drawn: Document) -> None:
+    # Hole 0..25 um around a shaft -25..-9 um, on the diameter; a nominal gap of 2 um besides.
+    drawn["design"]["gap"] = {"generator_um": 2}
+    drawn["design"]["tolerance"] = [
+        {"kind": "hole", "zone": "generator", "lower_um": 0, "upper_um": 25},
+        {"kind": "shaft", "zone": "generator", "lower_um": -25, "upper_um": -9},
+    ]
+    answer = predict(parse_drive(drawn), [1.0, 2.0])
+    limits = answer["tolerance_um"]
+    assert limits["worst_min"] == pytest.approx(2 + 9 / 2)
+    assert limits["worst_max"] == pytest.approx(2 + 50 / 2)
+    middle, spread = 2 + (12.5 + 17) / 2, math.hypot(12.5, 8) / 2
+    assert limits["probable_min"] == pytest.approx(middle - spread)
+    assert limits["probable_max"] == pytest.approx(middle + spread)
+    # Equation (9): gap * tan(flank angle) / r, the same factor for all four.
+    lost = answer["tolerance_lost_motion_arcmin"]
+    factors = [lost[name] / limits[name] for name in limits]
+    assert factors == pytest.approx([factors[0]] * 4)
+    assert 0.05 < factors[0] < 0.08  # 20 um are about 1.27 arcmin at size 20
+
+
+@pytest.mark.parametrize("document", [BOUGHT, DRAWN], ids=["bought", "drawn"])
+def test_a_written_file_reads_back_as_the_same_numbers(
+    document: Document, tmp_path: Path
+) -> None:
+    document = copy.deepcopy(document)
+    document["columns"] = {"TIME": "time_s", "POSITION in rev": "-lost_motion_rev"}
+    document["fit"] = {
+        "data_fingerprint": "sha256:00",
+        "friction": "both",
+        "rms_arcsec": 1.5,
+        "values": {"compliance_low": 1 / 3, "gap_um": 0.1},
+        "standard_errors": {"compliance_low": 1e-3, "gap_um": 2.5e-17},
+        "covariance": [[1e-6, 0.0], [0.0, 6.25e-34]],
+    }
+    document["effect"] = [
+        {"name": "wear", "rate_um_per_Mcycle": 0.1 + 0.2},
+        {"name": "thermal_gap", "gap_um_per_K": -1e-300},
+    ]
+    if "design" in document:
+        document["design"]["tolerance"] = [
+            {"kind": "hole", "name": 'a "quoted" \\ name\n', "zone": "teeth", "lower_um": 0, "upper_um": 7}
+        ]
+    drive = parse_drive(document)
+    file = tmp_path / "again.toml"
+    write_drive(drive, file)
+    again = read_drive(file)
+    assert again.document == document
+    assert (again.columns, again.fit, again.effects) == (drive.columns, drive.fit, drive.effects)
+    torque = [-10.0, 0.1, 33.3]
+    assert predict(again, torque)["total_arcmin"] == predict(drive, torque)["total_arcmin"]
+
+
+keys = st.text(st.characters(blacklist_categories=("Cs",)), min_size=1, max_size=8)
+values = st.one_of(
+    st.integers(-(2**63), 2**63 - 1),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.booleans(),
+    st.text(st.characters(blacklist_categories=("Cs",)), max_size=20),
+    st.lists(st.integers(0, 9), max_size=3),
+    st.lists(st.lists(st.floats(-1, 1), max_size=2), max_size=2),
+)
+tables = st.recursive(
+    st.dictionaries(keys, values, max_size=4),
+    lambda inner: st.dictionaries(
+        keys, st.one_of(values, inner, st.lists(inner, min_size=1, max_size=3)), max_size=4
+    ),
+    max_leaves=8,
+)
+
+
+@given(tables)
+def test_formatted_toml_parses_back_to_the_same_document(document: Document) -> None:
+    assert tomllib.loads(format_toml(document)) == document
+
+
+def test_a_name_defaults_to_the_file_name(bought: Document, write: Callable[..., Path]) -> None:
+    del bought["drive"]["name"]
+    assert read_drive(write(bought, "shoulder.toml")).name == "shoulder"
+
+
+def test_a_bought_drive_has_no_clearances(bought: Document) -> None:
+    with pytest.raises(InputError, match=r"design: found no such table, expected \[design\]"):
+        design_model(parse_drive(bought))
