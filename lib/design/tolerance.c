@@ -512,11 +512,13 @@ static void sort_ascending(lm_real *values, size_t count) {
   }
 }
 
-/* Order statistic at (n - 1) p, straight between neighbours. The whole part of the position is
- * found bit by bit: a number type with derivatives has no conversion to an integer. */
+/* Order statistic at n p - 1/2, straight between neighbours: the k-th of n drives of a net stands
+ * for the share (k + 1/2) / n. The whole part of the position is found bit by bit: a number type
+ * with derivatives has no conversion to an integer. */
 static lm_real quantile_of(const lm_real *sorted, int samples_log2, lm_real probability) {
-  const size_t last = ((size_t)1 << samples_log2) - 1;
-  const lm_real position = (lm_real)last * probability;
+  const size_t samples = (size_t)1 << samples_log2;
+  const size_t last = samples - 1;
+  const lm_real position = clip((lm_real)samples * probability - LM_REAL(0.5));
   size_t below = 0;
   int bit = 0;
   for (bit = samples_log2 - 1; bit >= 0; --bit) {

@@ -471,8 +471,8 @@ static void quantiles_are_those_of_each_distribution(void) {
   for (d = 0; d < 4; d++) {
     const lm_tolerance_link one = link_of(1, 100, 300, (lm_distribution)d, LM_TEETH_GAP);
     sample(&one, 1);
-    near_to(0.2 - 0.1 * q[d], statistics.low_mm.value, 3e-5);
-    near_to(0.2 + 0.1 * q[d], statistics.high_mm.value, 3e-5);
+    near_to(0.2 - 0.1 * q[d], statistics.low_mm.value, 1e-5);
+    near_to(0.2 + 0.1 * q[d], statistics.high_mm.value, 1e-5);
     near_to(0.2, statistics.median_mm.value, 2e-5);
     near_to(0.2, statistics.mean_mm.value, 1e-6);
     estimates(0.2, &statistics.mean_mm);
@@ -578,6 +578,39 @@ static void a_link_without_tolerance_only_shifts(void) {
   mean = statistics.mean_mm.value;
   sample(chain, 2);
   close_to((double)mean + 0.005, statistics.mean_mm.value, 1e-12);
+}
+
+static void thousands_of_equal_terms_lose_no_digit_in_the_mean(void) {
+  /* 0.1 is no binary number: a plain float32 sum of 4096 of them is off by 3e-5. */
+  const lm_tolerance_link one = link_of(1, 100, 100, LM_NORMAL, LM_TEETH_GAP);
+  sample(&one, 1);
+  TEST_ASSERT_TRUE(fabs((double)statistics.mean_mm.value / (double)LM_REAL(0.1) - 1) < 1.3e-7);
+}
+
+static void two_scramblings_lie_one_standard_error_on_either_side_of_their_mean(void) {
+  /* sqrt(((a-m)^2 + (b-m)^2) / (2 1)) = |a - b| / 2; at probability 0, a and b are the smallest
+   * gaps of the two scramblings. */
+  const lm_tolerance_link one = link_of(1, 10, 30, LM_UNIFORM, LM_TEETH_GAP);
+  plan.scramblings = 2;
+  plan.low_probability = 0;
+  plan.samples_log2 = LM_SAMPLES_LOG2_MIN;
+  sample(&one, 1);
+  close_to((double)statistics.smallest_mm,
+           statistics.low_mm.value - statistics.low_mm.standard_error, 1e-12);
+}
+
+static void quantiles_interpolate_between_the_two_order_statistics_around_them(void) {
+  /* 16 drives of a field -10 .. 10: the net puts eight below zero, so the median lies half way
+   * between the eighth, 0, and the ninth. */
+  const lm_tolerance_link one = link_of(1, -10, 10, LM_UNIFORM, LM_TEETH_GAP);
+  plan.samples_log2 = LM_SAMPLES_LOG2_MIN;
+  plan.low_probability = LM_REAL(7.5 / 16);  /* the eighth */
+  plan.high_probability = LM_REAL(8.5 / 16); /* the ninth */
+  sample(&one, 1);
+  near_to(0, statistics.low_mm.value, 1e-8);
+  TEST_ASSERT_TRUE(statistics.high_mm.value > 0);
+  near_to((double)statistics.high_mm.value / 2, statistics.median_mm.value, 1e-8);
+  close_to(0.5, statistics.closed_share.value, 0);
 }
 
 static void equal_seeds_give_equal_bits_and_other_seeds_do_not(void) {
@@ -686,6 +719,9 @@ int main(void) {
   RUN_TEST(zones_are_clipped_apart_in_every_sample);
   RUN_TEST(the_reject_share_is_the_tail_above_the_limit);
   RUN_TEST(a_link_without_tolerance_only_shifts);
+  RUN_TEST(thousands_of_equal_terms_lose_no_digit_in_the_mean);
+  RUN_TEST(two_scramblings_lie_one_standard_error_on_either_side_of_their_mean);
+  RUN_TEST(quantiles_interpolate_between_the_two_order_statistics_around_them);
   RUN_TEST(equal_seeds_give_equal_bits_and_other_seeds_do_not);
   RUN_TEST(standard_errors_cover_the_truth_and_beat_plain_sampling);
   RUN_TEST(sampling_refuses_nonsense_by_name);
