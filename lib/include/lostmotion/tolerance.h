@@ -175,7 +175,7 @@ typedef struct lm_gap_statistics {
  * workspace of at least LM_SAMPLE_GAP_WORKSPACE(plan->samples_log2) numbers (LM_TOO_SMALL); its
  * contents on return are of no use. Quantiles interpolate between order statistics at n p - 1/2.
  * Cost: scramblings * 2^samples_log2 * (links inverse distributions + a heapsort); 2^12 samples, 8
- * scramblings, 10 links: about 15 ms on a PC. Drives whose links are all bounded (not LM_NORMAL)
+ * scramblings, 10 links: about 6 ms on a PC. Drives whose links are all bounded (not LM_NORMAL)
  * stay inside lm_worst_limits; where all are LM_NORMAL and nothing clips, quantiles at 0.00135 and
  * 0.99865 are lm_probable_limits with t = 3 within a few standard errors. */
 lm_status lm_sample_gap(const lm_tolerance_link *links, int count, const lm_sampling_plan *plan,
