@@ -249,9 +249,6 @@ def resolve_columns(
     ignored : list of str
         Columns that name nothing known.
     """
-    if len(set(header)) != len(header):
-        twice = next(name for name in header if header.count(name) > 1)
-        raise InputError(file, twice, "the column twice", "each column once")
     for column, target in mapping.items():
         if column not in header:
             raise InputError(
@@ -435,12 +432,12 @@ def _run_codes(
     file: str, column: str, values: npt.NDArray[Any]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
     """Number the runs in the order of their first appearance."""
-    if values.dtype.kind == "f":
-        if not np.all(np.isfinite(values)):
-            row = int(np.flatnonzero(~np.isfinite(values))[0]) + 1
-            raise InputError(file, column, f"no label in row {row}", "an integer or text")
-        if np.all(values == np.round(values)):
-            values = values.astype(np.int64)
+    missing = ~np.isfinite(values) if values.dtype.kind == "f" else np.char.equal(values.astype(np.str_), "")
+    if np.any(missing):
+        row = int(np.flatnonzero(missing)[0]) + 1
+        raise InputError(file, column, f"no label in row {row}", "an integer or text")
+    if values.dtype.kind == "f" and np.all(values == np.round(values)):
+        values = values.astype(np.int64)
     unique, first, inverse = np.unique(values, return_index=True, return_inverse=True)
     order = np.argsort(first, kind="stable")
     rank = np.empty_like(order)
@@ -606,7 +603,14 @@ def _read_parquet(file: Path) -> dict[str, npt.NDArray[Any]]:
         table = pyarrow.parquet.read_table(file)
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(file, "", f"unreadable Parquet ({error})", "a Parquet file") from None
+    _refuse_twins(file, table.column_names)
     return _from_arrow(table)
+
+
+def _refuse_twins(file: Path, header: Sequence[str]) -> None:
+    for name in header:
+        if list(header).count(name) > 1:
+            raise InputError(file, name, "the column twice", "each column once")
 
 
 def _from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
@@ -644,6 +648,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
     header_line = lines[skip]
     delimiter = next((d for d in ",;\t" if d in header_line), ",")
     header = [name.strip() for name in next(csv.reader([header_line], delimiter=delimiter))]
+    _refuse_twins(file, header)
     try:
         import pyarrow
         import pyarrow.csv

@@ -1,0 +1,277 @@
+"""The design model from Python: published check values, and properties of random designs."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import DRAWN
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from lostmotion.catalogue import PARTS
+from lostmotion.core import Bits
+from lostmotion.drives import parse_drive
+from lostmotion.errors import InputError, LibraryError
+from lostmotion.model import DesignModel, design_model, make_backbone
+from lostmotion.predict import clearances, predict
+from lostmotion.units import ARCMIN
+
+Document = dict[str, Any]
+
+BITS: tuple[Bits, ...] = (64, 32)
+
+
+def variant(**changes: Any) -> Document:
+    document = copy.deepcopy(DRAWN)
+    for path, value in changes.items():
+        section, _, key = path.partition("__")
+        document["design"][section][key] = value
+    return document
+
+
+# Reference design A: forward gap in arcmin by exact placement, tolerance 0.003.
+ANGLES = (-10, -5, 0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50)
+GAPS = {
+    "discs": (1.531, 0.642, 0.174, 0.011, 0.069, 0.351, 0.780, 1.277, 1.761, 2.163, 2.368, 2.206, 1.614),
+    "cosine": (1.688, 0.691, 0.174, -0.001, 0.094, 0.445, 0.952, 1.506, 1.998, 2.318, 2.347, 1.990, 1.216),
+    "rollers": (1.417, 0.607, 0.174, 0.020, 0.051, 0.283, 0.654, 1.105, 1.574, 2.021, 2.332, 2.322, 1.877),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("generator", GAPS)
+def test_reference_A_has_its_published_clearances(generator: str, bits: Bits) -> None:
+    design = parse_drive(variant(generator__type=generator)).design
+    assert design is not None
+    found = DesignModel(design, bits).clearances(angles_rad=np.radians(ANGLES))
+    atol = 0.003 if bits == 64 else 0.01
+    np.testing.assert_allclose(found.forward_rad / ARCMIN, GAPS[generator], atol=atol)
+    mirrored = DesignModel(design, bits).clearances(angles_rad=-np.radians(ANGLES))
+    np.testing.assert_allclose(mirrored.backward_rad / ARCMIN, GAPS[generator], atol=atol)
+
+
+def test_reference_A_has_its_published_contact_radii() -> None:
+    answer = clearances(parse_drive(DRAWN), 0.0, np.radians(ANGLES))
+    expected = [
+        25.788, 25.788, 25.788, 26.084, 26.074, 26.059, 26.037,
+        26.010, 25.976, 25.938, 25.896, 25.788, 25.788,
+    ]  # fmt: skip
+    np.testing.assert_allclose(answer["contact_radius_mm"], expected, atol=6e-4)
+
+
+def test_reference_E_has_its_published_clearances() -> None:
+    # External deformation: ring outside; polygons turned until they touch, tolerance 0.003 arcmin.
+    document = variant(
+        teeth__deformation="external",
+        teeth__flexspline_teeth=202,
+        teeth__rigid_teeth=200,
+        teeth__rigid_shift=3.05,
+        generator__type="ring",
+    )
+    angles = np.radians([-20, -10, 0, 5, 10, 20, 30, 40, 50])
+    answer = clearances(parse_drive(document), 0.0, angles)
+    expected = [1.893, 0.567, 0.090, 0.282, 0.905, 3.733, 9.119, 17.519, 28.646]
+    np.testing.assert_allclose(answer["forward_arcmin"], expected, atol=0.003)
+
+
+def test_every_tooth_of_a_lobe_is_listed_once_and_none_without_contact() -> None:
+    answer = clearances(parse_drive(DRAWN))
+    angle = np.array(answer["angle_deg"])
+    assert answer["schema"] == "lostmotion.clearances/1"
+    assert angle.size == 101  # 200 teeth: every 1.8 deg from -90 to 90
+    np.testing.assert_allclose(np.diff(angle), 1.8)
+    assert (angle[0], angle[-1]) == pytest.approx((-90, 90))
+    for i, overlap in enumerate(answer["overlap"]):
+        assert (answer["forward_arcmin"][i] is not None) == overlap
+        assert (answer["contact_radius_mm"][i] is not None) == overlap
+    assert answer["forward_arcmin"] == pytest.approx(answer["backward_arcmin"][::-1], abs=1e-9)
+    shifted = clearances(parse_drive(DRAWN), np.radians(0.9))
+    np.testing.assert_allclose(shifted["angle_deg"], angle[:-1] + 0.9)
+
+
+def test_interference_keeps_its_sign() -> None:
+    tight = clearances(parse_drive(variant(teeth__rigid_shift=2.9)), 0.0, [0.0])
+    assert tight["forward_arcmin"][0] < 0
+    # The gap of all teeth moves by 2 dx2 tan(alpha) / z2.
+    moved = -2 * 0.057 * np.tan(np.radians(20)) / 202 / ARCMIN
+    assert tight["forward_arcmin"][0] - 0.174 == pytest.approx(moved, abs=0.01)
+
+
+def test_axial_sections_are_listed_one_after_the_other() -> None:
+    document = variant()
+    document["design"]["axial_sections"] = 3
+    answer = clearances(parse_drive(document), 0.0, [0.0, 0.1])
+    assert answer["section"] == [0, 0, 1, 1, 2, 2]
+    assert len(set(answer["forward_arcmin"][::2])) == 3
+
+
+def test_the_prediction_of_a_drawn_drive_has_every_promised_key() -> None:
+    answer = predict(parse_drive(DRAWN), np.linspace(-40, 40, 9))
+    assert answer["schema"] == "lostmotion.prediction/1"
+    assert tuple(answer["parts_arcmin"]) == PARTS
+    for key in ("tolerance_um", "tolerance_lost_motion_arcmin"):
+        assert set(answer[key]) == {"worst_min", "worst_max", "probable_min", "probable_max"}
+    assert answer["reversal_torque_Nm"] == pytest.approx(1.6)
+    at = predict(parse_drive(DRAWN), [-1.6, 1.6])["total_arcmin"]
+    assert answer["reversal_lost_motion_arcmin"] == pytest.approx(at[1] - at[0], rel=1e-9)
+    assert answer["engaged_teeth_per_lobe"] == answer["engaged_teeth_per_lobe"][::-1]
+    assert {check["name"] for check in answer["checks"]} >= {"form_radius", "safety_factor"}
+
+
+def test_a_radial_gap_closes_first_and_shows_in_its_own_part() -> None:
+    # Equation (9): 20 um at a flank angle of 26 deg and r = 26.4 mm are 76.2 arcsec; here 24.2 deg.
+    document = variant()
+    document["design"]["gap"] = {"generator_um": 20}
+    answer = predict(parse_drive(document), [-40.0, 0.01, 0.8, 40.0])
+    gap = answer["parts_arcmin"]["radial_gap"]
+    full = 0.020 * np.tan(answer["flank_angle_rad"]) / 25.9375 / ARCMIN
+    assert gap[3] == pytest.approx(full, rel=1e-6)
+    assert gap[0] == pytest.approx(-full, rel=1e-6)
+    assert 0 < gap[1] < full
+    assert gap[2] == pytest.approx(full, rel=1e-6)  # closed below 2 % of the rated torque
+    assert 0 < answer["gap_closing_torque_Nm"] < 0.8
+
+
+def test_torques_that_do_not_rise_are_refused_by_the_library() -> None:
+    model = design_model(parse_drive(DRAWN))
+    with pytest.raises(LibraryError, match="torque_Nm: a sequence that must rise does not"):
+        model.characteristic([1.0, 1.0])
+
+
+def test_a_design_becomes_a_backbone_through_zero() -> None:
+    drive = parse_drive(DRAWN)
+    backbone = make_backbone(drive, 60.0)
+    assert backbone.torque_Nm[-1] == 60.0
+    torque = np.array([-33.0, 0.0, 7.7, 25.0])
+    expected = design_model(drive).characteristic(torque).total_rad
+    np.testing.assert_allclose(backbone(torque), expected, atol=0.002 * ARCMIN)
+    np.testing.assert_allclose(backbone.zones(torque).sum(axis=1), backbone(torque), atol=1e-15)
+
+
+@st.composite
+def designs(draw: st.DrawFn) -> Document:
+    """Draw designs whose ranges a designer would search; not all of them can be built."""
+    half = draw(st.integers(40, 160))
+    module = draw(st.floats(0.1, 2.0))
+    flexspline_shift = draw(st.floats(0.5, 5.0))
+    generator = draw(st.sampled_from(["cosine", "ellipse", "discs", "rollers"]))
+    document: Document = {
+        "drive": {"ratio": half, "rated_torque_Nm": 40 * (2 * half * module / 50) ** 3},
+        "design": {
+            "teeth": {
+                "module_mm": module,
+                "flexspline_teeth": 2 * half,
+                "rigid_teeth": 2 * half + 2,
+                "pressure_angle_deg": draw(st.floats(18, 30)),
+                "flexspline_shift": flexspline_shift,
+                "rigid_shift": flexspline_shift - draw(st.floats(-0.1, 0.12)),
+                "tooth_height": draw(st.floats(1.4, 1.9)),
+                "engagement_depth": draw(st.floats(0.9, 1.4)),
+                "face_width_mm": 40 * module,
+            },
+            "generator": {
+                "type": generator,
+                "deflection_mm": draw(st.floats(0.85, 1.1)) * module,
+                "contact_half_angle_deg": draw(st.floats(20, 35)),
+            },
+        },
+    }
+    return document
+
+
+def build(document: Document) -> DesignModel:
+    try:
+        return design_model(parse_drive(document))
+    except (InputError, LibraryError):
+        assume(False)
+        raise
+
+
+def evaluate(document: Document, torque: Any) -> Any:
+    try:
+        return build(document).characteristic(torque)
+    except LibraryError as error:
+        # Teeth that cannot meet, or that run to a point before they meet, are no design.
+        assume("no pair of teeth can touch" not in str(error) and "tooth thickness" not in str(error))
+        raise
+
+
+random_designs = settings(
+    max_examples=500, deadline=None, suppress_health_check=[HealthCheck.filter_too_much]
+)
+
+
+@random_designs
+@given(designs())
+def test_contributions_add_up_and_the_characteristic_rises_through_zero(document: Document) -> None:
+    rated = document["drive"]["rated_torque_Nm"]
+    found = evaluate(document, np.linspace(-2, 2, 41) * rated)
+    scale = found.total_rad[-1]
+    assert scale > 0
+    np.testing.assert_allclose(sum(found.parts_rad.values()), found.total_rad, atol=1e-10 * scale)
+    assert found.total_rad[20] == 0
+    assert np.all(np.diff(found.total_rad) > 0)
+    for part in found.parts_rad.values():
+        assert np.all(part * np.sign(found.torque_Nm) >= -1e-10 * scale)
+
+
+@random_designs
+@given(designs(), st.floats(0, 1))
+def test_exchanging_the_flanks_mirrors_the_characteristic(document: Document, at: float) -> None:
+    model = build(document)
+    pitch = 2 * np.pi / document["design"]["teeth"]["flexspline_teeth"]
+    torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]
+    try:
+        one = model.characteristic(torque).total_rad
+    except LibraryError:
+        assume(False)
+        return
+    np.testing.assert_allclose(one, -one[::-1], atol=1e-7 * one[-1])
+    gaps = model.clearances(at * pitch)
+    mirrored = model.clearances((1 - at) * pitch)
+    both = np.isin(np.round(gaps.angle_rad, 9), np.round(-mirrored.angle_rad, 9))
+    back = np.isin(np.round(mirrored.angle_rad, 9), np.round(-gaps.angle_rad, 9))
+    np.testing.assert_allclose(
+        gaps.forward_rad[both], mirrored.backward_rad[back][::-1], atol=1e-9
+    )
+
+
+@random_designs
+@given(designs(), st.floats(0.3, 3.0))
+def test_scaling_all_lengths_leaves_the_clearances(document: Document, factor: float) -> None:
+    other = copy.deepcopy(document)
+    for table, key in (
+        ("teeth", "module_mm"),
+        ("teeth", "face_width_mm"),
+        ("generator", "deflection_mm"),
+    ):
+        other["design"][table][key] *= factor
+    one, two = build(document).clearances(), build(other).clearances()
+    np.testing.assert_allclose(one.forward_rad, two.forward_rad, atol=1e-9)
+    np.testing.assert_allclose(one.forward_radius_mm * factor, two.forward_radius_mm, rtol=1e-6)
+
+
+@random_designs
+@given(designs())
+def test_both_precisions_agree_within_a_hundredth_of_an_arcmin(document: Document) -> None:
+    # A tooth that stands on the engagement limit to the last bit may carry in one precision only.
+    document["design"]["support"] = {"engagement_limit_deg": 43.21}
+    design = parse_or_skip(document)
+    torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]
+    try:
+        one = DesignModel(design, 64).characteristic(torque).total_rad
+        two = DesignModel(design, 32).characteristic(torque).total_rad
+    except LibraryError:
+        assume(False)
+        return
+    np.testing.assert_allclose(one, two, atol=0.01 * ARCMIN)
+
+
+def parse_or_skip(document: Document) -> Any:
+    try:
+        return parse_drive(document).design
+    except InputError:
+        assume(False)
+        raise

@@ -1,0 +1,352 @@
+"""Recordings: foreign names by a map, units converted, and nothing odd passes in silence."""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import DATA
+from hypothesis import given
+from hypothesis import strategies as st
+from lostmotion import recordings
+from lostmotion.errors import InputError
+from lostmotion.recordings import Campaign, parse_map, read_campaign, unwrap
+from lostmotion.units import ARCMIN
+
+Write = Callable[..., Path]
+
+HEAD = "time_s,torque_Nm,lost_motion_rad"
+ROWS = "0,0,0\n0.1,1,1e-4\n0.2,2,2e-4\n0.3,1,1.2e-4\n"
+
+
+@pytest.fixture(params=["pyarrow", "plain"])
+def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Read CSV with and without pyarrow."""
+    if request.param == "plain":
+        import builtins
+
+        real = builtins.__import__
+
+        def without(name: str, *rest: object) -> object:
+            if name.startswith("pyarrow"):
+                raise ImportError(name)
+            return real(name, *rest)  # type: ignore[arg-type]
+
+        monkeypatch.setattr(builtins, "__import__", without)
+    return str(request.param)
+
+
+def kinds(campaign: Campaign) -> dict[str, int]:
+    return {finding.kind: finding.count for finding in campaign.findings}
+
+
+def test_a_plain_file_is_one_run_named_after_it(write: Write, reader: str) -> None:
+    campaign = read_campaign(write(f"{HEAD}\n{ROWS}", "cold.csv"))
+    (run,) = campaign.runs
+    assert (run.label, len(run), campaign.findings) == ("cold", 4, [])
+    np.testing.assert_allclose(run.torque_Nm, [0, 1, 2, 1])
+    np.testing.assert_allclose(run.lost_motion_rad, [0, 1e-4, 2e-4, 1.2e-4])
+    assert campaign.quantities() == ("time", "torque", "lost_motion")
+
+
+def test_units_in_the_suffix_are_converted(write: Write, reader: str) -> None:
+    text = "time_ms,torque_mNm,lost_motion_arcmin,temperature_K,tilt_moment_Ncm\n" + (
+        "0,1000,1,293.15,100\n1000,2000,2,303.15,200\n"
+    )
+    (run,) = read_campaign(write(text, "a.csv")).runs
+    np.testing.assert_allclose(run.time_s, [0, 1])
+    np.testing.assert_allclose(run.torque_Nm, [1, 2])
+    np.testing.assert_allclose(run.lost_motion_rad, [ARCMIN, 2 * ARCMIN])
+    np.testing.assert_allclose(run.columns["temperature"], [20, 30])
+    np.testing.assert_allclose(run.columns["tilt_moment"], [1, 2])
+
+
+def test_lost_motion_is_output_minus_input_over_ratio(write: Write) -> None:
+    text = "time_s,torque_Nm,input_angle_rev,output_angle_deg\n0,1,0,0\n1,2,0.5,-1\n2,3,1,-2\n"
+    (run,) = read_campaign(write(text, "a.csv"), ratio=-100).runs
+    # -1 deg - 0.5 * 360 deg / -100 = 0.8 deg
+    np.testing.assert_allclose(np.degrees(run.lost_motion_rad), [0, 0.8, 1.6], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("head", "parts"),
+    [
+        ("torque_Nm,lost_motion_rad", ("time_s", "no such column", "--map COLUMN=time_s")),
+        ("time_s,lost_motion_rad", ("torque_Nm", "no such column")),
+        ("time_s,torque_Nm", ("lost_motion_rad", "no angle column", "input_angle_rad and")),
+        ("time_s,torque_Nm,input_angle_rad", ("lost_motion_rad", "only input_angle")),
+        ("time_s,torque,lost_motion_rad", ("torque:", "no unit", "--map torque=torque_Nm")),
+        ("time_s,torque_rad,lost_motion_rad", ("torque_rad", "unit 'rad'", "an angle", "a torque")),
+        ("time_s,torque_Nmx,lost_motion_rad", ("torque_Nmx", "unknown unit 'Nmx'", "a torque")),
+        ("time_s,torque_Nm,torque_mNm,lost_motion_rad", ("torque_mNm", "a second time", "once")),
+        ("time_s,torque_Nm,torque_Nm,lost_motion_rad", ("torque_Nm", "the column twice")),
+        ("time_s,torque_Nm,lost_motion_rad,cycles_rev", ("cycles_rev", "unit 'rev'", "no unit")),
+        ("time_s,torque_Nm,lost_motion_rad,temperature", ("temperature", "no unit", "C, K or F")),
+    ],
+)
+def test_a_wrong_header_names_file_column_and_what_was_expected(
+    write: Write, reader: str, head: str, parts: tuple[str, ...]
+) -> None:
+    columns = head.count(",") + 1
+    file = write(head + "\n" + ",".join("1" * columns) + "\n", "bad.csv")
+    with pytest.raises(InputError) as caught:
+        read_campaign(file)
+    message = str(caught.value)
+    assert message.startswith(str(file))
+    for part in parts:
+        assert part in message
+
+
+def test_two_angles_need_the_ratio(write: Write) -> None:
+    text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n0,1,2,3\n"
+    with pytest.raises(InputError, match="no ratio, expected the ratio of the drive"):
+        read_campaign(write(text, "a.csv"))
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [
+        ("", "an empty file"),
+        ("# only a comment\n\n", "an empty file"),
+        (f"{HEAD}\n", "no rows"),
+        (f"{HEAD}\n0,1\n", "2 fields in row 1, expected 3"),
+        (f"{HEAD}\n0,1,2\n0,x,2\n", "torque_Nm: found 'x' in row 2, expected a number"),
+        (f"{HEAD}\n0,,2\n1,,3\n", "no row with numbers"),
+        (f"run,{HEAD}\n1,0,1,2\n,0,1,2\n", "run: found no label in row 2"),
+    ],
+)
+def test_a_broken_file_is_refused(write: Write, reader: str, content: str, part: str) -> None:
+    with pytest.raises(InputError, match=part):
+        read_campaign(write(content, "bad.csv"))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "part"),
+    [
+        ("a.csv.gz", b"not gzip", "unreadable file"),
+        ("a.csv", b"\xff\xfe\x00", "not UTF-8"),
+        ("a.parquet", b"PAR0", "unreadable Parquet"),
+        ("a.xlsx", b"", "a file 'a.xlsx'"),
+    ],
+)
+def test_bytes_of_another_kind_are_refused(
+    tmp_path: Path, name: str, content: bytes, part: str
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=part):
+        read_campaign(tmp_path / name)
+
+
+def test_missing_files_and_empty_folders_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_campaign(tmp_path / "none.csv")
+    with pytest.raises(InputError, match="no recording"):
+        read_campaign(tmp_path)
+    with pytest.raises(InputError, match="at least one recording"):
+        read_campaign([])
+
+
+def test_a_map_reads_foreign_columns_and_can_turn_a_sign(write: Write, reader: str) -> None:
+    text = "TIME;POSITION;TORQUE;test_nr\n0;0;0;1\n1;-0.25;-2;1\n2;-0.5;-4;2\n"
+    mapping = parse_map(
+        ["TIME=time_s", "POSITION=-lost_motion_rev", "TORQUE=-torque_Nm", "test_nr=run"]
+    )
+    campaign = read_campaign(write(text, "a.csv"), mapping=mapping)
+    assert [run.label for run in campaign.runs] == [1, 2]
+    np.testing.assert_allclose(campaign.column("torque"), [0, 2, 4])
+    np.testing.assert_allclose(campaign.column("lost_motion"), [0, np.pi / 2, np.pi])
+
+
+@pytest.mark.parametrize(
+    ("entries", "part"),
+    [
+        (["TORQUE"], "no COLUMN=NAME_UNIT"),
+        (["T=torque_Nm", "T=time_s"], "the column twice"),
+    ],
+)
+def test_a_wrong_map_entry_is_refused(entries: list[str], part: str) -> None:
+    with pytest.raises(InputError, match=part):
+        parse_map(entries)
+
+
+@pytest.mark.parametrize(
+    ("entry", "part"),
+    [
+        ("torqe=torque_Nm", "no such column .*did you mean 'torque'"),
+        ("torque=torque", "no unit"),
+        ("torque=torque_deg", "unit 'deg'"),
+        ("torque=torqe_Nm", "did you mean 'torque_Nm'"),
+    ],
+)
+def test_a_map_to_nothing_known_is_refused(write: Write, entry: str, part: str) -> None:
+    file = write("time_s,torque,lost_motion_rad\n0,1,2\n", "a.csv")
+    with pytest.raises(InputError, match=part):
+        read_campaign(file, mapping=parse_map([entry]))
+
+
+def test_a_map_wins_over_a_column_of_that_name(write: Write) -> None:
+    file = write("time_s,torque_Nm,command_Nm,lost_motion_rad\n0,1,5,0\n1,2,6,1\n", "a.csv")
+    campaign = read_campaign(file, mapping={"command_Nm": "torque_Nm"})
+    np.testing.assert_allclose(campaign.column("torque"), [5, 6])
+    assert kinds(campaign) == {"ignored_column": 1}
+
+
+def test_columns_that_are_not_used_are_listed(write: Write) -> None:
+    file = write(f"{HEAD},note,torque_raw,temperature_motor_C\n0,1,2,hot,7,8\n", "a.csv")
+    campaign = read_campaign(file)
+    names = [f.column for f in campaign.findings if f.kind == "ignored_column"]
+    assert sorted(names) == ["note", "temperature_motor_C", "torque_raw"]
+
+
+def test_formats_and_names_do_not_change_the_fingerprint(tmp_path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    text = f"run,{HEAD}\n" + "".join(f"{i // 5},{i},{i % 3},{i * 1e-5!r}\n" for i in range(10))
+    (tmp_path / "a.csv").write_text(text)
+    (tmp_path / "b.csv.gz").write_bytes(gzip.compress(("\ufeff# made by hand\n" + text).encode()))
+    columns = {
+        "run": [i // 5 for i in range(10)],
+        "time_s": [float(i) for i in range(10)],
+        "torque_Nm": [i % 3 for i in range(10)],
+        "lost_motion_rad": [i * 1e-5 for i in range(10)],
+    }
+    pq.write_table(pa.table(columns), tmp_path / "c.parquet")
+    prints = {
+        read_campaign(tmp_path / name).fingerprint() for name in ("a.csv", "b.csv.gz", "c.parquet")
+    }
+    assert len(prints) == 1
+    (tmp_path / "a.csv").write_text(text.replace("9e-05", "9.1e-05"))
+    assert read_campaign(tmp_path / "a.csv").fingerprint() not in prints
+
+
+def test_parquet_may_hold_nulls_and_text(tmp_path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = {
+        "run": ["a", "a", "b"],
+        "time_s": pa.array([0, 1, None], pa.int32()),
+        "torque_Nm": pa.array([0.0, 1.0, 2.0], pa.float32()),
+        "lost_motion_rad": [0.0, 1e-4, 2e-4],
+        "tilt_moment_Nm": pa.nulls(3),
+    }
+    pq.write_table(pa.table(columns), tmp_path / "a.parquet")
+    campaign = read_campaign(tmp_path / "a.parquet")
+    assert [(run.label, len(run)) for run in campaign.runs] == [("a", 2)]
+    columns["run"] = ["a", "a", None]
+    pq.write_table(pa.table(columns), tmp_path / "a.parquet")
+    with pytest.raises(InputError, match="no label in row 3"):
+        read_campaign(tmp_path / "a.parquet")
+
+
+def test_a_folder_is_one_campaign_in_name_order(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.csv"):
+        (tmp_path / name).write_text(f"run,{HEAD}\n" + ROWS.replace("\n", "\n1,")[:-2].join(["1,", ""]))
+    (tmp_path / "notes.txt").write_text("not a recording")
+    campaign = read_campaign(tmp_path)
+    assert [run.label for run in campaign.runs] == ["a:1", "b:1"]
+    np.testing.assert_array_equal(campaign.starts, [0, 4, 8])
+
+
+def test_runs_keep_the_order_in_which_they_begin(write: Write) -> None:
+    text = f"run,{HEAD}\n" + "".join(f"{r},{i},{i},{i}\n" for i, r in enumerate("zzaz"))
+    campaign = read_campaign(write(text, "a.csv"))
+    assert [(run.label, len(run)) for run in campaign.runs] == [("z", 3), ("a", 1)]
+    assert kinds(campaign) == {"split_run": 2}
+
+
+def test_rows_without_numbers_are_left_out_and_counted(write: Write, reader: str) -> None:
+    file = write(f"{HEAD},temperature_C\n0,0,0,20\n1,nan,1,20\n2,2,,20\n3,3,3,\n", "a.csv")
+    campaign = read_campaign(file)
+    assert campaign.rows == 2
+    found = {f.column: (f.count, f.action) for f in campaign.findings if f.kind == "nan"}
+    assert found["torque_Nm"] == (1, "rows left out")
+    assert found["lost_motion_rad"] == (1, "rows left out")
+    assert found["temperature_C"][0] == 1
+    assert "kept" in found["temperature_C"][1]
+
+
+def test_time_stamps_that_repeat_or_go_back_are_counted_and_kept(write: Write) -> None:
+    times = [0, 1, 1, 2, 1.5, 3, 4, 50]
+    text = f"{HEAD}\n" + "".join(f"{t},{i},{i}\n" for i, t in enumerate(times))
+    campaign = read_campaign(write(text, "a.csv"))
+    assert campaign.rows == 8
+    assert kinds(campaign) == {"duplicate_time": 1, "backward_time": 1, "gap": 1}
+
+
+def test_a_clock_that_starts_again_with_each_run_is_no_fault(write: Write) -> None:
+    text = f"run,{HEAD}\n" + "".join(f"{i // 4},{i % 4},{i},{i}\n" for i in range(8))
+    assert read_campaign(write(text, "a.csv")).findings == []
+
+
+def test_a_stuck_sensor_is_reported(write: Write) -> None:
+    torque = np.sin(np.linspace(0, 12, 400))
+    angle = np.where((np.arange(400) > 100) & (np.arange(400) < 200), 0.5, torque)
+    text = f"{HEAD}\n" + "".join(f"{i},{t},{a}\n" for i, (t, a) in enumerate(zip(torque, angle)))
+    campaign = read_campaign(write(text, "a.csv"))
+    assert kinds(campaign) == {"stuck": 99}
+    assert campaign.findings[0].column == "lost_motion_rad"
+    assert campaign.rows == 400
+
+
+def test_an_encoder_that_wraps_is_unwrapped_and_counted(write: Write) -> None:
+    turns = np.linspace(0, 2.5, 101)
+    text = "time_s,torque_Nm,input_angle_rev,output_angle_rad\n" + "".join(
+        f"{i},{i},{t % 1.0},{0.1 * t}\n" for i, t in enumerate(turns)
+    )
+    campaign = read_campaign(write(text, "a.csv"), ratio=100)
+    assert {"wrap": 2}.items() <= kinds(campaign).items()
+    np.testing.assert_allclose(campaign.column("input_angle"), 2 * np.pi * turns, atol=1e-12)
+
+
+@given(
+    st.lists(st.floats(-0.2, 0.2), min_size=9, max_size=60),
+    st.floats(-100, 100),
+)
+def test_unwrapping_a_wrapped_angle_gives_it_back(steps: list[float], begin: float) -> None:
+    turn = 2 * np.pi
+    angle = (begin + np.cumsum(steps)) * turn
+    wrapped = np.mod(angle, turn)
+    back, _ = unwrap(wrapped)
+    np.testing.assert_allclose(np.diff(back), np.diff(angle), atol=1e-9)
+
+
+def test_a_fast_recording_is_not_taken_for_wraps() -> None:
+    angle = np.arange(20) * 0.9 * 2 * np.pi
+    back, wraps = unwrap(angle)
+    assert wraps == 0
+    assert back is angle
+
+
+def test_a_turned_sign_is_suspected(write: Write) -> None:
+    campaign = read_campaign(write(f"{HEAD}\n0,0,0\n1,1,-1\n2,2,-2\n", "a.csv"))
+    (finding,) = campaign.findings
+    assert finding.kind == "sign"
+    assert "--map" in str(finding)
+
+
+def test_the_extract_of_real_recordings_reads_with_the_map_of_its_drive() -> None:
+    from lostmotion.drives import read_drive
+
+    folder = DATA / "cycloidal_locked_output"
+    drive = read_drive(folder / "drive.toml")
+    campaign = read_campaign(folder, mapping=drive.columns)
+    assert [run.label for run in campaign.runs] == [0, 1, 2, 3, 4, 100, 101, 102]
+    assert campaign.rows == 3914
+    assert "sign" not in kinds(campaign)
+    # Half the loop of the 40 N m cycles spans about 290 arcmin either way.
+    swing = np.ptp(campaign.runs[-1].lost_motion_rad) / ARCMIN
+    assert swing == pytest.approx(574, abs=5)
+
+
+def test_parquet_without_pyarrow_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    (tmp_path / "a.parquet").write_bytes(b"")
+    with pytest.raises(InputError, match="no pyarrow"):
+        recordings.read_campaign(tmp_path / "a.parquet")
