@@ -321,7 +321,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
   w->foundation.lobes = b.lobes;
   twist_between_sections(drive, g, &w->foundation);
   state->pairs = b.count;
-  state->flank_angle_rad = forward.flank_angle_rad;
+  state->flank_angle_rad = (forward.flank_angle_rad + backward.flank_angle_rad) / LM_REAL(2);
   state->radius_mm = g->mean_mm;
   return status;
 }

@@ -40,14 +40,15 @@ typedef struct lm_contributions {
 
 /* What holds for all torques. */
 typedef struct lm_mesh_state {
-  lm_real middle_rad;      /* torque-free middle of the output, moves with the tooth phase */
-  lm_real free_play_rad;   /* half of it; 0 when preloaded */
-  lm_real flank_angle_rad; /* alpha_w of the pair that touches first, used in (4), (9) */
-  lm_real radius_mm;       /* r of (4), (9) */
-  lm_real gap_mm;          /* Delta0, eq (8), with the mean of the tolerance chain, clipped at 0 */
-  lm_real gap_torque_Nm;   /* T0, (9a) */
-  int pairs;               /* candidates for contact, both flanks, all sections */
-  int preloaded_pairs;     /* that carry without load */
+  lm_real middle_rad;    /* torque-free middle of the output, moves with the tooth phase */
+  lm_real free_play_rad; /* half of it; 0 when preloaded */
+  lm_real
+      flank_angle_rad;   /* alpha_w of (4), (9): mean of the pairs that touch first on each flank */
+  lm_real radius_mm;     /* r of (4), (9) */
+  lm_real gap_mm;        /* Delta0, eq (8), with the mean of the tolerance chain, clipped at 0 */
+  lm_real gap_torque_Nm; /* T0, (9a) */
+  int pairs;             /* candidates for contact, both flanks, all sections */
+  int preloaded_pairs;   /* that carry without load */
 } lm_mesh_state;
 
 /* Memory of one evaluation, owned by the caller; sizeof is its constant size. */

@@ -1,0 +1,236 @@
+#include "lostmotion/checks.h"
+
+#include <unity.h>
+
+#include "reference_drives.h"
+
+static lm_mesh meshes[LM_SECTIONS_MAX];
+static lm_check checks[LM_CHECK_COUNT];
+static lm_smallest_gap smallest;
+static lm_fault fault;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+static lm_drive complete(lm_drive drive) {
+  TEST_ASSERT_EQUAL(LM_OK, lm_complete_drive(&drive, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_drive(&drive, &fault));
+  return drive;
+}
+
+static void prepare(const lm_drive *drive, int sections) {
+  int i;
+  for (i = 0; i < sections; i++) {
+    TEST_ASSERT_EQUAL(LM_OK, lm_make_mesh(drive, lm_section_factor(drive, i, sections),
+                                          LM_NEUTRAL_LINE_NODES, &meshes[i], &fault));
+  }
+}
+
+static void run(const lm_drive *drive, int sections) {
+  prepare(drive, sections);
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, sections, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_design(drive, meshes, sections, &smallest, checks, &fault));
+}
+
+/* model.md 2.7: r_l1 = 25.5370 for z = 200, x = 3, m = 0.25. */
+static void rack_form_radius_of_the_reference(void) {
+  const lm_drive a = reference_a();
+  ASSERT_NEAR(5e-5, 25.5370, lm_rack_form_radius(&a.teeth, 200, a.teeth.flexspline_shift));
+}
+
+/* Radii of model.md 2.7: r_a1 25.85, r_a2 25.7875, r_f1 25.4125, w0 0.2375, |w(90 deg)| 1.04376. */
+static void radial_margins_of_the_reference(void) {
+  const lm_drive a = complete(reference_a());
+  run(&a, 1);
+  ASSERT_NEAR(1e-4, 25.7875 - 0.2375, checks[LM_CHECK_FORM_RADIUS].value);
+  ASSERT_NEAR(1e-4, 25.5370, checks[LM_CHECK_FORM_RADIUS].limit);
+  ASSERT_NEAR(1e-5, 25.7875 - 0.2375 - 25.4125, checks[LM_CHECK_FLEXSPLINE_ROOT].value);
+  ASSERT_NEAR(1e-5, 0.15 * 0.25, checks[LM_CHECK_FLEXSPLINE_ROOT].limit);
+  ASSERT_NEAR(1e-5, 0.2 * 0.25, checks[LM_CHECK_RIGID_ROOT].value);
+  ASSERT_NEAR(1e-5, 25.7875 - 25.85 + 0.2375 * 1.04376, checks[LM_CHECK_DISENGAGEMENT].value);
+  ASSERT_NEAR(1e-5, 25.7875 - 25.85, checks[LM_CHECK_FREE_ASSEMBLY].value);
+  TEST_ASSERT_TRUE(checks[LM_CHECK_FREE_ASSEMBLY].margin < 0);
+}
+
+/* The tip of a rack-cut tooth: 2 r (pi/2z + 2 x tan a / z + inv a - inv acos(r_b / r)), and of an
+ * internal tooth what the spaces leave, written out in double here. */
+static void tip_thickness_of_both_gears(void) {
+  const lm_drive a = complete(reference_a());
+  const double alpha = 20.0 * 3.14159265358979323846 / 180.0;
+  const double inv = tan(alpha) - alpha;
+  const double at1 = acos(25.0 * cos(alpha) / 25.85);
+  const double at2 = acos(25.25 * cos(alpha) / 25.7875);
+  const double pi = 3.14159265358979323846;
+  const double half1 = pi / 400 + 6.0 * tan(alpha) / 200 + inv - (tan(at1) - at1);
+  const double half2 = pi / 404 + 2 * 2.957 * tan(alpha) / 202 + inv - (tan(at2) - at2);
+  run(&a, 1);
+  ASSERT_NEAR(BOUND(1e-12, 2e-5), 2 * 25.85 * half1, checks[LM_CHECK_FLEXSPLINE_TIP].value);
+  ASSERT_NEAR(BOUND(1e-12, 2e-5), 2 * 25.7875 * (pi / 202 - half2),
+              checks[LM_CHECK_RIGID_TIP].value);
+  ASSERT_NEAR(1e-6, 0.25 * 0.25, checks[LM_CHECK_RIGID_TIP].limit);
+}
+
+/* tau = 30 MPa at 40 N m with a wall of 0.35 (model.md 2.5, r_m 24.7 there; at r_m 25.1125 by the
+ * same formula 28.8). sigma of two discs by the formula with |k|max = 3.165 at 90 deg. */
+static void stresses_of_the_reference(void) {
+  lm_drive a = reference_a();
+  double sigma;
+  double tension;
+  double amplitude;
+  double bending;
+  double shear;
+  a.flexspline.wall_thickness_mm = LM_REAL(0.35);
+  a = complete(a);
+  run(&a, 1);
+  ASSERT_NEAR(0.05, 40e3 / (2 * 3.14159265 * 25.1125 * 25.1125 * 0.35),
+              checks[LM_CHECK_TORSION_STRESS].value);
+  sigma = 1.45 * 2.1e5 / 0.91 * 0.6 * 0.2375 / (2 * 25.1125 * 25.1125);
+  ASSERT_NEAR(0.02, sigma * 3.165, checks[LM_CHECK_BENDING_STRESS].value);
+  /* Safety, from the same figures: curvature runs from 2.447 to -3.165, rim tension N = 11.2 E I w0
+   * / r_m^3 on b s. */
+  tension = 11.2 * 2.1e5 * 0.36 / 12 * 0.2375 / (25.1125 * 25.1125 * 25.1125);
+  amplitude = sigma * (2.447 + 3.165) / 2;
+  bending = 450 / (1.9 * amplitude + 0.1 * (sigma * 3.165 - amplitude + tension));
+  shear = 250 / (1.6 * (double)checks[LM_CHECK_TORSION_STRESS].value / 2);
+  ASSERT_NEAR(2e-3, bending * shear / sqrt(bending * bending + shear * shear),
+              checks[LM_CHECK_SAFETY].value);
+  TEST_ASSERT_TRUE(checks[LM_CHECK_SAFETY].margin > 0);
+}
+
+/* The scan finds what a scan fifty times finer finds. */
+static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
+  const lm_generator_type types[] = {LM_COSINE, LM_DISCS, LM_ROLLERS, LM_ELLIPSE};
+  int t;
+  for (t = 0; t < 4; t++) {
+    lm_drive a = reference_a();
+    lm_real least = LM_REAL(1);
+    int i;
+    a.generator.type = types[t];
+    a = complete(a);
+    prepare(&a, 1);
+    TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 1, 8, &smallest, &fault));
+    for (i = -45000; i <= 45000; i += 2) {
+      const lm_clearance c = lm_tooth_clearance(&meshes[0], LM_REAL(i) * DEGREE / LM_REAL(500));
+      least = c.forward.gap_rad < least ? c.forward.gap_rad : least;
+      least = c.backward.gap_rad < least ? c.backward.gap_rad : least;
+    }
+    ASSERT_NEAR(BOUND(2e-5, 1e-3) * (double)ARCMIN, least, smallest.gap_rad);
+    TEST_ASSERT_TRUE(smallest.angle_rad > LM_REAL(-0.01) && smallest.angle_rad < HALF_PI);
+    ASSERT_NEAR(BOUND(1e-12, 1e-6), smallest.gap_rad,
+                smallest.forward
+                    ? lm_tooth_clearance(&meshes[0], smallest.angle_rad).forward.gap_rad
+                    : lm_tooth_clearance(&meshes[0], smallest.angle_rad).backward.gap_rad);
+  }
+}
+
+/* model.md 2.6: the open end, where the wave is higher by 11 %, collides by 1.33 arcmin near the
+ * axis, the inner end by 1.04 near 53 deg. */
+static void ends_of_a_short_cup_collide(void) {
+  lm_drive a = reference_a();
+  a.flexspline.length_mm = LM_REAL(10 / 0.22);
+  prepare(&a, 3);
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 3, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL(2, smallest.section);
+  ASSERT_NEAR(0.01, -1.33, in_arcmin(smallest.gap_rad));
+  TEST_ASSERT_TRUE(smallest.angle_rad < LM_REAL(4) * DEGREE);
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 1, 64, &smallest, &fault));
+  ASSERT_NEAR(0.06, -1.04, in_arcmin(smallest.gap_rad));
+  ASSERT_NEAR(1.0, 53, smallest.angle_rad / DEGREE);
+}
+
+/* The widest section sets every margin of a spatial drive. */
+static void spatial_margins_are_the_narrowest(void) {
+  const lm_drive a = complete(reference_a());
+  lm_check planar[LM_CHECK_COUNT];
+  int i;
+  run(&a, 1);
+  memcpy(planar, checks, sizeof planar);
+  run(&a, 5);
+  for (i = 0; i < LM_CHECK_COUNT; i++) {
+    TEST_ASSERT_TRUE(checks[i].margin <= planar[i].margin);
+  }
+  TEST_ASSERT_TRUE(checks[LM_CHECK_FORM_RADIUS].margin < planar[LM_CHECK_FORM_RADIUS].margin);
+  TEST_ASSERT_TRUE(checks[LM_CHECK_DISENGAGEMENT].margin < planar[LM_CHECK_DISENGAGEMENT].margin);
+}
+
+/* model.md 2.4, reference E: r_ar = r_fr + h m, r_af = r_ar + w0 - h_d m, r_ff = r_ar + w0 + 0.2 m.
+ */
+static void external_margins(void) {
+  const lm_drive e = complete(reference_e());
+  const double root = 0.25 * (100 + 3.05 - 1 - 0.35);
+  const double tip = root + 1.75 * 0.25;
+  const double tip_f = tip + 0.2375 - 1.2 * 0.25;
+  run(&e, 1);
+  ASSERT_NEAR(1e-4, tip_f - 0.2375, checks[LM_CHECK_FORM_RADIUS].value);
+  ASSERT_NEAR(1e-5, 0.2 * 0.25, checks[LM_CHECK_FLEXSPLINE_ROOT].value);
+  ASSERT_NEAR(2e-5, tip_f - 0.2375 - root, checks[LM_CHECK_RIGID_ROOT].value);
+  ASSERT_NEAR(2e-5, tip_f + 0.2375 * 1.04376 - tip, checks[LM_CHECK_DISENGAGEMENT].value);
+  ASSERT_NEAR(2e-5, tip_f - tip, checks[LM_CHECK_FREE_ASSEMBLY].value);
+  TEST_ASSERT_TRUE(checks[LM_CHECK_FLEXSPLINE_TIP].value > 0);
+  TEST_ASSERT_TRUE(checks[LM_CHECK_RIGID_TIP].margin > 0);
+  ASSERT_NEAR(0.01, 0.09, in_arcmin(smallest.gap_rad)); /* table of E: 0.090 at 0 deg */
+}
+
+static void every_check_has_a_name_and_a_unit(void) {
+  int i;
+  int j;
+  for (i = 0; i < LM_CHECK_COUNT; i++) {
+    TEST_ASSERT_TRUE(strlen(lm_check_name((lm_check_id)i)) > 5);
+    TEST_ASSERT_TRUE(strlen(lm_check_unit((lm_check_id)i)) > 0);
+    for (j = 0; j < i; j++) {
+      TEST_ASSERT_TRUE(strcmp(lm_check_name((lm_check_id)i), lm_check_name((lm_check_id)j)) != 0);
+    }
+  }
+  TEST_ASSERT_EQUAL_STRING("", lm_check_name(LM_CHECK_COUNT));
+  TEST_ASSERT_EQUAL_STRING("", lm_check_unit(LM_CHECK_COUNT));
+}
+
+static void nonsense_is_refused_and_nothing_written(void) {
+  lm_drive a = complete(reference_a());
+  lm_smallest_gap kept;
+  run(&a, 1);
+  kept = smallest;
+  TEST_ASSERT_EQUAL(LM_NULL, lm_find_smallest_gap(0, 1, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("meshes", fault.input);
+  TEST_ASSERT_EQUAL(LM_NULL, lm_find_smallest_gap(meshes, 1, 8, 0, &fault));
+  TEST_ASSERT_EQUAL_STRING("smallest", fault.input);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_find_smallest_gap(meshes, 0, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("sections", fault.input);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_find_smallest_gap(meshes, 1, 65, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("steps_per_pitch", fault.input);
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(0, meshes, 1, &smallest, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, 0, 1, &smallest, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, meshes, 1, 0, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, meshes, 1, &smallest, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_design(&a, meshes, 0, &smallest, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_design(&a, meshes, 8, &smallest, checks, &fault));
+  TEST_ASSERT_EQUAL_STRING("sections", fault.input);
+  TEST_ASSERT_EQUAL_MEMORY(&kept, &smallest, sizeof kept);
+}
+
+/* A rigid tip raised beyond the reach of the flexspline: teeth that never overlap. */
+static void teeth_that_never_meet_have_no_smallest_gap(void) {
+  const lm_drive a = complete(reference_a());
+  prepare(&a, 1);
+  meshes[0].polar_low_mm = LM_REAL(30);
+  TEST_ASSERT_EQUAL(LM_NO_CONTACT, lm_find_smallest_gap(meshes, 1, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("teeth.engagement_depth", fault.input);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(rack_form_radius_of_the_reference);
+  RUN_TEST(radial_margins_of_the_reference);
+  RUN_TEST(tip_thickness_of_both_gears);
+  RUN_TEST(stresses_of_the_reference);
+  RUN_TEST(smallest_gap_is_the_smallest_over_all_angles_and_phases);
+  RUN_TEST(ends_of_a_short_cup_collide);
+  RUN_TEST(spatial_margins_are_the_narrowest);
+  RUN_TEST(external_margins);
+  RUN_TEST(every_check_has_a_name_and_a_unit);
+  RUN_TEST(nonsense_is_refused_and_nothing_written);
+  RUN_TEST(teeth_that_never_meet_have_no_smallest_gap);
+  return UNITY_END();
+}
