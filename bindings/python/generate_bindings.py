@@ -60,7 +60,9 @@ def preprocess(compiler: str, include: Path, bits: int, source: str) -> str:
 def constant(expression: str) -> int | float | None:
     """Value of a C expression of number literals, or None when it is anything else."""
     text = re.sub(r"\b(0[xX][0-9a-fA-F]+|\d+)[uUlL]+\b", r"\1", expression)
-    text = re.sub(r"\((?:u?int(?:8|16|32|64)_t|unsigned|int|size_t|lm_real|float|double)\)", "", text)
+    text = re.sub(
+        r"\((?:u?int(?:8|16|32|64)_t|unsigned|int|size_t|lm_real|float|double)\)", "", text
+    )
     if not re.search(r"[.eE]", text.replace("0x", "")):
         text = text.replace("/", "//")
     allowed = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Constant, ast.operator, ast.unaryop)

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from lostmotion.drives import format_toml
 
 DATA = Path(__file__).parents[1] / "data"
 
-# Harmonic Drive size 25, ratio above 50 (catalogue/torsional_stiffness.csv); 67 N m is its rated torque.
+# Harmonic Drive size 25, ratio above 50 (catalogue/torsional_stiffness.csv), rated 67 N m.
 BOUGHT: dict[str, Any] = {
     "drive": {"name": "joint 2", "ratio": 100, "rated_torque_Nm": 67},
     "catalogue": {

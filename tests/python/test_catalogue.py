@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DATA
 from hypothesis import given
 from hypothesis import strategies as st
+
+from conftest import DATA
 from lostmotion.base import run_plays
 from lostmotion.catalogue import PARTS, Catalogue
 from lostmotion.drives import parse_drive

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DRAWN
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+
+from conftest import DRAWN
 from lostmotion.catalogue import PARTS
 from lostmotion.core import Bits
 from lostmotion.drives import parse_drive
@@ -34,9 +35,18 @@ def variant(**changes: Any) -> Document:
 # Reference design A: forward gap in arcmin by exact placement, tolerance 0.003.
 ANGLES = (-10, -5, 0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50)
 GAPS = {
-    "discs": (1.531, 0.642, 0.174, 0.011, 0.069, 0.351, 0.780, 1.277, 1.761, 2.163, 2.368, 2.206, 1.614),
-    "cosine": (1.688, 0.691, 0.174, -0.001, 0.094, 0.445, 0.952, 1.506, 1.998, 2.318, 2.347, 1.990, 1.216),
-    "rollers": (1.417, 0.607, 0.174, 0.020, 0.051, 0.283, 0.654, 1.105, 1.574, 2.021, 2.332, 2.322, 1.877),
+    "discs": (
+        1.531, 0.642, 0.174, 0.011, 0.069, 0.351, 0.780,
+        1.277, 1.761, 2.163, 2.368, 2.206, 1.614,
+    ),
+    "cosine": (
+        1.688, 0.691, 0.174, -0.001, 0.094, 0.445, 0.952,
+        1.506, 1.998, 2.318, 2.347, 1.990, 1.216,
+    ),
+    "rollers": (
+        1.417, 0.607, 0.174, 0.020, 0.051, 0.283, 0.654,
+        1.105, 1.574, 2.021, 2.332, 2.322, 1.877,
+    ),
 }  # fmt: skip
 
 
@@ -194,7 +204,9 @@ def evaluate(document: Document, torque: Any) -> Any:
         return build(document).characteristic(torque)
     except LibraryError as error:
         # Teeth that cannot meet, or that run to a point before they meet, are no design.
-        assume("no pair of teeth can touch" not in str(error) and "tooth thickness" not in str(error))
+        assume(
+            "no pair of teeth can touch" not in str(error) and "tooth thickness" not in str(error)
+        )
         raise
 
 
@@ -233,9 +245,7 @@ def test_exchanging_the_flanks_mirrors_the_characteristic(document: Document, at
     mirrored = model.clearances((1 - at) * pitch)
     both = np.isin(np.round(gaps.angle_rad, 9), np.round(-mirrored.angle_rad, 9))
     back = np.isin(np.round(mirrored.angle_rad, 9), np.round(-gaps.angle_rad, 9))
-    np.testing.assert_allclose(
-        gaps.forward_rad[both], mirrored.backward_rad[back][::-1], atol=1e-9
-    )
+    np.testing.assert_allclose(gaps.forward_rad[both], mirrored.backward_rad[back][::-1], atol=1e-9)
 
 
 @random_designs

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import BOUGHT, DRAWN
 from hypothesis import given
 from hypothesis import strategies as st
+
+from conftest import BOUGHT, DRAWN
 from lostmotion.drives import format_toml, parse_drive, read_drive, write_drive
 from lostmotion.errors import InputError
 from lostmotion.model import design_model
@@ -167,11 +168,7 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         ("design.tolerance[0]", "lower", "it_grade and nominal_mm"),
     ),
     (
-        {
-            "design.tolerance": [
-                {"kind": "hole", "zone": "teeth", "it_grade": 40, "nominal_mm": 40}
-            ]
-        },
+        {"design.tolerance": [{"kind": "hole", "zone": "teeth", "it_grade": 40, "nominal_mm": 40}]},
         ("design.tolerance[0].it_grade", "40", "5 to 16"),
     ),
     (
@@ -266,7 +263,9 @@ def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Documen
     full = design_model(parse_drive(drawn))
     expected = model.characteristic(torque).total_rad
     assert full.characteristic(torque).total_rad.tolist() == expected.tolist()
-    assert set(full.defaults()) == {f"design.{n}" for n in ("radial_chain", "torsion_chain", "tolerance")}
+    assert set(full.defaults()) == {
+        f"design.{n}" for n in ("radial_chain", "torsion_chain", "tolerance")
+    }
 
 
 def test_members_of_the_chains_become_the_laws_of_the_library(drawn: Document) -> None:
@@ -341,7 +340,13 @@ def test_tolerances_become_signed_links(drawn: Document) -> None:
     ]
     links = make_drive(parse_drive(drawn).design).tolerances  # type: ignore[arg-type]
     found = [
-        (links[i].influence, links[i].lower_mm, links[i].upper_mm, links[i].distribution, links[i].zone)
+        (
+            links[i].influence,
+            links[i].lower_mm,
+            links[i].upper_mm,
+            links[i].distribution,
+            links[i].zone,
+        )
         for i in range(4)
     ]
     expected = [
@@ -376,9 +381,7 @@ def test_tolerance_limits_follow_equations_10_and_11(drawn: Document) -> None:
 
 
 @pytest.mark.parametrize("document", [BOUGHT, DRAWN], ids=["bought", "drawn"])
-def test_a_written_file_reads_back_as_the_same_numbers(
-    document: Document, tmp_path: Path
-) -> None:
+def test_a_written_file_reads_back_as_the_same_numbers(document: Document, tmp_path: Path) -> None:
     document = copy.deepcopy(document)
     document["columns"] = {"TIME": "time_s", "POSITION in rev": "-lost_motion_rev"}
     document["fit"] = {
@@ -395,7 +398,13 @@ def test_a_written_file_reads_back_as_the_same_numbers(
     ]
     if "design" in document:
         document["design"]["tolerance"] = [
-            {"kind": "hole", "name": 'a "quoted" \\ name\n', "zone": "teeth", "lower_um": 0, "upper_um": 7}
+            {
+                "kind": "hole",
+                "name": 'a "quoted" \\ name\n',
+                "zone": "teeth",
+                "lower_um": 0,
+                "upper_um": 7,
+            }
         ]
     drive = parse_drive(document)
     file = tmp_path / "again.toml"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 

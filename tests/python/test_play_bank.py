@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from lostmotion.base import run_plays
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import LibraryError
@@ -52,7 +54,7 @@ def angle(c: Core, torque: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def swing(steps: int, *ends: float) -> npt.NDArray[Any]:
-    legs = [np.linspace(a, b, steps + 1)[1:] for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    legs = [np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(ends)]
     return np.concatenate(([ends[0]], *legs))
 
 
@@ -96,7 +98,9 @@ def test_S20_minor_loop_closes(c: Core) -> None:
 
 
 def test_S20_does_not_depend_on_the_sampling(c: Core) -> None:
-    ends = [angle(c, swing(steps, 0, 40, -40, 17, -6, 12))[-1] / ARCMIN for steps in (10, 100, 1000)]
+    ends = [
+        angle(c, swing(steps, 0, 40, -40, 17, -6, 12))[-1] / ARCMIN for steps in (10, 100, 1000)
+    ]
     np.testing.assert_allclose(ends, ends[0], atol=1e-12 if c.bits == 64 else 1e-5)
 
 
@@ -115,7 +119,7 @@ def test_a_refused_bank_says_which_input_and_range(c: Core) -> None:
     error = caught.value
     assert (error.status, error.key, error.found) == (c.lib.LM_OUT_OF_RANGE, "widening", 1.5)
     assert "widening: an input is outside its range (found 1.5" in str(error)
-    with pytest.raises(LibraryError, match="^a required pointer is null$"):
+    with pytest.raises(LibraryError, match=r"^a required pointer is null$"):
         c.check(c.lib.LM_NULL)
 
 

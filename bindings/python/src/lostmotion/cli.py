@@ -85,7 +85,8 @@ def join_signed(argv: Sequence[str]) -> list[str]:
 def make_parser() -> argparse.ArgumentParser:
     """Make the parser of all commands."""
     parser = Parser(
-        prog="lostmotion", description="Lost motion in strain-wave gears: predict, compare, find out."
+        prog="lostmotion",
+        description="Lost motion in strain-wave gears: predict, compare, find out.",
     )
     parser.add_argument("--version", action="version", version=f"lostmotion {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
@@ -309,7 +310,9 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
 
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
     """Print clearances as a table."""
-    print(f"{answer['drive']}: side clearance in arcmin, - where the teeth do not overlap\n", file=out)
+    print(
+        f"{answer['drive']}: side clearance in arcmin, - where the teeth do not overlap\n", file=out
+    )
     rows = [
         [
             str(answer["section"][i]),
@@ -342,9 +345,7 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         f"(explains {100 * answer['explained_share']:.2f} % of the variance)",
         file=out,
     )
-    print(
-        f"held out by {answer['heldout_by']:<8}{shown(answer['heldout_rms_arcsec'])}", file=out
-    )
+    print(f"held out by {answer['heldout_by']:<8}{shown(answer['heldout_rms_arcsec'])}", file=out)
     print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
     print(f"\nfriction {answer['friction']} the elasticity; held out:", end="", file=out)
     for name, errors in answer["frictions"].items():

@@ -24,6 +24,7 @@ from lostmotion.base import (
     Parameters,
     run_plays,
 )
+from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
 
@@ -34,13 +35,13 @@ FOLDS_MAX = 8
 """Largest number of fits that leave runs out."""
 
 CLEARLY_BETTER = 0.98
-"""A model with more parameters must bring the held-out error below this share of the simpler one's."""
+"""A model with more parameters must bring the held-out error below this share of the simpler's."""
 
 BINS = 16
 """Bins of a covariate; each holds the same number of samples."""
 
-SLOW_BINS = 6
-"""Bins of a covariate that stands still within a run, and of the torque crossed with it."""
+TORQUE_RANGES = 6
+"""Ranges of torque in which runs, and what stands still within a run, are looked at apart."""
 
 REVERSAL_SHARE = 0.02
 """A turn of the torque counts as a reversal when it goes back by this share of the largest torque,
@@ -222,7 +223,20 @@ def compare(
     Returns
     -------
     Comparison
+
+    Raises
+    ------
+    InputError
+        When the torque of the recordings does not vary.
     """
+    torque = campaign.column("torque")
+    if np.ptp(torque) == 0:
+        raise InputError(
+            campaign.runs[0].file,
+            "torque_Nm",
+            f"a constant {torque[0]:.6g} Nm",
+            "a torque that varies",
+        )
     model = BaseModel(backbone, campaign)
     labels = fold_labels(model)
     folds = list(split_folds(labels, model))
@@ -309,7 +323,7 @@ def held_out(
     whole: Fit,
     step: Callable[[], None],
 ) -> FloatArray:
-    """Residual of every sample under a fit that has not seen its run; offsets are each run's own."""
+    """Residual of every sample under a fit without its run; offsets are each run's own."""
     residual = np.zeros(model.torque.size)
     for seen in folds:
         fit = model.fit(friction, seen, whole.parameters)
@@ -352,7 +366,10 @@ def noise_floor(model: BaseModel, campaign: Campaign, residual: FloatArray) -> N
     the same place of the path.
     """
     second = np.concatenate(
-        [np.diff(residual[a:b], 2) for a, b in zip(model.starts[:-1], model.starts[1:], strict=True)]
+        [
+            np.diff(residual[a:b], 2)
+            for a, b in zip(model.starts[:-1], model.starts[1:], strict=True)
+        ]
     )
     within = 0.0
     if second.size:
@@ -396,7 +413,9 @@ def _repeat_cells(
 ) -> tuple[FloatArray, FloatArray]:
     """Mean residual of each run in cells of torque and direction."""
     pieces = [slice(model.starts[i], model.starts[i + 1]) for i in group]
-    edges = np.quantile(np.concatenate([model.torque[p] for p in pieces]), np.linspace(0, 1, BINS + 1))
+    edges = np.quantile(
+        np.concatenate([model.torque[p] for p in pieces]), np.linspace(0, 1, BINS + 1)
+    )
     means = np.zeros((len(group), 2 * BINS))
     counts = np.zeros((len(group), 2 * BINS))
     for row, piece in enumerate(pieces):
@@ -413,32 +432,27 @@ def where_it_fails(
     model: BaseModel, campaign: Campaign, residual: FloatArray, seed: int
 ) -> list[Failure]:
     """Rank the recorded quantities by the share of the residual that each explains."""
-    total = float(np.sum(residual**2))
-    if total <= 0:
-        return []
     torque_bins = quantile_bins(model.torque, BINS)
-    coarse_torque = quantile_bins(model.torque, SLOW_BINS)
-    direction, travel = (np.concatenate(part) for part in _branches(model))
+    coarse_torque = quantile_bins(model.torque, TORQUE_RANGES)
+    turns, travels = _branches(model)
+    direction, travel = np.concatenate(turns), np.concatenate(travels)
     stretches = branch_blocks(model, direction)
     runs = model.starts.size - 1
     blocks = model.run_of if runs >= BLOCKS_LEAST else stretches
     generator = np.random.default_rng(seed)
     failures = []
 
-    def judge(name: str, cells: IntArray, values: FloatArray, by: IntArray) -> None:
-        share, p = explained(values, cells, by, generator)
-        # Where the torque's own share was taken out first, the share is still of the whole.
-        failures.append(Failure(name, share * float(np.sum(values**2)) / total, p))
+    def judge(name: str, cells: IntArray, by: IntArray) -> None:
+        failures.append(Failure(name, *explained(residual, cells, by, generator)))
 
-    judge("torque", torque_bins, residual, blocks)
-    judge("direction", direction, residual, blocks)
-    judge("load_history", quantile_bins(travel, BINS), residual, blocks)
+    judge("torque", torque_bins, blocks)
+    judge("direction", direction, blocks)
+    judge("load_history", quantile_bins(travel, BINS), blocks)
     peak = np.maximum.accumulate(np.abs(model.torque))
-    judge("largest_torque_before", quantile_bins(peak, BINS), residual, blocks)
-    judge("time_in_run", quantile_bins(_time_in_run(campaign), BINS), residual, blocks)
+    judge("largest_torque_before", quantile_bins(peak, BINS), blocks)
+    judge("time_in_run", quantile_bins(_time_in_run(campaign), BINS), blocks)
     if runs > 1:
-        judge("run", model.run_of * SLOW_BINS + coarse_torque, residual, stretches)
-    without_torque = residual - _bin_means(residual, coarse_torque)
+        judge("run", model.run_of * TORQUE_RANGES + coarse_torque, stretches)
     for name in campaign.quantities():
         if name in ("run", "time", "torque", "lost_motion"):
             continue
@@ -450,14 +464,15 @@ def where_it_fails(
         if name in ("input_angle", "output_angle"):
             turn = np.mod(values, 2 * np.pi)
             cells = np.minimum((turn / (2 * np.pi) * BINS).astype(np.intp), BINS - 1)
-            judge(name, cells, residual, blocks)
+            judge(name, cells, blocks)
         elif np.var(model.run_means(values)[model.run_of]) > 0.5 * np.var(values):
-            # It stands still within a run, where an offset would swallow it: look at its product
-            # with the torque.
-            cells = quantile_bins(values, SLOW_BINS) * SLOW_BINS + coarse_torque
-            judge(name, cells, without_torque, blocks)
+            # It stands still within a run, where an offset would swallow it: look for what grows
+            # with it in proportion, apart for each range of torque.
+            failures.append(
+                Failure(name, *explained(residual, coarse_torque, blocks, generator, values))
+            )
         else:
-            judge(name, quantile_bins(values, BINS), residual, blocks)
+            judge(name, quantile_bins(values, BINS), blocks)
     return sorted(failures, key=lambda failure: -failure.share)
 
 
@@ -498,15 +513,16 @@ def quantile_bins(values: FloatArray, bins: int) -> IntArray:
     return np.searchsorted(edges, values, "right").astype(np.intp)
 
 
-def _bin_means(values: FloatArray, cells: IntArray) -> FloatArray:
-    count = np.maximum(np.bincount(cells), 1)
-    return np.asarray((np.bincount(cells, values) / count)[cells])
-
-
 def explained(
-    residual: FloatArray, cells: IntArray, blocks: IntArray, generator: np.random.Generator
+    residual: FloatArray,
+    cells: IntArray,
+    blocks: IntArray,
+    generator: np.random.Generator,
+    covariate: FloatArray | None = None,
 ) -> tuple[float, float]:
-    """Share of the variance that cell means explain beyond chance, and its p.
+    """Share of the variance that cells explain beyond chance, and its p.
+
+    A cell explains its mean, or, with a covariate, what grows with it in proportion.
 
     Chance is what remains when whole blocks of the residual get random signs: their inner
     correlation stays, their agreement with each other goes.
@@ -522,9 +538,12 @@ def explained(
     _, blocks = np.unique(blocks, return_inverse=True)
     width = int(cells.max()) + 1
     height = int(blocks.max()) + 1
-    count = np.bincount(cells, minlength=width)
-    sums = np.bincount(blocks * width + cells, residual, width * height).reshape(height, width)
-    scaled = sums / np.sqrt(count)
+    weight = np.ones(residual.size)
+    if covariate is not None:
+        weight = covariate - (np.bincount(cells, covariate) / np.bincount(cells))[cells]
+    size = np.bincount(cells, weight**2)
+    sums = np.bincount(blocks * width + cells, weight * residual, width * height)
+    scaled = sums.reshape(height, width) / np.sqrt(np.where(size > 0, size, 1.0))
     total = float(np.sum(residual**2))
     if total == 0:
         return 0.0, 1.0

@@ -37,7 +37,7 @@ class Core:
         self.real: np.dtype[Any] = np.dtype(np.float64 if bits == 64 else np.float32)
 
     def array(self, values: npt.ArrayLike) -> Array:
-        """Return `values` as an array that the library can read; no copy where it already is one."""
+        """Return `values` as an array that the library can read; a copy only where it is none."""
         return np.ascontiguousarray(values, dtype=self.real)
 
     def zeros(self, *shape: int) -> Array:

@@ -155,7 +155,9 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
     rated = head["rated_torque"].value
     if ("catalogue" in document) == ("design" in document):
         found = "both" if "design" in document else "neither"
-        raise InputError(file, "catalogue, design", found, "exactly one of [catalogue] and [design]")
+        raise InputError(
+            file, "catalogue, design", found, "exactly one of [catalogue] and [design]"
+        )
     catalogue = design = None
     if "catalogue" in document:
         catalogue = _catalogue(file, document["catalogue"])
@@ -182,7 +184,10 @@ def _catalogue(file: str, table: Any) -> Catalogue:
     number = {name: value.value for name, value in values.items()}
     if number["T2"] <= number["T1"]:
         raise InputError(
-            file, values["T2"].place, f"{number['T2']:.6g} Nm", f"more than T1, {number['T1']:.6g} Nm"
+            file,
+            values["T2"].place,
+            f"{number['T2']:.6g} Nm",
+            f"more than T1, {number['T1']:.6g} Nm",
         )
     return Catalogue(
         number["T1"],
@@ -197,10 +202,10 @@ def _catalogue(file: str, table: Any) -> Catalogue:
 
 def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
     sections = [name for name in structs.FIELDS if name]
-    top = read_table(
-        file, "design", table, structs.FIELDS[""], tables=(*sections, *CHAINS)
-    )
-    values = {structs.field_path("", key): top[key.name] for key in structs.FIELDS[""] if key.name in top}
+    top = read_table(file, "design", table, structs.FIELDS[""], tables=(*sections, *CHAINS))
+    values = {
+        structs.field_path("", key): top[key.name] for key in structs.FIELDS[""] if key.name in top
+    }
     for section in sections:
         if section not in table and section not in ("teeth", "generator"):
             continue
@@ -208,7 +213,9 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
             raise InputError(file, f"design.{section}", "no such table", f"[design.{section}]")
         keys = structs.FIELDS[section]
         read = read_table(file, f"design.{section}", table[section], keys)
-        values |= {structs.field_path(section, key): read[key.name] for key in keys if key.name in read}
+        values |= {
+            structs.field_path(section, key): read[key.name] for key in keys if key.name in read
+        }
     chains = {name: _chain(file, name, table) for name in CHAINS}
     design = Design(
         file,
@@ -275,9 +282,7 @@ FIT_KEYS = (
 
 def _fit(file: str, table: Any) -> dict[str, Any]:
     """Check that values, standard errors and covariance speak of the same parameters."""
-    read_table(
-        file, "fit", table, FIT_KEYS, tables=("values", "standard_errors", "covariance")
-    )
+    read_table(file, "fit", table, FIT_KEYS, tables=("values", "standard_errors", "covariance"))
     if "values" not in table:
         raise InputError(file, "fit.values", "no such table", "[fit.values]")
     values = _numbers(file, "fit.values", table["values"])
@@ -376,7 +381,8 @@ def _quote(text: str) -> str:
     return (
         '"'
         + "".join(
-            escapes.get(c, c if ord(c) >= 32 and ord(c) != 127 else f"\\u{ord(c):04x}") for c in text
+            escapes.get(c, c if ord(c) >= 32 and ord(c) != 127 else f"\\u{ord(c):04x}")
+            for c in text
         )
         + '"'
     )

@@ -127,7 +127,9 @@ def read_table(
         key, unit = _identify(file, at, written, by_name, known)
         if key.name in found:
             raise InputError(file, at, f"{found[key.name].place} as well", "the quantity once")
-        found[key.name] = Value(_convert(file, at, key, unit, value), at, unit.symbol if unit else "")
+        found[key.name] = Value(
+            _convert(file, at, key, unit, value), at, unit.symbol if unit else ""
+        )
     for key in keys:
         if key.required and key.name not in found:
             at = f"{place}.{key.written}" if place else key.written

@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
 
 ZONE_SHARES = (0.175, 0.625)
-"""T1 and T2 of a design over its rated torque, as in the catalogues: 7 and 25 of 40 N m, size 20."""
+"""T1 and T2 of a design over its rated torque: 7 and 25 of 40 N m in the catalogue, size 20."""
 
 BACKBONE_TORQUES = 257
 """Torques at which a design is evaluated to become a backbone."""
@@ -238,9 +238,7 @@ class DesignModel:
         meshes = self._workspace.meshes
         smallest = c.ffi.new("lm_smallest_gap *")
         fault = c.fault()
-        status = c.lib.lm_find_smallest_gap(
-            meshes, self.sections, steps_per_pitch, smallest, fault
-        )
+        status = c.lib.lm_find_smallest_gap(meshes, self.sections, steps_per_pitch, smallest, fault)
         c.check(status, fault)
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
         status = c.lib.lm_check_design(self.drive, meshes, self.sections, smallest, found, fault)

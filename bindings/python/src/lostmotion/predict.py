@@ -127,7 +127,9 @@ def clearances(
         Angles from the deformation axis at which a tooth is to be placed.
     """
     found = design_model(drive).clearances(phase_rad, angles_rad)
-    radius = [np.where(r > 0, r, np.nan) for r in (found.forward_radius_mm, found.backward_radius_mm)]
+    radius = [
+        np.where(r > 0, r, np.nan) for r in (found.forward_radius_mm, found.backward_radius_mm)
+    ]
     return {
         "schema": "lostmotion.clearances/1",
         "drive": drive.name,

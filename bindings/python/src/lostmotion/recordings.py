@@ -100,13 +100,15 @@ class Finding:
 
     def __str__(self) -> str:
         """Return the finding as one sentence."""
-        place = f"{self.file}: {self.column}" + (f" (run {self.run})" if self.run is not None else "")
+        place = f"{self.file}: {self.column}" + (
+            f" (run {self.run})" if self.run is not None else ""
+        )
         return f"{place}: {self.kind.replace('_', ' ')} x {self.count}: {self.action}"
 
 
 @dataclass
 class Run:
-    """One uninterrupted recording. Columns are named by quantity and kept in SI (temperature: C)."""
+    """One uninterrupted recording. Columns are named by quantity, in SI (temperature: C)."""
 
     label: int | str
     file: str
@@ -288,12 +290,12 @@ def resolve_columns(
             )
         else:
             chosen[name.quantity.name] = (column, name)
-    for column, error in doubtful:
+    for column, doubt in doubtful:
         # A column such as torque_raw beside torque_Nm is not meant; alone it has no known unit.
         if any(column == q or column.startswith(f"{q}_") for q in chosen):
             ignored.append(column)
         else:
-            raise error
+            raise doubt
     _require(file, chosen)
     return chosen, ignored
 
@@ -302,9 +304,7 @@ def _require(file: str, chosen: Mapping[str, Any]) -> None:
     for name in ("time", "torque"):
         if name not in chosen:
             column = QUANTITIES[name].column
-            raise InputError(
-                file, column, "no such column", f"{column}, or --map COLUMN={column}"
-            )
+            raise InputError(file, column, "no such column", f"{column}, or --map COLUMN={column}")
     if "lost_motion" not in chosen and not {"input_angle", "output_angle"} <= set(chosen):
         have = [name for name in ("input_angle", "output_angle") if name in chosen]
         raise InputError(
@@ -432,7 +432,11 @@ def _run_codes(
     file: str, column: str, values: npt.NDArray[Any]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
     """Number the runs in the order of their first appearance."""
-    missing = ~np.isfinite(values) if values.dtype.kind == "f" else np.char.equal(values.astype(np.str_), "")
+    missing = (
+        ~np.isfinite(values)
+        if values.dtype.kind == "f"
+        else np.char.equal(values.astype(np.str_), "")
+    )
     if np.any(missing):
         row = int(np.flatnonzero(missing)[0]) + 1
         raise InputError(file, column, f"no label in row {row}", "an integer or text")
@@ -460,7 +464,7 @@ def _sound_run(
     def note(kind: str, column: str, count: int, action: str) -> None:
         findings.append(Finding(kind, file, column, label, count, action))
 
-    needed = [n for n in ("time", "torque", "lost_motion") if n in columns]
+    needed: list[str] = [n for n in ("time", "torque", "lost_motion") if n in columns]
     if "lost_motion" not in columns:
         needed += ["input_angle", "output_angle"]
     usable = np.ones(columns["torque"].size, dtype=bool)
@@ -510,9 +514,10 @@ def _sound_run(
 def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
     """Put back the whole turns that a wrapping encoder lost.
 
-    A step counts as a wrap when it is within a quarter turn of whole turns while the usual step is
-    below a quarter turn; faster recordings are left alone, because there a wrap cannot be told from
-    motion.
+    A step near whole turns counts as a wrap when the usual step is below a quarter turn. Where the
+    recording spans no more than one turn, the usual step is taken after putting the turns back,
+    because an encoder that rests at its seam wraps all the time. Faster recordings are left alone:
+    there a wrap cannot be told from motion.
 
     Returns
     -------
@@ -524,9 +529,14 @@ def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
     turn = 2 * np.pi
     step = np.diff(angle_rad)
     turns = np.round(step / turn)
-    wrapped = (turns != 0) & (np.abs(step - turns * turn) < WRAP_SLACK * turn)
+    remainder = np.abs(step - turns * turn)
+    wrapped = (turns != 0) & (remainder < WRAP_SLACK * turn)
     count = int(np.count_nonzero(wrapped))
-    if count == 0 or np.median(np.abs(step)) > WRAP_SLACK * turn:
+    if count == 0:
+        return angle_rad, 0
+    within_one_turn = np.ptp(angle_rad) <= turn * (1 + 1e-9)
+    usual = np.median(remainder if within_one_turn else np.abs(step))
+    if usual > WRAP_SLACK * turn:
         return angle_rad, 0
     lost = np.concatenate(([0.0], np.cumsum(np.where(wrapped, turns, 0.0))))
     return angle_rad - lost * turn, count

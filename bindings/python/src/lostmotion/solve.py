@@ -54,9 +54,9 @@ def bounded_least_squares(
 ) -> Solution:
     """Minimise a sum of squares in a box by damped Gauss-Newton steps on the normal equations.
 
-    Each step solves its quadratic model within the box exactly, so bounds become active and inactive
-    as they should. Only matrices as large as the number of unknowns are factored; the samples are
-    touched by one product each step.
+    Each step solves its quadratic model within the box exactly, so bounds become active and
+    inactive as they should. Only matrices as large as the number of unknowns are factored; the
+    samples are touched by one product each step.
 
     Parameters
     ----------
@@ -116,7 +116,11 @@ def _step(
             extra *= 10.0
     target = np.linalg.solve(factor, -gradient * scale)
     found = lsq_linear(
-        factor.T, target, bounds=(low / scale, np.maximum(high / scale, low / scale + 1e-300)),
-        method="bvls", tol=1e-12, max_iter=50 * scale.size,
+        factor.T,
+        target,
+        bounds=(low / scale, high / scale),
+        method="bvls",
+        tol=1e-12,
+        max_iter=50 * scale.size,
     )
     return np.asarray(found.x * scale)

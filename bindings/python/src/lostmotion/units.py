@@ -102,7 +102,9 @@ def _atoms() -> dict[str, Unit]:
         ("Hz", (0, 0, -1, 0, 0), 1.0, 0.0),
         ("rpm", ANGULAR_SPEED, 2 * math.pi / 60, 0.0),
     ]
-    return {symbol: Unit(symbol, *rest) for symbol, *rest in table}
+    return {
+        symbol: Unit(symbol, dimension, scale, offset) for symbol, dimension, scale, offset in table
+    }
 
 
 ATOMS = _atoms()

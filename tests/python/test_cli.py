@@ -1,0 +1,256 @@
+"""The command: statuses, one line for bad input, JSON answers, files whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conftest import BOUGHT, DATA, DRAWN
+from lostmotion import __version__, cli
+from lostmotion.cli import main
+from lostmotion.errors import LibraryError
+
+Write = Callable[..., Path]
+Capture = pytest.CaptureFixture[str]
+
+REAL = DATA / "cycloidal_locked_output"
+
+
+@pytest.fixture
+def drawn_file(write: Write) -> str:
+    return str(write(DRAWN, "drawn.toml"))
+
+
+@pytest.fixture
+def bought_file(write: Write) -> str:
+    return str(write(BOUGHT, "bought.toml"))
+
+
+def answer(capsys: Capture, *argv: str) -> dict[str, Any]:
+    capsys.readouterr()
+    assert main([*argv, "--json", "-"]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_predict_answers_in_json_alone(capsys: Capture, bought_file: str) -> None:
+    found = answer(capsys, "predict", bought_file, "--torque", "-67:67:5")
+    assert found["schema"] == "lostmotion.prediction/1"
+    assert found["torque_Nm"] == [-67, -33.5, 0, 33.5, 67]
+    total = np.array(found["total_arcmin"])
+    np.testing.assert_allclose(total, -total[::-1], atol=1e-12)
+    parts = sum(np.array(part) for part in found["parts_arcmin"].values())
+    np.testing.assert_allclose(parts, total, atol=1e-12)
+    # 2 * 0.04 * 67 N m / 31e3 N m/rad
+    assert found["reversal_lost_motion_arcmin"] == pytest.approx(0.5944, abs=1e-4)
+
+
+def test_predict_without_torques_spans_plus_and_minus_the_rated_torque(
+    capsys: Capture, drawn_file: str
+) -> None:
+    found = answer(capsys, "predict", drawn_file)
+    assert (found["torque_Nm"][0], found["torque_Nm"][-1]) == (-40, 40)
+    assert found["torque_Nm"][len(found["torque_Nm"]) // 2] == 0
+    assert found["defaults"]["design.axial_sections"] == 1
+
+
+def test_predict_prints_a_table_and_writes_the_answer(
+    capsys: Capture, drawn_file: str, tmp_path: Path
+) -> None:
+    out = tmp_path / "answer.json"
+    assert main(["predict", drawn_file, "--torque", "0:40:3", "--json", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "side clearance" in text
+    assert "reversal lost motion at +-1.6 Nm" in text
+    assert "design.material.youngs_modulus_MPa = 210000" in text
+    assert json.loads(out.read_text())["torque_Nm"] == [0, 20, 40]
+
+
+def test_predict_shows_checks_that_fail(
+    capsys: Capture, write: Write, drawn: dict[str, Any]
+) -> None:
+    drawn["design"]["teeth"]["rigid_shift"] = 2.8
+    assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
+    assert "check smallest_gap: -" in capsys.readouterr().out
+
+
+def test_clearances_at_stated_angles(capsys: Capture, drawn_file: str) -> None:
+    found = answer(capsys, "clearances", drawn_file, "--angles-deg", "-10,0,80")
+    assert found["schema"] == "lostmotion.clearances/1"
+    assert found["angle_deg"] == pytest.approx([-10, 0, 80])
+    # Reference design A: 1.531 and 0.174 arcmin; at 80 deg the teeth do not meet.
+    assert found["forward_arcmin"][:2] == pytest.approx([1.531, 0.174], abs=0.003)
+    assert found["forward_arcmin"][2] is None
+    assert found["overlap"] == [True, True, False]
+
+
+def test_clearances_by_phase_print_a_table(capsys: Capture, drawn_file: str) -> None:
+    assert main(["clearances", drawn_file, "--phase-deg", "-0.9"]) == 0
+    text = capsys.readouterr().out
+    assert " -0.90 " in text
+    assert " 0.00  " not in text
+    assert "without overlap are left out" in text
+
+
+def test_compare_reads_foreign_recordings_by_the_map_of_the_drive(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    out = tmp_path / "comparison.json"
+    argv = ["compare", str(REAL / "drive.toml"), str(REAL / "base_onyx_runin5.csv")]
+    assert main([*argv, "--json", str(out)]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""  # no progress bar in a pipe
+    for words in ("fitted", "held out by run", "noise floor", "where it fails", "not testable"):
+        assert words in captured.out
+    found = json.loads(out.read_text())
+    assert found["explained_share"] > 0.99
+    assert answer(capsys, *argv) == found
+
+
+def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
+    capsys: Capture, write: Write
+) -> None:
+    drive = write(BOUGHT | {"columns": {"T": "torque_mNm"}})
+    rows = "".join(f"{i},{i % 40},{1e-5 * (i % 40)}\n" for i in range(200))
+    data = write("time_s,T,lost_motion_rad\n" + rows, "data.csv")
+    one = answer(capsys, "compare", str(drive), str(data))
+    two = answer(capsys, "compare", str(drive), str(data), "--map", "T=torque_Nm")
+    assert two["parameters"]["play_radius_Nm"] == pytest.approx(
+        [1000 * r for r in one["parameters"]["play_radius_Nm"]]
+    )
+
+
+@pytest.mark.parametrize(
+    ("argv", "parts"),
+    [
+        (["predict"], ("DRIVE", "--help")),
+        (["predict", "{bought}", "--torques", "1"], ("unrecognized arguments",)),
+        (["predikt"], ("invalid choice: 'predikt'",)),
+        (["predict", "none.toml"], ("none.toml", "no such file", "a drive file")),
+        (["predict", "{bought}", "--torque", "1:2"], ("--torque", "'1:2'", "MIN:MAX:N")),
+        (["predict", "{bought}", "--torque", "2:1:5"], ("--torque", "MIN below MAX")),
+        (["predict", "{bought}", "--torque", "1:2:1"], ("--torque", "from 2 to 1025")),
+        (["predict", "{bought}", "--torque", "a:2:5"], ("--torque", "'a'", "a number")),
+        (["predict", "{bought}", "--torque", "nan:2:5"], ("--torque", "'nan'", "a number")),
+        (["predict", "{drawn}", "--phase-deg", "x"], ("--phase-deg", "'x'", "a number")),
+        (["predict", "{bought}", "--json", "none/a.json"], ("none/a.json", "No such file")),
+        (["clearances", "{bought}"], ("bought.toml", "design", "the geometry")),
+        (["clearances", "{drawn}", "--angles-deg", "1,,2"], ("--angles-deg", "''", "a number")),
+        (["compare", "{bought}", "none.csv"], ("none.csv", "no such file")),
+        (["compare", "{bought}", "{real}"], ("POSITION", "time_s", "no such column")),
+        (["compare", "{bought}", "{real}", "--map", "x"], ("--map", "x", "COLUMN=NAME_UNIT")),
+    ],
+)
+def test_bad_input_is_one_line_on_standard_error_and_status_2(
+    capsys: Capture,
+    drawn_file: str,
+    bought_file: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    argv: list[str],
+    parts: tuple[str, ...],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    places = {
+        "bought": bought_file,
+        "drawn": drawn_file,
+        "real": str(REAL / "base_onyx_runin5.csv"),
+    }
+    assert main([word.format(**places) for word in argv]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1
+    if parts[0] != "POSITION":
+        for part in parts:
+            assert part in captured.err
+    else:
+        assert "time_s: found no such column" in captured.err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_work_that_fails_is_status_1(
+    capsys: Capture, bought_file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise LibraryError(7, "no pair of teeth can touch")
+
+    monkeypatch.setattr(cli, "predict", fail)
+    assert main(["predict", bought_file]) == 1
+    assert capsys.readouterr().err == "lostmotion: no pair of teeth can touch\n"
+
+
+def test_an_interrupt_is_status_130(
+    capsys: Capture, bought_file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "predict", interrupt)
+    assert main(["predict", bought_file]) == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_no_command_shows_the_help(capsys: Capture) -> None:
+    assert main([]) == 2
+    assert "predict" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["predict", "clearances", "compare"])
+def test_the_help_of_each_command_has_an_example(capsys: Capture, command: str) -> None:
+    assert main([command, "--help"]) == 0
+    assert f"example: lostmotion {command} " in capsys.readouterr().out
+
+
+def test_the_version_is_that_of_the_project(capsys: Capture) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"lostmotion {__version__}\n"
+    top = (Path(__file__).parents[2] / "CMakeLists.txt").read_text()
+    assert f"project(lostmotion VERSION {__version__} " in top
+
+
+def test_the_module_runs_as_a_command_and_survives_a_closed_pipe(drawn_file: str) -> None:
+    command = [sys.executable, "-m", "lostmotion", "clearances", drawn_file]
+    whole = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert len(whole.stdout.splitlines()) > 50
+    read, write = os.pipe()
+    os.close(read)
+    closed = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert closed.returncode == 1
+    assert closed.stderr == ""
+
+
+def test_an_interrupted_process_leaves_with_130_and_no_file(tmp_path: Path) -> None:
+    out = tmp_path / "a.json"
+    drive = tmp_path / "drive.toml"
+    os.mkfifo(drive)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lostmotion", "predict", str(drive), "--json", str(out)],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    # Opening the pipe waits until the command reads from it: it is at work then.
+    with drive.open("w"):
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error == "lostmotion: interrupted\n"
+    assert not out.exists()
+
+
+def test_progress_is_drawn_on_a_terminal_only(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with cli.Progress("comparing") as progress:
+        progress(1, 2)
+    assert "comparing [###############...............] 1/2" in capsys.readouterr().err

@@ -1,0 +1,64 @@
+"""Bounded least squares agrees with scipy and lands on bounds exactly."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import least_squares, lsq_linear
+
+from lostmotion.solve import bounded_least_squares
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@settings(deadline=None)
+@given(st.integers(0, 10**6))
+def test_linear_problems_in_a_box_are_solved_like_scipy(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    a = random.normal(size=(60, 5))
+    b = a @ random.normal(size=5) + random.normal(size=60)
+    low, high = np.full(5, -0.5), np.full(5, 0.7)
+    found = bounded_least_squares(lambda x: (a @ x - b, a), np.zeros(5), low, high)
+    expected = lsq_linear(a, b, bounds=(low, high))
+    assert found.cost <= 2 * expected.cost * (1 + 1e-6)
+    assert np.all((found.x >= low) & (found.x <= high))
+
+
+def test_a_nonlinear_problem_is_solved_like_scipy() -> None:
+    t = np.linspace(0, 4, 80)
+    y = 2.5 * np.exp(-1.3 * t) + 0.4 + 0.01 * np.sin(37 * t)
+
+    def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        e = np.exp(-x[1] * t)
+        return x[0] * e + x[2] - y, np.column_stack((e, -x[0] * t * e, np.ones_like(t)))
+
+    low, high = np.array([0, 0, 0.45]), np.array([9.0, 9.0, 9.0])
+    found = bounded_least_squares(evaluate, np.array([1.0, 0.1, 1.0]), low, high)
+    expected = least_squares(
+        lambda x: evaluate(x)[0], [1.0, 0.1, 1.0], jac=lambda x: evaluate(x)[1], bounds=(low, high)
+    )
+    np.testing.assert_allclose(found.x, expected.x, rtol=1e-4)
+    assert found.at_bound.tolist() == [False, False, True]
+    assert found.x[2] == 0.45
+
+
+def test_an_unknown_that_nothing_depends_on_stays_where_it_is() -> None:
+    a = np.array([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])
+    b = np.array([2.0, 4.0, 6.1])
+    found = bounded_least_squares(
+        lambda x: (a @ x - b, a), np.array([0.0, 0.25]), np.zeros(2), np.ones(2) * 10
+    )
+    np.testing.assert_allclose(found.x[0], np.dot(a[:, 0], b) / 14, rtol=1e-6)
+    assert found.x[1] == 0.25
+
+
+def test_a_start_outside_the_box_is_brought_in() -> None:
+    def evaluate(x: FloatArray) -> tuple[FloatArray, Any]:
+        return x - 3.0, np.eye(1)
+
+    found = bounded_least_squares(evaluate, np.array([99.0]), np.zeros(1), np.full(1, 2.0))
+    assert found.x[0] == 2.0
