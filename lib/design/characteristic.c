@@ -16,7 +16,10 @@ typedef struct give_table {
   lm_real give_mm_per_N[GIVE_NODES];
 } give_table;
 
-static lm_status tabulate_give(const lm_involute_tooth *tooth, lm_real low_mm, lm_real high_mm,
+/* `own` is the flank as lm_make_geometry gives it; pitch_half is half the pitch angle when that is
+ * the flank of a SPACE, so that the tooth has what it leaves, and 0 when it is the tooth's own. */
+static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute *own,
+                               lm_real pitch_half_rad, lm_real low_mm, lm_real high_mm,
                                const lm_drive *drive, give_table *table, lm_fault *fault) {
   const lm_real width = drive->teeth.face_width_mm;
   lm_tooth_material material;
@@ -29,13 +32,12 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, lm_real low_mm, l
   table->step_mm = (high_mm - low_mm) / LM_REAL(GIVE_NODES - 1);
   for (i = 0; i < GIVE_NODES; i++) {
     const lm_real radius = low_mm + table->step_mm * LM_REAL(i);
+    const lm_involute_point at = lm_evaluate_involute(own, radius);
+    const lm_real angle = at.pressure_angle_rad - at.half_angle_rad + pitch_half_rad;
     lm_tooth_compliance tilt;
-    lm_real angle;
     lm_real rim;
-    lm_status status = lm_involute_load_angle(tooth, radius, &angle, fault);
-    if (status == LM_OK) {
-      status = lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
-    }
+    lm_status status =
+        lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
     if (status == LM_OK) {
       status =
           lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &rim, fault);
@@ -90,12 +92,13 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_
     }
     if (status == LM_OK) {
       const lm_real low = larger(g->rigid_tip_mm - w, g->flexspline_root_mm);
-      status = tabulate_give(&outward, larger(low, g->flexspline.base_mm) + hair,
-                             g->flexspline_tip_mm, drive, &give->flexspline, fault);
+      status = tabulate_give(&outward, &g->flexspline, LM_REAL(0),
+                             larger(low, g->flexspline.base_mm) + hair, g->flexspline_tip_mm, drive,
+                             &give->flexspline, fault);
     }
     if (status == LM_OK) {
-      status = tabulate_give(&inward, g->rigid_tip_mm, g->flexspline_tip_mm + w, drive,
-                             &give->rigid, fault);
+      status = tabulate_give(&inward, &g->rigid, LM_PI / LM_REAL(t->rigid_teeth), g->rigid_tip_mm,
+                             g->flexspline_tip_mm + w, drive, &give->rigid, fault);
     }
   } else {
     status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->flexspline_teeth,
@@ -107,13 +110,14 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_
                                  t->pressure_angle_rad, g->rigid_root_mm, &outward, fault);
     }
     if (status == LM_OK) {
-      status = tabulate_give(&inward, g->flexspline_tip_mm, g->rigid_tip_mm + w, drive,
-                             &give->flexspline, fault);
+      status =
+          tabulate_give(&inward, &g->flexspline, LM_PI / LM_REAL(t->flexspline_teeth),
+                        g->flexspline_tip_mm, g->rigid_tip_mm + w, drive, &give->flexspline, fault);
     }
     if (status == LM_OK) {
       const lm_real low = larger(g->flexspline_tip_mm - w, g->rigid_root_mm);
-      status = tabulate_give(&outward, larger(low, g->rigid.base_mm) + hair, g->rigid_tip_mm, drive,
-                             &give->rigid, fault);
+      status = tabulate_give(&outward, &g->rigid, LM_REAL(0), larger(low, g->rigid.base_mm) + hair,
+                             g->rigid_tip_mm, drive, &give->rigid, fault);
     }
   }
   return status;
@@ -291,26 +295,16 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
   b.contacts = w->contacts;
   b.count = 0;
   b.lobes = drive->generator.floating || drive->generator.eccentricity_mm == LM_REAL(0) ? 1 : 2;
-  /* The nearest pair over all sections first, then the list: clearances are kept for one section at
-   * a time, so a planar drive computes them once and a spatial one twice. */
   for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
-    status = lm_lobe_clearances(&w->meshes[i], phase_rad, w->clearances, LM_LOBE_TEETH_MAX, &count,
-                                fault);
-    if (status == LM_OK) {
-      find_nearest(w->clearances, count, drive->support.engagement_limit_rad, &forward, &backward);
-    }
+    status = lm_lobe_clearances(&w->meshes[i], phase_rad, w->clearances[i], LM_LOBE_TEETH_MAX,
+                                &count, fault);
+    find_nearest(w->clearances[i], count, drive->support.engagement_limit_rad, &forward, &backward);
   }
-  if (status == LM_OK && (!real_isfinite(forward.gap_rad) || !real_isfinite(backward.gap_rad))) {
+  if (status == LM_OK && !real_isfinite(forward.gap_rad + backward.gap_rad)) {
     status = refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
   }
   for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
-    if (drive->axial_sections > 1) {
-      status = lm_lobe_clearances(&w->meshes[i], phase_rad, w->clearances, LM_LOBE_TEETH_MAX,
-                                  &count, fault);
-    }
-    if (status == LM_OK) {
-      status = add_section(&b, &w->meshes[i], i, w->clearances, count, &forward, &backward, fault);
-    }
+    status = add_section(&b, &w->meshes[i], i, w->clearances[i], count, &forward, &backward, fault);
   }
   if (status == LM_OK) {
     status = lm_beam_yield(drive->support.foundation_N_per_mm2, drive->support.ring_stiffness_N_mm2,

@@ -149,19 +149,13 @@ static lm_real inward_thickness(const lm_involute *flank, lm_real radius, int te
          (LM_PI / LM_REAL(teeth) - lm_evaluate_involute(flank, radius).half_angle_rad);
 }
 
-/* The deflection of the widest axial section, and how far the free zone springs back at 90 deg. */
+/* The deflection of the widest axial section, the last one, and how far the free zone of the
+ * narrowest one, the first, springs back at 90 deg. */
 static void widest_wave(const lm_mesh meshes[], int sections, lm_real *deflection,
                         lm_real *retreat) {
   const lm_wave across = lm_evaluate_shape(&meshes[0].line.shape, HALF_PI);
-  int i;
-  *deflection = meshes[0].line.deflection_mm;
-  *retreat = *deflection;
-  for (i = 1; i < sections; i++) {
-    const lm_real w = meshes[i].line.deflection_mm;
-    *deflection = w > *deflection ? w : *deflection;
-    *retreat = w < *retreat ? w : *retreat;
-  }
-  *retreat *= real_fabs(across.radial);
+  *deflection = meshes[sections - 1].line.deflection_mm;
+  *retreat = meshes[0].line.deflection_mm * real_fabs(across.radial);
 }
 
 static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int sections,

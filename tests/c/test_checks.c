@@ -125,6 +125,35 @@ static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
   }
 }
 
+/* A shallow mesh of an elliptical cam that is nearest on the backward flank beyond the axis. */
+static void smallest_gap_may_lie_on_the_backward_flank(void) {
+  lm_drive a = reference_a();
+  lm_real least = LM_REAL(1);
+  int i;
+  a.ratio = LM_REAL(97);
+  a.teeth.module_mm = LM_REAL(0.5);
+  a.teeth.flexspline_teeth = 194;
+  a.teeth.rigid_teeth = 196;
+  a.teeth.pressure_angle_rad = LM_REAL(17.5) * DEGREE;
+  a.teeth.flexspline_shift = LM_REAL(1.0766);
+  a.teeth.rigid_shift = LM_REAL(1.3530);
+  a.teeth.tooth_height = LM_REAL(1.6198);
+  a.teeth.engagement_depth = LM_REAL(0.8124);
+  a.generator.type = LM_ELLIPSE;
+  a.generator.deflection_mm = LM_REAL(0.56757);
+  a.flexspline.rim_thickness_mm = LM_REAL(1.677);
+  a = complete(a);
+  prepare(&a, 1);
+  TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 1, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL(0, smallest.forward);
+  for (i = 0; i <= 9000; i++) {
+    const lm_clearance c = lm_tooth_clearance(&meshes[0], LM_REAL(i) * DEGREE / LM_REAL(100));
+    least = c.forward.gap_rad < least ? c.forward.gap_rad : least;
+    least = c.backward.gap_rad < least ? c.backward.gap_rad : least;
+  }
+  ASSERT_NEAR(BOUND(2e-5, 1e-3) * (double)ARCMIN, least, smallest.gap_rad);
+}
+
 /* model.md 2.6: the open end, where the wave is higher by 11 %, collides by 1.33 arcmin near the
  * axis, the inner end by 1.04 near 53 deg. */
 static void ends_of_a_short_cup_collide(void) {
@@ -183,6 +212,8 @@ static void every_check_has_a_name_and_a_unit(void) {
       TEST_ASSERT_TRUE(strcmp(lm_check_name((lm_check_id)i), lm_check_name((lm_check_id)j)) != 0);
     }
   }
+  TEST_ASSERT_EQUAL_STRING("", lm_check_name((lm_check_id)-1));
+  TEST_ASSERT_EQUAL_STRING("", lm_check_unit((lm_check_id)-1));
   TEST_ASSERT_EQUAL_STRING("", lm_check_name(LM_CHECK_COUNT));
   TEST_ASSERT_EQUAL_STRING("", lm_check_unit(LM_CHECK_COUNT));
 }
@@ -226,6 +257,7 @@ int main(void) {
   RUN_TEST(tip_thickness_of_both_gears);
   RUN_TEST(stresses_of_the_reference);
   RUN_TEST(smallest_gap_is_the_smallest_over_all_angles_and_phases);
+  RUN_TEST(smallest_gap_may_lie_on_the_backward_flank);
   RUN_TEST(ends_of_a_short_cup_collide);
   RUN_TEST(spatial_margins_are_the_narrowest);
   RUN_TEST(external_margins);

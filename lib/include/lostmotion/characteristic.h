@@ -54,7 +54,7 @@ typedef struct lm_mesh_state {
 /* Memory of one evaluation, owned by the caller; sizeof is its constant size. */
 typedef struct lm_design_workspace {
   lm_mesh meshes[LM_SECTIONS_MAX];
-  lm_clearance clearances[LM_LOBE_TEETH_MAX];
+  lm_clearance clearances[LM_SECTIONS_MAX][LM_LOBE_TEETH_MAX];
   lm_contact contacts[LM_CONTACTS_MAX];
   lm_foundation foundation;
   lm_take_up states[LM_TORQUES_MAX];
