@@ -285,3 +285,22 @@ def parse_or_skip(document: Document) -> Any:
     except InputError:
         assume(False)
         raise
+
+
+def test_two_constants_bring_reference_A_to_the_catalogue_of_size_20() -> None:
+    # Size 20, ratio above 50: 7 / 16e3, + 18 / 25e3, + 55 / 29e3 rad at 7, 25 and 80 N m.
+    catalogue = np.array([1.504, 3.979, 10.499])
+    torque = [7.0, 25.0, 80.0]
+    document = variant()
+    plain = np.array(predict(parse_drive(document), torque)["total_arcmin"])
+    assert np.all(plain > catalogue / 4)
+    assert np.all(plain < catalogue * 4)
+    # The two: c_rad of the rim's share and the stiffness of the whole torsion chain.
+    document["design"]["support"] = {"ring_factor": 7.88, "tooth_compliance_mm_per_N": 3.5e-6}
+    document["design"]["radial_chain"] = []
+    document["design"]["torsion_chain"] = [{"kind": "stiffness", "stiffness_Nm_per_rad": 4.48e4}]
+    answer = predict(parse_drive(document), torque)
+    np.testing.assert_allclose(answer["total_arcmin"], catalogue, rtol=0.03)
+    # Published with it: 6, 13 and 24 teeth a lobe; tooth bending about 1 % of the total.
+    assert answer["engaged_teeth_per_lobe"] == [6, 13, 24]
+    assert 0.005 < answer["parts_arcmin"]["tooth_bending"][2] / answer["total_arcmin"][2] < 0.05
