@@ -1,40 +1,7 @@
 #include "lostmotion/curve.h"
 
+#include "runtime/curve_kernel.h"
 #include "runtime/number.h"
-
-/* Segment of the last entry that is not above the value; 0 where all are. NaN compares false and
- * gives 0. The last knot starts no segment: with it as a base, results beyond it would differ in
- * the last bit between builds that hold more knots and builds that hold fewer. The steps are halves
- * of the number of segments down to one, written out because compilers keep the loop; they sum up
- * to the number of segments less one, so the index cannot leave the array. */
-static int32_t find_segment(const lm_curve *curve, const lm_real *rising, lm_real value) {
-  const lm_real *at = rising;
-  int32_t found;
-#if LM_CURVE_STORE > 33
-  if (at[32] <= value) {
-    at += 32;
-  }
-#endif
-#if LM_CURVE_STORE > 17
-  if (at[16] <= value) {
-    at += 16;
-  }
-#endif
-  if (at[8] <= value) {
-    at += 8;
-  }
-  if (at[4] <= value) {
-    at += 4;
-  }
-  if (at[2] <= value) {
-    at += 2;
-  }
-  if (at[1] <= value) {
-    at += 1;
-  }
-  found = (int32_t)(at - rising);
-  return found < curve->count - 2 ? found : curve->count - 2;
-}
 
 static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad, int32_t count,
                              lm_fault *fault) {
@@ -128,8 +95,7 @@ lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault) {
 }
 
 lm_real lm_evaluate_curve(const lm_curve *curve, lm_real torque_Nm) {
-  int32_t at = find_segment(curve, curve->torque_Nm, torque_Nm);
-  return curve->angle_rad[at] + curve->slope_rad_per_Nm[at] * (torque_Nm - curve->torque_Nm[at]);
+  return evaluate_curve(curve, torque_Nm);
 }
 
 lm_real lm_evaluate_curve_slope(const lm_curve *curve, lm_real torque_Nm) {

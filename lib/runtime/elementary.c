@@ -175,6 +175,12 @@ lm_real lm_hyperbolic_tangent(lm_real x) {
   return x > 0 ? size : -size;
 }
 
+lm_real lm_relaxation(lm_real x) {
+  /* Below this the difference 1 - e^-x would lose digits that the series about zero keeps. */
+  const lm_real small = LM_REAL(0.25);
+  return x < small ? -horner(exponential_series, EXPONENTIAL_TERMS, -x) : 1 - lm_exponential(-x);
+}
+
 lm_real lm_power(lm_real x, lm_real exponent) {
   return x > 0 ? lm_exponential(exponent * lm_logarithm(x)) : 0;
 }

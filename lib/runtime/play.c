@@ -1,26 +1,7 @@
 #include "lostmotion/play.h"
 
 #include "runtime/number.h"
-
-/* Index into edge_slope of the lower and the upper edge. Away from zero the band widens, so the
- * edge on the far side of the torque is the steep one. Both edges are straight lines that meet at
- * zero torque in -+radius; a product and a sum with constants are monotone in floating point too,
- * therefore a rising torque can only push the lower edge and a falling one the upper, exactly. */
-static int32_t lower_slope(lm_real torque_Nm) {
-  return torque_Nm >= 0 ? 0 : 1;
-}
-
-static int32_t upper_slope(lm_real torque_Nm) {
-  return torque_Nm >= 0 ? 1 : 0;
-}
-
-/* Written out, the eight steps cost 14 instructions each on a Cortex-M4F, in a loop 18; where size
- * counts (-Os) the loop stays. */
-#if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
-#define UNROLL _Pragma("GCC unroll 8")
-#else
-#define UNROLL
-#endif
+#include "runtime/play_kernel.h"
 
 static lm_status check_counts(int32_t count, int32_t outside_count, lm_fault *fault) {
   if (count < 0 || count > LM_PLAYS_MAX) {
@@ -42,6 +23,13 @@ static lm_status check_play(lm_real radius_Nm, lm_real widening, lm_real weight,
     status = check_range(fault, "weight", weight, 0, 1);
   }
   return status;
+}
+
+/* The widening that the steep edge's slope can hold: rounding it there first makes a bank that was
+ * written out and read back the same, bit for bit. */
+static lm_real held_widening(lm_real widening) {
+  lm_real steep = 1 + widening;
+  return steep - 1;
 }
 
 static lm_real sum_weights(const lm_play_slot *slot, int32_t from, int32_t to) {
@@ -71,9 +59,10 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   bank->outside_count = outside_count;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     lm_play_slot *slot = &bank->slot[i];
+    lm_real widening = (i < count) ? held_widening(play[i].widening) : 0;
     slot->radius_Nm = (i < count) ? play[i].radius_Nm : 0;
-    slot->edge_slope[0] = (i < count) ? 1 - play[i].widening : 1;
-    slot->edge_slope[1] = (i < count) ? 1 + play[i].widening : 1;
+    slot->edge_slope[0] = 1 - widening;
+    slot->edge_slope[1] = 1 + widening;
     slot->weight = (i < count) ? play[i].weight : 0;
   }
   bank->outside_rad_per_Nm = sum_weights(bank->slot, 0, outside_count);
@@ -164,64 +153,24 @@ void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory) {
   }
 }
 
-/* The running sum over all operators is kept as it grows, so that the part outside can be read off
- * where the places change. Outside comes first: its radians are the smaller numbers, and
- * subtracting them from the total costs the inside part no digit that matters. */
-static lm_play_sum split_sum(const lm_play_bank *bank, const lm_real *partial, lm_real torque_Nm) {
-  lm_real outside = partial[bank->outside_count];
-  lm_play_sum sum;
-  sum.outside_rad = outside - bank->outside_rad_per_Nm * torque_Nm;
-  sum.inside_Nm = (partial[LM_PLAYS_MAX] - outside) - bank->inside_share * torque_Nm;
-  return sum;
+lm_play_sum lm_advance_plays(const lm_play_bank *bank, lm_play_memory *memory, lm_real torque_Nm) {
+  return advance_plays(bank, memory, torque_Nm);
 }
 
-lm_play_sum lm_advance_plays(const lm_play_bank *bank, const lm_play_memory *before,
-                             lm_play_memory *after, lm_real torque_Nm) {
-  lm_real partial[LM_PLAYS_MAX + 1];
-  lm_real sum = 0;
-  int32_t i;
-  partial[0] = 0;
-  if (torque_Nm >= before->torque_Nm) {
-    int32_t side = lower_slope(torque_Nm);
-    UNROLL
-    for (i = 0; i < LM_PLAYS_MAX; ++i) {
-      const lm_play_slot *slot = &bank->slot[i];
-      lm_real edge_Nm = slot->edge_slope[side] * torque_Nm - slot->radius_Nm;
-      lm_real z_Nm = greatest(before->z_Nm[i], edge_Nm);
-      after->z_Nm[i] = z_Nm;
-      sum += slot->weight * z_Nm;
-      partial[i + 1] = sum;
-    }
-  } else {
-    int32_t side = upper_slope(torque_Nm);
-    UNROLL
-    for (i = 0; i < LM_PLAYS_MAX; ++i) {
-      const lm_play_slot *slot = &bank->slot[i];
-      lm_real edge_Nm = slot->edge_slope[side] * torque_Nm + slot->radius_Nm;
-      lm_real z_Nm = least(before->z_Nm[i], edge_Nm);
-      after->z_Nm[i] = z_Nm;
-      sum += slot->weight * z_Nm;
-      partial[i + 1] = sum;
-    }
-  }
-  after->torque_Nm = torque_Nm;
-  return split_sum(bank, partial, torque_Nm);
-}
-
-lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, const lm_play_memory *before,
-                                    lm_play_memory *after, lm_real torque_Nm, lm_real width_scale) {
+lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *memory,
+                                    lm_real torque_Nm, lm_real width_scale) {
   lm_real partial[LM_PLAYS_MAX + 1];
   lm_real sum = 0;
   int32_t i;
   partial[0] = 0;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     lm_real radius_Nm = width_scale * lm_find_play_radius(bank, i, torque_Nm);
-    lm_real z_Nm = clamp(before->z_Nm[i], torque_Nm - radius_Nm, torque_Nm + radius_Nm);
-    after->z_Nm[i] = z_Nm;
+    lm_real z_Nm = clamp(memory->z_Nm[i], torque_Nm - radius_Nm, torque_Nm + radius_Nm);
+    memory->z_Nm[i] = z_Nm;
     sum += bank->slot[i].weight * z_Nm;
     partial[i + 1] = sum;
   }
-  after->torque_Nm = torque_Nm;
+  memory->torque_Nm = torque_Nm;
   return split_sum(bank, partial, torque_Nm);
 }
 
@@ -229,7 +178,7 @@ void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm
                       int64_t count, lm_real *outside_rad, lm_real *inside_Nm) {
   int64_t k;
   for (k = 0; k < count; ++k) {
-    lm_play_sum sum = lm_advance_plays(bank, memory, memory, torque_Nm[k]);
+    lm_play_sum sum = lm_advance_plays(bank, memory, torque_Nm[k]);
     if (outside_rad) {
       outside_rad[k] = sum.outside_rad;
     }
@@ -248,7 +197,7 @@ void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t ope
     lm_real side = now_Nm >= 0 ? LM_REAL(1) : LM_REAL(-1);
     lm_real *row = difference_Nm + k * operators;
     for (i = 0; i < operators; ++i) {
-      lm_real widen = side * widening[i];
+      lm_real widen = side * held_widening(widening[i]);
       lm_real z =
           clamp(z_Nm[i], (1 - widen) * now_Nm - radius_Nm[i], (1 + widen) * now_Nm + radius_Nm[i]);
       z_Nm[i] = z;

@@ -9,6 +9,7 @@
  * lm_exponential         2.5e-7     1e-15     relative, between the two bounds of the argument
  * lm_logarithm           2.5e-7     5e-16     relative to the larger of |ln x| and 1
  * lm_hyperbolic_tangent  2.5e-7     5e-16
+ * lm_relaxation          2.5e-7     1e-15     relative
  * lm_power               relative, 2e-7 (1 + 4 |exponent ln x|), double 1e-15 (1 + 4 |...|)
  */
 #ifndef LOSTMOTION_ELEMENTARY_H
@@ -39,6 +40,10 @@ lm_real lm_logarithm(lm_real x);
 
 /* tanh x; NaN gives -1. */
 lm_real lm_hyperbolic_tangent(lm_real x);
+
+/* 1 - e^-x for x >= 0, exact for small x too: the part of the way that a first-order lag goes in x
+ * time constants. NaN gives 1. */
+lm_real lm_relaxation(lm_real x);
 
 /* x^exponent for x >= 0: 0 for x <= 0 and NaN, whatever the exponent; held between e^-87 and e^87
  * otherwise. */

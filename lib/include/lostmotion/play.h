@@ -96,20 +96,19 @@ void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm);
  * by hand, restored, or carried over to another bank. A z_i that is NaN goes to the lower edge. */
 void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory);
 
-/* One step to a torque [N*m], finite. `after` may be `before` (commit at once) or other memory
- * (trial: `before` stays as it was). Needs a settled memory; leaves a settled memory. The torque's
- * direction decides which edge can push, so only that one is computed. */
-lm_play_sum lm_advance_plays(const lm_play_bank *bank, const lm_play_memory *before,
-                             lm_play_memory *after, lm_real torque_Nm);
+/* One step to a torque [N*m], finite. Needs a settled memory and leaves one. The torque's direction
+ * decides which edge can push, so only that one is computed. For a trial, copy the memory first. */
+lm_play_sum lm_advance_plays(const lm_play_bank *bank, lm_play_memory *memory, lm_real torque_Nm);
 
 /* The same with every band wider by a factor (grease, temperature), which may change from step to
  * step: both edges are computed, the memory need not be settled. The bands' edges rise with the
  * torque while width_scale * widening < 1; width_scale: 0 to LM_WIDTH_SCALE_MAX. */
-lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, const lm_play_memory *before,
-                                    lm_play_memory *after, lm_real torque_Nm, lm_real width_scale);
+lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *memory,
+                                    lm_real torque_Nm, lm_real width_scale);
 
-#define LM_WIDTH_SCALE_MAX LM_REAL(100) /* cold grease doubles the width; beyond 100 is nonsense \
-                                         */
+#define LM_WIDTH_SCALE_MAX                                              \
+  LM_REAL(100) /* cold grease doubles the width; beyond 100 is nonsense \
+                */
 
 /* A whole recording: `count` torques [N*m] through a bank; the memory carries the state in and out.
  * Writes h [rad] and T_e - T [N*m] of every sample; either may be null. */

@@ -1,0 +1,20 @@
+/* A machine with an operating system: this one, or another under qemu-user. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "target.h"
+
+void target_print(const char *text) {
+  fputs(text, stdout);
+}
+
+void target_exit(int code) {
+  exit(code);
+}
+
+void target_paint_stack(void) {
+}
+
+uint32_t target_used_stack(void) {
+  return 0;
+}

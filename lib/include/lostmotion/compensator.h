@@ -1,0 +1,175 @@
+/* The compensator: what to add to the commanded output angle so that the output arrives.
+ *
+ *     correction = -lost motion, limited in position, velocity, acceleration and jerk
+ *
+ * Once a tick: fill lm_conditions with what is known, call lm_step_compensator, add
+ * `correction_rad` to the commanded output angle (or subtract it from the output angle that is
+ * computed from the input encoder; command and feedback then agree), and feed `velocity_rad_s`
+ * forward. Everything else is optional.
+ *
+ * Rules it keeps:
+ *   - The memory of the load follows the torque, never the command: a stop, an abort or a move that
+ *     is planned again loses nothing.
+ *   - Every change of the correction, also of mode or parameters, obeys the limits. Acceleration
+ *     and jerk never exceed min(limits, headroom) in size; velocity and position stay within theirs
+ *     and come back to them, at those rates, where the host narrows the headroom below where they
+ *     are. (Where jerk / (8 response) is less than the acceleration limit it takes its place, and
+ *     acceleration / (2 response) likewise for velocity: the price for not overshooting.)
+ *   - While nothing binds, a target that moves at a steady rate is followed without lag.
+ *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds.
+ *
+ * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
+ * reentrant for one instance: call its functions from one context.
+ */
+#ifndef LOSTMOTION_COMPENSATOR_H
+#define LOSTMOTION_COMPENSATOR_H
+
+#include <stdint.h>
+
+#include "lostmotion/model.h"
+#include "lostmotion/parameters.h"
+
+LM_BEGIN_DECLS
+
+/* What the correction does. The memory follows the load in every mode. */
+typedef enum lm_mode {
+  LM_MODE_RUN = 0,  /* follows the model */
+  LM_MODE_HOLD = 1, /* comes to rest and stays: homing, probing, system identification */
+  LM_MODE_RESET = 2 /* goes to zero and stays there */
+} lm_mode;
+
+/* Status bits. */
+#define LM_STATE_TORQUE_CLIPPED 1u        /* torque beyond the parameters' limit: clipped */
+#define LM_STATE_INPUT_REFUSED 2u         /* an input was not finite: replaced */
+#define LM_STATE_POSITION_LIMITED 4u      /* the target lies beyond the position limit */
+#define LM_STATE_VELOCITY_LIMITED 8u      /* the velocity limit binds */
+#define LM_STATE_ACCELERATION_LIMITED 16u /* the acceleration limit binds */
+#define LM_STATE_JERK_LIMITED 32u         /* the jerk limit binds */
+#define LM_STATE_MEMORY_UNKNOWN 64u       /* the start state is not yet wiped out by the load */
+#define LM_STATE_HOLDING 128u             /* mode HOLD */
+#define LM_STATE_RESETTING 256u           /* mode RESET */
+#define LM_STATE_FADED 512u          /* the watch has faded the correction, wholly or in part */
+#define LM_STATE_MISFIT 1024u        /* the watch finds that the model does not fit */
+#define LM_STATE_MODEL_REFUSED 2048u /* the model gave no finite angle (a user's effect) */
+#define LM_STATE_WATCH_REFUSED                                      \
+  4096u /* the last call of lm_watch_output was not finite: ignored \
+         */
+
+/* What the host has left for the correction. A headroom that is negative or NaN counts as zero;
+ * infinity leaves the limit to the parameters. */
+typedef struct lm_headroom {
+  lm_real correction_rad;
+  lm_real velocity_rad_s;
+  lm_real acceleration_rad_s2;
+  lm_real jerk_rad_s3;
+} lm_headroom;
+
+typedef struct lm_correction {
+  lm_real correction_rad;      /* to add to the commanded output angle */
+  lm_real velocity_rad_s;      /* its rate, for feed-forward */
+  lm_real acceleration_rad_s2; /* its acceleration, for feed-forward */
+  lm_real lost_motion_rad;     /* what the model says now, not limited, not faded */
+  uint32_t status;             /* LM_STATE_ bits */
+} lm_correction;
+
+/* One instance. The fields are for debuggers, not for the host. */
+typedef struct lm_compensator {
+  const lm_parameters *parameters;
+  lm_memory memory;
+  lm_real lost_motion_rad; /* the model's last finite answer */
+  /* limiter */
+  lm_real target_rad;
+  lm_real correction_rad;
+  lm_real velocity_rad_s;
+  lm_real acceleration_rad_s2;
+  /* bounds in force: the parameters' limits narrowed by the headroom */
+  lm_real correction_max_rad;
+  lm_real velocity_max_rad_s;
+  lm_real acceleration_max_rad_s2;
+  lm_real jerk_step_rad_s2; /* change of the acceleration in one tick */
+  /* rates of the limiter's stages */
+  lm_real lead_ticks;         /* 1 / (response * period) */
+  lm_real velocity_per_s;     /* position to velocity: response */
+  lm_real acceleration_per_s; /* velocity to acceleration: 4 response */
+  lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
+  /* range of the load since a start with unknown memory */
+  lm_real lowest_Nm;
+  lm_real highest_Nm;
+  /* watch */
+  lm_real gain; /* 0 to 1 */
+  lm_real mean_measured_rad;
+  lm_real mean_residual_rad;
+  lm_real power_measured_rad2;
+  lm_real power_residual_rad2;
+  int32_t watching; /* the watch has seen its first sample */
+  lm_mode mode;
+  uint32_t standing; /* status bits that last: mode, watch, memory */
+} lm_compensator;
+
+/* Starts an instance at a torque [N*m] (the gap profile: commanded angle, rad), correction zero,
+ * mode RUN, history unknown: plays in the middle of their bands, the bound on what that may be
+ * wrong by is lm_bound_uncertainty. Parameters are checked here and stay the caller's.
+ * Errors: LM_NULL and those of lm_check_parameters. */
+lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
+                               lm_real torque_Nm, lm_fault *fault);
+
+/* One tick: the model steps, the correction moves. */
+lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
+
+/* From the next step on, until it is called again (every tick, if the host likes): what is left for
+ * the correction. Never lifts the parameters' limits. Null: those alone. */
+void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom);
+
+/* From the next step on. A value outside the enumeration counts as LM_MODE_RESET. */
+void lm_set_mode(lm_compensator *compensator, lm_mode mode);
+
+/* Declares the history known: the load has rested at zero since the drive was assembled, or the
+ * host has just driven a full cycle. */
+void lm_declare_memory_known(lm_compensator *compensator);
+
+/* How far [rad] the lost motion of backbone and friction may be off, either way, because the
+ * history before the start is unknown: every play may have stood anywhere in its band. Shrinks as
+ * the load moves and is zero, for good, once the load has swept widely enough; the call that finds
+ * it so clears LM_STATE_MEMORY_UNKNOWN. Bands that temperature widened count with their widest
+ * since the start. Slow work: a few times a second is plenty. */
+lm_real lm_bound_uncertainty(lm_compensator *compensator);
+
+/* New parameters without a step in the correction: it moves to the new target within the limits.
+ * Plays keep their place as far as the new bands allow. The headroom is that of the new parameters
+ * until it is set again.
+ * Errors: LM_NULL and those of lm_check_parameters; then nothing has changed. */
+lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
+                               lm_fault *fault);
+
+/* Tells the compensator what the lost motion really was: output_angle - input_angle / ratio [rad],
+ * any constant offset, `elapsed_s` after the call before. At any rate slower than the tick.
+ *
+ * Compares, over the watch's window and without means, the power of the measured lost motion with
+ * that of what the model leaves of it. While the model leaves more than it takes, the correction
+ * fades out over fade_s; while it leaves less (or no more than the noise), it fades in again.
+ * Not finite, or elapsed_s not positive: ignored, LM_STATE_WATCH_REFUSED until the next call. */
+void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_real elapsed_s);
+
+/* The history in a form that outlives power-down: copy it to non-volatile memory as it is. */
+typedef struct lm_saved {
+  uint32_t format;      /* of this struct */
+  uint32_t fingerprint; /* of the parameters it belongs to */
+  lm_memory memory;
+  lm_real lowest_Nm;
+  lm_real highest_Nm;
+  uint32_t unknown; /* LM_STATE_MEMORY_UNKNOWN or 0 */
+  uint32_t crc;     /* of all before it */
+} lm_saved;
+
+void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved);
+
+/* Takes a saved history over; the correction stays where it is and moves within the limits. The
+ * load must not have changed its direction unseen since: if it may have, start afresh instead.
+ * Errors: LM_NULL; LM_CORRUPT ("crc", "format"); LM_INCONSISTENT ("fingerprint": saved with other
+ * parameters). Then nothing has changed. */
+lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
+                                 lm_fault *fault);
+
+LM_END_DECLS
+
+#endif

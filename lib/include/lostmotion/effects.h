@@ -1,0 +1,187 @@
+/* Secondary effects: one small interface for all of them, the library's and the user's own.
+ *
+ * An effect is a constant `lm_effect`: a function of its values, its memory and the conditions of
+ * the moment, and what is known about it. The function returns one number:
+ *
+ *     LM_EFFECT_TORQUE   what it adds to the torque, N*m (sensor offset, scale)
+ *     LM_EFFECT_WIDTH    the factor by which it widens the friction bands (grease, temperature)
+ *     LM_EFFECT_ANGLE    what it adds to the lost motion, rad (everything else)
+ *
+ * The same compiled function runs over whole recordings on the desktop (lm_run_effect) and once a
+ * tick on the controller. An effect that is not named in the parameters is not linked.
+ *
+ * A user's own effect is one more constant `lm_effect` in a file of the user's own, named in the
+ * parameters (C header) or in the table handed to lm_load_parameters (binary). The function must
+ * return a finite number for finite inputs, must not loop without a bound, and keeps whatever it
+ * must remember in `memory`, which starts at zero.
+ *
+ * Twenty-seven effects come with the library, one file each under lib/runtime/effects/.
+ */
+#ifndef LOSTMOTION_EFFECTS_H
+#define LOSTMOTION_EFFECTS_H
+
+#include <stdint.h>
+
+#include "lostmotion/elementary.h"
+#include "lostmotion/profile.h"
+#include "lostmotion/real.h"
+#include "lostmotion/status.h"
+
+LM_BEGIN_DECLS
+
+#ifndef LM_EFFECT_CARDS
+#define LM_EFFECT_CARDS 1 /* 0 or 1: link the effects' descriptions (text); 0 on a controller */
+#endif
+#if LM_EFFECT_CARDS < 0 || LM_EFFECT_CARDS > 1
+#error "lostmotion: LM_EFFECT_CARDS must be 0 or 1"
+#endif
+
+#define LM_EFFECT_VALUES_MAX 6                 /* values of one effect */
+#define LM_EFFECT_COUNT 27                     /* effects of the library */
+#define LM_REFERENCE_TEMPERATURE_C LM_REAL(20) /* where thermal effects are nothing */
+
+/* The moment, as far as the host knows it. All finite. What is not known stays at zero (the
+ * temperature at LM_REFERENCE_TEMPERATURE_C), which switches the effects that need it off. */
+typedef struct lm_conditions {
+  lm_real torque_Nm;        /* external torque on the output shaft */
+  lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn where it turns far */
+  lm_real output_angle_rad; /* of the output shaft; the gap profile's model is driven by it */
+  lm_real input_velocity_rad_s;
+  lm_real output_acceleration_rad_s2;
+  lm_real temperature_C;
+  lm_real cycles; /* load cycles so far */
+  lm_real tilt_moment_Nm;
+  lm_real axial_force_N;
+  lm_real elapsed_s;   /* since the sample before */
+  lm_real elastic_rad; /* backbone and friction at the torque; the model fills it in */
+} lm_conditions;
+
+/* Bits of `covariates`: the conditions an effect needs beside the torque. */
+#define LM_NEEDS_TORQUE 1u
+#define LM_NEEDS_INPUT_ANGLE 2u
+#define LM_NEEDS_OUTPUT_ANGLE 4u
+#define LM_NEEDS_INPUT_VELOCITY 8u
+#define LM_NEEDS_OUTPUT_ACCELERATION 16u
+#define LM_NEEDS_TEMPERATURE 32u
+#define LM_NEEDS_CYCLES 64u
+#define LM_NEEDS_TILT_MOMENT 128u
+#define LM_NEEDS_AXIAL_FORCE 256u
+#define LM_NEEDS_TIME 512u
+
+/* What the number is that an effect returns; parameters list effects in this order. */
+typedef enum lm_effect_kind {
+  LM_EFFECT_TORQUE = 0,
+  LM_EFFECT_WIDTH = 1,
+  LM_EFFECT_ANGLE = 2
+} lm_effect_kind;
+
+/* How a value enters, for whoever fits it. */
+typedef enum lm_value_role {
+  LM_VALUE_LINEAR = 0, /* the result is proportional to it, the other linear ones held at zero */
+  LM_VALUE_SHAPE = 1,  /* enters in another way */
+  LM_VALUE_GIVEN = 2   /* known of the drive (its ratio, say), not to be fitted */
+} lm_value_role;
+
+typedef struct lm_effect_value {
+  const char *name; /* with its unit as suffix */
+  lm_value_role role;
+  lm_real typical; /* for a size 20 drive of ratio 100 */
+} lm_effect_value;
+
+/* What a person wants to know of an effect. */
+typedef struct lm_effect_card {
+  const char *name;          /* as in drive files */
+  const char *mechanism;     /* one sentence */
+  const char *equation;      /* in the names of values and conditions */
+  const char *typical_size;  /* for a size 20 drive of ratio 100 */
+  const char *confused_with; /* names of effects that look alike, separated by commas */
+  const char *experiment;    /* what tells them apart */
+  lm_effect_value value[LM_EFFECT_VALUES_MAX];
+} lm_effect_card;
+
+/* Values, memory (starts at zero) and moment in, one number out. */
+typedef lm_real lm_effect_function(const lm_real *value, lm_real *memory, const lm_conditions *at);
+
+typedef struct lm_effect {
+  uint32_t id; /* CRC-32 of the name: what binary parameters carry */
+  lm_effect_kind kind;
+  int32_t value_count;  /* 1 to LM_EFFECT_VALUES_MAX */
+  int32_t memory_count; /* numbers of memory it needs */
+  uint32_t covariates;  /* LM_NEEDS_ bits */
+  lm_effect_function *run;
+  lm_real bound[LM_EFFECT_VALUES_MAX][2]; /* least and greatest of each value */
+  const lm_effect_card *card;             /* null where LM_EFFECT_CARDS is 0 */
+} lm_effect;
+
+#if LM_EFFECT_CARDS
+#define LM_EFFECT_CARD(card) (&(card))
+#else
+#define LM_EFFECT_CARD(card) 0
+#endif
+
+/* The library's effects in the order of their names; listing the table links them all. */
+extern const lm_effect *const lm_effects[LM_EFFECT_COUNT];
+
+extern const lm_effect lm_effect_asymmetric_stiffness;
+extern const lm_effect lm_effect_axial_shift;
+extern const lm_effect lm_effect_creep;
+extern const lm_effect lm_effect_free_play;
+extern const lm_effect lm_effect_inertia;
+extern const lm_effect lm_effect_input_coupling_play;
+extern const lm_effect lm_effect_input_lock_compliance;
+extern const lm_effect lm_effect_kinematic_error;
+extern const lm_effect lm_effect_kinematic_sideband;
+extern const lm_effect lm_effect_load_dependent_friction;
+extern const lm_effect lm_effect_lobe_eccentricity;
+extern const lm_effect lm_effect_output_eccentricity;
+extern const lm_effect lm_effect_output_tilt;
+extern const lm_effect lm_effect_ratcheting;
+extern const lm_effect lm_effect_sensor_lag;
+extern const lm_effect lm_effect_soft_windup;
+extern const lm_effect lm_effect_stiffening;
+extern const lm_effect lm_effect_stiffness_modulation;
+extern const lm_effect lm_effect_stribeck_friction;
+extern const lm_effect lm_effect_thermal_drift;
+extern const lm_effect lm_effect_thermal_friction;
+extern const lm_effect lm_effect_thermal_gap;
+extern const lm_effect lm_effect_thermal_stiffness;
+extern const lm_effect lm_effect_torque_offset;
+extern const lm_effect lm_effect_torque_scale;
+extern const lm_effect lm_effect_viscous_friction;
+extern const lm_effect lm_effect_wear;
+
+/* The effect with an id, or null, in a table of `count` pointers. */
+const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, uint32_t id);
+
+/* Checks values [effect->value_count] against the effect's bounds.
+ * Errors: LM_NULL; LM_NOT_FINITE, LM_OUT_OF_RANGE with the fault "value" (low and high are its
+ * bounds) or, where the cards are linked, the value's name. */
+lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_fault *fault);
+
+/* Columns of a recording, each of `count` samples or null where it was not measured. */
+typedef struct lm_recording {
+  int64_t count;
+  const lm_real *torque_Nm;
+  const lm_real *input_angle_rad;
+  const lm_real *output_angle_rad;
+  const lm_real *input_velocity_rad_s;
+  const lm_real *output_acceleration_rad_s2;
+  const lm_real *temperature_C;
+  const lm_real *cycles;
+  const lm_real *tilt_moment_Nm;
+  const lm_real *axial_force_N;
+  const lm_real *elapsed_s;
+  const lm_real *elastic_rad;
+} lm_recording;
+
+/* The moment at sample k; columns that are null give zero, the temperature its reference. */
+lm_conditions lm_read_conditions(const lm_recording *recording, int64_t k);
+
+/* An effect over a whole recording: result[count] in the effect's own unit. memory carries its
+ * state in and out; zero it before the first recording. */
+void lm_run_effect(const lm_effect *effect, const lm_real *value, lm_real *memory,
+                   const lm_recording *recording, lm_real *result);
+
+LM_END_DECLS
+
+#endif

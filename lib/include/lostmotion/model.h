@@ -1,0 +1,85 @@
+/* The model on the controller: torque history and conditions in, lost motion out.
+ *
+ *     T      = clip(torque + torque effects)
+ *     T_e, h = plays(T, memory)                 friction inside and outside the elasticity
+ *     angle  = backbone(T_e) + h + angle effects
+ *
+ * Sign: a positive external torque on the output gives a positive lost motion,
+ * lost_motion = output_angle - input_angle / ratio.
+ *
+ * In the gap profile the model is one play driven by the commanded output angle:
+ * angle = z - output_angle, which lies within +- the half gap.
+ *
+ * lm_evaluate_model is pure: it reads one memory and writes another; committing is copying the
+ * struct. lm_step_model does both at once. Nothing here is static; any number of memories may share
+ * one set of parameters.
+ *
+ * Parameters must have passed lm_check_parameters. Conditions need not be finite: a torque that is
+ * NaN counts as the torque before it, other conditions that are not finite as not known; torque is
+ * clipped at the limit of the parameters. The result is finite as long as user effects are.
+ *
+ * Cost: constant but for the effects at work, which add their own.
+ */
+#ifndef LOSTMOTION_MODEL_H
+#define LOSTMOTION_MODEL_H
+
+#include <stdint.h>
+
+#include "lostmotion/effects.h"
+#include "lostmotion/parameters.h"
+#include "lostmotion/play.h"
+
+LM_BEGIN_DECLS
+
+/* All that the model remembers of one drive. A plain struct: copy it, store it, compare it. */
+typedef struct lm_memory {
+  lm_play_memory plays;
+#if LM_EFFECTS_MAX > 0
+  lm_real width_scale; /* largest factor on the friction bands since the start */
+#endif
+#if LM_EFFECT_MEMORY_MAX > 0
+  lm_real effect[LM_EFFECT_MEMORY_MAX];
+#endif
+} lm_memory;
+
+/* The memory of a drive that has rested at a torque [N*m] (the gap profile: at a commanded angle):
+ * every play in the middle of its band, every effect's memory zero. */
+void lm_start_model(lm_memory *memory, lm_real torque_Nm);
+
+/* Makes any memory fit the parameters: plays pulled into their bands, what is not finite put to
+ * rest. For a memory that was restored, or carried over from other parameters. */
+void lm_settle_model(const lm_parameters *parameters, lm_memory *memory);
+
+/* Lost motion [rad] at the conditions, after the history in `memory`, which then includes them. The
+ * hot path. */
+lm_real lm_step_model(const lm_parameters *parameters, lm_memory *memory, const lm_conditions *at);
+
+/* The same without committing: `memory` stays as it was, the history with this moment goes to
+ * `trial`. To accept, copy: memory = trial. */
+lm_real lm_evaluate_model(const lm_parameters *parameters, const lm_memory *memory,
+                          lm_memory *trial, const lm_conditions *at);
+
+#if LM_PROFILE != LM_PROFILE_GAP
+/* The inverse: the torque [N*m] at which lm_evaluate_model would give `angle_rad`, all other
+ * conditions as in `at`. The memory is left alone. Bisection of a fixed number of steps between
+ * +-torque limit, and a straight line in the end.
+ *
+ * The torque comes back within  2^-23 limit + 8 e (angle + sum c limit) / ((1 - sum w) s - sum c)
+ * of what went in, with s the least slope and e the rounding 6e-8 (in double 2^-52 and 1.2e-16),
+ * where the model rises strictly; effects at work must keep it rising.
+ * Errors: LM_NULL, LM_NOT_FINITE ("angle_rad"), LM_OUT_OF_RANGE: no torque within the limit gives
+ * that angle (the fault says which angles there are). */
+lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memory,
+                          const lm_conditions *at, lm_real angle_rad, lm_real *torque_Nm,
+                          lm_fault *fault);
+#endif
+
+/* A whole recording, sample by sample; the memory carries the history in and out. Columns of the
+ * recording that are null count as not measured, elastic_rad is not read. Writes angle_rad[count].
+ */
+void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_recording *recording,
+                  lm_real *angle_rad);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,112 @@
+/* Everything a controller must know of one drive, in one constant struct.
+ *
+ * `lostmotion export` writes it as a C header (a `static const lm_parameters` that lives in flash)
+ * or as a binary blob that lm_load_parameters turns into the same struct. lm_check_parameters
+ * accepts or refuses it once, with a reason; from then on it is trusted.
+ *
+ * Binary form, little-endian, every number IEEE 754 binary32 or uint32:
+ *
+ *     "LMP1"                     4 bytes
+ *     endianness mark            0x01020304
+ *     format                     LM_PARAMETERS_FORMAT
+ *     length                     bytes in all
+ *     torque limit
+ *     curve      count, then torque and angle of each knot
+ *     plays      count, outside count, then radius, widening, weight of each
+ *     effects    count, then of each: id, number of values, values
+ *     limits     the six of lm_limits
+ *     watch      the four of lm_watch
+ *     CRC-32     of all bytes before it (IEEE 802.3, as zlib computes it)
+ */
+#ifndef LOSTMOTION_PARAMETERS_H
+#define LOSTMOTION_PARAMETERS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "lostmotion/curve.h"
+#include "lostmotion/effects.h"
+#include "lostmotion/play.h"
+#include "lostmotion/profile.h"
+#include "lostmotion/real.h"
+#include "lostmotion/status.h"
+
+LM_BEGIN_DECLS
+
+#define LM_PARAMETERS_FORMAT 1u /* of the struct and of the binary form */
+
+/* How fast the correction may move; see compensator.h. All greater than zero. */
+typedef struct lm_limits {
+  lm_real period_s;       /* between two calls of lm_step_compensator, at most 1 */
+  lm_real correction_rad; /* largest correction, at most 1 */
+  lm_real velocity_rad_s; /* of the correction, on the output */
+  lm_real acceleration_rad_s2;
+  lm_real jerk_rad_s3;
+  lm_real response_per_s; /* how fast a difference is worked off, at most 1 / (16 period) */
+} lm_limits;
+
+/* When the correction is faded out; see lm_watch_output. */
+typedef struct lm_watch {
+  lm_real window_s;   /* time over which errors are averaged, > 0 */
+  lm_real fade_s;     /* time to fade fully out or in, > 0 */
+  lm_real noise_rad;  /* rms that measurement noise alone has, >= 0 */
+  lm_real misfit_rad; /* rms beyond which the model is reported not to fit, >= noise_rad */
+} lm_watch;
+
+/* One effect at work: which, and its values in the order of its card. */
+typedef struct lm_effect_use {
+  const lm_effect *effect;
+  lm_real value[LM_EFFECT_VALUES_MAX];
+} lm_effect_use;
+
+typedef struct lm_parameters {
+  uint32_t format;         /* LM_PARAMETERS_FORMAT */
+  uint32_t fingerprint;    /* CRC-32 of the binary form; tells one set of parameters from another */
+  lm_real torque_limit_Nm; /* torque beyond it, either sign, is clipped; 0 < limit <= 1e6.
+                            * Gap profile: the largest commanded angle, rad */
+  lm_limits limits;
+  lm_watch watch;
+  lm_play_bank plays;
+#if LM_PROFILE != LM_PROFILE_GAP
+  lm_curve curve;
+#endif
+#if LM_EFFECTS_MAX > 0
+  int32_t effect_count;
+  lm_effect_use effect[LM_EFFECTS_MAX]; /* in the order torque, width, angle */
+#endif
+} lm_parameters;
+
+#define LM_TORQUE_LIMIT_MAX_NM LM_REAL(1e6)
+
+/* Bytes of the largest binary form. */
+#define LM_BLOB_BYTES_MAX                                             \
+  (16 + 4 + 4 + 8 * LM_CURVE_POINTS_MAX + 8 + 12 * LM_PLAYS_MAX + 4 + \
+   (8 + 4 * LM_EFFECT_VALUES_MAX) * LM_EFFECTS_MAX + 24 + 16 + 4)
+
+/* Accepts parameters or says what is wrong with them: format, every range above, the curve
+ * (lm_check_curve), the plays against the curve's least slope (lm_check_play_bank), and the
+ * effects: values in bounds, order of kinds, memory in all at most LM_EFFECT_MEMORY_MAX.
+ * Errors: LM_NULL, LM_CORRUPT (format), and those of the checks named. */
+lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault);
+
+/* Reads the binary form. table[table_count]: the effects that may occur (lm_effects for all of the
+ * library's; may be null where table_count is 0). Any bytes at all may be given.
+ * Errors: LM_NULL; LM_CORRUPT with the fault "magic", "endianness", "format", "length", "crc" or
+ * "effect" (an id that is not in the table); LM_TOO_SMALL ("count": built for less); those of
+ * lm_check_parameters. On an error after "crc" the struct has been written to and is marked
+ * unusable (format 0). Stack: small; the struct is filled in place. */
+lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, size_t length,
+                             const lm_effect *const *table, int32_t table_count, lm_fault *fault);
+
+/* Writes the binary form of checked parameters into bytes[capacity] and its length into *length.
+ * The fingerprint of the loaded result is the CRC in its last four bytes.
+ * Errors: LM_NULL, LM_TOO_SMALL ("capacity", with what is needed). */
+lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, size_t capacity,
+                              size_t *length, lm_fault *fault);
+
+/* CRC-32 (IEEE 802.3) of bytes; `before` is 0, or the CRC of what came before them. */
+uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,56 @@
+/* Where the torque comes from when no sensor measures it.
+ *
+ * The model wants the external torque on the output shaft, positive in the direction of a positive
+ * output angle. Three sources: a sensor (nothing to do here), the motor current
+ * (lm_estimate_torque), or nothing but the commanded motion (lm_guess_torque). Everything here is
+ * pure but for the one number of memory that the guess carries.
+ */
+#ifndef LOSTMOTION_TORQUE_H
+#define LOSTMOTION_TORQUE_H
+
+#include "lostmotion/real.h"
+
+LM_BEGIN_DECLS
+
+/* A motor with its gear. Friction numbers are on the motor's side. */
+typedef struct lm_motor {
+  lm_real torque_constant_Nm_per_A;
+  lm_real ratio;               /* signed; not zero */
+  lm_real efficiency;          /* of the gear, 0 < efficiency <= 1 */
+  lm_real rotor_inertia_kg_m2; /* rotor, coupling and wave generator */
+  lm_real coulomb_Nm;
+  lm_real viscous_Nm_s;
+  lm_real standstill_rad_s; /* below this speed friction and efficiency are blended out, > 0 */
+} lm_motor;
+
+/* External torque on the output [N*m] from the motor's current [A], velocity [rad/s] and
+ * acceleration [rad/s^2].
+ *
+ *     rotor    = k i - J a - friction(v)            what reaches the gear, motor side
+ *     external = -rotor * ratio * efficiency        where power flows to the load
+ *              = -rotor * ratio / efficiency        where the load drives the motor
+ *
+ * Quasi-static on the output: what the gear delivers, the load takes. At standstill the factor is
+ * 1: which way the friction points is not known there, and the torque is uncertain by coulomb_Nm *
+ * ratio and by the efficiency. Not finite in, not finite out: the compensator refuses it. */
+lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real velocity_rad_s,
+                           lm_real acceleration_rad_s2);
+
+/* What is known when only the command is: a load that resists motion, and a bias such as gravity.
+ */
+typedef struct lm_load_guess {
+  lm_real friction_Nm;          /* torque with which the load resists, >= 0 */
+  lm_real stiffness_Nm_per_rad; /* how soon after a reversal it does so; friction / stiffness is the
+                                 * reversal dead band, > 0 */
+} lm_load_guess;
+
+/* External torque on the output [N*m] guessed from the command. *resisting_Nm (memory, starts at 0)
+ * is the load's resistance: it moves against the commanded output angle with the given stiffness
+ * and saturates at +-friction, so that noise and hovering below the dead band do not flip it.
+ * bias_Nm: what the host knows besides (gravity, 0 if nothing). Not finite: the memory stays. */
+lm_real lm_guess_torque(const lm_load_guess *guess, lm_real *resisting_Nm, lm_real moved_rad,
+                        lm_real bias_Nm);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,361 @@
+#include "lostmotion/compensator.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "runtime/model_kernel.h"
+#include "runtime/number.h"
+
+#define SAVED_FORMAT 1u
+
+/* A measured lost motion beyond this many turns is not one. It keeps the powers finite. */
+#define LOST_MOTION_MAX_RAD LM_REAL(1000)
+
+/* The three stages of the limiter, position to velocity to acceleration to jerk, each four times as
+ * fast as the one before. Then each stage approaches its bound without passing it:
+ *
+ * Let a be the acceleration after a tick, v the velocity, V its bound, k2 the second rate, k3 the
+ * third, all in ticks, and suppose a <= 2 k2 (V - v). The next acceleration is at most
+ * (1 - k3) a + k3 k2 (V - v), and with k3 = 4 k2 that keeps the supposition true, so v <= V for
+ * ever. Where the jerk limit binds it needs jerk >= 2 k2 a besides, hence the acceleration is held
+ * below jerk / (2 k2) = jerk / (8 response). The same argument one stage up holds the velocity
+ * below acceleration / (2 response). */
+#define STAGE_RATIO LM_REAL(4)
+
+/* min(limit, headroom); zero for a headroom that is negative or NaN. */
+static lm_real narrow(lm_real limit, lm_real headroom) {
+  return clamp(headroom, 0, limit);
+}
+
+void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
+  const lm_limits *limits = &compensator->parameters->limits;
+  lm_real jerk_rad_s3 = limits->jerk_rad_s3;
+  lm_real response_per_s = limits->response_per_s;
+  compensator->correction_max_rad = limits->correction_rad;
+  compensator->velocity_max_rad_s = limits->velocity_rad_s;
+  compensator->acceleration_max_rad_s2 = limits->acceleration_rad_s2;
+  if (headroom) {
+    jerk_rad_s3 = narrow(jerk_rad_s3, headroom->jerk_rad_s3);
+    compensator->correction_max_rad =
+        narrow(compensator->correction_max_rad, headroom->correction_rad);
+    compensator->velocity_max_rad_s =
+        narrow(compensator->velocity_max_rad_s, headroom->velocity_rad_s);
+    compensator->acceleration_max_rad_s2 =
+        narrow(compensator->acceleration_max_rad_s2, headroom->acceleration_rad_s2);
+  }
+  compensator->jerk_step_rad_s2 = jerk_rad_s3 * limits->period_s;
+  compensator->acceleration_max_rad_s2 =
+      least(compensator->acceleration_max_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
+  compensator->velocity_max_rad_s = least(
+      compensator->velocity_max_rad_s, compensator->acceleration_max_rad_s2 / (2 * response_per_s));
+}
+
+static void prepare(lm_compensator *compensator) {
+  const lm_limits *limits = &compensator->parameters->limits;
+  lm_real response_per_s = limits->response_per_s;
+  lm_real tick = response_per_s * limits->period_s;
+  compensator->lead_ticks = 1 / tick;
+  compensator->velocity_per_s = response_per_s;
+  compensator->acceleration_per_s = STAGE_RATIO * response_per_s;
+  compensator->jerk_share = least(STAGE_RATIO * STAGE_RATIO * tick, 1);
+  lm_set_headroom(compensator, 0);
+}
+
+static void forget(lm_compensator *compensator) {
+  lm_real torque_Nm = compensator->memory.plays.torque_Nm;
+  compensator->lowest_Nm = torque_Nm;
+  compensator->highest_Nm = torque_Nm;
+  compensator->standing |= LM_STATE_MEMORY_UNKNOWN;
+}
+
+lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
+                               lm_real torque_Nm, lm_fault *fault) {
+  lm_status status;
+  if (!compensator) {
+    return refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+  }
+  status = lm_check_parameters(parameters, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  memset(compensator, 0, sizeof *compensator);
+  compensator->parameters = parameters;
+  compensator->gain = 1;
+  lm_start_model(&compensator->memory, torque_Nm);
+  lm_settle_model(parameters, &compensator->memory);
+  forget(compensator);
+  prepare(compensator);
+  return LM_OK;
+}
+
+/* The wish, or the bound it passes, and then the status bit that says so; NaN gives the lower
+ * bound.
+ */
+static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) {
+  if (is_within(wish, most)) {
+    return wish;
+  }
+  *status |= bit;
+  return wish > 0 ? most : -most;
+}
+
+static uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
+  const lm_limits *limits = &c->parameters->limits;
+  lm_real period_s = limits->period_s;
+  /* Aiming ahead by what the target moves in 1 / response makes up for the first stage's lag. */
+  lm_real aim_rad = hold(target_rad + (target_rad - c->target_rad) * c->lead_ticks,
+                         c->correction_max_rad, LM_STATE_POSITION_LIMITED, &status);
+  lm_real velocity = hold((aim_rad - c->correction_rad) * c->velocity_per_s, c->velocity_max_rad_s,
+                          LM_STATE_VELOCITY_LIMITED, &status);
+  lm_real acceleration = hold((velocity - c->velocity_rad_s) * c->acceleration_per_s,
+                              c->acceleration_max_rad_s2, LM_STATE_ACCELERATION_LIMITED, &status);
+  lm_real change = hold((acceleration - c->acceleration_rad_s2) * c->jerk_share,
+                        c->jerk_step_rad_s2, LM_STATE_JERK_LIMITED, &status);
+  c->target_rad = target_rad;
+  c->acceleration_rad_s2 += change;
+  c->velocity_rad_s += c->acceleration_rad_s2 * period_s;
+  c->correction_rad = hold(c->correction_rad + c->velocity_rad_s * period_s, limits->correction_rad,
+                           LM_STATE_POSITION_LIMITED, &status);
+  return status;
+}
+
+#if LM_EFFECTS_MAX > 0
+/* A number less itself is zero unless it is not finite. */
+static int all_finite(const lm_conditions *at) {
+  lm_real sum = (at->input_angle_rad - at->input_angle_rad) +
+                (at->output_angle_rad - at->output_angle_rad) +
+                (at->input_velocity_rad_s - at->input_velocity_rad_s) +
+                (at->output_acceleration_rad_s2 - at->output_acceleration_rad_s2) +
+                (at->temperature_C - at->temperature_C) + (at->cycles - at->cycles) +
+                (at->tilt_moment_Nm - at->tilt_moment_Nm) +
+                (at->axial_force_N - at->axial_force_N) + (at->elapsed_s - at->elapsed_s);
+  return sum == 0;
+}
+#endif
+
+lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at) {
+  lm_correction result;
+  const lm_parameters *parameters = compensator->parameters;
+  lm_play_memory *plays = &compensator->memory.plays;
+  lm_real input = model_input(at);
+  lm_real target_rad = compensator->target_rad;
+  lm_real angle_rad;
+  uint32_t status = compensator->standing;
+  if (!is_within(input, parameters->torque_limit_Nm)) {
+    status |= is_finite(input) ? LM_STATE_TORQUE_CLIPPED : LM_STATE_INPUT_REFUSED;
+    input = believe(input, plays->torque_Nm, parameters->torque_limit_Nm);
+  }
+#if LM_EFFECTS_MAX > 0
+  if (parameters->effect_count > 0) {
+    status |= all_finite(at) ? 0u : LM_STATE_INPUT_REFUSED;
+    angle_rad = lm_step_model(parameters, &compensator->memory, at);
+  } else
+#endif
+  {
+    angle_rad = step_plain(parameters, &compensator->memory, input);
+  }
+  if (status & LM_STATE_MEMORY_UNKNOWN) {
+    if (is_greater(compensator->lowest_Nm, plays->torque_Nm)) {
+      compensator->lowest_Nm = plays->torque_Nm;
+    }
+    if (is_greater(plays->torque_Nm, compensator->highest_Nm)) {
+      compensator->highest_Nm = plays->torque_Nm;
+    }
+  }
+  if (is_within(angle_rad, LOST_MOTION_MAX_RAD)) {
+    compensator->lost_motion_rad = angle_rad;
+  } else {
+    status |= LM_STATE_MODEL_REFUSED;
+  }
+  if (compensator->mode == LM_MODE_RUN) {
+    target_rad = -compensator->gain * compensator->lost_motion_rad;
+  } else if (compensator->mode != LM_MODE_HOLD) {
+    target_rad = 0;
+  }
+  status = follow_target(compensator, target_rad, status);
+  result.correction_rad = compensator->correction_rad;
+  result.velocity_rad_s = compensator->velocity_rad_s;
+  result.acceleration_rad_s2 = compensator->acceleration_rad_s2;
+  result.lost_motion_rad = compensator->lost_motion_rad;
+  result.status = status;
+  return result;
+}
+
+void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
+  uint32_t bit = (mode == LM_MODE_RUN)    ? 0u
+                 : (mode == LM_MODE_HOLD) ? LM_STATE_HOLDING
+                                          : LM_STATE_RESETTING;
+  compensator->mode = mode;
+  compensator->standing &= ~(LM_STATE_HOLDING | LM_STATE_RESETTING);
+  compensator->standing |= bit;
+}
+
+void lm_declare_memory_known(lm_compensator *compensator) {
+  compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
+}
+
+/* How much further than the model's own torque the plays inside may let the backbone be wound, as
+ * an angle; the backbone rises, so the ends of the range are the extremes. */
+static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real more_Nm) {
+#if LM_PROFILE == LM_PROFILE_GAP
+  (void)parameters;
+  (void)torque_Nm;
+  return more_Nm;
+#else
+  return lm_evaluate_curve(&parameters->curve, torque_Nm + more_Nm) -
+         lm_evaluate_curve(&parameters->curve, torque_Nm);
+#endif
+}
+
+/* The range that play i may still be in. At the start it was anywhere in its band. A rising load
+ * lifted it at least to the lower edge at the load's highest, a falling one lowered it at most to
+ * the upper edge at its lowest, in whatever order: what is left is [low, high] or, once it is
+ * known, nothing. The edges rise with the load, so the band at the start itself adds nothing. */
+static int is_unknown(const lm_compensator *compensator, int32_t i, lm_real *low_Nm,
+                      lm_real *high_Nm) {
+  const lm_play_bank *bank = &compensator->parameters->plays;
+#if LM_EFFECTS_MAX > 0
+  lm_real scale = compensator->memory.width_scale;
+#else
+  lm_real scale = 1;
+#endif
+  *low_Nm = compensator->highest_Nm - scale * lm_find_play_radius(bank, i, compensator->highest_Nm);
+  *high_Nm = compensator->lowest_Nm + scale * lm_find_play_radius(bank, i, compensator->lowest_Nm);
+  return is_greater(*high_Nm, *low_Nm);
+}
+
+lm_real lm_bound_uncertainty(lm_compensator *compensator) {
+  const lm_play_bank *bank = &compensator->parameters->plays;
+  const lm_play_memory *plays = &compensator->memory.plays;
+  lm_real wound_Nm = plays->torque_Nm;
+  lm_real up_Nm = 0;
+  lm_real down_Nm = 0;
+  lm_real up_rad = 0;
+  lm_real down_rad = 0;
+  int32_t unknown = 0;
+  int32_t i;
+  if (!(compensator->standing & LM_STATE_MEMORY_UNKNOWN)) {
+    return 0;
+  }
+  for (i = bank->outside_count; i < bank->count; ++i) {
+    wound_Nm += bank->slot[i].weight * (plays->z_Nm[i] - plays->torque_Nm);
+  }
+  for (i = 0; i < bank->count; ++i) {
+    lm_real low_Nm;
+    lm_real high_Nm;
+    if (is_unknown(compensator, i, &low_Nm, &high_Nm)) {
+      unknown += 1;
+      lm_real weight = bank->slot[i].weight;
+      lm_real up = weight * greatest(high_Nm - plays->z_Nm[i], 0);
+      lm_real down = weight * greatest(plays->z_Nm[i] - low_Nm, 0);
+      if (i < bank->outside_count) {
+        up_rad += up;
+        down_rad += down;
+      } else {
+        up_Nm += up;
+        down_Nm += down;
+      }
+    }
+  }
+  if (unknown == 0) {
+    lm_declare_memory_known(compensator);
+  }
+  up_rad += wind(compensator->parameters, wound_Nm, up_Nm);
+  down_rad -= wind(compensator->parameters, wound_Nm, -down_Nm);
+  return greatest(up_rad, down_rad);
+}
+
+lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
+                               lm_fault *fault) {
+  lm_status status;
+  if (!compensator) {
+    return refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+  }
+  status = lm_check_parameters(parameters, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  compensator->parameters = parameters;
+  lm_settle_model(parameters, &compensator->memory);
+  prepare(compensator);
+  return LM_OK;
+}
+
+/* First-order mean over the window; the backward step is stable for any ratio of the two times. */
+static void average(lm_real *mean, lm_real value, lm_real share) {
+  *mean += share * (value - *mean);
+}
+
+void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_real elapsed_s) {
+  const lm_watch *watch = &compensator->parameters->watch;
+  lm_real residual_rad = lost_motion_rad - compensator->lost_motion_rad;
+  lm_real share;
+  lm_real fade;
+  lm_real measured;
+  lm_real residual;
+  if (!(absolute(lost_motion_rad) <= LOST_MOTION_MAX_RAD) || !(elapsed_s > 0) ||
+      !is_finite(elapsed_s)) {
+    compensator->standing |= LM_STATE_WATCH_REFUSED;
+    return;
+  }
+  compensator->standing &= ~(LM_STATE_WATCH_REFUSED | LM_STATE_MISFIT | LM_STATE_FADED);
+  if (!compensator->watching) {
+    compensator->watching = 1;
+    compensator->mean_measured_rad = lost_motion_rad;
+    compensator->mean_residual_rad = residual_rad;
+  }
+  share = elapsed_s / (elapsed_s + watch->window_s);
+  average(&compensator->mean_measured_rad, lost_motion_rad, share);
+  average(&compensator->mean_residual_rad, residual_rad, share);
+  measured = lost_motion_rad - compensator->mean_measured_rad;
+  residual = residual_rad - compensator->mean_residual_rad;
+  average(&compensator->power_measured_rad2, measured * measured, share);
+  average(&compensator->power_residual_rad2, residual * residual, share);
+  fade = elapsed_s / watch->fade_s;
+  if (compensator->power_residual_rad2 >
+      greatest(compensator->power_measured_rad2, watch->noise_rad * watch->noise_rad)) {
+    fade = -fade;
+  }
+  compensator->gain = clamp(compensator->gain + fade, 0, 1);
+  if (compensator->gain < 1) {
+    compensator->standing |= LM_STATE_FADED;
+  }
+  if (compensator->power_residual_rad2 > watch->misfit_rad * watch->misfit_rad) {
+    compensator->standing |= LM_STATE_MISFIT;
+  }
+}
+
+void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
+  memset(saved, 0, sizeof *saved);
+  saved->format = SAVED_FORMAT;
+  saved->fingerprint = compensator->parameters->fingerprint;
+  saved->memory = compensator->memory;
+  saved->lowest_Nm = compensator->lowest_Nm;
+  saved->highest_Nm = compensator->highest_Nm;
+  saved->unknown = compensator->standing & LM_STATE_MEMORY_UNKNOWN;
+  saved->crc = lm_find_crc(0, saved, offsetof(lm_saved, crc));
+}
+
+lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
+                                 lm_fault *fault) {
+  if (!compensator || !saved) {
+    return refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+  }
+  if (saved->crc != lm_find_crc(0, saved, offsetof(lm_saved, crc))) {
+    return refuse(fault, LM_CORRUPT, "crc", LM_REAL(saved->crc), 0, 0);
+  }
+  if (saved->format != SAVED_FORMAT) {
+    return refuse(fault, LM_CORRUPT, "format", LM_REAL(saved->format), LM_REAL(SAVED_FORMAT),
+                  LM_REAL(SAVED_FORMAT));
+  }
+  if (saved->fingerprint != compensator->parameters->fingerprint) {
+    return refuse(fault, LM_INCONSISTENT, "fingerprint", LM_REAL(saved->fingerprint), 0, 0);
+  }
+  compensator->memory = saved->memory;
+  lm_settle_model(compensator->parameters, &compensator->memory);
+  compensator->lowest_Nm = saved->lowest_Nm;
+  compensator->highest_Nm = saved->highest_Nm;
+  compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
+  compensator->standing |= saved->unknown & LM_STATE_MEMORY_UNKNOWN;
+  return LM_OK;
+}

@@ -1,0 +1,41 @@
+/* The model without effects, for the hot path to take in without a call. */
+#ifndef LOSTMOTION_RUNTIME_MODEL_KERNEL_H
+#define LOSTMOTION_RUNTIME_MODEL_KERNEL_H
+
+#include "lostmotion/model.h"
+#include "runtime/curve_kernel.h"
+#include "runtime/number.h"
+#include "runtime/play_kernel.h"
+
+/* The torque the model believes: NaN is the torque before, and nothing passes the limit. */
+static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limit_Nm) {
+  if (is_within(torque_Nm, limit_Nm)) {
+    return torque_Nm;
+  }
+  if (torque_Nm > 0) {
+    return limit_Nm;
+  }
+  return torque_Nm < 0 ? -limit_Nm : before_Nm;
+}
+
+/* What drives the model: the torque, in the gap profile the commanded angle. */
+static inline lm_real model_input(const lm_conditions *at) {
+#if LM_PROFILE == LM_PROFILE_GAP
+  return at->output_angle_rad;
+#else
+  return at->torque_Nm;
+#endif
+}
+
+/* One step to an input that is believed. */
+static inline lm_real step_plain(const lm_parameters *parameters, lm_memory *memory,
+                                 lm_real input) {
+  lm_play_sum sum = advance_plays(&parameters->plays, &memory->plays, input);
+#if LM_PROFILE == LM_PROFILE_GAP
+  return sum.outside_rad;
+#else
+  return evaluate_curve(&parameters->curve, input + sum.inside_Nm) + sum.outside_rad;
+#endif
+}
+
+#endif

@@ -1,0 +1,446 @@
+#include "lostmotion/parameters.h"
+
+#include <string.h>
+
+#include "runtime/number.h"
+
+#define ENDIANNESS_MARK 0x01020304u
+#define HEADER_BYTES 16
+#define CRC_BYTES 4
+
+/* Bit by bit: a table would cost a quarter of the whole runtime's flash to save a millisecond. */
+uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
+  const uint8_t *byte = (const uint8_t *)bytes;
+  uint32_t crc = ~before;
+  size_t i;
+  for (i = 0; i < length; ++i) {
+    int bit;
+    crc ^= byte[i];
+    for (bit = 0; bit < 8; ++bit) {
+      crc = (crc >> 1) ^ (0xEDB88320u & (0u - (crc & 1u)));
+    }
+  }
+  return ~crc;
+}
+
+/* Numbers below this are taken for zero: their inverses and products would leave float's range. */
+#define SMALLEST LM_REAL(1e-9)
+#define LARGEST LM_REAL(1e9)
+
+static lm_status check_limits(const lm_limits *limits, lm_fault *fault) {
+  lm_status status = check_range(fault, "period_s", limits->period_s, LM_REAL(1e-6), 1);
+  if (status == LM_OK) {
+    status = check_range(fault, "correction_rad", limits->correction_rad, SMALLEST, 1);
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "velocity_rad_s", limits->velocity_rad_s, SMALLEST, LARGEST);
+  }
+  if (status == LM_OK) {
+    status =
+        check_range(fault, "acceleration_rad_s2", limits->acceleration_rad_s2, SMALLEST, LARGEST);
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "jerk_rad_s3", limits->jerk_rad_s3, SMALLEST, LARGEST);
+  }
+  if (status == LM_OK) {
+    /* A rounding's room, so that 1 / (16 period) itself passes. */
+    status = check_range(fault, "response_per_s", limits->response_per_s, LM_REAL(1e-3),
+                         LM_REAL(0.062501) / limits->period_s);
+  }
+  return status;
+}
+
+static lm_status check_watch(const lm_watch *watch, lm_fault *fault) {
+  lm_status status = check_range(fault, "window_s", watch->window_s, LM_REAL(1e-6), LM_REAL(1e6));
+  if (status == LM_OK) {
+    status = check_range(fault, "fade_s", watch->fade_s, LM_REAL(1e-6), LM_REAL(1e6));
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "noise_rad", watch->noise_rad, 0, 1);
+  }
+  if (status == LM_OK) {
+    status = check_range(fault, "misfit_rad", watch->misfit_rad, watch->noise_rad, 1);
+  }
+  return status;
+}
+
+#if LM_EFFECTS_MAX > 0
+static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault) {
+  int32_t count = parameters->effect_count;
+  int32_t memory_count = 0;
+  int32_t i;
+  if (count < 0 || count > LM_EFFECTS_MAX) {
+    return refuse(fault, LM_OUT_OF_RANGE, "effect_count", LM_REAL(count), 0,
+                  LM_REAL(LM_EFFECTS_MAX));
+  }
+  for (i = 0; i < count; ++i) {
+    const lm_effect_use *use = &parameters->effect[i];
+    lm_status status = lm_check_effect(use->effect, use->value, fault);
+    if (status != LM_OK) {
+      return status;
+    }
+    if (i > 0 && use->effect->kind < parameters->effect[i - 1].effect->kind) {
+      return refuse(fault, LM_INCONSISTENT, "effect", LM_REAL(i), 0, 0);
+    }
+    memory_count += use->effect->memory_count;
+  }
+  if (memory_count > LM_EFFECT_MEMORY_MAX) {
+    return refuse(fault, LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX", LM_REAL(memory_count), 0,
+                  LM_REAL(LM_EFFECT_MEMORY_MAX));
+  }
+  return LM_OK;
+}
+#endif
+
+lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault) {
+  lm_status status;
+  lm_real least_slope_rad_per_Nm = 1;
+  if (!parameters) {
+    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+  }
+  if (parameters->format != LM_PARAMETERS_FORMAT) {
+    return refuse(fault, LM_CORRUPT, "format", LM_REAL(parameters->format),
+                  LM_REAL(LM_PARAMETERS_FORMAT), LM_REAL(LM_PARAMETERS_FORMAT));
+  }
+  status = check_range(fault, "torque_limit_Nm", parameters->torque_limit_Nm, SMALLEST,
+                       LM_TORQUE_LIMIT_MAX_NM);
+  if (status == LM_OK) {
+    status = check_limits(&parameters->limits, fault);
+  }
+  if (status == LM_OK) {
+    status = check_watch(&parameters->watch, fault);
+  }
+#if LM_PROFILE != LM_PROFILE_GAP
+  if (status == LM_OK) {
+    status = lm_check_curve(&parameters->curve, fault);
+  }
+  if (status == LM_OK) {
+    least_slope_rad_per_Nm = lm_find_least_slope(&parameters->curve);
+  }
+#endif
+  if (status == LM_OK) {
+    status = lm_check_play_bank(&parameters->plays, least_slope_rad_per_Nm, fault);
+  }
+#if LM_EFFECTS_MAX > 0
+  if (status == LM_OK) {
+    status = check_effects(parameters, fault);
+  }
+#endif
+  return status;
+}
+
+/* The binary form is read and written byte by byte, so that the host's own order does not matter.
+ */
+typedef struct reader {
+  const uint8_t *byte;
+  size_t left;
+} reader;
+
+/* Past the end it gives zeros; the lengths have been compared before anything is believed. */
+static uint32_t read_word(reader *from) {
+  uint32_t word = 0;
+  if (from->left >= 4) {
+    word = (uint32_t)from->byte[0] | (uint32_t)from->byte[1] << 8 | (uint32_t)from->byte[2] << 16 |
+           (uint32_t)from->byte[3] << 24;
+    from->byte += 4;
+    from->left -= 4;
+  }
+  return word;
+}
+
+static lm_real read_real(reader *from) {
+  uint32_t word = read_word(from);
+  float value;
+  memcpy(&value, &word, sizeof value);
+  return (lm_real)value;
+}
+
+static lm_status check_header(const uint8_t *bytes, size_t length, lm_fault *fault) {
+  reader from;
+  uint32_t word;
+  from.byte = bytes;
+  from.left = length;
+  if (length < HEADER_BYTES + CRC_BYTES) {
+    return refuse(fault, LM_CORRUPT, "length", LM_REAL(length), HEADER_BYTES + CRC_BYTES, 0);
+  }
+  if (memcmp(bytes, "LMP1", 4) != 0) {
+    return refuse(fault, LM_CORRUPT, "magic", LM_REAL(bytes[0]), LM_REAL('L'), LM_REAL('L'));
+  }
+  (void)read_word(&from);
+  word = read_word(&from);
+  if (word != ENDIANNESS_MARK) {
+    return refuse(fault, LM_CORRUPT, "endianness", LM_REAL(word), LM_REAL(ENDIANNESS_MARK),
+                  LM_REAL(ENDIANNESS_MARK));
+  }
+  word = read_word(&from);
+  if (word != LM_PARAMETERS_FORMAT) {
+    return refuse(fault, LM_CORRUPT, "format", LM_REAL(word), LM_REAL(LM_PARAMETERS_FORMAT),
+                  LM_REAL(LM_PARAMETERS_FORMAT));
+  }
+  word = read_word(&from);
+  if (word != length || word % 4 != 0) {
+    return refuse(fault, LM_CORRUPT, "length", LM_REAL(word), LM_REAL(length), LM_REAL(length));
+  }
+  return LM_OK;
+}
+
+static lm_status check_stored_count(uint32_t count, int32_t most, lm_fault *fault) {
+  if (count > (uint32_t)most) {
+    return refuse(fault, LM_TOO_SMALL, "count", LM_REAL(count), 0, LM_REAL(most));
+  }
+  return LM_OK;
+}
+
+static lm_status load_curve(lm_parameters *parameters, reader *from, lm_fault *fault) {
+  uint32_t count = read_word(from);
+#if LM_PROFILE != LM_PROFILE_GAP
+  lm_curve *curve = &parameters->curve;
+  lm_status status = check_stored_count(count, LM_CURVE_POINTS_MAX, fault);
+  uint32_t i;
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < count; ++i) {
+    curve->torque_Nm[i] = read_real(from);
+    curve->angle_rad[i] = read_real(from);
+  }
+  return lm_build_curve(curve, curve->torque_Nm, curve->angle_rad, (int32_t)count, fault);
+#else
+  (void)parameters;
+  return check_stored_count(count, 0, fault);
+#endif
+}
+
+static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
+  lm_play play[LM_PLAYS_MAX];
+  uint32_t count = read_word(from);
+  uint32_t outside_count = read_word(from);
+  lm_status status = check_stored_count(count, LM_PLAYS_MAX, fault);
+  uint32_t i;
+  if (status == LM_OK) {
+    status = check_stored_count(outside_count, (int32_t)count, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < count; ++i) {
+    play[i].radius_Nm = read_real(from);
+    play[i].widening = read_real(from);
+    play[i].weight = read_real(from);
+  }
+  return lm_build_play_bank(bank, play, (int32_t)count, (int32_t)outside_count, fault);
+}
+
+static lm_status load_effects(lm_parameters *parameters, reader *from,
+                              const lm_effect *const *table, int32_t table_count, lm_fault *fault) {
+  uint32_t count = read_word(from);
+  lm_status status = check_stored_count(count, LM_EFFECTS_MAX, fault);
+#if LM_EFFECTS_MAX > 0
+  uint32_t k;
+  if (status != LM_OK) {
+    return status;
+  }
+  parameters->effect_count = (int32_t)count;
+  for (k = 0; k < count; ++k) {
+    lm_effect_use *use = &parameters->effect[k];
+    uint32_t id = read_word(from);
+    uint32_t value_count = read_word(from);
+    uint32_t i;
+    use->effect = lm_find_effect(table, table_count, id);
+    if (!use->effect || value_count != (uint32_t)use->effect->value_count) {
+      return refuse(fault, LM_CORRUPT, "effect", LM_REAL(id), 0, 0);
+    }
+    for (i = 0; i < value_count; ++i) {
+      use->value[i] = read_real(from);
+    }
+    for (; i < LM_EFFECT_VALUES_MAX; ++i) {
+      use->value[i] = 0;
+    }
+  }
+#else
+  (void)parameters;
+  (void)table;
+  (void)table_count;
+#endif
+  return status;
+}
+
+static void load_limits(lm_limits *limits, lm_watch *watch, reader *from) {
+  limits->period_s = read_real(from);
+  limits->correction_rad = read_real(from);
+  limits->velocity_rad_s = read_real(from);
+  limits->acceleration_rad_s2 = read_real(from);
+  limits->jerk_rad_s3 = read_real(from);
+  limits->response_per_s = read_real(from);
+  watch->window_s = read_real(from);
+  watch->fade_s = read_real(from);
+  watch->noise_rad = read_real(from);
+  watch->misfit_rad = read_real(from);
+}
+
+lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, size_t length,
+                             const lm_effect *const *table, int32_t table_count, lm_fault *fault) {
+  reader from;
+  reader last;
+  uint32_t crc;
+  lm_status status;
+  if (!parameters || !bytes || (!table && table_count != 0)) {
+    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+  }
+  status = check_header(bytes, length, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  last.byte = bytes + (length - CRC_BYTES);
+  last.left = CRC_BYTES;
+  crc = read_word(&last);
+  if (crc != lm_find_crc(0, bytes, length - CRC_BYTES)) {
+    return refuse(fault, LM_CORRUPT, "crc", LM_REAL(crc), 0, 0);
+  }
+  parameters->format = 0;
+  parameters->fingerprint = crc;
+  from.byte = bytes + HEADER_BYTES;
+  from.left = length - HEADER_BYTES - CRC_BYTES;
+  parameters->torque_limit_Nm = read_real(&from);
+  status = load_curve(parameters, &from, fault);
+  if (status == LM_OK) {
+    status = load_plays(&parameters->plays, &from, fault);
+  }
+  if (status == LM_OK) {
+    status = load_effects(parameters, &from, table, table_count, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  load_limits(&parameters->limits, &parameters->watch, &from);
+  if (from.left != 0) {
+    return refuse(fault, LM_CORRUPT, "length", LM_REAL(length), 0, 0);
+  }
+  parameters->format = LM_PARAMETERS_FORMAT;
+  status = lm_check_parameters(parameters, fault);
+  if (status != LM_OK) {
+    parameters->format = 0;
+  }
+  return status;
+}
+
+typedef struct writer {
+  uint8_t *byte;
+  size_t at;
+} writer;
+
+static void write_word(writer *to, uint32_t word) {
+  to->byte[to->at] = (uint8_t)(word & 0xFFu);
+  to->byte[to->at + 1] = (uint8_t)(word >> 8 & 0xFFu);
+  to->byte[to->at + 2] = (uint8_t)(word >> 16 & 0xFFu);
+  to->byte[to->at + 3] = (uint8_t)(word >> 24);
+  to->at += 4;
+}
+
+static void write_real(writer *to, lm_real value) {
+  float rounded = (float)value;
+  uint32_t word;
+  memcpy(&word, &rounded, sizeof word);
+  write_word(to, word);
+}
+
+static size_t find_length(const lm_parameters *parameters) {
+  size_t words = 4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 1 + 10 + 1;
+#if LM_PROFILE != LM_PROFILE_GAP
+  words += 2 * (size_t)parameters->curve.count;
+#endif
+#if LM_EFFECTS_MAX > 0
+  {
+    int32_t i;
+    for (i = 0; i < parameters->effect_count; ++i) {
+      words += 2 + (size_t)parameters->effect[i].effect->value_count;
+    }
+  }
+#endif
+  return 4 * words;
+}
+
+static void store_curve(const lm_parameters *parameters, writer *to) {
+#if LM_PROFILE != LM_PROFILE_GAP
+  const lm_curve *curve = &parameters->curve;
+  int32_t i;
+  write_word(to, (uint32_t)curve->count);
+  for (i = 0; i < curve->count; ++i) {
+    write_real(to, curve->torque_Nm[i]);
+    write_real(to, curve->angle_rad[i]);
+  }
+#else
+  (void)parameters;
+  write_word(to, 0);
+#endif
+}
+
+static void store_plays(const lm_play_bank *bank, writer *to) {
+  int32_t i;
+  write_word(to, (uint32_t)bank->count);
+  write_word(to, (uint32_t)bank->outside_count);
+  for (i = 0; i < bank->count; ++i) {
+    write_real(to, bank->slot[i].radius_Nm);
+    write_real(to, bank->slot[i].edge_slope[1] - 1);
+    write_real(to, bank->slot[i].weight);
+  }
+}
+
+static void store_effects(const lm_parameters *parameters, writer *to) {
+#if LM_EFFECTS_MAX > 0
+  int32_t k;
+  write_word(to, (uint32_t)parameters->effect_count);
+  for (k = 0; k < parameters->effect_count; ++k) {
+    const lm_effect_use *use = &parameters->effect[k];
+    int32_t i;
+    write_word(to, use->effect->id);
+    write_word(to, (uint32_t)use->effect->value_count);
+    for (i = 0; i < use->effect->value_count; ++i) {
+      write_real(to, use->value[i]);
+    }
+  }
+#else
+  (void)parameters;
+  write_word(to, 0);
+#endif
+}
+
+lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, size_t capacity,
+                              size_t *length, lm_fault *fault) {
+  const lm_limits *limits;
+  const lm_watch *watch;
+  writer to;
+  size_t needed;
+  if (!parameters || !bytes || !length) {
+    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+  }
+  needed = find_length(parameters);
+  if (capacity < needed) {
+    return refuse(fault, LM_TOO_SMALL, "capacity", LM_REAL(capacity), LM_REAL(needed), 0);
+  }
+  limits = &parameters->limits;
+  watch = &parameters->watch;
+  memcpy(bytes, "LMP1", 4);
+  to.byte = bytes;
+  to.at = 4;
+  write_word(&to, ENDIANNESS_MARK);
+  write_word(&to, LM_PARAMETERS_FORMAT);
+  write_word(&to, (uint32_t)needed);
+  write_real(&to, parameters->torque_limit_Nm);
+  store_curve(parameters, &to);
+  store_plays(&parameters->plays, &to);
+  store_effects(parameters, &to);
+  write_real(&to, limits->period_s);
+  write_real(&to, limits->correction_rad);
+  write_real(&to, limits->velocity_rad_s);
+  write_real(&to, limits->acceleration_rad_s2);
+  write_real(&to, limits->jerk_rad_s3);
+  write_real(&to, limits->response_per_s);
+  write_real(&to, watch->window_s);
+  write_real(&to, watch->fade_s);
+  write_real(&to, watch->noise_rad);
+  write_real(&to, watch->misfit_rad);
+  write_word(&to, lm_find_crc(0, bytes, to.at));
+  *length = needed;
+  return LM_OK;
+}

@@ -1,0 +1,25 @@
+#include "lostmotion/torque.h"
+
+#include "runtime/number.h"
+
+lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real velocity_rad_s,
+                           lm_real acceleration_rad_s2) {
+  lm_real moving = clamp(velocity_rad_s / motor->standstill_rad_s, -1, 1);
+  lm_real rotor_Nm = motor->torque_constant_Nm_per_A * current_A -
+                     motor->rotor_inertia_kg_m2 * acceleration_rad_s2 - motor->coulomb_Nm * moving -
+                     motor->viscous_Nm_s * velocity_rad_s;
+  /* 1 where the motor drives, -1 where it is driven, between them at standstill. */
+  lm_real drives = rotor_Nm >= 0 ? moving : -moving;
+  lm_real factor =
+      drives >= 0 ? 1 - drives * (1 - motor->efficiency) : 1 - drives * (1 / motor->efficiency - 1);
+  return -rotor_Nm * motor->ratio * factor;
+}
+
+lm_real lm_guess_torque(const lm_load_guess *guess, lm_real *resisting_Nm, lm_real moved_rad,
+                        lm_real bias_Nm) {
+  if (is_finite(moved_rad)) {
+    *resisting_Nm = clamp(*resisting_Nm - guess->stiffness_Nm_per_rad * moved_rad,
+                          -guess->friction_Nm, guess->friction_Nm);
+  }
+  return *resisting_Nm + bias_Nm;
+}

@@ -1,0 +1,110 @@
+#include "drive.h"
+
+#include <string.h>
+
+lm_real draw_number(uint32_t *seed, lm_real low, lm_real high) {
+  *seed = *seed * 1664525u + 1013904223u;
+  return low + (high - low) * ((lm_real)(*seed >> 8) * LM_REAL(5.9604644775390625e-8)); /* 2^-24 */
+}
+
+#if LM_PROFILE == LM_PROFILE_GAP
+#define INSIDE 0
+#else
+#define INSIDE 2
+#endif
+
+static int make_plays(lm_parameters *parameters) {
+  lm_play play[LM_PLAYS_MAX];
+  int32_t i;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+#if LM_PROFILE == LM_PROFILE_GAP
+    play[i].radius_Nm = LM_REAL(1.5e-4); /* rad: half the gap */
+    play[i].widening = 0;
+    play[i].weight = 1;
+#else
+    int inside = i >= LM_PLAYS_MAX - INSIDE;
+    play[i].radius_Nm = LM_REAL(0.5) + LM_REAL(1.4) * (lm_real)i;
+    play[i].widening = play[i].radius_Nm / 80;
+    play[i].weight = inside ? LM_REAL(0.05) : LM_REAL(1.6e-5) / LM_PLAYS_MAX;
+#endif
+  }
+  return lm_build_play_bank(&parameters->plays, play, LM_PLAYS_MAX, LM_PLAYS_MAX - INSIDE, 0) !=
+         LM_OK;
+}
+
+#if LM_PROFILE != LM_PROFILE_GAP
+/* The knots at odd places, hardening with load: K1, K2, K3 of the catalogue and a soft toe. */
+#define KNOTS 33
+static int make_curve(lm_parameters *parameters) {
+  lm_real torque_Nm[KNOTS];
+  lm_real angle_rad[KNOTS];
+  int i;
+  for (i = 0; i < KNOTS; ++i) {
+    lm_real side = (lm_real)(i - KNOTS / 2) / (KNOTS / 2);
+    lm_real size = side < 0 ? -side : side;
+    lm_real torque = 80 * size * (LM_REAL(0.25) + LM_REAL(0.75) * size);
+    lm_real angle = torque / 29e3f;
+    angle += (torque < 25 ? torque : 25) * LM_REAL(5.5172e-6);
+    angle += (torque < 7 ? torque : 7) * LM_REAL(2.25e-5);
+    angle += (torque < 1 ? torque : 1) * LM_REAL(5e-5);
+    torque_Nm[i] = side < 0 ? -torque : torque;
+    angle_rad[i] = side < 0 ? -angle : angle;
+  }
+  return lm_build_curve(&parameters->curve, torque_Nm, angle_rad, KNOTS, 0) != LM_OK;
+}
+#endif
+
+#if LM_EFFECTS_MAX > 0
+/* Values between the bounds that every effect accepts, different for each. */
+static void use_effect(lm_parameters *parameters, const lm_effect *effect) {
+  lm_effect_use *use = &parameters->effect[parameters->effect_count++];
+  int32_t i;
+  use->effect = effect;
+  for (i = 0; i < LM_EFFECT_VALUES_MAX; ++i) {
+    lm_real low = effect->bound[i][0];
+    lm_real high = effect->bound[i][1];
+    /* An amplitude small against its bound; a shape at a hundredth of its range. */
+    use->value[i] = low < 0 ? high * LM_REAL(1e-3) * (lm_real)(i + 1)
+                            : low + (high - low) * LM_REAL(0.01) * (lm_real)(i + 1);
+  }
+}
+
+static void make_effects(lm_parameters *parameters, int32_t effects) {
+  int32_t kind;
+  int32_t i;
+  for (kind = 0; kind <= (int32_t)LM_EFFECT_ANGLE; ++kind) {
+    for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+      if ((int32_t)lm_effects[i]->kind == kind && parameters->effect_count < effects) {
+        use_effect(parameters, lm_effects[i]);
+      }
+    }
+  }
+}
+#endif
+
+int make_drive(lm_parameters *parameters, int32_t effects) {
+  int failed;
+  memset(parameters, 0, sizeof *parameters);
+  parameters->format = LM_PARAMETERS_FORMAT;
+  parameters->torque_limit_Nm = 120;
+  parameters->limits.period_s = LM_REAL(1e-4);
+  parameters->limits.correction_rad = LM_REAL(0.005);
+  parameters->limits.velocity_rad_s = LM_REAL(0.05);
+  parameters->limits.acceleration_rad_s2 = 20;
+  parameters->limits.jerk_rad_s3 = LM_REAL(4e4);
+  parameters->limits.response_per_s = 400;
+  parameters->watch.window_s = 1;
+  parameters->watch.fade_s = 2;
+  parameters->watch.noise_rad = LM_REAL(1e-5);
+  parameters->watch.misfit_rad = LM_REAL(1e-4);
+  failed = make_plays(parameters);
+#if LM_PROFILE != LM_PROFILE_GAP
+  failed |= make_curve(parameters);
+#endif
+#if LM_EFFECTS_MAX > 0 && !defined(WITHOUT_EFFECTS)
+  make_effects(parameters, effects);
+#else
+  (void)effects;
+#endif
+  return failed || lm_check_parameters(parameters, 0) != LM_OK;
+}
