@@ -22,7 +22,7 @@ lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius
   }
   for (i = 0; i < count; i++) {
     if (!real_isfinite(clearance_mm[i])) {
-      return refuse(fault, LM_NOT_FINITE, "clearance_mm");
+      return refuse_range(fault, "clearance_mm", clearance_mm[i], -REAL_INFINITY, REAL_INFINITY);
     }
     if (!(radius_mm[i] > LM_REAL(0)) || !real_isfinite(radius_mm[i])) {
       return refuse_range(fault, "radius_mm", radius_mm[i], LM_REAL(0), REAL_INFINITY);
@@ -63,7 +63,7 @@ static lm_status check_springs(const lm_spring springs[], int count, lm_fault *f
       return refuse_range(fault, "stiffness_Nm_per_rad", k, LM_REAL(0), REAL_INFINITY);
     }
     if (!real_isfinite(springs[i].gap_rad)) {
-      return refuse(fault, LM_NOT_FINITE, "gap_rad");
+      return refuse_range(fault, "gap_rad", springs[i].gap_rad, -REAL_INFINITY, REAL_INFINITY);
     }
     if (springs[i].side != 1 && springs[i].side != -1) {
       return refuse_range(fault, "side", LM_REAL(springs[i].side), LM_REAL(-1), LM_REAL(1));
@@ -118,7 +118,7 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
     return refuse_range(fault, "count", LM_REAL(count), LM_REAL(1), LM_REAL(SPRINGS_MAX));
   }
   if (!real_isfinite(torque_Nm)) {
-    return refuse(fault, LM_NOT_FINITE, "torque_Nm");
+    return refuse_range(fault, "torque_Nm", torque_Nm, -REAL_INFINITY, REAL_INFINITY);
   }
   status = check_springs(springs, count, fault);
   if (status != LM_OK) {
@@ -137,16 +137,22 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
       carrying++;
     }
   }
-  /* Between two events T = slope phi - moment; walk up to the stretch that holds the torque. */
+  if (carrying == 0 && torque_Nm < LM_REAL(0)) {
+    return refuse(fault, LM_NO_CONTACT, "springs");
+  }
+  /* Between two events T = slope phi - moment; walk up to the stretch that holds the torque. Where
+   * the last spring lets go the torque is zero exactly: rounding must neither carry a small torque
+   * across the play nor leave a stiffness behind. */
   for (i = 0; i < count; i++) {
     const lm_real event = spring_event(&springs[i]);
-    if (carrying > 0 && torque_Nm <= slope * event - moment) {
+    const int left = carrying + springs[i].side; /* one takes hold, or one lets go */
+    if (carrying > 0 && torque_Nm <= (left == 0 ? LM_REAL(0) : slope * event - moment)) {
       break;
     }
-    carrying += springs[i].side; /* a forward spring takes hold, or a backward one lets go */
+    carrying = left;
     slope += LM_REAL(springs[i].side) * springs[i].stiffness_Nm_per_rad;
     moment += LM_REAL(springs[i].side) * springs[i].stiffness_Nm_per_rad * event;
-    if (carrying == 0) { /* rounding must not leave a stiffness behind */
+    if (carrying == 0) {
       slope = LM_REAL(0);
       moment = LM_REAL(0);
     }
@@ -164,7 +170,7 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
 
 lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, lm_real spacing_mm,
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault) {
-  const lm_real large = LM_REAL(1e12);
+  const lm_real large = LM_REAL(1e15);
   const lm_real small = LM_REAL(1e-12);
   lm_real lambda;
   lm_status status;
@@ -206,7 +212,7 @@ typedef struct path {
   lm_real multiplicity; /* 2 when one lobe stands for both */
   int first_tooth;      /* range of teeth that any contact uses */
   int last_tooth;
-  lm_real rest_middle_rad;
+  int events_left; /* how many more pairs may join or leave on this way */
 } path;
 
 /* How the distance of each pair changes along the path parameter. */
@@ -443,18 +449,22 @@ static void go(path *p, lm_real distance) {
   }
 }
 
+/* Every pair joins and leaves a few times at most; more events than this mean that rounding has
+ * taken over, or that the foundation contradicts itself. */
+static void allow_events(path *p) {
+  p->events_left = 8 * p->count + 64;
+}
+
 static lm_status switch_pair(path *p, int pair, lm_fault *fault) {
+  if (p->events_left == 0) {
+    return refuse(fault, LM_NOT_CONVERGED, "contacts");
+  }
+  p->events_left--;
   if (p->w->place[pair] < 0) {
     return append_pair(p, pair, fault);
   }
   remove_pair(p, p->w->place[pair]);
   return LM_OK;
-}
-
-/* Every pair joins and leaves a few times at most; more events than this mean that rounding has
- * taken over. */
-static int event_limit(const path *p) {
-  return 8 * p->count + 64;
 }
 
 /* Start with no force at `angle`, each pair at its own distance less `relief`. */
@@ -471,8 +481,7 @@ static void start_open(path *p, lm_real angle, lm_real relief) {
 /* Let the preload in: both flanks close together by `relief` until the gaps are the true ones. */
 static lm_status let_preload_in(path *p, lm_real relief, lm_fault *fault) {
   lm_real left = relief;
-  int i;
-  for (i = 0; i < event_limit(p); i++) {
+  for (;;) {
     const event next = next_event(p, CLOSE_BOTH);
     lm_status status;
     if (next.distance >= left) {
@@ -486,15 +495,13 @@ static lm_status let_preload_in(path *p, lm_real relief, lm_fault *fault) {
       return status;
     }
   }
-  return refuse(fault, LM_NOT_CONVERGED, "gap_rad");
 }
 
 /* Turn from the present state until the torque is zero; *angle is moved along. */
 static lm_status turn_to_rest(path *p, lm_real *angle, lm_fault *fault) {
   const direction way = torque_of(p, p->w->force) > LM_REAL(0) ? TURN_DOWN : TURN_UP;
   const lm_real sign = way == TURN_UP ? LM_REAL(1) : LM_REAL(-1);
-  int i;
-  for (i = 0; i < event_limit(p); i++) {
+  for (;;) {
     const event next = next_event(p, way);
     const lm_real to_rest = -torque_of(p, p->w->force) / torque_of(p, p->w->rate);
     lm_status status;
@@ -510,7 +517,6 @@ static lm_status turn_to_rest(path *p, lm_real *angle, lm_fault *fault) {
       return status;
     }
   }
-  return refuse(fault, LM_NOT_CONVERGED, "gap_rad");
 }
 
 /* Gaps of both flanks decide where rest is: a free play has no force in its middle, a preload is
@@ -521,6 +527,7 @@ static lm_status find_rest(path *p, lm_rest *rest, lm_fault *fault) {
   lm_status status;
   lm_real angle;
   int i;
+  allow_events(p);
   for (i = 0; i < p->count; i++) {
     const lm_contact *c = &p->contacts[i];
     if (c->side > 0) {
@@ -560,27 +567,6 @@ static void keep_rest(path *p) {
     w->rest_force[i] = w->place[i] < 0 ? LM_REAL(0) : w->force[w->place[i]];
     w->rest_slack_mm[i] = w->place[i] < 0 ? w->slack_mm[i] : LM_REAL(0);
   }
-}
-
-/* Back to rest: the factor is built again from the pairs that carry there. */
-static lm_status return_to_rest(path *p, lm_fault *fault) {
-  lm_take_up_workspace *w = p->w;
-  int i;
-  w->active_count = 0;
-  for (i = 0; i < p->count; i++) {
-    w->place[i] = -1;
-    w->slack_mm[i] = w->rest_slack_mm[i];
-  }
-  for (i = 0; i < p->count; i++) {
-    if (w->rest_force[i] > LM_REAL(0)) {
-      const lm_status status = append_pair(p, i, fault);
-      if (status != LM_OK) {
-        return status;
-      }
-      w->force[w->place[i]] = w->rest_force[i];
-    }
-  }
-  return LM_OK;
 }
 
 /* Teeth of lobe 0 that carry on a flank, in any section. */
@@ -623,7 +609,7 @@ static lm_real twist_work(const path *p) {
 static void report_state(path *p, lm_real angle, lm_real distance, lm_real torque_Nm,
                          lm_take_up *state) {
   lm_take_up_workspace *w = p->w;
-  const lm_real per_torque = p->multiplicity / (torque_Nm * MM_PER_M);
+  const lm_real scale = torque_Nm * MM_PER_M / p->multiplicity;
   lm_real clearance = LM_REAL(0);
   lm_real tooth = LM_REAL(0);
   int i;
@@ -636,14 +622,15 @@ static void report_state(path *p, lm_real angle, lm_real distance, lm_real torqu
   }
   for (i = 0; i < w->active_count; i++) {
     const int pair = w->active[i];
-    const lm_real change = w->force[i] + w->rate[i] * distance - w->rest_force[pair];
+    /* In this order the change keeps its digits however small the torque. */
+    const lm_real change = (w->force[i] - w->rest_force[pair]) + w->rate[i] * distance;
     w->change[i] = change;
     clearance += change * w->rest_slack_mm[pair];
     tooth += change * change * p->contacts[pair].compliance_mm_per_N;
   }
   state->angle_rad = angle;
-  state->clearance_rad = clearance * per_torque;
-  state->tooth_rad = tooth * per_torque;
+  state->clearance_rad = clearance / scale;
+  state->tooth_rad = tooth / scale;
   state->twist_rad = twist_work(p) / (torque_Nm * MM_PER_M);
   state->ring_rad = angle - state->clearance_rad - state->tooth_rad - state->twist_rad;
   state->stiffness_Nm_per_rad = real_fabs(torque_of(p, w->rate));
@@ -664,28 +651,30 @@ static void report_rest(path *p, lm_take_up *state) {
   state->backward_teeth = count_teeth(p, -1);
 }
 
-static void record_stage(path *p, lm_real angle, const event *next) {
+static void record_stage(path *p, lm_real torque_Nm, lm_real angle, const event *next) {
   lm_take_up_workspace *w = p->w;
   if (w->stage_count < LM_STAGES_MAX) {
     lm_stage *stage = &w->stages[w->stage_count++];
-    stage->torque_Nm = torque_of(p, w->force);
+    stage->torque_Nm = torque_Nm;
     stage->angle_rad = angle;
     stage->contact = next->pair;
     stage->joined = w->place[next->pair] < 0;
   }
 }
 
-/* From rest through the torques first, first + step, ... last, which grow away from zero. */
+/* From rest through the torques first, first + step, ... last, which grow away from zero. Torques
+ * are counted from what rounding has left of the preload's balance. */
 static lm_status follow(path *p, direction way, const lm_real torque_Nm[], int first, int last,
                         lm_take_up states[], lm_fault *fault) {
   const int step = way == TURN_UP ? 1 : -1;
   const lm_real sign = LM_REAL(step);
+  const lm_real balance = torque_of(p, p->w->force);
   lm_real angle = LM_REAL(0);
   int wanted = first;
-  int i;
-  for (i = 0; i < event_limit(p); i++) {
+  allow_events(p);
+  for (;;) {
     const event next = next_event(p, way);
-    const lm_real torque = torque_of(p, p->w->force);
+    const lm_real torque = torque_of(p, p->w->force) - balance;
     const lm_real rate = torque_of(p, p->w->rate);
     lm_status status;
     while (p->w->active_count > 0 && (torque_Nm[wanted] - torque) / rate <= next.distance) {
@@ -698,13 +687,12 @@ static lm_status follow(path *p, direction way, const lm_real torque_Nm[], int f
     }
     go(p, next.distance);
     angle += sign * next.distance;
-    record_stage(p, angle, &next);
+    record_stage(p, torque_of(p, p->w->force) - balance, angle, &next);
     status = switch_pair(p, next.pair, fault);
     if (status != LM_OK) {
       return status;
     }
   }
-  return refuse(fault, LM_NOT_CONVERGED, "torque_Nm");
 }
 
 static lm_status check_contacts(const lm_contact contacts[], int count,
@@ -757,7 +745,7 @@ static lm_status check_torques(const lm_real torque_Nm[], int torques, lm_fault 
   int i;
   for (i = 0; i < torques; i++) {
     if (!real_isfinite(torque_Nm[i])) {
-      return refuse(fault, LM_NOT_FINITE, "torque_Nm");
+      return refuse_range(fault, "torque_Nm", torque_Nm[i], -REAL_INFINITY, REAL_INFINITY);
     }
     if (i > 0 && !(torque_Nm[i] > torque_Nm[i - 1])) {
       return refuse(fault, LM_NOT_MONOTONE, "torque_Nm");
@@ -775,6 +763,28 @@ static void range_of_teeth(path *p) {
     p->first_tooth = tooth < p->first_tooth ? tooth : p->first_tooth;
     p->last_tooth = tooth > p->last_tooth ? tooth : p->last_tooth;
   }
+}
+
+/* What the contacts use of the foundation. */
+static lm_status check_foundation(const path *p, lm_fault *fault) {
+  const lm_foundation *f = p->foundation;
+  int i;
+  int j;
+  for (i = 0; i <= p->last_tooth - p->first_tooth; i++) {
+    if (!real_isfinite(f->yield_mm_per_N[i])) {
+      return refuse_range(fault, "yield_mm_per_N", f->yield_mm_per_N[i], -REAL_INFINITY,
+                          REAL_INFINITY);
+    }
+  }
+  for (i = 0; i < f->sections; i++) {
+    for (j = 0; j < f->sections; j++) {
+      if (!real_isfinite(f->twist_rad_per_Nmm[i][j])) {
+        return refuse_range(fault, "twist_rad_per_Nmm", f->twist_rad_per_Nmm[i][j], -REAL_INFINITY,
+                            REAL_INFINITY);
+      }
+    }
+  }
+  return LM_OK;
 }
 
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
@@ -807,9 +817,12 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
   p.foundation = foundation;
   p.w = workspace;
   p.multiplicity = foundation->lobes == 1 ? LM_REAL(2) : LM_REAL(1);
-  range_of_teeth(&p);
   workspace->stage_count = 0;
-  status = find_rest(&p, &found, fault);
+  range_of_teeth(&p);
+  status = check_foundation(&p, fault);
+  if (status == LM_OK) {
+    status = find_rest(&p, &found, fault);
+  }
   if (status != LM_OK) {
     return status;
   }
@@ -826,7 +839,7 @@ lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
     status = follow(&p, TURN_DOWN, torque_Nm, below - 1, 0, states, fault);
   }
   if (status == LM_OK && below > 0 && above < torques) {
-    status = return_to_rest(&p, fault);
+    (void)find_rest(&p, &found, fault); /* as the first time, so it cannot fail */
   }
   if (status == LM_OK && above < torques) {
     status = follow(&p, TURN_UP, torque_Nm, above, torques - 1, states, fault);

@@ -77,8 +77,8 @@ typedef struct lm_foundation {
 
 /* Beam on an elastic foundation: the give at distance s from a unit force is
  *   lambda / (2 k_f) e^(-lambda s) (cos lambda s + sin lambda s), lambda = (k_f / (4 E I))^(1/4),
- * times factor. teeth: how many distances to fill, 1 .. LM_LOBE_TEETH_MAX; spacing_mm: arc from
- * tooth to tooth. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (all four > 0). */
+ * times factor (>= 0). teeth: how many distances to fill, 1 .. LM_LOBE_TEETH_MAX; spacing_mm: arc
+ * from tooth to tooth. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (the others > 0). */
 lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, lm_real spacing_mm,
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault);
 
@@ -137,8 +137,8 @@ typedef struct lm_take_up_workspace {
  * torque_Nm[torques]: rising, at least one; states[torques]; rest may be null. LM_NULL,
  * LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE ("torque_Nm"),
  * LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than LM_ACTIVE_MAX
- * carry, LM_NOT_CONVERGED when rounding defeats the factor (compliances of the pairs too small
- * against the ring's). On error states[] is not complete. */
+ * carry, LM_NOT_CONVERGED when rounding defeats the factor or lets pairs join and leave for ever
+ * (compliances of the pairs too small against the ring's, or a twist that is not symmetric). On error states[] is not complete. */
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              const lm_foundation *foundation, const lm_real torque_Nm[],
                              int torques, lm_take_up states[], lm_rest *rest,
