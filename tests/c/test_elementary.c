@@ -115,6 +115,17 @@ static void the_hyperbolic_tangent_keeps_its_bound(void) {
   TEST_ASSERT_TRUE(lm_hyperbolic_tangent(nan_of_the_type()) == -1);
 }
 
+static void the_relaxation_keeps_its_bound_down_to_the_smallest_steps(void) {
+  double bound = IN_DOUBLE ? 1e-15 : 2.5e-7;
+  int i;
+  for (i = -3000; i <= 400; ++i) {
+    lm_real x = LM_REAL(exp(i * 1e-2));
+    assert_within((double)lm_relaxation(x) / -expm1(-(double)x), 1, bound);
+  }
+  TEST_ASSERT_TRUE(lm_relaxation(0) == 0);
+  TEST_ASSERT_TRUE(lm_relaxation(nan_of_the_type()) == 1);
+}
+
 static void powers_keep_their_bound(void) {
   double unit = IN_DOUBLE ? 1e-15 : 2e-7;
   int i;
@@ -143,6 +154,7 @@ int main(void) {
   RUN_TEST(the_logarithm_keeps_its_bound);
   RUN_TEST(the_logarithm_is_held_at_its_ends);
   RUN_TEST(the_hyperbolic_tangent_keeps_its_bound);
+  RUN_TEST(the_relaxation_keeps_its_bound_down_to_the_smallest_steps);
   RUN_TEST(powers_keep_their_bound);
   return UNITY_END();
 }

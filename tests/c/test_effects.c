@@ -1,0 +1,431 @@
+#include "lostmotion/effects.h"
+
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#define ROUNDING (LM_REAL_BITS == 64 ? 1e-14 : 2e-6) /* relative, of a whole effect */
+
+static lm_fault fault;
+static lm_conditions at;
+static lm_real memory[16];
+static uint32_t seed;
+
+void setUp(void) {
+  memset(&at, 0, sizeof at);
+  memset(memory, 0, sizeof memory);
+  at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
+  seed = 1;
+}
+void tearDown(void) {
+}
+
+static lm_real draw(lm_real low, lm_real high) {
+  seed = seed * 1664525u + 1013904223u; /* Numerical Recipes' generator */
+  return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
+}
+
+static void assert_near(double expected, lm_real found) {
+  double difference = fabs((double)found - expected);
+  TEST_ASSERT_TRUE(difference <= ROUNDING * (fabs(expected) + 1e-5));
+}
+
+static double run(const lm_effect *effect, const lm_real *value) {
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_effect(effect, value, &fault));
+  return (double)effect->run(value, memory, &at);
+}
+
+#define ASSERT_RUNS_TO(expected, effect, value) \
+  assert_near(expected, (lm_real)run(&lm_effect_##effect, value))
+
+/* CRC-32, bit by bit, of the name: the id that binary parameters carry. */
+static uint32_t crc_of(const char *text) {
+  uint32_t crc = 0xFFFFFFFFu;
+  for (; *text; ++text) {
+    int bit;
+    crc ^= (uint8_t)*text;
+    for (bit = 0; bit < 8; ++bit) {
+      crc = (crc & 1u) ? (crc >> 1) ^ 0xEDB88320u : crc >> 1;
+    }
+  }
+  return ~crc;
+}
+
+static void every_effect_has_a_card_that_is_whole(void) {
+  int i;
+  int k;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const lm_effect *effect = lm_effects[i];
+    const lm_effect_card *card = effect->card;
+    lm_real typical[LM_EFFECT_VALUES_MAX] = {0};
+    TEST_ASSERT_NOT_NULL(card);
+    TEST_ASSERT_EQUAL_HEX32(crc_of(card->name), effect->id);
+    TEST_ASSERT_TRUE(i == 0 || strcmp(lm_effects[i - 1]->card->name, card->name) < 0);
+    TEST_ASSERT_TRUE(strlen(card->mechanism) > 0 && strlen(card->equation) > 0);
+    TEST_ASSERT_TRUE(strlen(card->typical_size) > 0 && strlen(card->experiment) > 0);
+    TEST_ASSERT_TRUE(strlen(card->confused_with) > 0);
+    TEST_ASSERT_TRUE(effect->value_count >= 1 && effect->value_count <= LM_EFFECT_VALUES_MAX);
+    TEST_ASSERT_TRUE(effect->covariates != 0);
+    for (k = 0; k < LM_EFFECT_VALUES_MAX; ++k) {
+      TEST_ASSERT_TRUE((k < effect->value_count) == (card->value[k].name != NULL));
+      if (k < effect->value_count) {
+        typical[k] = card->value[k].typical;
+        TEST_ASSERT_TRUE(effect->bound[k][0] < effect->bound[k][1]);
+      }
+    }
+    TEST_ASSERT_EQUAL(LM_OK, lm_check_effect(effect, typical, &fault));
+  }
+}
+
+/* Twins are named as effects of the library, never the effect itself. */
+static void twins_are_other_effects(void) {
+  int i;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const char *name = lm_effects[i]->card->name;
+    char twins[200];
+    char *twin;
+    strncpy(twins, lm_effects[i]->card->confused_with, sizeof twins - 1);
+    twins[sizeof twins - 1] = '\0';
+    for (twin = strtok(twins, ", "); twin; twin = strtok(NULL, ", ")) {
+      TEST_ASSERT_NOT_NULL_MESSAGE(lm_find_effect(lm_effects, LM_EFFECT_COUNT, crc_of(twin)), twin);
+      TEST_ASSERT_TRUE(strcmp(twin, name) != 0);
+    }
+  }
+}
+
+/* Linear values held at zero switch an effect off, whatever the conditions. */
+static void without_amplitude_an_effect_is_nothing(void) {
+  int i;
+  int k;
+  int trial;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const lm_effect *effect = lm_effects[i];
+    lm_real value[LM_EFFECT_VALUES_MAX];
+    int linear = 0;
+    for (k = 0; k < effect->value_count; ++k) {
+      int is_linear = effect->card->value[k].role == LM_VALUE_LINEAR;
+      linear += is_linear;
+      value[k] = is_linear ? 0 : effect->card->value[k].typical;
+    }
+    memset(memory, 0, sizeof memory);
+    for (trial = 0; linear > 0 && trial < 50; ++trial) {
+      at.torque_Nm = draw(-50, 50);
+      at.input_angle_rad = draw(-3, 3);
+      at.output_angle_rad = draw(-3, 3);
+      at.input_velocity_rad_s = draw(-100, 100);
+      at.temperature_C = draw(-20, 80);
+      at.cycles = draw(0, LM_REAL(1e7));
+      at.tilt_moment_Nm = draw(-20, 20);
+      at.axial_force_N = draw(-100, 100);
+      at.output_acceleration_rad_s2 = draw(-10, 10);
+      at.elapsed_s = draw(0, 1);
+      at.elastic_rad = draw(LM_REAL(-1e-3), LM_REAL(1e-3));
+      if (effect != &lm_effect_lobe_eccentricity) {
+        TEST_ASSERT_TRUE(effect->run(value, memory, &at) == 0);
+      }
+    }
+  }
+}
+
+/* Linear means linear: twice every linear value is twice the result. */
+static void linear_values_are_linear(void) {
+  int i;
+  int k;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const lm_effect *effect = lm_effects[i];
+    lm_real once[LM_EFFECT_VALUES_MAX];
+    lm_real twice[LM_EFFECT_VALUES_MAX];
+    lm_real other[16] = {0};
+    int linear = 0;
+    int trial;
+    for (k = 0; k < effect->value_count; ++k) {
+      int is_linear = effect->card->value[k].role == LM_VALUE_LINEAR;
+      linear += is_linear;
+      once[k] = effect->card->value[k].typical;
+      twice[k] = is_linear ? 2 * once[k] : once[k];
+    }
+    if (linear == 0 || effect == &lm_effect_lobe_eccentricity) {
+      continue;
+    }
+    memset(memory, 0, sizeof memory);
+    for (trial = 0; trial < 20; ++trial) {
+      at.torque_Nm = draw(-50, 50);
+      at.input_angle_rad = draw(-3, 3);
+      at.output_angle_rad = draw(-3, 3);
+      at.input_velocity_rad_s = draw(-100, 100);
+      at.temperature_C = draw(-20, 80);
+      at.cycles = draw(0, LM_REAL(1e7));
+      at.tilt_moment_Nm = draw(-20, 20);
+      at.axial_force_N = draw(-100, 100);
+      at.output_acceleration_rad_s2 = draw(-10, 10);
+      at.elapsed_s = draw(0, 1);
+      at.elastic_rad = draw(LM_REAL(-1e-3), LM_REAL(1e-3));
+      TEST_ASSERT_TRUE(2 * effect->run(once, memory, &at) == effect->run(twice, other, &at));
+    }
+  }
+}
+
+/* The equations of the cards, written once more with libm. Conditions are those of a size 20 drive
+ * of ratio 100. */
+static void the_periodic_effects_follow_their_equations(void) {
+  static const lm_real four[] = {LM_REAL(3e-5), LM_REAL(-2e-5), LM_REAL(1e-5), LM_REAL(5e-6)};
+  static const lm_real lobes[] = {LM_REAL(1e-5),  LM_REAL(2e-5), LM_REAL(8e-5),
+                                  LM_REAL(-3e-5), LM_REAL(1e-6), LM_REAL(0.5)};
+  double w;
+  for (w = -6; w < 6; w += 0.37) {
+    double o = 0.3 * w + 0.1;
+    double delta;
+    at.input_angle_rad = LM_REAL(w);
+    at.output_angle_rad = LM_REAL(o);
+    at.elastic_rad = LM_REAL(-8e-4);
+    at.torque_Nm = -20;
+    w = (double)at.input_angle_rad;
+    o = (double)at.output_angle_rad;
+    ASSERT_RUNS_TO(3e-5 * cos(2 * w) - 2e-5 * sin(2 * w) + 1e-5 * cos(4 * w) + 5e-6 * sin(4 * w),
+                   kinematic_error, four);
+    ASSERT_RUNS_TO(3e-5 * cos(2 * w + 2 * o) - 2e-5 * sin(2 * w + 2 * o) +
+                       1e-5 * cos(2 * w - 2 * o) + 5e-6 * sin(2 * w - 2 * o),
+                   kinematic_sideband, four);
+    ASSERT_RUNS_TO(-8e-4 * (3e-5 * cos(2 * w) - 2e-5 * sin(2 * w)), stiffness_modulation, four);
+    ASSERT_RUNS_TO(3e-5 * cos(o) - 2e-5 * sin(o), output_eccentricity, four);
+    delta = fabs(8e-5 * cos(w) - 3e-5 * sin(w)) - 1e-6 * 20;
+    ASSERT_RUNS_TO(1e-5 * cos(w) + 2e-5 * sin(w) + (delta > 0 ? delta : 0), lobe_eccentricity,
+                   lobes);
+  }
+}
+
+static void the_gaps_close_within_their_torque(void) {
+  static const lm_real gap[] = {LM_REAL(2e-5), LM_REAL(0.5)};
+  static const lm_real coupling[] = {LM_REAL(0.0044), 100, LM_REAL(0.5)};
+  static const lm_real thermal[] = {LM_REAL(5e-6), LM_REAL(3e-5), LM_REAL(0.5)};
+  static const lm_real wear[] = {LM_REAL(7e-5), LM_REAL(0.5), LM_REAL(0.5)};
+  at.torque_Nm = LM_REAL(0.25);
+  ASSERT_RUNS_TO(1e-5, free_play, gap);
+  at.torque_Nm = -9;
+  ASSERT_RUNS_TO(-2e-5, free_play, gap);
+  /* Catalogue: 900 arcsec at the input of a size 20 drive of ratio 100 are +-4.5 at the output. */
+  ASSERT_RUNS_TO(-0.0044 / 200, input_coupling_play, coupling);
+  at.temperature_C = 30;
+  ASSERT_RUNS_TO(-5e-5, thermal_gap, thermal);
+  at.temperature_C = 0;
+  ASSERT_RUNS_TO(3e-5, thermal_gap, thermal); /* closed for good, not -1e-4 */
+  at.cycles = LM_REAL(4e6);
+  ASSERT_RUNS_TO(-7e-5 * 2, wear, wear);
+  at.cycles = 0;
+  ASSERT_RUNS_TO(0, wear, wear);
+  at.axial_force_N = 100;
+  ASSERT_RUNS_TO(-2e-5 * 100, axial_shift, gap);
+}
+
+static void the_temperature_acts_on_stiffness_zero_and_friction(void) {
+  static const lm_real rate[] = {LM_REAL(0.005)};
+  at.temperature_C = 60;
+  at.elastic_rad = LM_REAL(1e-3);
+  ASSERT_RUNS_TO(0.005 * 40 * 1e-3, thermal_stiffness, rate);
+  ASSERT_RUNS_TO(exp(-0.2), thermal_friction, rate);
+  {
+    static const lm_real drift[] = {LM_REAL(2e-6)};
+    ASSERT_RUNS_TO(8e-5, thermal_drift, drift);
+  }
+  at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
+  ASSERT_RUNS_TO(1, thermal_friction, rate);
+}
+
+static void the_wind_ups_follow_their_equations(void) {
+  static const lm_real soft[] = {LM_REAL(5e-5), 2};
+  static const lm_real stiff[] = {LM_REAL(1e-5), 5, LM_REAL(2e-5), 40};
+  static const lm_real share[] = {LM_REAL(0.02)};
+  static const lm_real lock[] = {1, 100};
+  double t;
+  for (t = -60; t <= 60; t += 7.3) {
+    double size = fabs(t);
+    double expected = 1e-5 * (pow(1 + size / 5, 2.0 / 3.0) - 1) - 2e-5 * pow(size / 40, 3);
+    at.torque_Nm = LM_REAL(t);
+    at.elastic_rad = LM_REAL(t / 20e3);
+    ASSERT_RUNS_TO(5e-5 * tanh(t / 2), soft_windup, soft);
+    ASSERT_RUNS_TO(t < 0 ? -expected : expected, stiffening, stiff);
+    ASSERT_RUNS_TO(0.02 * size / 20e3, asymmetric_stiffness, share);
+    ASSERT_RUNS_TO(0.02, torque_offset, share);
+    ASSERT_RUNS_TO(0.02 * t, torque_scale, share);
+    ASSERT_RUNS_TO(t / 1e4, input_lock_compliance, lock);
+  }
+}
+
+static void speed_moment_and_acceleration_act(void) {
+  static const lm_real stribeck[] = {LM_REAL(5e-5), LM_REAL(4e-5), 5, LM_REAL(0.1)};
+  static const lm_real one[] = {LM_REAL(1e-6)};
+  double v;
+  for (v = -20; v <= 20; v += 1.01) {
+    double sign = v / 0.1 > 1 ? 1 : v / 0.1 < -1 ? -1 : v / 0.1;
+    at.input_velocity_rad_s = LM_REAL(v);
+    at.tilt_moment_Nm = LM_REAL(v);
+    at.output_acceleration_rad_s2 = LM_REAL(v);
+    ASSERT_RUNS_TO(sign * (5e-5 + 4e-5 * exp(-v * v / 25)), stribeck_friction, stribeck);
+    ASSERT_RUNS_TO(1e-6 * v, viscous_friction, one);
+    ASSERT_RUNS_TO(1e-6 * v, output_tilt, one);
+    ASSERT_RUNS_TO(1e-6 * v, inertia, one);
+  }
+}
+
+/* Share ln(1 + t/onset) under constant load, within the stated 0.031 of the elastic angle, at a
+ * controller's tick as at a slow logger's; and recovery without load. */
+static void creep_follows_the_logarithm_and_comes_back(void) {
+  static const lm_real value[] = {LM_REAL(0.01), 2};
+  static const double tick_s[] = {1e-3, 0.5};
+  int k;
+  for (k = 0; k < 2; ++k) {
+    double t = 0;
+    double after;
+    lm_real crept = 0;
+    memset(memory, 0, sizeof memory);
+    at.elastic_rad = LM_REAL(1e-3);
+    at.elapsed_s = LM_REAL(tick_s[k]);
+    while (t < 400) {
+      crept = lm_effect_creep.run(value, memory, &at);
+      t += tick_s[k];
+      if (t > 4) {
+        double error = (double)crept / (0.01 * 1e-3) - log(1 + t / 2);
+        TEST_ASSERT_TRUE(fabs(error) < 0.06); /* 0.031, and a batch or a tick of delay */
+      }
+    }
+    at.elastic_rad = 0;
+    for (after = 0; after < 4000; after += 0.5) {
+      at.elapsed_s = LM_REAL(0.5);
+      TEST_ASSERT_TRUE(lm_effect_creep.run(value, memory, &at) <= crept);
+    }
+    TEST_ASSERT_TRUE(lm_effect_creep.run(value, memory, &at) < LM_REAL(0.1) * crept);
+  }
+}
+
+static void load_dependent_friction_makes_a_bow_tie(void) {
+  static const lm_real value[] = {LM_REAL(1e-6), LM_REAL(0.2)};
+  lm_real up;
+  lm_real t;
+  for (t = 0; t <= 40; t += 1) {
+    at.torque_Nm = t;
+    up = lm_effect_load_dependent_friction.run(value, memory, &at);
+    assert_near(-0.2e-6 * (double)t, up);
+  }
+  for (t = 40; t >= 0; t -= 1) {
+    at.torque_Nm = t;
+    up = lm_effect_load_dependent_friction.run(value, memory, &at);
+  }
+  TEST_ASSERT_TRUE(up == 0);
+  at.torque_Nm = 20;
+  lm_effect_load_dependent_friction.run(value, memory, &at);
+  at.torque_Nm = 10;
+  assert_near(0.2e-6 * 10, lm_effect_load_dependent_friction.run(value, memory, &at));
+}
+
+/* A ramp of rate r lags by r * lag; the mirror image is ahead by as much. */
+static void sensor_lag_shifts_a_ramp(void) {
+  static const lm_real late[] = {LM_REAL(0.005)};
+  static const lm_real early[] = {LM_REAL(-0.005)};
+  static const lm_real none[] = {0};
+  lm_real other[2] = {0};
+  lm_real behind = 0;
+  lm_real ahead = 0;
+  int i;
+  at.elastic_rad = LM_REAL(3e-4);
+  at.elapsed_s = 0;
+  TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(late, memory, &at) == 0);
+  TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(early, other, &at) == 0);
+  for (i = 1; i < 2000; ++i) {
+    at.elastic_rad = LM_REAL(3e-4) + LM_REAL(1e-3) * LM_REAL(1e-4) * LM_REAL(i);
+    at.elapsed_s = LM_REAL(1e-4);
+    behind = lm_effect_sensor_lag.run(late, memory, &at);
+    ahead = lm_effect_sensor_lag.run(early, other, &at);
+  }
+  TEST_ASSERT_TRUE(fabs((double)behind + 5e-6) < 1.5e-7); /* half a tick of 0.1 ms */
+  TEST_ASSERT_TRUE(ahead == -behind);
+  memset(memory, 0, sizeof memory);
+  TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(none, memory, &at) == 0);
+  at.elapsed_s = 0;
+  TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(none, memory, &at) == 0);
+}
+
+static void ratcheting_counts_every_peak_once_and_stays(void) {
+  static const lm_real value[] = {240, LM_REAL(0.0311)};
+  static const lm_real torque_Nm[] = {0, 239, 241, 260, 235, 241, 0, -300, -250, 0, 250};
+  static const int teeth[] = {0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1};
+  int i;
+  for (i = 0; i < 11; ++i) {
+    at.torque_Nm = torque_Nm[i];
+    assert_near(0.0311 * teeth[i], lm_effect_ratcheting.run(value, memory, &at));
+  }
+}
+
+static void values_out_of_bounds_are_refused_by_name(void) {
+  lm_real value[] = {LM_REAL(2e-5), 0};
+  lm_real zero = 0;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_effect(&lm_effect_free_play, value, &fault));
+  TEST_ASSERT_EQUAL_STRING("takeup_Nm", fault.input);
+  TEST_ASSERT_TRUE(fault.low == LM_REAL(1e-3));
+  value[0] = zero / zero;
+  TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_check_effect(&lm_effect_free_play, value, &fault));
+  TEST_ASSERT_EQUAL_STRING("gap_rad", fault.input);
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_effect(NULL, value, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_effect(&lm_effect_free_play, NULL, &fault));
+  TEST_ASSERT_NULL(lm_find_effect(lm_effects, LM_EFFECT_COUNT, 1));
+}
+
+/* A user's own effect: a constant of the user's, without a card. */
+static lm_real own_run(const lm_real *value, lm_real *own, const lm_conditions *now) {
+  own[0] += value[0] * now->torque_Nm;
+  return own[0];
+}
+static const lm_effect own_effect = {7u,      LM_EFFECT_ANGLE, 1,   1, LM_NEEDS_TORQUE,
+                                     own_run, {{-1, 1}},       NULL};
+
+static void a_users_own_effect_runs_like_the_librarys(void) {
+  static const lm_real torque_Nm[] = {1, 2, 3};
+  const lm_effect *table[] = {&lm_effect_wear, &own_effect};
+  lm_recording recording;
+  lm_real value[] = {LM_REAL(0.5)};
+  lm_real result[3];
+  memset(&recording, 0, sizeof recording);
+  recording.count = 3;
+  recording.torque_Nm = torque_Nm;
+  TEST_ASSERT_TRUE(lm_find_effect(table, 2, 7u) == &own_effect);
+  lm_run_effect(&own_effect, value, memory, &recording, result);
+  TEST_ASSERT_TRUE(result[0] == LM_REAL(0.5) && result[2] == 3);
+  value[0] = 2;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_effect(&own_effect, value, &fault));
+  TEST_ASSERT_EQUAL_STRING("value", fault.input);
+}
+
+static void columns_that_are_missing_are_not_known(void) {
+  static const lm_real column[] = {1, 2};
+  lm_recording recording;
+  lm_conditions moment;
+  memset(&recording, 0, sizeof recording);
+  recording.count = 2;
+  moment = lm_read_conditions(&recording, 1);
+  TEST_ASSERT_TRUE(moment.torque_Nm == 0 && moment.elapsed_s == 0);
+  TEST_ASSERT_TRUE(moment.temperature_C == LM_REFERENCE_TEMPERATURE_C);
+  recording.temperature_C = column;
+  recording.cycles = column;
+  moment = lm_read_conditions(&recording, 1);
+  TEST_ASSERT_TRUE(moment.temperature_C == 2 && moment.cycles == 2);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(every_effect_has_a_card_that_is_whole);
+  RUN_TEST(twins_are_other_effects);
+  RUN_TEST(without_amplitude_an_effect_is_nothing);
+  RUN_TEST(linear_values_are_linear);
+  RUN_TEST(the_periodic_effects_follow_their_equations);
+  RUN_TEST(the_gaps_close_within_their_torque);
+  RUN_TEST(the_temperature_acts_on_stiffness_zero_and_friction);
+  RUN_TEST(the_wind_ups_follow_their_equations);
+  RUN_TEST(speed_moment_and_acceleration_act);
+  RUN_TEST(creep_follows_the_logarithm_and_comes_back);
+  RUN_TEST(load_dependent_friction_makes_a_bow_tie);
+  RUN_TEST(sensor_lag_shifts_a_ramp);
+  RUN_TEST(ratcheting_counts_every_peak_once_and_stays);
+  RUN_TEST(values_out_of_bounds_are_refused_by_name);
+  RUN_TEST(a_users_own_effect_runs_like_the_librarys);
+  RUN_TEST(columns_that_are_missing_are_not_known);
+  return UNITY_END();
+}

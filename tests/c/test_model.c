@@ -1,0 +1,279 @@
+#include "lostmotion/model.h"
+
+#include <unity.h>
+
+#include "size20.h"
+
+#define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
+#define ARCMIN LM_REAL(2.908882086657216e-4) /* rad */
+
+static lm_parameters parameters;
+static lm_memory memory;
+static lm_conditions at;
+static lm_fault fault;
+static uint32_t seed;
+
+void setUp(void) {
+  parameters = size20();
+  memset(&at, 0, sizeof at);
+  memset(&memory, 0, sizeof memory);
+  at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
+  lm_start_model(&memory, 0);
+  seed = 1;
+}
+void tearDown(void) {
+}
+
+static lm_real step(lm_real torque_Nm) {
+  at.torque_Nm = torque_Nm;
+  return lm_step_model(&parameters, &memory, &at);
+}
+
+static void the_sum_is_backbone_and_friction(void) {
+  /* Test set S20: hysteresis loss 1.0000 arcmin over a +-40 N*m loop. */
+  lm_real down;
+  lm_real up;
+  step(40);
+  step(-40);
+  up = step(0);
+  step(40);
+  down = step(0);
+  TEST_ASSERT_TRUE(distance((down - up) / ARCMIN, 1) < LM_REAL(LM_REAL_BITS == 64 ? 5e-5 : 0.01));
+}
+
+static void zero_parameters_are_the_identity(void) {
+  static const lm_real torque_Nm[] = {-1, 1};
+  static const lm_real angle_rad[] = {0, 0};
+  (void)lm_build_curve(&parameters.curve, torque_Nm, angle_rad, 2, &fault);
+  (void)lm_build_play_bank(&parameters.plays, 0, 0, 0, &fault);
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
+  TEST_ASSERT_TRUE(step(30) == 0 && step(-70) == 0 && step(0) == 0);
+}
+
+static void evaluating_commits_nothing(void) {
+  lm_memory before;
+  lm_memory trial;
+  lm_real angle;
+  step(12);
+  before = memory;
+  at.torque_Nm = -30;
+  angle = lm_evaluate_model(&parameters, &memory, &trial, &at);
+  TEST_ASSERT_EQUAL_MEMORY(&before, &memory, sizeof memory);
+  TEST_ASSERT_TRUE(lm_step_model(&parameters, &memory, &at) == angle);
+  TEST_ASSERT_EQUAL_MEMORY(&trial, &memory, sizeof memory);
+}
+
+static void one_big_step_is_many_small_ones(void) {
+  int trial;
+  for (trial = 0; trial < 200; ++trial) {
+    lm_memory fine;
+    lm_real from_Nm;
+    lm_real to_Nm = draw(&seed, -80, 80);
+    int i;
+    for (i = 0; i < 5; ++i) {
+      step(draw(&seed, -60, 60));
+    }
+    fine = memory;
+    from_Nm = memory.plays.torque_Nm;
+    step(to_Nm);
+    for (i = 1; i <= 37; ++i) {
+      at.torque_Nm = i == 37 ? to_Nm : from_Nm + (to_Nm - from_Nm) * LM_REAL(i) / 37;
+      lm_step_model(&parameters, &fine, &at);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&fine, &memory, sizeof memory);
+  }
+}
+
+/* The bound of the header: 2^-23 limit + 8 e (angle + sum c limit) / ((1 - sum w) s - sum c). */
+static void check_round_trips(int histories) {
+  lm_real s = lm_find_least_slope(&parameters.curve);
+  const lm_play_bank *bank = &parameters.plays;
+  lm_real bound = (LM_REAL_BITS == 64 ? LM_REAL(2.3e-16) : LM_REAL(1.2e-7)) * 80 +
+                  8 * ROUNDING * (LM_REAL(4e-3) + bank->outside_rad_per_Nm * 80) /
+                      ((1 - bank->inside_share) * s - bank->outside_rad_per_Nm);
+  int trial;
+  for (trial = 0; trial < histories; ++trial) {
+    lm_memory kept;
+    lm_memory next;
+    lm_real wanted_Nm;
+    lm_real found_Nm = 0;
+    lm_real angle;
+    step(draw(&seed, -70, 70));
+    kept = memory;
+    wanted_Nm = draw(&seed, -79, 79);
+    at.torque_Nm = wanted_Nm;
+    angle = lm_evaluate_model(&parameters, &memory, &next, &at);
+    TEST_ASSERT_EQUAL(LM_OK, lm_invert_model(&parameters, &memory, &at, angle, &found_Nm, &fault));
+    TEST_ASSERT_TRUE(distance(found_Nm, wanted_Nm) <= bound);
+    TEST_ASSERT_EQUAL_MEMORY(&kept, &memory, sizeof memory);
+  }
+}
+
+/* A million random histories, half of each place of friction. */
+static void the_inverse_undoes_the_model(void) {
+  check_round_trips(500000);
+  put_friction_inside(&parameters);
+  lm_settle_model(&parameters, &memory);
+  check_round_trips(500000);
+}
+
+static void the_inverse_knows_its_range(void) {
+  lm_real torque_Nm = 7;
+  lm_real zero = 0;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_invert_model(&parameters, &memory, &at, 1, &torque_Nm, &fault));
+  TEST_ASSERT_TRUE(fault.low < 0 && fault.high > 0 && fault.high < 1);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_invert_model(&parameters, &memory, &at, -1, &torque_Nm, &fault));
+  TEST_ASSERT_EQUAL(LM_NOT_FINITE,
+                    lm_invert_model(&parameters, &memory, &at, 1 / zero, &torque_Nm, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_invert_model(0, &memory, &at, 0, &torque_Nm, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_invert_model(&parameters, 0, &at, 0, &torque_Nm, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_invert_model(&parameters, &memory, 0, 0, &torque_Nm, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_invert_model(&parameters, &memory, &at, 0, 0, &fault));
+  TEST_ASSERT_TRUE(torque_Nm == 7);
+}
+
+/* Where the model is flat (a gap without friction) any torque of the flat will do. */
+static void a_flat_piece_inverts_to_a_torque_on_it(void) {
+  static const lm_real t[] = {-80, -5, 5, 80};
+  static const lm_real a[] = {LM_REAL(-1e-3), 0, 0, LM_REAL(1e-3)};
+  lm_real torque_Nm = 99;
+  (void)lm_build_curve(&parameters.curve, t, a, 4, &fault);
+  (void)lm_build_play_bank(&parameters.plays, 0, 0, 0, &fault);
+  TEST_ASSERT_EQUAL(LM_OK, lm_invert_model(&parameters, &memory, &at, 0, &torque_Nm, &fault));
+  TEST_ASSERT_TRUE(torque_Nm >= -5 && torque_Nm <= LM_REAL(5.0001));
+  (void)lm_build_curve(&parameters.curve, t, t, 2, &fault);
+  parameters.curve.slope_rad_per_Nm[0] = 0;
+  parameters.curve.angle_rad[0] = 0;
+  TEST_ASSERT_EQUAL(LM_OK, lm_invert_model(&parameters, &memory, &at, 0, &torque_Nm, &fault));
+}
+
+static void a_torque_without_meaning_is_the_torque_before(void) {
+  lm_real zero = 0;
+  lm_real angle = step(20);
+  TEST_ASSERT_TRUE(step(zero / zero) == angle);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 20);
+  TEST_ASSERT_TRUE(step(1 / zero) == step(80));
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 80);
+  TEST_ASSERT_TRUE(step(-1 / zero) == step(-80));
+  lm_start_model(&memory, zero / zero);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 0);
+}
+
+static void effects_act_in_their_places(void) {
+  lm_real plain = step(10);
+  lm_memory kept;
+  lm_start_model(&memory, 0);
+  add_effect(&parameters, &lm_effect_torque_offset, 2, 0);
+  add_effect(&parameters, &lm_effect_torque_scale, LM_REAL(0.1), 0);
+  add_effect(&parameters, &lm_effect_thermal_friction, LM_REAL(0.05), 0);
+  add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-5), 0);
+  add_effect(&parameters, &lm_effect_asymmetric_stiffness, LM_REAL(0.5), 0);
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
+  /* 10 N*m come about as (T + 2 + 0.1 T) with T = 8 / 1.1; half as much elastic angle on top. */
+  TEST_ASSERT_TRUE(distance(step(LM_REAL(8.0 / 1.1)), LM_REAL(1.5) * plain) < LM_REAL(1e-6) * 1);
+  /* Colder by ln(2) / 0.05: every band twice as wide. Hotter or colder, the drift is a constant. */
+  at.temperature_C = LM_REFERENCE_TEMPERATURE_C - LM_REAL(0.6931471805599453 / 0.05);
+  lm_start_model(&memory, 0);
+  step(0);
+  TEST_ASSERT_TRUE(distance(memory.width_scale, 2) < LM_REAL(1e-5));
+  kept = memory;
+  step(40);
+  TEST_ASSERT_TRUE(distance(memory.plays.z_Nm[0],
+                            46 - 2 * (LM_REAL(0.5) + LM_REAL(0.5 / 80) * 46)) < LM_REAL(1e-4));
+  TEST_ASSERT_TRUE(memory.width_scale >= kept.width_scale);
+}
+
+/* Torque effects cannot push the torque past the limit, nor take it away. */
+static lm_real poison(const lm_real *value, lm_real *own, const lm_conditions *now) {
+  lm_real zero = now->torque_Nm - now->torque_Nm;
+  own[0] = 1;
+  return value[0] / zero;
+}
+static const lm_effect poisonous = {2u,     LM_EFFECT_TORQUE, 1, 1, LM_NEEDS_TORQUE,
+                                    poison, {{-1, 1}},        0};
+
+static void a_bad_torque_effect_is_contained(void) {
+  add_effect(&parameters, &poisonous, 0, 0);
+  step(20);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 20);
+  parameters.effect[0].value[0] = 1;
+  step(20);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 80);
+}
+
+static void conditions_that_are_not_finite_are_not_known(void) {
+  lm_real zero = 0;
+  lm_real nan = zero / zero;
+  lm_real quiet;
+  add_effect(&parameters, &lm_effect_kinematic_error, LM_REAL(1e-5), LM_REAL(1e-5));
+  add_effect(&parameters, &lm_effect_output_eccentricity, LM_REAL(1e-5), LM_REAL(1e-5));
+  add_effect(&parameters, &lm_effect_viscous_friction, LM_REAL(1e-5), 0);
+  add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-5), 0);
+  add_effect(&parameters, &lm_effect_inertia, LM_REAL(1e-5), 0);
+  add_effect(&parameters, &lm_effect_output_tilt, LM_REAL(1e-5), 0);
+  add_effect(&parameters, &lm_effect_axial_shift, LM_REAL(1e-5), 1);
+  add_effect(&parameters, &lm_effect_creep, LM_REAL(0.01), 1);
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
+  quiet = step(5);
+  at.input_angle_rad = nan;
+  at.output_angle_rad = 1 / zero;
+  at.input_velocity_rad_s = nan;
+  at.output_acceleration_rad_s2 = nan;
+  at.temperature_C = nan;
+  at.cycles = nan;
+  at.tilt_moment_Nm = nan;
+  at.axial_force_N = -1 / zero;
+  at.elapsed_s = nan;
+  TEST_ASSERT_TRUE(step(5) == quiet);
+}
+
+static void settling_puts_any_memory_right(void) {
+  lm_real zero = 0;
+  memset(&memory, 0xFF, sizeof memory); /* NaN in both precisions */
+  lm_settle_model(&parameters, &memory);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 0);
+  TEST_ASSERT_TRUE(memory.width_scale == 1);
+  TEST_ASSERT_TRUE(memory.effect[0] == 0);
+  TEST_ASSERT_TRUE(distance(step(10), step(10)) == 0);
+  memory.plays.torque_Nm = 1 / zero;
+  memory.effect[1] = 3;
+  lm_settle_model(&parameters, &memory);
+  TEST_ASSERT_TRUE(memory.plays.torque_Nm == 80);
+  TEST_ASSERT_TRUE(memory.effect[1] == 3);
+}
+
+static void a_recording_is_the_single_steps(void) {
+  static const lm_real torque_Nm[] = {5, 30, -3};
+  lm_recording recording;
+  lm_memory other = memory;
+  lm_real angle[3];
+  int i;
+  memset(&recording, 0, sizeof recording);
+  recording.count = 3;
+  recording.torque_Nm = torque_Nm;
+  lm_run_model(&parameters, &other, &recording, angle);
+  for (i = 0; i < 3; ++i) {
+    TEST_ASSERT_TRUE(step(torque_Nm[i]) == angle[i]);
+  }
+  TEST_ASSERT_EQUAL_MEMORY(&other, &memory, sizeof memory);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(the_sum_is_backbone_and_friction);
+  RUN_TEST(zero_parameters_are_the_identity);
+  RUN_TEST(evaluating_commits_nothing);
+  RUN_TEST(one_big_step_is_many_small_ones);
+  RUN_TEST(the_inverse_undoes_the_model);
+  RUN_TEST(the_inverse_knows_its_range);
+  RUN_TEST(a_flat_piece_inverts_to_a_torque_on_it);
+  RUN_TEST(a_torque_without_meaning_is_the_torque_before);
+  RUN_TEST(effects_act_in_their_places);
+  RUN_TEST(a_bad_torque_effect_is_contained);
+  RUN_TEST(conditions_that_are_not_finite_are_not_known);
+  RUN_TEST(settling_puts_any_memory_right);
+  RUN_TEST(a_recording_is_the_single_steps);
+  return UNITY_END();
+}
