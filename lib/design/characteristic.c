@@ -145,12 +145,15 @@ typedef struct nearest {
   lm_real flank_angle_rad;
 } nearest;
 
+/* A tooth that stands on the engagement limit counts in both precisions: 2 arcsec of slack. */
+#define EDGE LM_REAL(1e-5)
+
 static void find_nearest(const lm_clearance clearances[], int count, lm_real limit_rad,
                          nearest *forward, nearest *backward) {
   int i;
   for (i = 0; i < count; i++) {
     const lm_clearance *c = &clearances[i];
-    if (real_fabs(c->angle_rad) <= limit_rad) {
+    if (real_fabs(c->angle_rad) <= limit_rad + EDGE) {
       if (c->forward.gap_rad < forward->gap_rad) {
         forward->gap_rad = c->forward.gap_rad;
         forward->flank_angle_rad = c->forward.flank_angle_rad;
@@ -215,7 +218,7 @@ static lm_status add_section(builder *b, const lm_mesh *mesh, int section,
   for (i = 0; i < count; i++) {
     const lm_clearance *c = &clearances[i];
     lm_status status = LM_OK;
-    if (real_fabs(c->angle_rad) > support->engagement_limit_rad) {
+    if (real_fabs(c->angle_rad) > support->engagement_limit_rad + EDGE) {
       continue;
     }
     if (c->forward.gap_rad - forward->gap_rad <= support->gap_limit_rad) {

@@ -447,3 +447,13 @@ def test_a_name_defaults_to_the_file_name(bought: Document, write: Callable[...,
 def test_a_bought_drive_has_no_clearances(bought: Document) -> None:
     with pytest.raises(InputError, match=r"design: found no such table, expected \[design\]"):
         design_model(parse_drive(bought))
+
+
+def test_defaults_follow_the_values_that_the_file_gives() -> None:
+    """The wall is 0.6 of the rim, of the rim in the file and not of the one it would have had."""
+    document = copy.deepcopy(DRAWN)
+    document["design"]["flexspline"] = {"rim_thickness_mm": 0.7}
+    design = parse_drive(document).design
+    assert design is not None
+    drive = make_drive(design)
+    assert drive.flexspline.wall_thickness_mm == pytest.approx(0.6 * 0.7, rel=1e-12)

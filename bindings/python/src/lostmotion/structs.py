@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -230,18 +230,14 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
         Names the key of the drive file whose value the library refuses.
     """
     c = core(bits)
-    drive = c.ffi.new("lm_drive *")
-    drive.ratio = design.ratio
-    drive.rated_torque_Nm = design.rated_torque_Nm
-    for path, default in TOOTH_DEFAULTS.items():
-        _set(drive, path, default)
-    drive.generator.floating = 1
-    for path in _paths("teeth", "generator"):
-        if path in design.values:
-            _set(drive, path, _number(path, design.values[path].value))
+    # Values that the library refuses are named before any default is derived from them.
+    trial = _given(design, c, _paths("teeth", "generator"))
+    with_fault(design, c, lambda fault: c.lib.lm_complete_drive(trial, fault))
+    _set_all(trial, design, design.values)
+    with_fault(design, c, lambda fault: c.lib.lm_check_drive(trial, fault))
+    drive = _given(design, c, design.values)
     with_fault(design, c, lambda fault: c.lib.lm_complete_drive(drive, fault))
-    for path, value in design.values.items():
-        _set(drive, path, _number(path, value.value))
+    _set_all(drive, design, design.values)  # a zero that the file gives is no gap to be filled
     if design.radial_chain is not None:
         _fill(design, c, drive, "radial_law", design.radial_chain, _radial_law)
     if design.torsion_chain is not None:
@@ -250,6 +246,24 @@ def make_drive(design: Design, bits: Bits = 64) -> Any:
         _fill(design, c, drive, "tolerance", design.tolerances, _tolerance_link)
     with_fault(design, c, lambda fault: c.lib.lm_check_drive(drive, fault))
     return drive
+
+
+def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
+    """Make an `lm_drive` that holds what the file says at `paths`, and zeros."""
+    drive = c.ffi.new("lm_drive *")
+    drive.ratio = design.ratio
+    drive.rated_torque_Nm = design.rated_torque_Nm
+    for path, default in TOOTH_DEFAULTS.items():
+        _set(drive, path, default)
+    drive.generator.floating = 1
+    _set_all(drive, design, paths)
+    return drive
+
+
+def _set_all(drive: Any, design: Design, paths: Iterable[str]) -> None:
+    for path in paths:
+        if path in design.values:
+            _set(drive, path, _number(path, design.values[path].value))
 
 
 def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
