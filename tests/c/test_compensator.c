@@ -1,0 +1,469 @@
+#include "lostmotion/compensator.h"
+
+#include <math.h>
+#include <unity.h>
+
+#include "size20.h"
+
+#define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
+
+static lm_parameters parameters;
+static lm_compensator joint;
+static lm_conditions at;
+static lm_fault fault;
+static uint32_t seed;
+
+void setUp(void) {
+  parameters = size20();
+  memset(&at, 0, sizeof at);
+  at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
+  seed = 1;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+}
+void tearDown(void) {
+}
+
+static lm_correction step(lm_real torque_Nm) {
+  at.torque_Nm = torque_Nm;
+  return lm_step_compensator(&joint, &at);
+}
+
+static lm_correction rest(lm_real torque_Nm, int ticks) {
+  lm_correction now = step(torque_Nm);
+  int i;
+  for (i = 1; i < ticks; ++i) {
+    now = step(torque_Nm);
+  }
+  return now;
+}
+
+static void at_rest_the_correction_takes_the_lost_motion_out(void) {
+  lm_correction now = rest(10, 2000);
+  TEST_ASSERT_TRUE(now.lost_motion_rad > LM_REAL(4e-4));
+  TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(2e-8));
+  TEST_ASSERT_TRUE(distance(now.velocity_rad_s, 0) < LM_REAL(1e-6));
+  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN, now.status);
+}
+
+/* The slope of the backbone and its friction is constant while a torque rises between two knots:
+ * the target moves at a steady rate and must be followed without lag. */
+static void a_steady_rate_is_followed_without_lag(void) {
+  lm_correction now = rest(8, 1000);
+  int i;
+  for (i = 0; i < 1500; ++i) {
+    now = step(8 + LM_REAL(i) * LM_REAL(0.011));
+  }
+  TEST_ASSERT_TRUE(now.velocity_rad_s < LM_REAL(-1e-4));
+  /* The rate itself is 5e-4 rad/s; a lag of one tick alone would be 5e-7 rad. */
+  TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(8e-7));
+}
+
+/* Bounds by differences of the outputs, for loads as wild as they come. `slack` is rounding. */
+static void check_limits(lm_headroom most, int ticks) {
+  const lm_real tick_s = parameters.limits.period_s;
+  lm_correction before;
+  lm_correction now;
+  int i;
+  lm_real torque_Nm = 0;
+  memset(&before, 0, sizeof before);
+  for (i = 0; i < ticks; ++i) {
+    uint32_t kind = seed >> 29;
+    if (kind == 0) {
+      torque_Nm = draw(&seed, -80, 80);
+    } else if (kind == 1) {
+      torque_Nm = -torque_Nm;
+    } else {
+      torque_Nm += draw(&seed, -2, 2);
+    }
+    if (draw(&seed, 0, 1) < LM_REAL(0.01)) {
+      lm_set_mode(&joint, (lm_mode)(seed >> 28 & 3));
+    }
+    now = step(torque_Nm);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, 0) <= most.correction_rad * (1 + 4 * ROUNDING));
+    TEST_ASSERT_TRUE(distance(now.velocity_rad_s, 0) <= most.velocity_rad_s * (1 + 8 * ROUNDING));
+    TEST_ASSERT_TRUE(distance(now.acceleration_rad_s2, 0) <=
+                     most.acceleration_rad_s2 * (1 + 8 * ROUNDING));
+    TEST_ASSERT_TRUE(distance(now.acceleration_rad_s2, before.acceleration_rad_s2) <=
+                     most.jerk_rad_s3 * tick_s + 8 * ROUNDING * most.acceleration_rad_s2);
+    /* The rates are those of the outputs themselves. */
+    TEST_ASSERT_TRUE(
+        distance(now.velocity_rad_s, before.velocity_rad_s + now.acceleration_rad_s2 * tick_s) <=
+        8 * ROUNDING * most.velocity_rad_s);
+    TEST_ASSERT_TRUE(
+        distance(now.correction_rad, before.correction_rad + now.velocity_rad_s * tick_s) <=
+        8 * ROUNDING * most.correction_rad);
+    before = now;
+  }
+}
+
+static lm_headroom own_limits(void) {
+  lm_headroom most;
+  most.correction_rad = parameters.limits.correction_rad;
+  most.velocity_rad_s = parameters.limits.velocity_rad_s;
+  most.acceleration_rad_s2 = parameters.limits.acceleration_rad_s2;
+  most.jerk_rad_s3 = parameters.limits.jerk_rad_s3;
+  return most;
+}
+
+static void no_limit_is_ever_passed(void) {
+  static const lm_real response[] = {5, 20, LM_REAL(62.5)};
+  static const lm_real narrowing[] = {1, LM_REAL(0.1), LM_REAL(0.001)};
+  int r;
+  int k;
+  for (r = 0; r < 3; ++r) {
+    for (k = 0; k < 81; ++k) {
+      parameters = size20();
+      parameters.limits.response_per_s = response[r];
+      parameters.limits.correction_rad *= narrowing[k % 3];
+      parameters.limits.velocity_rad_s *= narrowing[k / 3 % 3];
+      parameters.limits.acceleration_rad_s2 *= narrowing[k / 9 % 3];
+      parameters.limits.jerk_rad_s3 *= narrowing[k / 27 % 3];
+      TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+      check_limits(own_limits(), 3000);
+    }
+  }
+}
+
+static void headroom_narrows_and_never_widens(void) {
+  lm_headroom room = own_limits();
+  lm_real zero = 0;
+  room.correction_rad *= LM_REAL(0.1);
+  room.velocity_rad_s *= LM_REAL(0.2);
+  room.acceleration_rad_s2 *= LM_REAL(0.3);
+  room.jerk_rad_s3 *= LM_REAL(0.4);
+  lm_set_headroom(&joint, &room);
+  check_limits(room, 20000);
+  room.correction_rad = 1 / zero;
+  room.velocity_rad_s = 100;
+  room.acceleration_rad_s2 = LM_REAL(1e6);
+  room.jerk_rad_s3 = 1 / zero;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  lm_set_headroom(&joint, &room);
+  check_limits(own_limits(), 20000);
+}
+
+static void no_headroom_means_no_motion(void) {
+  lm_headroom none;
+  lm_real zero = 0;
+  none.correction_rad = 1;
+  none.velocity_rad_s = -1;
+  none.acceleration_rad_s2 = zero / zero;
+  none.jerk_rad_s3 = 0;
+  lm_set_headroom(&joint, &none);
+  TEST_ASSERT_TRUE(rest(30, 100).correction_rad == 0);
+  lm_set_headroom(&joint, NULL);
+  TEST_ASSERT_TRUE(rest(30, 2000).correction_rad < LM_REAL(-5e-4));
+}
+
+static void a_narrower_position_is_approached_without_a_jump(void) {
+  lm_headroom room = own_limits();
+  lm_correction before = rest(40, 3000);
+  int i;
+  room.correction_rad = LM_REAL(2e-4);
+  lm_set_headroom(&joint, &room);
+  for (i = 0; i < 3000; ++i) {
+    lm_correction now = step(40);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, before.correction_rad) <=
+                     parameters.limits.velocity_rad_s * parameters.limits.period_s);
+    before = now;
+  }
+  TEST_ASSERT_TRUE(distance(before.correction_rad, -room.correction_rad) < LM_REAL(1e-8));
+  TEST_ASSERT_TRUE(before.status & LM_STATE_POSITION_LIMITED);
+}
+
+static void a_step_is_approached_without_overshoot(void) {
+  int i;
+  lm_correction now = step(30);
+  for (i = 0; i < 4000; ++i) {
+    now = step(30);
+    TEST_ASSERT_TRUE(now.correction_rad >= -now.lost_motion_rad * (1 + 16 * ROUNDING));
+  }
+  TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(1e-7));
+}
+
+static void binding_limits_are_reported(void) {
+  uint32_t seen = 0;
+  int i;
+  parameters.limits.velocity_rad_s = LM_REAL(1e-3);
+  parameters.limits.acceleration_rad_s2 = LM_REAL(0.05);
+  parameters.limits.jerk_rad_s3 = 10;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  for (i = 0; i < 200; ++i) {
+    seen |= step(70).status;
+  }
+  TEST_ASSERT_TRUE(seen & LM_STATE_VELOCITY_LIMITED);
+  TEST_ASSERT_TRUE(seen & LM_STATE_ACCELERATION_LIMITED);
+  TEST_ASSERT_TRUE(seen & LM_STATE_JERK_LIMITED);
+  TEST_ASSERT_TRUE(step(100).status & LM_STATE_TORQUE_CLIPPED);
+}
+
+static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(void) {
+  lm_correction held = rest(30, 2000);
+  lm_compensator other;
+  lm_set_mode(&joint, LM_MODE_HOLD);
+  rest(-40, 500);
+  TEST_ASSERT_TRUE(distance(step(-40).correction_rad, held.correction_rad) < LM_REAL(1e-7));
+  TEST_ASSERT_EQUAL(LM_STATE_HOLDING | LM_STATE_MEMORY_UNKNOWN, step(-40).status);
+  lm_set_mode(&joint, LM_MODE_RESET);
+  TEST_ASSERT_TRUE(distance(rest(-40, 3000).correction_rad, 0) < LM_REAL(1e-7));
+  TEST_ASSERT_EQUAL(LM_STATE_RESETTING | LM_STATE_MEMORY_UNKNOWN, step(-40).status);
+  lm_set_mode(&joint, LM_MODE_RUN);
+  /* Stop, abort and re-home have lost nothing: the history is that of the load. */
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&other, &parameters, 0, &fault));
+  at.torque_Nm = 30;
+  lm_step_compensator(&other, &at);
+  at.torque_Nm = -40;
+  lm_step_compensator(&other, &at);
+  TEST_ASSERT_EQUAL_MEMORY(&other.memory, &joint.memory, sizeof joint.memory);
+  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN, rest(-40, 3000).status);
+}
+
+/* The truth: a model that starts anywhere in its bands. The bound must hold it at every moment. */
+static void check_uncertainty(void) {
+  int trial;
+  for (trial = 0; trial < 300; ++trial) {
+    lm_memory truth;
+    lm_real start_Nm = draw(&seed, -40, 40);
+    lm_real before = LM_REAL(1e9);
+    int i;
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, start_Nm, &fault));
+    truth = joint.memory;
+    for (i = 0; i < 4; ++i) {
+      lm_real radius_Nm = lm_find_play_radius(&parameters.plays, i, start_Nm);
+      truth.plays.z_Nm[i] = start_Nm + draw(&seed, -1, 1) * radius_Nm;
+    }
+    lm_settle_model(&parameters, &truth);
+    for (i = 0; i < 25; ++i) {
+      lm_real model;
+      lm_real real;
+      lm_real bound;
+      at.torque_Nm = draw(&seed, -3, 3) * LM_REAL(i);
+      real = lm_step_model(&parameters, &truth, &at);
+      model = lm_step_compensator(&joint, &at).lost_motion_rad;
+      bound = lm_bound_uncertainty(&joint);
+      TEST_ASSERT_TRUE(distance(model, real) <= bound + 32 * ROUNDING * LM_REAL(4e-3));
+      /* Inside, the backbone's slope at the load moves the angle for one and the same torque. */
+      TEST_ASSERT_TRUE(bound <= before * LM_REAL(2.0));
+      before = bound;
+    }
+    step(80);
+    step(-80);
+    TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+    TEST_ASSERT_FALSE(step(0).status & LM_STATE_MEMORY_UNKNOWN);
+    TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+  }
+}
+
+static void the_uncertainty_bounds_the_truth_and_shrinks_to_nothing(void) {
+  check_uncertainty();
+  put_friction_inside(&parameters);
+  check_uncertainty();
+}
+
+static void a_known_start_has_no_uncertainty(void) {
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) > LM_REAL(1e-5));
+  lm_declare_memory_known(&joint);
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+  TEST_ASSERT_EQUAL(0, step(1).status & LM_STATE_MEMORY_UNKNOWN);
+}
+
+static void a_change_of_parameters_makes_no_step(void) {
+  lm_parameters other = size20();
+  lm_correction before = rest(20, 2000);
+  lm_real first;
+  int i;
+  put_friction_inside(&other);
+  other.limits.velocity_rad_s = LM_REAL(0.01);
+  TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &other, &fault));
+  first = before.correction_rad;
+  for (i = 0; i < 3000; ++i) {
+    lm_correction now = step(20);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, before.correction_rad) <=
+                     LM_REAL(0.1) * LM_REAL(1e-3));
+    TEST_ASSERT_TRUE(distance(now.acceleration_rad_s2, before.acceleration_rad_s2) <=
+                     LM_REAL(5.001));
+    before = now;
+  }
+  TEST_ASSERT_TRUE(distance(before.correction_rad, first) > LM_REAL(1e-6));
+  TEST_ASSERT_TRUE(distance(before.correction_rad, -before.lost_motion_rad) < LM_REAL(1e-7));
+  other.format = 0;
+  TEST_ASSERT_EQUAL(LM_CORRUPT, lm_change_parameters(&joint, &other, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(NULL, &other, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(&joint, NULL, &fault));
+}
+
+static void a_saved_history_is_taken_up_again(void) {
+  lm_saved saved;
+  lm_compensator next;
+  rest(40, 10);
+  rest(-12, 10);
+  lm_save_compensator(&joint, &saved);
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&next, &parameters, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&next, &saved, &fault));
+  TEST_ASSERT_EQUAL_MEMORY(&joint.memory, &next.memory, sizeof next.memory);
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&next) == lm_bound_uncertainty(&joint));
+  lm_declare_memory_known(&joint);
+  lm_save_compensator(&joint, &saved);
+  TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&next, &saved, &fault));
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&next) == 0);
+}
+
+static void a_saved_history_that_does_not_belong_is_refused(void) {
+  lm_saved saved;
+  lm_memory kept;
+  size_t i;
+  rest(40, 10);
+  lm_save_compensator(&joint, &saved);
+  kept = joint.memory;
+  for (i = 0; i < sizeof saved; ++i) {
+    ((uint8_t *)&saved)[i] ^= 0x40;
+    TEST_ASSERT_EQUAL(LM_CORRUPT, lm_restore_compensator(&joint, &saved, &fault));
+    ((uint8_t *)&saved)[i] ^= 0x40;
+  }
+  saved.format = 2;
+  saved.crc = lm_find_crc(0, &saved, offsetof(lm_saved, crc));
+  TEST_ASSERT_EQUAL(LM_CORRUPT, lm_restore_compensator(&joint, &saved, &fault));
+  TEST_ASSERT_EQUAL_STRING("format", fault.input);
+  lm_save_compensator(&joint, &saved);
+  parameters.fingerprint = 5;
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_restore_compensator(&joint, &saved, &fault));
+  TEST_ASSERT_EQUAL_STRING("fingerprint", fault.input);
+  TEST_ASSERT_EQUAL(LM_NULL, lm_restore_compensator(NULL, &saved, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_restore_compensator(&joint, NULL, &fault));
+  TEST_ASSERT_EQUAL_MEMORY(&kept, &joint.memory, sizeof kept);
+}
+
+/* A load that swings +-20 N*m; the encoder sees `truth` times what the model says. */
+static lm_correction swing(double seconds, lm_real truth) {
+  lm_correction now = step(0);
+  int i;
+  for (i = 0; i < (int)(seconds * 1000); ++i) {
+    now = step(20 * LM_REAL(sin(i * 0.00628)));
+    if (i % 10 == 0) {
+      lm_watch_output(&joint, truth * now.lost_motion_rad + LM_REAL(0.3), LM_REAL(0.01));
+    }
+  }
+  return now;
+}
+
+static void the_watch_lets_a_model_work_that_fits(void) {
+  lm_correction now = swing(8, 1);
+  TEST_ASSERT_EQUAL(0, now.status & (LM_STATE_FADED | LM_STATE_MISFIT));
+  TEST_ASSERT_TRUE(joint.gain == 1);
+}
+
+static void the_watch_fades_a_model_out_that_makes_it_worse(void) {
+  lm_correction now = swing(8, -1);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_FADED);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_MISFIT);
+  TEST_ASSERT_TRUE(joint.gain == 0);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, 0) < LM_REAL(1e-5));
+  now = swing(12, 1);
+  TEST_ASSERT_TRUE(joint.gain == 1);
+  TEST_ASSERT_EQUAL(0, now.status & (LM_STATE_FADED | LM_STATE_MISFIT));
+}
+
+static void the_watch_takes_noise_for_noise(void) {
+  int i;
+  for (i = 0; i < 2000; ++i) {
+    lm_correction now = step(0);
+    lm_watch_output(&joint, now.lost_motion_rad + draw(&seed, LM_REAL(-1e-5), LM_REAL(1e-5)),
+                    LM_REAL(0.01));
+  }
+  TEST_ASSERT_TRUE(joint.gain == 1);
+}
+
+static void the_watch_ignores_nonsense_and_says_so(void) {
+  lm_real zero = 0;
+  static const int cases = 5;
+  int i;
+  for (i = 0; i < cases; ++i) {
+    lm_compensator kept = joint;
+    lm_watch_output(&joint,
+                    i == 0   ? zero / zero
+                    : i == 1 ? 1 / zero
+                             : LM_REAL(0.1),
+                    i == 2   ? zero / zero
+                    : i == 3 ? 0
+                    : i == 4 ? 1 / zero
+                             : LM_REAL(0.1));
+    TEST_ASSERT_EQUAL(kept.standing | LM_STATE_WATCH_REFUSED, joint.standing);
+    TEST_ASSERT_TRUE(step(0).status & LM_STATE_WATCH_REFUSED);
+    lm_watch_output(&joint, 0, LM_REAL(0.1));
+    TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_WATCH_REFUSED);
+  }
+}
+
+static void inputs_that_are_not_finite_change_nothing(void) {
+  lm_real zero = 0;
+  lm_correction before = rest(20, 3000);
+  lm_correction now = step(zero / zero);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_INPUT_REFUSED);
+  TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
+  now = step(1 / zero);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_INPUT_REFUSED);
+  at.temperature_C = zero / zero;
+  TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED); /* nobody asked for it */
+  add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
+  TEST_ASSERT_EQUAL(LM_STATE_INPUT_REFUSED, step(20).status & LM_STATE_INPUT_REFUSED);
+  at.temperature_C = 20;
+  TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED);
+}
+
+static lm_real broken(const lm_real *value, lm_real *own, const lm_conditions *now) {
+  (void)own;
+  return value[0] / (now->torque_Nm - now->torque_Nm);
+}
+static const lm_effect broken_effect = {3u,     LM_EFFECT_ANGLE, 1,   0, LM_NEEDS_TORQUE,
+                                        broken, {{-1, 1}},       NULL};
+
+static void a_users_effect_that_breaks_is_contained(void) {
+  lm_correction before = rest(20, 3000);
+  lm_correction now;
+  add_effect(&parameters, &broken_effect, 1, 0);
+  now = rest(30, 10);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_MODEL_REFUSED);
+  TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, before.correction_rad) < LM_REAL(1e-6));
+}
+
+static void bad_parameters_do_not_start(void) {
+  lm_compensator kept = joint;
+  TEST_ASSERT_EQUAL(LM_NULL, lm_start_compensator(NULL, &parameters, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_start_compensator(&joint, NULL, 0, &fault));
+  parameters.format = 0;
+  TEST_ASSERT_EQUAL(LM_CORRUPT, lm_start_compensator(&joint, &parameters, 0, &fault));
+  TEST_ASSERT_EQUAL_MEMORY(&kept, &joint, sizeof joint);
+}
+
+static void an_instance_fits_its_promise(void) {
+  /* 256 bytes on a 32-bit controller in float; here the pointer is wider. */
+  TEST_ASSERT_TRUE(sizeof(lm_compensator) <= (LM_REAL_BITS == 32 ? 256 + 8 : 512));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(at_rest_the_correction_takes_the_lost_motion_out);
+  RUN_TEST(a_steady_rate_is_followed_without_lag);
+  RUN_TEST(no_limit_is_ever_passed);
+  RUN_TEST(headroom_narrows_and_never_widens);
+  RUN_TEST(no_headroom_means_no_motion);
+  RUN_TEST(a_narrower_position_is_approached_without_a_jump);
+  RUN_TEST(a_step_is_approached_without_overshoot);
+  RUN_TEST(binding_limits_are_reported);
+  RUN_TEST(holding_stays_and_resetting_goes_to_zero_while_the_memory_follows);
+  RUN_TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing);
+  RUN_TEST(a_known_start_has_no_uncertainty);
+  RUN_TEST(a_change_of_parameters_makes_no_step);
+  RUN_TEST(a_saved_history_is_taken_up_again);
+  RUN_TEST(a_saved_history_that_does_not_belong_is_refused);
+  RUN_TEST(the_watch_lets_a_model_work_that_fits);
+  RUN_TEST(the_watch_fades_a_model_out_that_makes_it_worse);
+  RUN_TEST(the_watch_takes_noise_for_noise);
+  RUN_TEST(the_watch_ignores_nonsense_and_says_so);
+  RUN_TEST(inputs_that_are_not_finite_change_nothing);
+  RUN_TEST(a_users_effect_that_breaks_is_contained);
+  RUN_TEST(bad_parameters_do_not_start);
+  RUN_TEST(an_instance_fits_its_promise);
+  return UNITY_END();
+}

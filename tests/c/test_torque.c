@@ -1,0 +1,76 @@
+#include "lostmotion/torque.h"
+
+#include <unity.h>
+
+static lm_motor motor;
+static lm_load_guess guess;
+
+void setUp(void) {
+  motor.torque_constant_Nm_per_A = LM_REAL(0.1);
+  motor.ratio = 100;
+  motor.efficiency = LM_REAL(0.8);
+  motor.rotor_inertia_kg_m2 = LM_REAL(1e-4);
+  motor.coulomb_Nm = LM_REAL(0.05);
+  motor.viscous_Nm_s = LM_REAL(1e-3);
+  motor.standstill_rad_s = LM_REAL(0.1);
+  guess.friction_Nm = 5;
+  guess.stiffness_Nm_per_rad = LM_REAL(1e4);
+}
+void tearDown(void) {
+}
+
+static void assert_near(double expected, lm_real found) {
+  double difference = (double)found - expected;
+  TEST_ASSERT_TRUE(difference < 1e-4 && difference > -1e-4);
+}
+
+/* 4 A are 0.4 N*m; at 10 rad/s friction takes 0.05 + 0.01, at 100 rad/s^2 the rotor 0.01. */
+static void a_motor_that_drives_loses_by_efficiency(void) {
+  assert_near(-(0.4 - 0.06 - 0.01) * 100 * 0.8, lm_estimate_torque(&motor, 4, 10, 100));
+  assert_near((0.4 - 0.06) * 100 * 0.8, lm_estimate_torque(&motor, -4, -10, 0));
+}
+
+static void a_motor_that_is_driven_holds_less_than_the_load(void) {
+  assert_near(-(0.4 + 0.06) * 100 / 0.8, lm_estimate_torque(&motor, 4, -10, 0));
+}
+
+static void at_standstill_neither_friction_nor_efficiency_count(void) {
+  assert_near(-40, lm_estimate_torque(&motor, 4, 0, 0));
+  assert_near(-(0.4 - 0.025 - 5e-5) * 100 * 0.9, lm_estimate_torque(&motor, 4, LM_REAL(0.05), 0));
+}
+
+static void the_sign_of_the_ratio_counts(void) {
+  motor.ratio = -100;
+  assert_near(40, lm_estimate_torque(&motor, 4, 0, 0));
+}
+
+static void the_guess_resists_motion_and_has_a_dead_band(void) {
+  lm_real resisting_Nm = 0;
+  int i;
+  assert_near(-5, lm_guess_torque(&guess, &resisting_Nm, LM_REAL(0.01), 0));
+  assert_near(5, lm_guess_torque(&guess, &resisting_Nm, LM_REAL(-0.01), 0));
+  /* Hovering by less than friction / stiffness = 0.5 mrad does not flip it. */
+  for (i = 0; i < 100; ++i) {
+    lm_real small_rad = (i % 2) ? LM_REAL(-3e-4) : LM_REAL(3e-4);
+    TEST_ASSERT_TRUE(lm_guess_torque(&guess, &resisting_Nm, small_rad, 0) > 0);
+  }
+  assert_near(7, lm_guess_torque(&guess, &resisting_Nm, -1, 2));
+}
+
+static void a_motion_that_is_not_finite_is_not_made(void) {
+  lm_real zero = 0;
+  lm_real resisting_Nm = 3;
+  assert_near(3, lm_guess_torque(&guess, &resisting_Nm, zero / zero, 0));
+  assert_near(3, resisting_Nm);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(a_motor_that_drives_loses_by_efficiency);
+  RUN_TEST(a_motor_that_is_driven_holds_less_than_the_load);
+  RUN_TEST(at_standstill_neither_friction_nor_efficiency_count);
+  RUN_TEST(the_sign_of_the_ratio_counts);
+  RUN_TEST(the_guess_resists_motion_and_has_a_dead_band);
+  RUN_TEST(a_motion_that_is_not_finite_is_not_made);
+  return UNITY_END();
+}
