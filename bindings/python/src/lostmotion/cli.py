@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -15,12 +16,14 @@ import numpy as np
 
 from lostmotion import __version__, units
 from lostmotion.compare import Comparison, compare
+from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.predict import clearances, predict
-from lostmotion.recordings import parse_map, read_campaign
+from lostmotion.recordings import parse_map, read_campaign, recording_files
+from lostmotion.report import comparison_section, drive_section, write_report
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit statuses."""
@@ -46,8 +49,10 @@ class Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status."""
     parser = make_parser()
+    words = sys.argv[1:] if argv is None else argv
     try:
-        arguments = parser.parse_args(join_signed(sys.argv[1:] if argv is None else argv))
+        arguments = parser.parse_args(join_signed(words))
+        arguments.command_line = shlex.join(["lostmotion", *words])
         if arguments.command is None:
             parser.print_help()
             return BAD_INPUT
@@ -116,6 +121,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
     )
     added.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+    add_report(added)
 
     added = command(
         "clearances",
@@ -137,6 +143,17 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
     add_map(added)
     added.add_argument("--seed", type=int, default=1, help="of the tests for chance (default: 1)")
+    add_report(added)
+
+    added = command(
+        "demo",
+        run_demo,
+        "Lost motion of a bought drive, of two designs and of a measured one, with pictures.",
+        "lostmotion demo -o demo",
+    )
+    added.add_argument(
+        "-o", "--output", metavar="DIR", default="demo", help="folder to write to (default: demo)"
+    )
     return parser
 
 
@@ -149,6 +166,23 @@ def add_map(parser: argparse.ArgumentParser) -> None:
         metavar="COLUMN=NAME_UNIT",
         help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round",
     )
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add the option that writes a report."""
+    parser.add_argument(
+        "--report",
+        metavar="FILE.html",
+        help="write a page with pictures and the numbers behind them",
+    )
+
+
+def check_places(arguments: argparse.Namespace) -> None:
+    """Refuse places that cannot be written to before anything is written."""
+    for option in ("json", "report"):
+        file = getattr(arguments, option, None)
+        if file not in (None, "-") and not Path(file).absolute().parent.is_dir():
+            raise InputError(f"--{option}", "", f"'{file}'", "a file in a folder that exists")
 
 
 def number(option: str, text: str) -> float:
@@ -193,6 +227,11 @@ def run_predict(arguments: argparse.Namespace) -> None:
     drive = read_drive(arguments.drive)
     phase = math.radians(number("--phase-deg", arguments.phase_deg))
     answer = predict(drive, torques(arguments.torque, drive.rated_torque_Nm), phase)
+    if arguments.report is not None:
+        check_places(arguments)
+        lead = "Predicted from its drive file."
+        section = drive_section(drive, phase)
+        write_report(arguments.report, "Lost motion", lead, [section], arguments.command_line)
     deliver(answer, arguments.json, lambda out: show_prediction(answer, out))
 
 
@@ -220,7 +259,19 @@ def run_compare(arguments: argparse.Namespace) -> None:
         result = compare(
             make_backbone(drive, largest), campaign, seed=arguments.seed, progress=progress
         )
+    if arguments.report is not None:
+        check_places(arguments)
+        lead = "Measured loops against the model."
+        section = comparison_section(drive, result, recording_files(arguments.data))
+        write_report(arguments.report, "Lost motion", lead, [section], arguments.command_line)
     deliver(result.answer(), arguments.json, lambda out: show_comparison(result, out))
+
+
+def run_demo(arguments: argparse.Namespace) -> None:
+    """``lostmotion demo``."""
+    with Progress("demonstrating") as progress:
+        found = demonstrate(arguments.output, arguments.command_line, progress)
+    deliver(found.answer(), arguments.json, lambda out: show_demonstration(found, out))
 
 
 class Progress:

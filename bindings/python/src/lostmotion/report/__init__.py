@@ -1,0 +1,39 @@
+"""Reports: one HTML file with pictures, the numbers behind them, and how it was made.
+
+The file needs no network and no script: pictures are SVG, numbers are CSV behind a link, both
+inside the page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from lostmotion.files import write_whole
+from lostmotion.report.page import Section, render
+from lostmotion.report.sections import comparison_section, drive_section
+
+__all__ = ["Section", "comparison_section", "drive_section", "write_report"]
+
+
+def write_report(
+    file: str | Path, title: str, lead: str, sections: Sequence[Section], command: str
+) -> None:
+    """Write a report, whole or not at all.
+
+    Parameters
+    ----------
+    file : path
+    title, lead : str
+        Heading of the page and the sentence beneath it.
+    sections : sequence of Section
+        From `drive_section` and `comparison_section`.
+    command : str
+        The command line that made it.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be written.
+    """
+    write_whole(file, render(title, lead, sections, command))

@@ -1,0 +1,238 @@
+"""Pictures of a comparison: measured loops against the model, and where the model fails."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lostmotion.compare import Comparison
+from lostmotion.report.chart import Axes, limits, nice_step
+from lostmotion.report.page import Figure, Table
+from lostmotion.report.svg import (
+    BLUE,
+    FAINT,
+    INK,
+    ORANGE,
+    SMALL_SIZE,
+    SOFT,
+    Drawing,
+    text_width,
+)
+from lostmotion.units import ARCMIN, ARCSEC
+
+MEASURED, MODEL = SOFT, ORANGE
+
+SAME_SIZE = 1.3
+"""Runs whose largest torques differ by no more than this factor are drawn together."""
+
+GROUPS_SHOWN = 2
+"""Sizes of loops that are drawn: the largest and the smallest."""
+
+RUNS_SHOWN = 6
+"""Runs of a size that are drawn."""
+
+ARCSEC_MOST = 600.0
+"""From this error on, in arcsec, arcmin are easier to read."""
+
+
+WHERE = {"inside": "inside", "outside": "outside", "both": "inside and outside"}
+"""Where the friction sits, by the names of `lostmotion.base.FRICTIONS`."""
+
+
+def groups(result: Comparison) -> list[list[int]]:
+    """Runs that are drawn together: loops of one size, the largest first."""
+    sizes = [float(np.max(np.abs(run.torque_Nm))) for run in result.campaign.runs]
+    order = sorted(range(len(sizes)), key=lambda i: -sizes[i])
+    found: list[list[int]] = []
+    for i in order:
+        if found and sizes[found[-1][0]] <= SAME_SIZE * max(sizes[i], 1e-12):
+            found[-1].append(i)
+        else:
+            found.append([i])
+    found = [sorted(group) for group in found]
+    if len(found) > GROUPS_SHOWN:
+        found = [found[0], found[-1]]
+    return [group[:RUNS_SHOWN] for group in found]
+
+
+def unit_of(result: Comparison) -> tuple[float, str]:
+    """Unit for errors: arcsec, or arcmin where they are large."""
+    large = result.as_it_stands_rms_rad / ARCSEC >= ARCSEC_MOST
+    return (ARCMIN, "arcmin") if large else (ARCSEC, "arcsec")
+
+
+def loops_figure(result: Comparison, name: str) -> Figure:
+    """Make the figure of the loops and what the model leaves of them."""
+    shown = groups(result)
+    drawn = sum(len(group) for group in shown)
+    unit, unit_name = unit_of(result)
+    left_out = len(result.campaign.runs) - drawn
+    caption = (
+        "Measured lost motion (grey) and the fitted base model (orange) against torque, each run "
+        "about its own zero; beneath, measured minus model on the same axis, with the noise floor "
+        f"of ±{result.noise.floor_rad / unit:.3g} {unit_name} as a grey band. "
+        f"rms {result.fit.rms_rad / unit:.3g} {unit_name}, on runs that the fit has not seen "
+        f"{result.heldout_rms_rad / unit:.3g} {unit_name}; friction "
+        f"{WHERE[result.fit.friction]} the elasticity."
+    )
+    if left_out:
+        caption += f" {left_out} runs are not drawn; the CSV has all."
+    model = result.model
+    offset = result.fit.offset_rad[model.run_of]
+    labels = [run.label for run in result.campaign.runs]
+    return Figure(
+        f"Measured loops of {name} against the model",
+        caption,
+        lambda width: draw_loops(result, name, width),
+        Table(
+            "loops",
+            {
+                "run": [labels[i] for i in model.run_of],
+                "time_s": result.campaign.column("time"),
+                "torque_Nm": model.torque,
+                "measured_arcmin": (model.angle - offset) / ARCMIN,
+                "model_arcmin": (model.angle - offset - result.fit.residual_rad) / ARCMIN,
+                "residual_arcmin": result.fit.residual_rad / ARCMIN,
+            },
+        ),
+    )
+
+
+def draw_loops(result: Comparison, name: str, width: float) -> str:
+    """Draw loops above residuals, one column a size of loop (one below the other when narrow)."""
+    wide = width > 600
+    shown = groups(result)
+    left, gap, right, top = 58.0, 66.0, 14.0, 56.0
+    height, strip = (340.0, 120.0) if wide else (250.0, 100.0)
+    columns = len(shown) if wide else 1
+    column = (width - left - right - gap * (columns - 1)) / columns
+    block = top + height + 46 + strip + 50
+    total = block if wide else block * len(shown) - 30 * (len(shown) - 1)
+    drawing = Drawing(width, total, f"Measured loops of {name} against the model, and residuals")
+    _key(drawing, width)
+    for i, group in enumerate(shown):
+        x = left + (i * (column + gap) if wide else 0.0)
+        y = top + (0.0 if wide else i * (block - 30))
+        _loop_panels(drawing, result, group, (x, y, column), height, strip)
+    return drawing.render()
+
+
+def _key(drawing: Drawing, width: float) -> None:
+    x = width - 14
+    for name, ink, thick in (("model", MODEL, 1.8), ("measured", MEASURED, 1.4)):
+        drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")
+        x -= text_width(name, SMALL_SIZE) + 42
+        drawing.line((x, 12, x + 26, 12), ink, thick)
+        x -= 18
+
+
+def _loop_panels(
+    drawing: Drawing,
+    result: Comparison,
+    group: Sequence[int],
+    place: tuple[float, float, float],
+    height: float,
+    strip: float,
+) -> None:
+    x, y, width = place
+    model = result.model
+    unit, unit_name = unit_of(result)
+    at = [slice(model.starts[i], model.starts[i + 1]) for i in group]
+    torque = [model.torque[a] for a in at]
+    measured = [
+        (model.angle[a] - result.fit.offset_rad[i]) / ARCMIN for a, i in zip(at, group, strict=True)
+    ]
+    residual = [result.fit.residual_rad[a] / unit for a in at]
+    every = np.concatenate(torque)
+    across = limits([float(every.min()), float(every.max())], 0.03)
+    modelled = [m - r * unit / ARCMIN for m, r in zip(measured, residual, strict=True)]
+    angles = np.concatenate(measured + modelled)
+    axes = Axes(
+        drawing, (x, y, width, height), across, limits([float(angles.min()), float(angles.max())])
+    )
+    axes.frame("", "lost motion, arcmin", x_numbers=False)
+    axes.open()
+    for t, m in zip(torque, measured, strict=True):
+        axes.curve(t, m, MEASURED, 1.1, opacity=0.75)
+    for t, m in zip(torque, modelled, strict=True):
+        axes.curve(t, m, MODEL, 1.5, opacity=0.95)
+    axes.close()
+    runs = ", ".join(str(result.campaign.runs[i].label) for i in group)
+    title = f"run {runs}" if len(group) == 1 else f"runs {runs}"
+    drawing.text(x + width, y - 10, title, anchor="end", size=SMALL_SIZE, fill=SOFT)
+
+    floor = result.noise.floor_rad / unit
+    most = max(float(np.max(np.abs(np.concatenate(residual)))), 1.5 * floor)
+    second = y + height + 46
+    below = Axes(drawing, (x, second, width, strip), across, (-1.06 * most, 1.06 * most))
+    y0, y1 = float(below.y(floor)), float(below.y(-floor))
+    drawing.rectangle(x, y0, width, y1 - y0, "#e3e5e8")
+    below.frame(
+        "torque on the output, N·m",
+        f"residual, {unit_name}",
+        y_step=nice_step(2 * most, 3.4),
+    )
+    below.open()
+    for t, r in zip(torque, residual, strict=True):
+        below.curve(t, r, BLUE, 0.9, opacity=0.8)
+    below.close()
+
+
+def failures_figure(result: Comparison, name: str) -> Figure:
+    """Make the figure of what the residual hangs on."""
+    caption = (
+        "Share of the residual variance that hangs on each recorded quantity, less what chance "
+        "gives; p says how often random signs of whole stretches of the residual do as well. "
+        "Filled: p below 0.05."
+    )
+    failures = result.failures
+    return Figure(
+        f"Where the model of {name} fails",
+        caption,
+        lambda width: draw_failures(result, name, width),
+        Table(
+            "where_it_fails",
+            {
+                "covariate": [f.covariate for f in failures],
+                "share": [f.share for f in failures],
+                "p": [f.p for f in failures],
+            },
+        ),
+    )
+
+
+def draw_failures(result: Comparison, name: str, width: float) -> str:
+    """Draw a bar for each covariate."""
+    failures = result.failures
+    left = 14.0 + max([text_width(f.covariate) for f in failures] or [0.0])
+    row, top = 24.0, 34.0
+    height = row * max(len(failures), 1)
+    numbers = 110.0
+    drawing = Drawing(width, top + height + 40, f"Where the model of {name} fails")
+    high = max([100.0 * f.share for f in failures] or [0.0])
+    axes = Axes(
+        drawing,
+        (left + 8, top, width - left - 8 - numbers, height),
+        (0.0, max(1.15 * high, 1.0)),
+        (0.0, 1.0),
+    )
+    axes.frame("share of the residual variance, %", "", ticks=(width / 110, 0.0))
+    for i, failure in enumerate(failures):
+        y = top + row * (i + 0.5)
+        end = float(axes.x(100.0 * failure.share))
+        sure = failure.p < 0.05
+        drawing.rectangle(
+            left + 8, y - 7, max(end - left - 8, 0.5), 14, BLUE if sure else "#ffffff", BLUE
+        )
+        drawing.text(left, y + 4.5, failure.covariate.replace("_", " "), anchor="end")
+        drawing.text(
+            width - 14,
+            y + 4,
+            f"{100 * failure.share:.1f} %,  p {failure.p:.3f}",
+            anchor="end",
+            size=SMALL_SIZE,
+            fill=INK if sure else SOFT,
+        )
+    drawing.line((left + 8, top, left + 8, top + height), FAINT)
+    return drawing.render()

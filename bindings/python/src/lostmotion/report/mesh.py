@@ -1,0 +1,244 @@
+"""The teeth of a design where the C library puts them: outlines and first contacts, in mm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lostmotion.model import DesignModel
+from lostmotion.report.svg import Array
+
+FLANK_POINTS = 12
+"""Points of a drawn flank."""
+
+
+@dataclass
+class Mesh:
+    """The middle axial section of a design, ready to be drawn.
+
+    Screen coordinates here: mm, the deformation axis upward, growing angles to the right.
+    """
+
+    model: DesignModel
+    mesh: Any
+    external: bool
+    teeth: int
+    rigid_teeth: int
+    module_mm: float
+    deflection_mm: float
+    neutral_mm: float
+    rim_mm: float
+    flexspline_root_mm: float
+    flexspline_tip_mm: float
+    rigid_root_mm: float
+    rigid_tip_mm: float
+    lead_per_angle: float
+    generator: str
+    contact_half_angle_rad: float
+    phase_rad: float
+
+    @property
+    def pitch(self) -> float:
+        """Angle from tooth to tooth of the flexspline."""
+        return 2.0 * math.pi / self.teeth
+
+    def tooth(self, number: int) -> float:
+        """Material angle of a tooth (internal) or space (external), counted from the axis."""
+        return number * self.pitch + self.phase_rad
+
+    def number(self, angle_rad: float) -> int:
+        """Number of the tooth nearest to a material angle."""
+        return round((angle_rad - self.phase_rad) / self.pitch)
+
+    def place(self, angle_rad: float) -> tuple[float, float, float]:
+        """Polar angle and radius of the foot of a tooth, and the direction of its axis."""
+        lib, ffi = self.model.core.lib, self.model.core.ffi
+        found = lib.lm_place_tooth(ffi.addressof(self.mesh, "line"), angle_rad)
+        polar = angle_rad + found.lead_rad
+        return polar, found.radius_mm, polar + math.atan2(found.tilt_sin, found.tilt_cos)
+
+    def half_angle(self, flank: str, radius_mm: Array) -> Array:
+        """Half angle of a flank at radii."""
+        lib, ffi = self.model.core.lib, self.model.core.ffi
+        involute = ffi.addressof(self.mesh.geometry, flank)
+        return np.array([lib.lm_evaluate_involute(involute, r).half_angle_rad for r in radius_mm])
+
+    def rigid_axis(self, angle_rad: float) -> float:
+        """Where the rigid gear's space (or tooth) belongs that a tooth (or space) meets."""
+        return angle_rad * (1.0 - self.lead_per_angle)
+
+
+def make_mesh(model: DesignModel, phase_rad: float = 0.0) -> Mesh:
+    """Prepare the middle section of a design for drawing."""
+    c, drive = model.core, model.drive
+    mesh = c.ffi.new("lm_mesh *")
+    fault = c.fault()
+    c.check(
+        c.lib.lm_make_mesh(drive, 1.0, c.lib.LM_NEUTRAL_LINE_NODES, mesh, fault),
+        fault,
+    )
+    g = mesh.geometry
+    names = {
+        c.lib.LM_COSINE: "cosine",
+        c.lib.LM_ELLIPSE: "ellipse",
+        c.lib.LM_DISCS: "discs",
+        c.lib.LM_ROLLERS: "rollers",
+        c.lib.LM_RING: "ring",
+    }
+    return Mesh(
+        model,
+        mesh,
+        g.deformation == c.lib.LM_EXTERNAL,
+        g.flexspline_teeth,
+        g.rigid_teeth,
+        g.module_mm,
+        g.deflection_mm,
+        g.neutral_mm,
+        drive.flexspline.rim_thickness_mm,
+        g.flexspline_root_mm,
+        g.flexspline_tip_mm,
+        g.rigid_root_mm,
+        g.rigid_tip_mm,
+        g.lead_per_angle,
+        names[drive.generator.type],
+        drive.generator.contact_half_angle_rad,
+        phase_rad,
+    )
+
+
+def tooth_outline(mesh: Mesh) -> Array:
+    """Outline of one pitch of the flexspline in the frame of its tooth or space.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Across and along the axis of the tooth (internal) or space (external), mm, at growing
+        angles; the origin lies on the neutral line. Root corners are sharp: the fillet of the
+        cutter is not part of the model.
+    """
+    inner = min(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
+    outer = max(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
+    # The wide end of the profile lies inward for a tooth and for a space alike.
+    radius = np.linspace(inner, outer, FLANK_POINTS)
+    half = mesh.half_angle("flexspline", radius)
+    return _one_pitch(radius, half, mesh.pitch, mesh.neutral_mm)
+
+
+def _one_pitch(radius: Array, half: Array, pitch: float, origin: float) -> Array:
+    """Join valley, rising flank, top, falling flank and valley of one pitch."""
+    bottom = np.linspace(-pitch / 2, -half[0], 4)
+    top = np.linspace(-half[-1], half[-1], 5)
+    angle = np.concatenate((bottom, -half[1:-1], top, half[-2:0:-1], -bottom[::-1]))
+    rho = np.concatenate(
+        (
+            np.full(bottom.size, radius[0]),
+            radius[1:-1],
+            np.full(top.size, radius[-1]),
+            radius[-2:0:-1],
+            np.full(bottom.size, radius[0]),
+        )
+    )
+    return np.column_stack((rho * np.sin(angle), rho * np.cos(angle) - origin))
+
+
+def flexspline_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]:
+    """Toothed edge of the flexspline over neighbouring teeth, and the free edge of its rim.
+
+    Returns
+    -------
+    toothed, free : ndarray, shape (n, 2)
+        Screen coordinates in mm, at growing angles.
+    """
+    outline = tooth_outline(mesh)
+    rim = mesh.rim_mm / 2.0 * (1.0 if mesh.external else -1.0)
+    toothed, free = [], []
+    for angle in angles:
+        polar, radius, normal = mesh.place(angle)
+        toothed.append(_placed(outline, polar, radius, normal))
+        for step in (-0.5, 0.0):
+            polar, radius, normal = mesh.place(angle + step * mesh.pitch)
+            free.append(_placed(np.array([[0.0, rim]]), polar, radius, normal))
+    return np.concatenate(toothed), np.concatenate(free)
+
+
+def _placed(points: Array, polar: float, radius: float, normal: float) -> Array:
+    across, along = points[:, 0], points[:, 1]
+    x = radius * math.sin(polar) + along * math.sin(normal) + across * math.cos(normal)
+    y = radius * math.cos(polar) + along * math.cos(normal) - across * math.sin(normal)
+    return np.column_stack((x, y))
+
+
+def rigid_shape(mesh: Mesh, angles: Sequence[float]) -> tuple[Array, Array]:
+    """Toothed edge of the rigid gear around the same teeth, and an edge of its body."""
+    pitch = 2.0 * math.pi / mesh.rigid_teeth
+    inner = min(mesh.rigid_root_mm, mesh.rigid_tip_mm)
+    outer = max(mesh.rigid_root_mm, mesh.rigid_tip_mm)
+    radius = np.linspace(inner, outer, FLANK_POINTS)
+    half = mesh.half_angle("rigid", radius)
+    outline = _one_pitch(radius, half, pitch, 0.0)
+    thick = 20.0 * mesh.module_mm  # more than any window shows
+    body = inner - thick if mesh.external else outer + thick
+    toothed, edge = [], []
+    for angle in angles:
+        at = mesh.rigid_axis(angle)
+        toothed.append(_placed(outline, 0.0, 0.0, at))
+        ends = np.array([[0.0, body]])
+        edge.append(_placed(ends, 0.0, 0.0, at - pitch / 2))
+        edge.append(_placed(ends, 0.0, 0.0, at))
+    return np.concatenate(toothed), np.concatenate(edge)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """First contact of a tooth: its angle, where the flank touches, and which one."""
+
+    angle_rad: float
+    radius_mm: float
+    gap_rad: float
+    side: int
+    loaded: bool
+
+
+def first_touches(
+    model: DesignModel, loaded: Sequence[tuple[int, int]], phase_rad: float = 0.0
+) -> list[Touch]:
+    """First contacts of all overlapping teeth.
+
+    Parameters
+    ----------
+    loaded : sequence of (int, int)
+        Tooth (number in the lobe) and side of the pairs that carry.
+    """
+    table = model.clearances(phase_rad)
+    section = np.flatnonzero(table.section == model.sections // 2)
+    touches = []
+    for tooth, row in enumerate(section):
+        for side, gap, radius in (
+            (1, table.forward_rad[row], table.forward_radius_mm[row]),
+            (-1, table.backward_rad[row], table.backward_radius_mm[row]),
+        ):
+            if np.isfinite(gap):
+                touches.append(
+                    Touch(
+                        float(table.angle_rad[row]),
+                        float(radius),
+                        float(gap),
+                        side,
+                        (tooth, side) in loaded,
+                    )
+                )
+    return touches
+
+
+def touch_place(mesh: Mesh, touch: Touch) -> Array:
+    """Where on the rigid gear's flank a tooth touches, in screen coordinates."""
+    half = float(mesh.half_angle("rigid", np.array([touch.radius_mm]))[0])
+    # Internal: the forward flank of the tooth meets the far flank of the space. External: the
+    # flexspline's space comes with growing angles against the near flank of the rigid tooth.
+    side = -touch.side if mesh.external else touch.side
+    at = mesh.rigid_axis(touch.angle_rad) + side * half
+    return touch.radius_mm * np.array([math.sin(at), math.cos(at)])

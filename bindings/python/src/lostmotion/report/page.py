@@ -1,0 +1,307 @@
+"""The page: sections, figures and tables as one HTML file that needs nothing but itself."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+import platform
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import __version__
+
+WIDE, NARROW = 940.0, 360.0
+"""Widths for which each picture is drawn: a page or a screen, and a telephone."""
+
+BREAK_PX = 720
+"""Below this width of the window the narrow pictures are shown."""
+
+CSV_DIGITS = 10
+"""Significant digits of the numbers behind a picture."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers behind a picture: columns of one length, named with their unit.
+
+    Attributes
+    ----------
+    name : str
+        File name without suffix.
+    columns : mapping
+        Numbers or texts; what is not finite becomes an empty cell.
+    """
+
+    name: str
+    columns: Mapping[str, Sequence[object] | npt.NDArray[Any]]
+
+    def csv(self) -> str:
+        """Return the table as CSV."""
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows(
+            [_cell(value) for value in row] for row in zip(*self.columns.values(), strict=True)
+        )
+        return stream.getvalue()
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, (float, np.floating)):
+        return f"{float(value) + 0.0:.{CSV_DIGITS}g}" if np.isfinite(value) else ""
+    return str(value)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture with the numbers behind it.
+
+    Attributes
+    ----------
+    title, caption : str
+        What it shows, and how to read it. Plain text.
+    draw : callable
+        Gives the SVG for a width.
+    table : Table
+    """
+
+    title: str
+    caption: str
+    draw: Callable[[float], str]
+    table: Table
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table on the page.
+
+    Attributes
+    ----------
+    head : sequence of str
+    rows : sequence of sequence of str
+        Plain text; a cell that begins with ``!`` is marked as a failure.
+    numbers : sequence of int
+        Columns that are aligned to the right.
+    """
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Notes:
+    """A list of sentences; folded when there are many that few will read."""
+
+    title: str
+    lines: Sequence[str]
+    folded: bool = False
+
+
+@dataclass
+class Section:
+    """What is said of one drive or one comparison.
+
+    Attributes
+    ----------
+    facts : list of (str, str)
+        The numbers that matter most, with what they are.
+    sources : list of (str, str)
+        Files that went in and their fingerprints.
+    """
+
+    title: str
+    lead: str
+    facts: list[tuple[str, str]] = field(default_factory=list)
+    blocks: list[Figure | Rows | Notes] = field(default_factory=list)
+    sources: list[tuple[str, str]] = field(default_factory=list)
+
+
+def render(title: str, lead: str, sections: Sequence[Section], command: str) -> str:
+    """Return the whole page.
+
+    Parameters
+    ----------
+    title, lead : str
+    sections : sequence of Section
+    command : str
+        The command line that made the page.
+    """
+    out = [
+        "<!DOCTYPE html>",
+        '<html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{escape(title)}</title>",
+        '<link rel="icon" href="data:,">',
+        f"<style>{STYLE}</style></head><body>",
+        f"<header><h1>{escape(title)}</h1><p>{escape(lead)}</p>",
+    ]
+    if len(sections) > 1:
+        out.append("<nav><ol>")
+        for i, section in enumerate(sections, 1):
+            out.append(f'<li><a href="#s{i}">{escape(section.title)}</a></li>')
+        out.append("</ol></nav>")
+    out.append("</header><main>")
+    figures = 0
+    for i, section in enumerate(sections, 1):
+        numbered = f'<span class="n">{i}</span> ' if len(sections) > 1 else ""
+        out.append(f'<section id="s{i}"><h2>{numbered}{escape(section.title)}</h2>')
+        out.append(f"<p>{escape(section.lead)}</p>")
+        if section.facts:
+            out.append('<dl class="facts">')
+            out += [
+                f"<div><dt>{_joined(name)}</dt><dd>{_joined(value)}</dd></div>"
+                for name, value in section.facts
+            ]
+            out.append("</dl>")
+        for block in section.blocks:
+            if isinstance(block, Figure):
+                figures += 1
+                out.append(_figure(block, figures))
+            elif isinstance(block, Rows):
+                out.append(_rows(block))
+            else:
+                out.append(_notes(block))
+        out.append("</section>")
+    out.append("</main>")
+    out.append(_provenance(sections, command))
+    out.append("</body></html>")
+    return "\n".join(out) + "\n"
+
+
+def _joined(text: str) -> str:
+    """Escape a text and keep numbers and their units on one line."""
+    return re.sub(r"(?<=[0-9.³]) (?=(?:N·m|arcmin|arcsec|µm|mm|MPa|%))", "&nbsp;", escape(text))
+
+
+def _figure(figure: Figure, number: int) -> str:
+    wide, narrow = figure.draw(WIDE), figure.draw(NARROW)
+    name = figure.table.name
+    numbers = "data:text/csv;charset=utf-8," + quote(figure.table.csv(), safe=",-.:/")
+    picture = "data:image/svg+xml;charset=utf-8," + quote(wide, safe=",-.:/ =;()'")
+    return (
+        f'<figure><div class="wide">{wide}</div><div class="narrow">{narrow}</div>'
+        f"<figcaption><b>Figure {number}. {escape(figure.title)}</b> {escape(figure.caption)}"
+        f'<span class="files"><a download="{name}.csv" href="{escape(numbers)}">numbers (CSV)</a>'
+        f'<a download="{name}.svg" href="{escape(picture)}">picture (SVG)</a></span>'
+        "</figcaption></figure>"
+    )
+
+
+def _rows(rows: Rows) -> str:
+    def cells(row: Sequence[str], tag: str) -> str:
+        out = []
+        for i, cell in enumerate(row):
+            names = ["r"] if i in rows.numbers else []
+            if cell.startswith("!"):
+                cell = cell[1:]
+                names.append("bad")
+            mark = f' class="{" ".join(names)}"' if names else ""
+            scope = ' scope="col"' if tag == "th" else ""
+            out.append(f"<{tag}{scope}{mark}>{escape(cell)}</{tag}>")
+        return "<tr>" + "".join(out) + "</tr>"
+
+    body = "".join(cells(row, "td") for row in rows.rows)
+    caption = f'<p class="note">{escape(rows.caption)}</p>' if rows.caption else ""
+    return (
+        f'<h3>{escape(rows.title)}</h3><div class="scroll"><table><thead>{cells(rows.head, "th")}'
+        f"</thead><tbody>{body}</tbody></table></div>{caption}"
+    )
+
+
+def _notes(notes: Notes) -> str:
+    lines = "".join(f"<li>{escape(line)}</li>" for line in notes.lines)
+    if notes.folded:
+        return f"<details><summary>{escape(notes.title)}</summary><ul>{lines}</ul></details>"
+    return f"<h3>{escape(notes.title)}</h3><ul>{lines}</ul>"
+
+
+def _provenance(sections: Sequence[Section], command: str) -> str:
+    out = ["<footer><h2>How this report was made</h2><dl>"]
+    out.append(f"<dt>command</dt><dd><code>{escape(command)}</code></dd>")
+    today = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    out.append(f"<dt>date</dt><dd>{today}</dd>")
+    out.append(
+        f"<dt>versions</dt><dd>lostmotion {escape(__version__)} (library in double precision), "
+        f"Python {platform.python_version()}, NumPy {np.__version__}</dd>"
+    )
+    seen: set[tuple[str, str]] = set()
+    for section in sections:
+        for source in section.sources:
+            if source not in seen:
+                seen.add(source)
+                out.append(f"<dt>{escape(source[0])}</dt><dd><code>{escape(source[1])}</code></dd>")
+    out.append("</dl></footer>")
+    return "".join(out)
+
+
+STYLE = f"""
+:root {{ color-scheme: light; }}
+* {{ box-sizing: border-box; }}
+body {{ margin: 0 auto; padding: 2.2rem 1.25rem 3rem; max-width: 62rem; color: #1b1b1f;
+  background: #fff; font: 1rem/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue",
+  Arial, sans-serif; font-variant-numeric: tabular-nums; overflow-wrap: break-word; }}
+h1 {{ font-size: 1.9rem; line-height: 1.2; margin: 0 0 .5rem; font-weight: 650; }}
+h2 {{ font-size: 1.4rem; line-height: 1.25; margin: 3rem 0 .5rem; padding-top: 1rem;
+  border-top: 2px solid #1b1b1f; font-weight: 650; }}
+h3 {{ font-size: 1.05rem; margin: 2rem 0 .4rem; font-weight: 650; }}
+p {{ margin: .4rem 0 1rem; max-width: 46rem; }}
+a {{ color: #005a8d; }}
+nav ol {{ margin: 0; padding-left: 1.4rem; }}
+.n {{ color: #5f6368; margin-right: .3rem; }}
+.facts {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(13.5rem, 1fr));
+  gap: .2rem 1.6rem; margin: 1rem 0 1.6rem; }}
+.facts div {{ border-top: 1px solid #d5d8dc; padding: .35rem 0 .45rem; }}
+.facts dt {{ color: #5f6368; font-size: .85rem; line-height: 1.3; }}
+.facts dd {{ margin: 0; font-size: 1.12rem; font-weight: 600; }}
+figure {{ margin: 1.8rem 0 2.4rem; break-inside: avoid; }}
+figure svg {{ display: block; width: 100%; height: auto; }}
+figure svg svg {{ display: inline; }}
+.narrow {{ display: none; }}
+figcaption {{ margin-top: .7rem; font-size: .9rem; line-height: 1.45; color: #3c4043;
+  max-width: 52rem; }}
+figcaption b {{ color: #1b1b1f; }}
+.files {{ display: block; margin-top: .25rem; }}
+.files a {{ margin-right: 1.2rem; }}
+.scroll {{ overflow-x: auto; }}
+table {{ border-collapse: collapse; font-size: .92rem; }}
+th, td {{ text-align: left; padding: .28rem 1.1rem .28rem 0; border-bottom: 1px solid #e4e6e9;
+  vertical-align: baseline; white-space: nowrap; }}
+th {{ white-space: normal; vertical-align: bottom; border-bottom: 1px solid #1b1b1f;
+  font-weight: 600; }}
+th.r, td.r {{ text-align: right; }}
+td.bad {{ color: #a3260b; font-weight: 650; }}
+.note {{ font-size: .9rem; color: #3c4043; margin-top: .5rem; }}
+ul {{ margin: .3rem 0 1rem; padding-left: 1.2rem; max-width: 50rem; }}
+details {{ margin: 1rem 0; }}
+summary {{ cursor: pointer; font-weight: 600; }}
+footer {{ font-size: .88rem; color: #3c4043; }}
+footer dt {{ font-weight: 600; margin-top: .5rem; }}
+footer dd {{ margin: 0; overflow-wrap: anywhere; }}
+code {{ font: .92em/1.4 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }}
+@media (max-width: {BREAK_PX}px) {{
+  body {{ padding-top: 1.2rem; }}
+  .wide {{ display: none; }}
+  .narrow {{ display: block; }}
+  h1 {{ font-size: 1.5rem; }}
+}}
+@media print {{
+  @page {{ margin: 16mm 14mm; }}
+  body {{ font-size: 10pt; padding: 0; max-width: none; }}
+  .wide {{ display: block; }}
+  .narrow, .files, nav {{ display: none; }}
+  h2, h3 {{ break-after: avoid; }}
+  tr {{ break-inside: avoid; }}
+  details::details-content {{ content-visibility: visible; display: block; }}
+}}
+""".strip()

@@ -1,0 +1,349 @@
+"""What a report says of a drive and of a comparison: numbers, figures, tables, where from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lostmotion.catalogue import PARTS
+from lostmotion.compare import Comparison
+from lostmotion.drives import Drive
+from lostmotion.model import Check, DesignModel, design_model, reversal_torque
+from lostmotion.predict import LIMITS, predict
+from lostmotion.report.contributions import Contributions, contributions_figure, torques
+from lostmotion.report.gaps import collect_gaps, gaps_figure
+from lostmotion.report.loops import WHERE, failures_figure, loops_figure, unit_of
+from lostmotion.report.page import Notes, Rows, Section
+from lostmotion.report.stages import collect_stages, stages_figure, stages_table
+from lostmotion.report.teeth import teeth_figure
+from lostmotion.report.tolerances import Tolerances, tolerances_figure
+from lostmotion.units import ARCMIN, ARCSEC
+
+ADVICE = ("free_assembly",)
+"""Checks that advise and do not decide."""
+
+NOTHING = 1e-9
+"""Fitted values below this are zero."""
+
+CHECK_NAMES = {
+    "form_radius": "mating tip stays on the involute (form radius)",
+    "flexspline_tip_thickness": "tip thickness, flexspline",
+    "rigid_tip_thickness": "tip thickness, rigid gear",
+    "flexspline_root_clearance": "radial clearance at the flexspline's root",
+    "rigid_root_clearance": "radial clearance at the rigid gear's root",
+    "smallest_gap": "smallest side clearance, all angles, phases, flanks",
+    "disengagement": "tips clear each other at 90°",
+    "free_assembly": "undeformed flexspline slides in (advice)",
+    "bending_stress": "bending stress of the rim",
+    "torsion_stress": "shear stress of the cup wall",
+    "safety_factor": "fatigue safety of the flexspline",
+}
+
+
+def file_fingerprint(path: str | Path) -> str:
+    """SHA-256 of a file."""
+    return "sha256:" + hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def drive_section(drive: Drive, phase_rad: float = 0.0) -> Section:
+    """Say what a drive will do: characteristic, and for a design all that its geometry shows.
+
+    Parameters
+    ----------
+    drive : Drive
+    phase_rad : float
+        Tooth phase of the generator; a bought drive has none.
+    """
+    bought = drive.catalogue is not None
+    section = _catalogue_section(drive) if bought else _design_section(drive, phase_rad)
+    section.sources.insert(0, (f"drive file {drive.file}", file_fingerprint(drive.file)))
+    return section
+
+
+def _contributions(drive: Drive, answer: dict[str, Any]) -> Contributions:
+    engaged = answer["engaged_teeth_per_lobe"]
+    return Contributions(
+        drive.name,
+        np.array(answer["torque_Nm"]),
+        {part: np.array(answer["parts_arcmin"][part]) for part in PARTS},
+        drive.rated_torque_Nm,
+        reversal_torque(drive),
+        None if engaged[0] is None else np.array(engaged),
+        drive.catalogue,
+    )
+
+
+def _facts(data: Contributions, answer: dict[str, Any]) -> list[tuple[str, str]]:
+    """Give the numbers that a bought and a designed drive have in common."""
+    rated = data.rated_torque_Nm
+    return [
+        (
+            f"reversal lost motion at ±{data.reversal_torque_Nm:.3g} N·m",
+            f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin",
+        ),
+        (
+            f"deflection at rated torque, {rated:g} N·m",
+            f"{data.at(data.total_arcmin, rated):.3f} arcmin",
+        ),
+        (
+            "stiffness at rated torque",
+            f"{_at(answer, 'stiffness_Nm_per_rad', rated) / 1e3:.3g}·10³ N·m/rad",
+        ),
+    ]
+
+
+def _at(answer: dict[str, Any], name: str, torque_Nm: float) -> float:
+    """Value of a list of the answer at the torque nearest to one."""
+    at = int(np.argmin(np.abs(np.array(answer["torque_Nm"]) - torque_Nm)))
+    return float(answer[name][at])
+
+
+def _catalogue_section(drive: Drive) -> Section:
+    sheet = drive.catalogue
+    assert sheet is not None
+    ends = np.array([sheet.T1_Nm, sheet.T2_Nm])
+    answer = predict(drive, torques(drive.rated_torque_Nm, ends))
+    data = _contributions(drive, answer)
+    facts = _facts(data, answer)
+    for name, key in (("hysteresis loss", "hysteresis"), ("lost motion", "lost_motion")):
+        value = answer["guaranteed_arcmin"][key]
+        if value is not None:
+            facts.append((f"{name}, guaranteed by the maker", f"≤ {value:g} arcmin"))
+    return Section(
+        drive.name,
+        "A bought drive: the catalogue's stiffnesses in reduced form, without geometry.",
+        facts,
+        [
+            contributions_figure(data),
+            Notes("What the reduced form takes for granted", answer["assumptions"]),
+        ],
+    )
+
+
+def _design_section(drive: Drive, phase_rad: float) -> Section:
+    model = design_model(drive)
+    answer = predict(drive, torques(drive.rated_torque_Nm), phase_rad)
+    data = _contributions(drive, answer)
+    gaps = collect_gaps(model, drive.name, phase_rad)
+    stages = collect_stages(model, drive.name, phase_rad)
+    checks = model.checks()
+    gap, angle, flank = gaps.smallest()
+    rated = drive.rated_torque_Nm
+    deciding = [check for check in checks if check.name not in ADVICE]
+    failed = [check for check in deciding if check.margin < 0]
+    facts = _facts(data, answer)
+    facts += [
+        (
+            "teeth of a lobe that carry at rated torque and at twice that",
+            f"{_at(answer, 'engaged_teeth_per_lobe', rated):.0f} and "
+            f"{_at(answer, 'engaged_teeth_per_lobe', 2 * rated):.0f}",
+        ),
+        (
+            f"smallest side clearance ({flank}, at {angle:+.1f}°)".replace("-", "−"),
+            f"{gap:.3f} arcmin".replace("-", "−"),
+        ),
+        (
+            "checks passed",
+            f"{len(deciding) - len(failed)} of {len(deciding)}"
+            + (
+                f"; failed: {', '.join(c.name.replace('_', ' ') for c in failed)}" if failed else ""
+            ),
+        ),
+    ]
+    teeth = drive.design.values["teeth.flexspline_teeth"].value if drive.design else 0
+    generator = drive.design.values["generator.type"].value if drive.design else ""
+    section = Section(
+        drive.name,
+        f"A drive given by its drawing: {teeth} teeth on the flexspline, generator of type "
+        f"“{generator}”, ratio {drive.ratio:g}, rated torque {rated:g} N·m.",
+        facts,
+        [
+            contributions_figure(data),
+            gaps_figure(gaps),
+            teeth_figure(model, drive.name, stages.loaded(rated), phase_rad),
+            stages_figure(stages),
+            stages_table(stages),
+            checks_table(checks),
+        ],
+    )
+    if max(answer["tolerance_um"].values()) > 0:
+        section.blocks.append(tolerances_figure(_tolerances(model, drive, answer)))
+        section.blocks.append(tolerance_table(answer))
+    else:
+        section.blocks.append(
+            Notes(
+                "Tolerance limits",
+                ["The drive file states neither tolerances nor a radial gap: both limits are 0."],
+            )
+        )
+    section.blocks.append(Notes("What the model takes for granted", answer["assumptions"]))
+    if answer["defaults"]:
+        lines = [f"{key} = {_shown(value)}" for key, value in answer["defaults"].items()]
+        section.blocks.append(
+            Notes(f"Taken by default: {len(lines)} values that the file leaves open", lines, True)
+        )
+    return section
+
+
+def _shown(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _tolerances(model: DesignModel, drive: Drive, answer: dict[str, Any]) -> Tolerances:
+    mean = float(model.core.lib.lm_mean_radial_gap(model.drive))
+    return Tolerances(
+        drive.name, answer["tolerance_um"], 1e3 * mean, model.gap_angle(1e-3) / ARCMIN
+    )
+
+
+def tolerance_table(answer: dict[str, Any]) -> Rows:
+    """List the tolerance limits."""
+    gap, lost = answer["tolerance_um"], answer["tolerance_lost_motion_arcmin"]
+    names = dict(zip(LIMITS, ("least", "greatest") * 2, strict=True))
+    rows = [
+        (
+            "worst case, eq. (10), (11)" if key.startswith("worst") else "probable, 99.73 %",
+            names[key],
+            f"{gap[key]:.2f}",
+            f"{lost[key]:.3f}",
+        )
+        for key in LIMITS
+    ]
+    return Rows(
+        "Tolerance limits",
+        ("limit", "", "radial gap, µm", "lost motion in one direction, arcmin"),
+        rows,
+        (2, 3),
+    )
+
+
+def checks_table(checks: Sequence[Check]) -> Rows:
+    """List the checks of a design with their margins; pass and fail by word and sign."""
+    rows = []
+    for check in checks:
+        # Angles are clearer in arcmin than in the library's rad.
+        scale, unit, digits = (ARCMIN, "arcmin", 4) if check.unit == "rad" else (1.0, check.unit, 3)
+        if unit == "MPa":
+            digits = 1
+        unit = "" if unit == "-" else unit
+        passed = check.margin >= 0
+        word = "✓ pass" if passed else ("– no (advice)" if check.name in ADVICE else "!✗ FAIL")
+        values = [f"{v / scale:.{digits}f}" for v in (check.value, check.limit)]
+        margin = f"{check.margin / scale:+.{digits}f}"
+        smaller = check.margin != check.value - check.limit
+        rows.append(
+            (
+                CHECK_NAMES.get(check.name, check.name.replace("_", " ")),
+                values[0].replace("-", "−"),
+                ("≤ " if smaller else "≥ ") + values[1].replace("-", "−"),
+                margin.replace("-", "−"),
+                unit,
+                word,
+            )
+        )
+    return Rows(
+        "Checks",
+        ("check", "value", "limit", "margin", "unit", "result"),
+        rows,
+        (1, 2, 3),
+        "The margin is what is left to the limit; below zero the check fails.",
+    )
+
+
+def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | Path]) -> Section:
+    """Say how well the model of a drive fits recordings, and where it fails."""
+    answer = result.answer()
+    unit, unit_name = unit_of(result)
+
+    def shown(arcsec: float) -> str:
+        return f"{arcsec * ARCSEC / unit:.3g} {unit_name}"
+
+    facts = [
+        ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
+        ("fitted, rms", shown(answer["rms_arcsec"])),
+        (f"held out by {answer['heldout_by']}, rms", shown(answer["heldout_rms_arcsec"])),
+        ("noise floor", shown(answer["noise_floor_arcsec"])),
+        ("share of the variance explained", f"{100 * answer['explained_share']:.2f} %"),
+        ("friction", f"{WHERE[answer['friction']]} the elasticity"),
+    ]
+    runs = len(answer["by_run"])
+    section = Section(
+        f"{drive.name}: measured against the model",
+        f"{answer['samples']} samples in {runs} runs. The backbone of the drive file, with its "
+        "compliance scaled by range of torque and friction with memory, fitted to the recordings.",
+        facts,
+        [loops_figure(result, drive.name)],
+        [
+            (f"drive file {drive.file}", file_fingerprint(drive.file)),
+            *((f"recording {path}", file_fingerprint(path)) for path in files),
+            ("numbers of the recordings as they are used", answer["data_fingerprint"]),
+        ],
+    )
+    section.blocks.append(
+        Rows(
+            "Error by run",
+            ("run", "samples", f"rms, {unit_name}", f"held out, {unit_name}"),
+            [
+                (
+                    str(run["run"]),
+                    str(run["samples"]),
+                    shown(run["rms_arcsec"]).split()[0],
+                    shown(run["heldout_rms_arcsec"]).split()[0],
+                )
+                for run in answer["by_run"]
+            ],
+            (1, 2, 3),
+        )
+    )
+    if result.failures:
+        section.blocks.append(failures_figure(result, drive.name))
+    section.blocks += _fitted_tables(answer)
+    if answer["not_testable"]:
+        lines = [
+            f"without {column}: {', '.join(effects)}".replace("_", " ")
+            for column, effects in answer["not_testable"].items()
+        ]
+        section.blocks.append(Notes("Not testable with these columns", lines))
+    if answer["findings"]:
+        section.blocks.append(Notes("About the data", answer["findings"]))
+    return section
+
+
+def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
+    parameters = answer["parameters"]
+    zones = [
+        (name.removeprefix("compliance_"), f"{value:.4g}")
+        for name, value in parameters.items()
+        if name.startswith("compliance")
+    ]
+    plays = [
+        (f"{radius:.3g}", _small(outside / ARCMIN), _small(inside))
+        for radius, outside, inside in zip(
+            parameters["play_radius_Nm"],
+            parameters["play_outside_rad_per_Nm"],
+            parameters["play_inside_share"],
+            strict=True,
+        )
+    ]
+    return [
+        Rows("Fitted compliance", ("range of torque", "over the drive file's"), zones, (1,)),
+        Rows(
+            "Fitted friction",
+            (
+                "half width of the play, N·m",
+                "outside the elasticity, arcmin/(N·m)",
+                "inside, share of the torque",
+            ),
+            plays,
+            (0, 1, 2),
+        ),
+    ]
+
+
+def _small(value: float) -> str:
+    """Write a number; what is only rounding is nothing."""
+    return f"{value:.3g}" if abs(value) > NOTHING else "0"

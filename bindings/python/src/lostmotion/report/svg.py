@@ -1,0 +1,296 @@
+"""Scalable pictures: the few SVG elements that the report's pictures are made of.
+
+Every drawing is complete in itself (no style sheet, no ids), so that it can be cut out of the page
+and pasted elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+
+INK = "#1b1b1f"
+SOFT = "#5f6368"
+FAINT = "#9aa0a6"
+GRID = "#e4e6e9"
+PAPER = "#ffffff"
+BLUE = "#0077bb"
+ORANGE = "#ee7733"
+RED = "#cc3311"
+TEAL = "#009988"
+"""Paul Tol's vibrant colours: told apart by every kind of colour vision, and in print."""
+
+TEXT_SIZE = 13.0
+SMALL_SIZE = 11.5
+
+SIMPLIFY_PX = 0.25
+"""How far a simplified curve may be from the samples."""
+
+MEAN_CHARACTER = 0.54
+"""Mean width of a character over the size of the type, for room beside a text."""
+
+
+def text_width(text: str, size: float = TEXT_SIZE) -> float:
+    """Estimate how wide a text is."""
+    return MEAN_CHARACTER * size * len(re.sub(r"[_{}]", "", text))
+
+
+def number(value: float) -> str:
+    """Write a coordinate: a tenth of a pixel is enough."""
+    return f"{value:.1f}".removesuffix(".0").replace("-0.0", "0")
+
+
+def fine(value: float) -> str:
+    """Write a coordinate that is part of a shape, to a hundredth."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
+    """Leave out points of a curve that lie within `slack` of the straight line without them.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+    slack : float
+
+    Returns
+    -------
+    ndarray, shape (m, 2)
+        Among the points; both ends stay (Douglas and Peucker).
+    """
+    count = len(points)
+    if count < 3:
+        return points
+    keep = np.zeros(count, dtype=bool)
+    keep[[0, -1]] = True
+    pending = [(0, count - 1)]
+    while pending:
+        first, last = pending.pop()
+        if last - first < 2:
+            continue
+        inner = points[first + 1 : last] - points[first]
+        chord = points[last] - points[first]
+        length = float(np.hypot(*chord))
+        if length > 0:
+            along = np.clip(inner @ chord / length**2, 0.0, 1.0)
+            inner = inner - along[:, None] * chord
+        distance = np.hypot(inner[:, 0], inner[:, 1])
+        worst = int(np.argmax(distance))
+        if distance[worst] > slack:
+            middle = first + 1 + worst
+            keep[middle] = True
+            pending += [(first, middle), (middle, last)]
+    return points[keep]
+
+
+def path_data(points: Array, *, closed: bool = False) -> str:
+    """Write points as the data of a path, each relative to the one before."""
+    steps = np.rint(np.asarray(points, dtype=np.float64) * 100).astype(np.int64)
+    moves = np.diff(steps, axis=0)
+    moves = moves[np.any(moves != 0, axis=1)]
+    head = f"M{fine(steps[0, 0] / 100)} {fine(steps[0, 1] / 100)}"
+    tail = " ".join(f"{fine(x / 100)} {fine(y / 100)}" for x, y in moves)
+    return head + (f"l{tail}" if tail else "h0") + ("z" if closed else "")
+
+
+def rich(text: str) -> str:
+    """Escape a text for SVG; ``_{N}`` becomes a subscript."""
+    parts = re.split(r"_\{([^}]*)\}", text)
+    out = [escape(parts[0], quote=False)]
+    for sub, rest in zip(parts[1::2], parts[2::2], strict=True):
+        out.append(f'<tspan dy=".25em" font-size="75%">{escape(sub, quote=False)}</tspan>')
+        # A tspan holds only its own shift: the text after it is shifted back.
+        after = escape(rest, quote=False)
+        out.append(f'<tspan dy="-.19em">{after or "&#8203;"}</tspan>')
+    return "".join(out)
+
+
+class Drawing:
+    """A picture of a fixed size in user units, drawn from back to front.
+
+    Parameters
+    ----------
+    width, height : float
+        Size; the page scales the picture to the room there is.
+    title : str
+        What the picture shows, for those who cannot see it.
+    """
+
+    def __init__(self, width: float, height: float, title: str) -> None:
+        self.width = width
+        self.height = height
+        self.title = title
+        self.elements: list[str] = []
+
+    def add(self, element: str) -> None:
+        """Add an element as it stands."""
+        self.elements.append(element)
+
+    def open_window(self, x: float, y: float, width: float, height: float) -> None:
+        """Clip everything up to `close_window` to a rectangle; coordinates stay."""
+        box = " ".join(number(v) for v in (x, y, width, height))
+        self.add(
+            f'<svg x="{number(x)}" y="{number(y)}" width="{number(width)}" '
+            f'height="{number(height)}" viewBox="{box}">'
+        )
+
+    def close_window(self) -> None:
+        """End a clipped part."""
+        self.add("</svg>")
+
+    def line(
+        self,
+        ends: Sequence[float],
+        stroke: str = INK,
+        width: float = 1.0,
+        dash: str = "",
+    ) -> None:
+        """Draw a straight line from ``ends[:2]`` to ``ends[2:]``."""
+        x1, y1, x2, y2 = (number(v) for v in ends)
+        self.add(
+            f'<path d="M{x1} {y1}L{x2} {y2}" stroke="{stroke}" stroke-width="{fine(width)}"'
+            f"{_dash(dash)}/>"
+        )
+
+    def curve(
+        self,
+        points: Array,
+        stroke: str = INK,
+        width: float = 1.5,
+        dash: str = "",
+        opacity: float = 1.0,
+    ) -> None:
+        """Draw a curve through points, shape (n, 2); breaks where they are not finite."""
+        data = "".join(path_data(simplify(piece)) for piece in pieces(points))
+        if data:
+            self.add(
+                f'<path d="{data}" fill="none" stroke="{stroke}" stroke-width="{fine(width)}" '
+                f'stroke-linejoin="round"{_dash(dash)}{_opacity(opacity)}/>'
+            )
+
+    def area(
+        self,
+        points: Array,
+        fill: str,
+        stroke: str = "none",
+        width: float = 1.0,
+        opacity: float = 1.0,
+    ) -> None:
+        """Fill the area within points, shape (n, 2)."""
+        data = path_data(simplify(points), closed=True)
+        edge = "" if stroke == "none" else f' stroke="{stroke}" stroke-width="{fine(width)}"'
+        self.add(
+            f'<path d="{data}" fill="{fill}"{edge} stroke-linejoin="round"{_opacity(opacity)}/>'
+        )
+
+    def rectangle(
+        self,
+        x: float,
+        y: float,
+        width: float,
+        height: float,
+        fill: str,
+        stroke: str = "none",
+        opacity: float = 1.0,
+    ) -> None:
+        """Draw a rectangle."""
+        edge = "" if stroke == "none" else f' stroke="{stroke}"'
+        self.add(
+            f'<rect x="{number(x)}" y="{number(y)}" width="{number(width)}" '
+            f'height="{number(height)}" fill="{fill}"{edge}{_opacity(opacity)}/>'
+        )
+
+    def dots(
+        self,
+        points: Iterable[Sequence[float]],
+        radius: float,
+        fill: str,
+        stroke: str = "none",
+        width: float = 1.2,
+    ) -> None:
+        """Draw round marks."""
+        edge = "" if stroke == "none" else f' stroke="{stroke}" stroke-width="{fine(width)}"'
+        r = fine(radius)
+        marks = "".join(f'<circle cx="{number(x)}" cy="{number(y)}" r="{r}"/>' for x, y in points)
+        if marks:
+            self.add(f'<g fill="{fill}"{edge}>{marks}</g>')
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        *,
+        anchor: str = "start",
+        size: float = TEXT_SIZE,
+        fill: str = INK,
+        weight: str = "",
+        halo: bool = False,
+    ) -> None:
+        """Write a text with its base line at `y`; ``_{N}`` is a subscript.
+
+        Parameters
+        ----------
+        anchor : {"start", "middle", "end"}
+        weight : str
+            ``"600"`` for bold.
+        halo : bool
+            Whether to keep what lies behind at a distance.
+        """
+        extra = "" if anchor == "start" else f' text-anchor="{anchor}"'
+        extra += "" if size == TEXT_SIZE else f' font-size="{fine(size)}"'
+        extra += "" if fill == INK else f' fill="{fill}"'
+        extra += f' font-weight="{weight}"' if weight else ""
+        if halo:
+            extra += f' paint-order="stroke" stroke="{PAPER}" stroke-width="3.5"'
+        self.add(f'<text x="{number(x)}" y="{number(y)}"{extra}>{rich(text)}</text>')
+
+    def arrow(
+        self, ends: Sequence[float], stroke: str = INK, width: float = 1.2, *, both: bool = False
+    ) -> None:
+        """Draw a straight arrow, with a head at its end or at both."""
+        start, end = np.array(ends[:2]), np.array(ends[2:])
+        self.line(ends, stroke, width)
+        length = float(np.hypot(*(end - start)))
+        if length == 0:
+            return
+        along = (end - start) / length
+        across = np.array([-along[1], along[0]])
+        for tip, way in ((end, along), (start, -along))[: 2 if both else 1]:
+            head = np.array([tip, tip - 6.5 * way + 2.6 * across, tip - 6.5 * way - 2.6 * across])
+            self.area(head, stroke)
+
+    def render(self) -> str:
+        """Return the SVG element."""
+        size = f"{number(self.width)} {number(self.height)}"
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size}" '
+            f'width="{number(self.width)}" height="{number(self.height)}" role="img" '
+            f'font-family="{FONT}" font-size="{fine(TEXT_SIZE)}" fill="{INK}">'
+            f"<title>{escape(self.title, quote=False)}</title>" + "".join(self.elements) + "</svg>"
+        )
+
+
+def pieces(points: Array) -> list[Array]:
+    """Cut a curve where its points are not finite."""
+    good = np.all(np.isfinite(points), axis=1)
+    change = np.flatnonzero(np.diff(good)) + 1
+    parts = np.split(points, change)
+    return [part for part in parts if len(part) > 1 and np.all(np.isfinite(part[0]))]
+
+
+def _dash(dash: str) -> str:
+    return f' stroke-dasharray="{dash}"' if dash else ""
+
+
+def _opacity(opacity: float) -> str:
+    return "" if opacity == 1.0 else f' opacity="{fine(opacity)}"'
