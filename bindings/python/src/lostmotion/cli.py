@@ -229,9 +229,11 @@ def run_predict(arguments: argparse.Namespace) -> None:
     answer = predict(drive, torques(arguments.torque, drive.rated_torque_Nm), phase)
     if arguments.report is not None:
         check_places(arguments)
-        lead = "Predicted from its drive file."
+        lead = "What the drive file says that the drive will do."
         section = drive_section(drive, phase)
-        write_report(arguments.report, "Lost motion", lead, [section], arguments.command_line)
+        write_report(
+            arguments.report, "Predicted lost motion", lead, [section], arguments.command_line
+        )
     deliver(answer, arguments.json, lambda out: show_prediction(answer, out))
 
 
@@ -261,9 +263,11 @@ def run_compare(arguments: argparse.Namespace) -> None:
         )
     if arguments.report is not None:
         check_places(arguments)
-        lead = "Measured loops against the model."
+        lead = "Recordings against the model of their drive: where it fits and where it fails."
         section = comparison_section(drive, result, recording_files(arguments.data))
-        write_report(arguments.report, "Lost motion", lead, [section], arguments.command_line)
+        write_report(
+            arguments.report, "Measured lost motion", lead, [section], arguments.command_line
+        )
     deliver(result.answer(), arguments.json, lambda out: show_comparison(result, out))
 
 

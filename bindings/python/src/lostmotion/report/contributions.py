@@ -17,6 +17,7 @@ from lostmotion.report.svg import (
     SOFT,
     Array,
     Drawing,
+    signs,
 )
 from lostmotion.units import ARCMIN
 
@@ -111,7 +112,7 @@ def contributions_figure(data: Contributions) -> Figure:
         caption += " Dashed: the slopes of the catalogue, prolonged beyond their own stretch."
     return Figure(
         f"Characteristic of {data.name}",
-        caption,
+        signs(caption),
         lambda width: draw_contributions(data, width),
         Table("characteristic", columns),
     )
@@ -275,5 +276,5 @@ def _legend(drawing: Drawing, data: Contributions, top: float, wide: bool) -> No
         drawing.rectangle(x, y - 11, 14, 14, FILLS[part], SOFT)
         drawing.text(x + 22, y, NAMES[part])
         end = x + min(column - 28, 370)
-        drawing.text(end - 58, y, f"{value:.3f}′".replace("-", "−"), anchor="end")
-        drawing.text(end, y, f"{100 * value / total:.1f} %".replace("-", "−"), anchor="end")
+        drawing.text(end - 58, y, signs(f"{value:.3f}′"), anchor="end")
+        drawing.text(end, y, signs(f"{100 * value / total:.1f} %"), anchor="end")

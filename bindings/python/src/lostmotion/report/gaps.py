@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.model import Clearances, DesignModel
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.page import Figure, Table
-from lostmotion.report.svg import BLUE, ORANGE, PAPER, RED, SMALL_SIZE, SOFT, Array, Drawing
+from lostmotion.report.svg import BLUE, ORANGE, PAPER, RED, SMALL_SIZE, SOFT, Array, Drawing, signs
 from lostmotion.units import ARCMIN
 
 FORWARD, BACKWARD = BLUE, ORANGE
@@ -140,9 +140,14 @@ def gaps_figure(data: Gaps) -> Figure:
     radii = [
         np.where(r > 0, r, np.nan) for r in (table.forward_radius_mm, table.backward_radius_mm)
     ]
+    if len(data.forward) > 1:
+        caption += (
+            f" One curve an axial section, {len(data.forward)} from the cup's edge of the teeth to "
+            "the open end."
+        )
     return Figure(
         f"Side clearances of {data.name}",
-        caption,
+        signs(caption),
         lambda width: draw_gaps(data, width),
         Table(
             "clearances",
@@ -170,7 +175,7 @@ def draw_gaps(data: Gaps, width: float) -> str:
     )
     lobes = (0.0, 180.0) if wide else (0.0,)
     high = _upper(data)
-    low = min(-0.1 * high, 1.25 * data.smallest()[0])
+    low = min(-0.1 * high, 1.4 * data.smallest()[0])
     axes = Axes(drawing, (left, top, width - left - right, height), span, (low, high))
     bottom = float(axes.y(low))
     zero = float(axes.y(0.0))
@@ -197,8 +202,8 @@ def draw_gaps(data: Gaps, width: float) -> str:
     gap, angle, _ = data.smallest()
     x, y = float(axes.x(angle)), float(axes.y(gap))
     drawing.dots([(x, y)], 5.5, "none", RED if gap < 0 else SOFT, 1.5)
-    said = f"{gap:.3f}′ at {angle:+.1f}°".replace("-", "−")
-    drawing.text(x + 9, max(zero, y) + 16, said, size=SMALL_SIZE, halo=gap < 0)
+    said = f"{gap:.3f}′ at {angle:+.1f}°"
+    drawing.text(x + 9, max(zero, y) + 16, signs(said), size=SMALL_SIZE, halo=gap < 0)
 
     radii = [f.radius_mm for f in data.forward + data.backward if f.radius_mm.size]
     values = np.concatenate(radii)

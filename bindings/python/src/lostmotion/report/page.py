@@ -297,7 +297,11 @@ code {{ font: .92em/1.4 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }}
 }}
 @media print {{
   @page {{ margin: 16mm 14mm; }}
-  body {{ font-size: 10pt; padding: 0; max-width: none; }}
+  html {{ font-size: 9.5pt; }}
+  body {{ padding: 0; max-width: none; }}
+  h1 {{ font-size: 1.9rem; }}
+  .scroll {{ overflow: visible; }}
+  td {{ white-space: normal; }}
   .wide {{ display: block; }}
   .narrow, .files, nav {{ display: none; }}
   h2, h3 {{ break-after: avoid; }}

@@ -19,6 +19,7 @@ from lostmotion.report.gaps import collect_gaps, gaps_figure
 from lostmotion.report.loops import WHERE, failures_figure, loops_figure, unit_of
 from lostmotion.report.page import Notes, Rows, Section
 from lostmotion.report.stages import collect_stages, stages_figure, stages_table
+from lostmotion.report.svg import signs
 from lostmotion.report.teeth import teeth_figure
 from lostmotion.report.tolerances import Tolerances, tolerances_figure
 from lostmotion.units import ARCMIN, ARCSEC
@@ -143,8 +144,8 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
             f"{_at(answer, 'engaged_teeth_per_lobe', 2 * rated):.0f}",
         ),
         (
-            f"smallest side clearance ({flank}, at {angle:+.1f}°)".replace("-", "−"),
-            f"{gap:.3f} arcmin".replace("-", "−"),
+            signs(f"smallest side clearance ({flank}, at {angle:+.1f}°)"),
+            signs(f"{gap:.3f} arcmin"),
         ),
         (
             "checks passed",
@@ -238,9 +239,9 @@ def checks_table(checks: Sequence[Check]) -> Rows:
         rows.append(
             (
                 CHECK_NAMES.get(check.name, check.name.replace("_", " ")),
-                values[0].replace("-", "−"),
-                ("≤ " if smaller else "≥ ") + values[1].replace("-", "−"),
-                margin.replace("-", "−"),
+                signs(values[0]),
+                ("≤ " if smaller else "≥ ") + signs(values[1]),
+                signs(margin),
                 unit,
                 word,
             )

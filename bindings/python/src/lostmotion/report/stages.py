@@ -10,7 +10,7 @@ from lostmotion.model import DesignModel
 from lostmotion.report.chart import Axes
 from lostmotion.report.gaps import BACKWARD, FORWARD
 from lostmotion.report.page import Figure, Rows, Table
-from lostmotion.report.svg import PAPER, SMALL_SIZE, SOFT, Drawing, text_width
+from lostmotion.report.svg import PAPER, SMALL_SIZE, SOFT, Drawing, signs, text_width
 from lostmotion.units import ARCMIN
 
 EVENTS_SHOWN = 14
@@ -147,7 +147,7 @@ def draw_stages(data: Stages, width: float) -> str:
     """Draw a bar for each pair over torque, placed by the angle of its tooth."""
     wide = width > 600
     left, right, top = 52.0, 14.0, 50.0
-    height = 270.0 if wide else 230.0
+    height = 290.0 if wide else 250.0
     drawing = Drawing(
         width, top + height + 44, f"Stages of take-up of {data.name}: teeth that carry by torque"
     )
@@ -163,18 +163,21 @@ def draw_stages(data: Stages, width: float) -> str:
     at = float(axes.x(data.rated_torque_Nm))
     drawing.line((at, top, at, top + height), SOFT, 1.0, "2 3")
     drawing.text(at + 5, top + 12, "T_{N}", size=SMALL_SIZE, fill=SOFT, halo=True)
-    sections = 1 + max((section for _, _, section in pairs), default=0)
+    # Pairs of one tooth lie side by side: a lane for each section and flank.
+    lanes = sorted({(section, -side) for _, side, section in pairs})
     spacing = min((abs(a - b) for a in angles for b in angles if abs(a - b) > 1e-6), default=2.0)
     pitch = abs(float(axes.y(0.0)) - float(axes.y(spacing)))
-    thick = min(5.0, max(1.2, 0.55 * pitch / sections))
+    lane = 0.84 * pitch / max(len(lanes), 1)
+    thick = min(5.0, max(0.8, 0.72 * lane))
     for (tooth, side, section), angle in pairs.items():
         ink = FORWARD if side > 0 else BACKWARD
-        y = float(axes.y(angle)) + (section - (sections - 1) / 2) * 0.8 * pitch / sections
+        shift = lanes.index((section, -side)) - (len(lanes) - 1) / 2
+        y = float(axes.y(angle)) + shift * lane
         for start, end in _spells(data, (tooth, side, section), reach):
             x0, x1 = float(axes.x(start)), float(axes.x(end))
-            fill = ink if side > 0 else PAPER
+            fill = ink if side > 0 or thick < 2.5 else PAPER
             drawing.rectangle(x0, y - thick / 2, max(x1 - x0, 0.8), thick, fill, ink)
-            drawing.line((x0, y - thick / 2 - 1.5, x0, y + thick / 2 + 1.5), ink, 1.6)
+            drawing.line((x0, y - thick / 2 - 1.0, x0, y + thick / 2 + 1.0), ink, 1.6)
     x = width - right
     for name, ink, fill, side in (
         ("backward pair", BACKWARD, PAPER, -1),
@@ -214,7 +217,7 @@ def stages_table(data: Stages) -> Rows:
             (
                 f"{event.torque_Nm:.3f}",
                 f"{event.rotation_arcmin:.4f}",
-                f"{event.angle_deg:+.2f}".replace("-", "−"),
+                signs(f"{event.angle_deg:+.2f}"),
                 "forward" if event.side > 0 else "backward",
                 "begins to carry" if event.joined else "ceases to carry",
                 str(carrying),

@@ -54,6 +54,11 @@ def fine(value: float) -> str:
     return "0" if text == "-0" else text
 
 
+def signs(text: str) -> str:
+    """Write hyphens that stand for a minus as true minus signs."""
+    return re.sub(r"(?<![\w-])-(?=[0-9.])", "−", text)
+
+
 def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
     """Leave out points of a curve that lie within `slack` of the straight line without them.
 

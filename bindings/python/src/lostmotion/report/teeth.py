@@ -29,6 +29,7 @@ from lostmotion.report.svg import (
     SOFT,
     Array,
     Drawing,
+    signs,
     simplify,
 )
 from lostmotion.units import ARCMIN
@@ -284,6 +285,8 @@ def teeth_figure(
         f"the undeformed neutral line (dashed) enlarged {factor:g} times; darker teeth carry at "
         "rated torque. Root fillets are not drawn."
     )
+    if model.sections > 1:
+        caption += f" Drawn is the middle of {model.sections} axial sections."
     rows = [(t, mesh.place(t.angle_rad)) for t in touches]
     return Figure(
         f"Meshing teeth of {name}",
@@ -312,7 +315,7 @@ def close_up_title(angle_rad: float, touches: Sequence[Touch]) -> str:
     if here:
         gap = here[0].gap_rad
         title += f": forward gap {gap / ARCMIN:.2f}′ = {1e3 * gap * here[0].radius_mm:.1f} µm"
-    return title.replace("-", "−")
+    return signs(title)
 
 
 def draw_teeth(mesh: Mesh, touches: Sequence[Touch], name: str, width: float) -> str:

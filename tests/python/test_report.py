@@ -1,0 +1,502 @@
+"""Reports: what stands on the page, the numbers behind it, and that it needs nothing else."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import math
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely.affinity import rotate
+from shapely.geometry import Point, Polygon
+
+from conftest import DATA
+from lostmotion.catalogue import PARTS
+from lostmotion.cli import main
+from lostmotion.compare import Comparison, compare
+from lostmotion.drives import Drive, parse_drive, read_drive
+from lostmotion.model import design_model, make_backbone
+from lostmotion.predict import predict
+from lostmotion.recordings import read_campaign
+from lostmotion.report import comparison_section, drive_section, write_report
+from lostmotion.report.chart import label, nice_step, ticks_between
+from lostmotion.report.mesh import (
+    first_touches,
+    flexspline_shape,
+    make_mesh,
+    rigid_shape,
+    touch_place,
+)
+from lostmotion.report.page import NARROW, WIDE, Figure, Section, Table
+from lostmotion.report.stages import collect_stages
+from lostmotion.report.svg import signs, simplify, text_width
+from lostmotion.units import ARCMIN
+
+DRIVES = DATA / "drives"
+LOOPS = DATA / "cycloidal_locked_output"
+SVG = "{http://www.w3.org/2000/svg}"
+
+LABELS = {
+    "size_25": (
+        "torque on the output, N·m",
+        "deflection φ, arcmin",
+        "reversal lost",
+        "rated torque",
+        "catalogue",
+    ),
+    "reference_a": (
+        "torque on the output, N·m",
+        "deflection φ, arcmin",
+        "side clearance, arcmin",
+        "contact radius, mm",
+        "angle from the major axis, degrees",
+        "interference",
+        "radial distances ×10",
+        "2 mm",
+        "angle of the tooth, degrees",
+        "radial gap, µm",
+        "lost motion in one direction, arcmin",
+    ),
+    "external_ring": (
+        "angle from the minor axis, degrees",
+        "ring, outside",
+        "minor axis upright",
+    ),
+    "cycloid": (
+        "lost motion, arcmin",
+        "residual, arcmin",
+        "measured",
+        "model",
+        "share of the residual variance, %",
+    ),
+}
+"""Texts that the pictures of each section must hold."""
+
+
+@cache
+def drive_of(name: str) -> Drive:
+    return read_drive(DRIVES / f"{name}.toml")
+
+
+@cache
+def measured() -> tuple[Drive, Comparison]:
+    drive = read_drive(LOOPS / "drive.toml")
+    campaign = read_campaign([LOOPS], ratio=drive.ratio, mapping=drive.columns)
+    largest = float(np.max(np.abs(campaign.column("torque"))))
+    return drive, compare(make_backbone(drive, largest), campaign)
+
+
+@cache
+def section_of(name: str) -> Section:
+    if name == "cycloid":
+        drive, result = measured()
+        return comparison_section(drive, result, [LOOPS / "base_onyx_runin5.csv"])
+    return drive_section(drive_of(name))
+
+
+def figures(name: str) -> list[Figure]:
+    return [block for block in section_of(name).blocks if isinstance(block, Figure)]
+
+
+ALL_FIGURES = [
+    pytest.param(name, i, width, id=f"{name}-{i}-{width:.0f}")
+    for name in LABELS
+    for i in range(len(figures(name)))
+    for width in (WIDE, NARROW)
+]
+
+
+class Page(HTMLParser):
+    """A page taken apart: attributes that point somewhere, its elements and its text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[tuple[str, str]] = []
+        self.downloads: dict[str, list[str]] = {}
+        self.tags: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.text = " ".join(self.words)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self.tags.append(tag)
+        for name in ("src", "href", "xlink:href", "action", "data", "poster", "srcset"):
+            if values.get(name) is not None:
+                self.links.append((name, values[name] or ""))
+        if "download" in values:
+            self.downloads.setdefault(values["download"] or "", []).append(values["href"] or "")
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    def table(self, name: str, number: int = 0) -> dict[str, list[str]]:
+        head, data = self.downloads[name][number].split(",", 1)
+        assert head == "data:text/csv;charset=utf-8"
+        rows = list(csv.reader(io.StringIO(unquote(data))))
+        return {column: [row[i] for row in rows[1:]] for i, column in enumerate(rows[0])}
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    sections = [section_of(name) for name in LABELS]
+    write_report(path, "Four drives", "Everything at once.", sections, "lostmotion demo -o demo")
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(report: Path) -> Page:
+    return Page(report.read_text(encoding="utf-8"))
+
+
+# --- the pictures --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_every_axis_and_mark_is_labelled(name):
+    wide = "".join(figure.draw(WIDE) for figure in figures(name))
+    text = " ".join(t for svg in [wide] for t in ET.fromstring(f"<all>{svg}</all>").itertext())
+    for expected in LABELS[name]:
+        assert expected in text
+
+
+def texts(svg: ET.Element) -> list[tuple[float, float, float, float]]:
+    """Boxes that the texts of a picture take, by the estimated width of their letters."""
+    boxes = []
+    for element in svg.iter(f"{SVG}text"):
+        words = "".join(element.itertext()).replace("\u200b", "")
+        size = float(element.get("font-size", "13"))
+        x, y, wide = float(element.get("x", "0")), float(element.get("y", "0")), 0.0
+        wide = text_width(words, size)
+        x -= {"start": 0.0, "middle": wide / 2, "end": wide}[element.get("text-anchor", "start")]
+        boxes.append((x, y - 0.75 * size, x + wide, y + 0.2 * size))
+    return boxes
+
+
+@pytest.mark.parametrize(("name", "index", "width"), ALL_FIGURES)
+def test_no_text_is_cut_off_or_covers_another(name, index, width):
+    svg = ET.fromstring(figures(name)[index].draw(width))
+    height = float(svg.get("height", "0"))
+    boxes = texts(svg)
+    assert boxes
+    for x0, y0, x1, y1 in boxes:
+        assert x0 >= -4
+        assert x1 <= width + 4
+        assert y0 >= -2
+        assert y1 <= height + 2
+    for i, a in enumerate(boxes):
+        for b in boxes[:i]:
+            across = min(a[2], b[2]) - max(a[0], b[0])
+            down = min(a[3], b[3]) - max(a[1], b[1])
+            assert across < 4 or down < 3, (a, b)
+
+
+@pytest.mark.parametrize(("name", "index", "width"), ALL_FIGURES)
+def test_pictures_are_complete_in_themselves(name, index, width):
+    svg = ET.fromstring(figures(name)[index].draw(width))
+    assert svg.tag == f"{SVG}svg"
+    assert svg.find(f"{SVG}title").text
+    assert "font-family" in svg.attrib
+    for element in svg.iter():
+        assert not {"class", "id", "href", "style"} & set(element.attrib)
+
+
+def numbers_of(text: str) -> np.ndarray:
+    """Read the data of a path written as one absolute point and relative steps."""
+    head, _, steps = text.removesuffix("z").partition("l")
+    start = np.array(head.removeprefix("M").split(), dtype=float)
+    moves = np.array(steps.split(), dtype=float).reshape(-1, 2)
+    return start + np.concatenate((np.zeros((1, 2)), np.cumsum(moves, axis=0)))
+
+
+def test_areas_of_the_contributions_end_at_the_total():
+    figure = figures("reference_a")[0]
+    svg = ET.fromstring(figure.draw(WIDE))
+    window = svg.find(f"{SVG}svg")
+    areas = [p for p in window.iter(f"{SVG}path") if p.get("fill", "none") not in ("none",)]
+    total = next(p for p in window.iter(f"{SVG}path") if p.get("fill") == "none")
+    line = numbers_of(total.get("d"))
+    outermost = numbers_of(areas[len(areas) // 2 - 1].get("d"))
+    # The last area of the positive side has the total as its upper edge.
+    upper = outermost[np.isclose(outermost[:, 0], line[-1, 0], atol=0.1)]
+    assert upper[:, 1].min() == pytest.approx(line[-1, 1], abs=0.1)
+
+
+@pytest.mark.parametrize("name", ["reference_a", "external_ring"])
+@pytest.mark.parametrize("phase_deg", [0.0, 0.6])
+def test_drawn_teeth_touch_after_the_clearance_that_the_library_gives(name, phase_deg):
+    phase = math.radians(phase_deg)
+    model = design_model(drive_of(name))
+    mesh = make_mesh(model, phase)
+    checked = 0
+    for touch in first_touches(model, [], phase):
+        if abs(touch.angle_rad) > math.radians(45) or touch.gap_rad > 6 * ARCMIN:
+            continue
+        around = [touch.angle_rad + k * mesh.pitch for k in (-1, 0, 1)]
+        toothed, free = flexspline_shape(mesh, around)
+        flexspline = Polygon(np.concatenate((toothed, free[::-1]))).buffer(0)
+        toothed, edge = rigid_shape(mesh, around)
+        rigid = Polygon(np.concatenate((toothed, edge[::-1]))).buffer(0)
+        # A tooth beside it may touch first: only what lies around this one's contact counts.
+        place = touch_place(mesh, touch)
+        near = Point(place).buffer(0.12 * mesh.module_mm)
+        assert Point(place).distance(rigid.boundary) < 1e-4
+
+        def overlap(turn_rad: float, body=flexspline, rigid=rigid, near=near) -> float:
+            # Growing angles run clockwise on the picture.
+            moved = rotate(body, -turn_rad, origin=(0, 0), use_radians=True)
+            return moved.intersection(near).intersection(rigid).area
+
+        slack = 0.03 * ARCMIN  # straight pieces of the drawn flanks
+        assert overlap(touch.side * (touch.gap_rad - slack)) < 1e-9
+        assert overlap(touch.side * (touch.gap_rad + slack)) > 0
+        checked += 1
+    assert checked > 40
+
+
+@given(
+    st.lists(st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)), min_size=2, max_size=80),
+    st.floats(0.05, 20),
+)
+def test_simplified_curves_stay_within_the_slack(points, slack):
+    full = np.array(points)
+    kept = simplify(full, slack)
+    assert len(kept) <= len(full)
+    assert np.array_equal(kept[[0, -1]], full[[0, -1]])
+    ends = list(itertools.pairwise(kept))
+    for point in full:
+        nearest = math.inf
+        for a, b in ends:
+            d = b - a
+            along = np.clip((point - a) @ d / max(d @ d, 1e-300), 0, 1)
+            nearest = min(nearest, float(np.hypot(*(point - a - along * d))))
+        assert nearest <= slack * (1 + 1e-9) + 1e-9
+
+
+@given(st.floats(1e-6, 1e6), st.integers(1, 20))
+def test_ticks_are_round_and_about_as_many_as_wanted(span, wanted):
+    step = nice_step(span, wanted)
+    mantissa = step / 10 ** math.floor(math.log10(step) + 1e-9)
+    assert mantissa == pytest.approx(min((1, 2, 5), key=lambda m: abs(m - mantissa)))
+    assert wanted / 1.6 <= span / step <= wanted * 1.6
+    assert len(ticks_between(0, span, step)) == int(span / step + 1e-9) + 1
+
+
+def test_numbers_on_axes_are_short_and_carry_true_signs():
+    assert label(-0.30000000000000004, 0.1) == "−0.3"
+    assert label(-0.0, 0.5) == "0.0"
+    assert label(1500.0, 500.0) == "1500"
+    assert signs("at -1.5° of size-20 (-2 to +3)") == "at −1.5° of size-20 (−2 to +3)"
+
+
+# --- the numbers behind them ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_numbers_behind_each_picture_survive_the_way_through_csv(name, page):
+    order = list(LABELS)
+    for figure in figures(name):
+        earlier = sum(
+            1
+            for other in order[: order.index(name)]
+            for f in figures(other)
+            if f.table.name == figure.table.name
+        )
+        read = page.table(f"{figure.table.name}.csv", earlier)
+        assert list(read) == list(figure.table.columns)
+        for column, values in figure.table.columns.items():
+            expected = np.asarray(values)
+            if expected.dtype.kind == "f":
+                found = np.array([float(v) if v else np.nan for v in read[column]])
+                expected = np.where(np.isfinite(expected), expected, np.nan)
+                np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+            else:
+                assert read[column] == [str(value) for value in values]
+
+
+def test_characteristic_of_the_page_is_that_of_predict(page):
+    drive = drive_of("reference_a")
+    read = page.table("characteristic.csv", 1)
+    torque = np.array(read["torque_Nm"], dtype=float)
+    # Written to ten digits, torques next to zero are told apart by them.
+    answer = predict(drive, torque)
+    total = np.array(read["total_arcmin"], dtype=float)
+    np.testing.assert_allclose(total, answer["total_arcmin"], rtol=1e-6, atol=1e-9)
+    parts = sum(np.array(read[f"{part}_arcmin"], dtype=float) for part in PARTS)
+    np.testing.assert_allclose(parts, total, rtol=0, atol=1e-8)
+    assert torque.max() == 2 * drive.rated_torque_Nm
+
+
+def test_residual_in_the_csv_is_measured_minus_model(page):
+    read = page.table("loops.csv")
+    measured_, model, residual = (
+        np.array(read[f"{name}_arcmin"], dtype=float) for name in ("measured", "model", "residual")
+    )
+    np.testing.assert_allclose(measured_ - model, residual, atol=1e-6)
+    _, result = measured()
+    rms = float(np.sqrt(np.mean(residual**2)))
+    assert rms == pytest.approx(result.fit.rms_rad / ARCMIN, rel=1e-6)
+
+
+def test_empty_cells_stand_for_what_is_not_finite():
+    assert Table("t", {"a_mm": [1.5, math.inf], "b": ["x,y", "z"]}).csv() == (
+        'a_mm,b\n1.5,"x,y"\n,z\n'
+    )
+
+
+def test_stages_count_the_teeth_that_the_characteristic_reports():
+    drive = drive_of("reference_a")
+    model = design_model(drive)
+    stages = collect_stages(model, drive.name)
+    for torque in (1.0, 17.0, 40.0, 79.0):
+        teeth = int(model.characteristic([torque]).engaged_teeth[0])
+        assert len(stages.loaded(torque)) == teeth
+
+
+# --- the page ------------------------------------------------------------------------------------
+
+
+def test_page_refers_to_nothing_outside_itself(report, page):
+    assert page.links
+    for name, target in page.links:
+        assert target.startswith(("#", "data:")), (name, target[:80])
+    assert not {"script", "iframe", "object", "embed", "img"} & set(page.tags)
+    text = report.read_text(encoding="utf-8")
+    inside = text.replace("http://www.w3.org/2000/svg", "")
+    inside = inside.replace("http://www.w3.org/2000/svg".replace(":", "%3A"), "")
+    for outside in ("http://", "https://", "@import", "url(", "//cdn"):
+        assert outside not in inside
+
+
+def test_page_says_how_it_was_made(page):
+    _, result = measured()
+    assert "lostmotion demo -o demo" in page.text
+    assert result.campaign.fingerprint() in page.text
+    for name in ("size_25", "reference_a", "external_ring"):
+        assert f"{name}.toml" in page.text
+    assert "NumPy" in page.text
+    assert "design.support.foundation_N_per_mm2 = 2600" in page.text  # a default that is stated
+    assert "The straight line T / K3 is split" in page.text  # an assumption that is stated
+
+
+def test_headlines_are_the_numbers_of_predict(page):
+    for name in ("size_25", "reference_a", "external_ring"):
+        drive = drive_of(name)
+        answer = predict(drive, [drive.rated_torque_Nm])
+        assert f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin" in page.text.replace(
+            "\xa0", " "
+        )
+        assert f"{answer['total_arcmin'][0]:.3f} arcmin" in page.text.replace("\xa0", " ")
+
+
+def test_a_failed_check_is_marked_by_word_and_sign(drawn, tmp_path):
+    drawn["design"]["teeth"]["rigid_shift"] = 2.80
+    file = tmp_path / "tight.toml"
+    file.write_text("")
+    section = drive_section(parse_drive(drawn, str(file)))
+    path = tmp_path / "report.html"
+    write_report(path, "One drive", "", [section], "lostmotion predict")
+    text = Page(path.read_text(encoding="utf-8")).text
+    assert "✗ FAIL" in text
+    assert "flanks of a lobe interfere" in text
+    assert "the mesh is preloaded" in text
+
+
+def test_spatial_drive_has_a_curve_for_each_section(drawn, tmp_path):
+    drawn["design"]["axial_sections"] = 3
+    file = tmp_path / "spatial.toml"
+    file.write_text("")
+    blocks = drive_section(parse_drive(drawn, str(file)), math.radians(0.5)).blocks
+    gaps = next(b for b in blocks if isinstance(b, Figure) and b.table.name == "clearances")
+    assert set(gaps.table.columns["section"]) == {0, 1, 2}
+    assert "tooth phase 0.5°" in gaps.caption
+    assert "3 from the cup's edge" in gaps.caption
+
+
+def test_page_opens_in_a_browser_without_complaint(report, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("chrome")
+    if browser is None:
+        pytest.skip("no chromium on this machine: the page was not opened in a browser")
+    run = subprocess.run(
+        [
+            browser,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path}",
+            "--enable-logging=stderr",
+            "--dump-dom",
+            report.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    complaints = [line for line in run.stderr.splitlines() if "CONSOLE" in line]
+    assert complaints == []
+    assert run.stdout.count("<figure>") == sum(len(figures(name)) for name in LABELS)
+
+
+# --- the commands --------------------------------------------------------------------------------
+
+
+def test_demo_prints_a_short_result_and_writes_report_and_inputs(tmp_path, capsys):
+    folder = tmp_path / "new" / "demo"
+    assert main(["demo", "-o", str(folder)]) == 0
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) <= 14
+    assert str(folder / "report.html") in out
+    for name in ("size 25", "reference design A", "external ring", "printed cycloidal"):
+        assert name in out
+    page = Page((folder / "report.html").read_text(encoding="utf-8"))
+    assert page.tags.count("section") == 4
+    assert f"lostmotion demo -o {folder}" in page.text
+    # What it read lies beside it and can be read again.
+    assert read_drive(folder / "drives" / "reference_a.toml").design is not None
+    assert (folder / "cycloidal_locked_output" / "SOURCE.md").is_file()
+
+
+def test_demo_refuses_a_folder_that_cannot_be(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["demo", "-o", str(tmp_path / "file" / "demo")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["predict", str(DRIVES / "size_25.toml")],
+        ["predict", str(DRIVES / "external_ring.toml"), "--phase-deg", "0.4"],
+        ["compare", str(LOOPS / "drive.toml"), str(LOOPS)],
+    ],
+    ids=["bought", "designed", "measured"],
+)
+def test_commands_write_reports(words, tmp_path, capsys):
+    path = tmp_path / "report.html"
+    assert main([*words, "--report", str(path)]) == 0
+    assert capsys.readouterr().out
+    page = Page(path.read_text(encoding="utf-8"))
+    assert "figure" in page.tags
+    assert words[1] in page.text
+
+
+def test_nothing_is_written_when_a_place_is_wrong(tmp_path, capsys):
+    drive = str(DRIVES / "size_25.toml")
+    bad = str(tmp_path / "missing" / "answer.json")
+    good = tmp_path / "report.html"
+    assert main(["predict", drive, "--report", str(good), "--json", bad]) == 2
+    assert not good.exists()
+    assert "--json" in capsys.readouterr().err
