@@ -1,9 +1,8 @@
 #include "lostmotion/shape.h"
 
+#include "half_turn.h"
 #include "real_math.h"
 #include "refuse.h"
-
-#define HALF_PI (LM_PI / LM_REAL(2))
 
 /* Four rollers: D falls to zero at 43.891 deg and the shape turns over; 35 deg is the last angle
  * with a usable shape. */
@@ -90,11 +89,6 @@ lm_status lm_make_shape(lm_generator_type type, lm_real contact_half_angle_rad, 
   return LM_OK;
 }
 
-/* The angle brought into [-pi/2, pi/2]. */
-static lm_real fold(lm_real angle_rad) {
-  return angle_rad - LM_PI * real_floor(angle_rad / LM_PI + LM_REAL(0.5));
-}
-
 /* w, v and w' for 0 <= angle <= pi/2. The free zone's v runs from its zero at pi/2 backwards. */
 static lm_wave wave_in_quadrant(const lm_shape *shape, lm_real angle) {
   lm_wave wave;
@@ -122,7 +116,7 @@ static lm_wave wave_in_quadrant(const lm_shape *shape, lm_real angle) {
 }
 
 lm_wave lm_evaluate_shape(const lm_shape *shape, lm_real angle_rad) {
-  const lm_real angle = fold(angle_rad);
+  const lm_real angle = fold_half_turn(angle_rad);
   lm_wave wave = wave_in_quadrant(shape, real_fabs(angle));
   if (angle < LM_REAL(0)) {
     wave.tangential = -wave.tangential;
@@ -170,8 +164,7 @@ lm_real lm_shape_generator_force(const lm_shape *shape) {
   return LM_REAL(4) * shape->outer[2];
 }
 
-/* --- neutral line ------------------------------------------------------------------------------
- */
+/* --- neutral line --- */
 
 /* A point of the ellipse's parallel curve at parameter t, and the curve's direction there. */
 static void parallel_point(const lm_neutral_line *line, lm_real t, lm_real *x, lm_real *y,
@@ -339,7 +332,7 @@ lm_status lm_make_neutral_line(const lm_generator *generator, lm_deformation def
   }
   if (status == LM_OK) {
     status = check_range(fault, "generator.deflection_mm", deflection_mm, LM_REAL(1e-4) * radius_mm,
-                         radius_mm / LM_REAL(4));
+                         radius_mm / LM_REAL(8));
   }
   if (status == LM_OK) {
     status = check_range(fault, "generator.cam_offset_mm", generator->cam_offset_mm, LM_REAL(0),
@@ -372,7 +365,7 @@ lm_status lm_make_neutral_line(const lm_generator *generator, lm_deformation def
 
 void lm_neutral_radius(const lm_neutral_line *line, lm_real polar_rad, lm_real *radius_mm,
                        lm_real *slope_mm) {
-  const lm_real polar = fold(polar_rad);
+  const lm_real polar = fold_half_turn(polar_rad);
   lm_real above;
   rise(line, real_fabs(polar), &above, slope_mm);
   *radius_mm = line->radius_mm + above;
@@ -398,7 +391,7 @@ static lm_real interpolate_lead(const lm_neutral_line *line, lm_real angle) {
 }
 
 lm_placement lm_place_tooth(const lm_neutral_line *line, lm_real angle_rad) {
-  const lm_real angle = fold(angle_rad);
+  const lm_real angle = fold_half_turn(angle_rad);
   const lm_real side = angle < LM_REAL(0) ? LM_REAL(-1) : LM_REAL(1);
   const lm_real lead = interpolate_lead(line, side * angle);
   lm_placement place;

@@ -57,8 +57,8 @@ typedef struct lm_geometry {
  *            r_a2 = r_a1 + w0 - h_d m, r_f2 = r_a1 + w0 + 0.2 m;
  *  external: r_fr = m z_r/2 + m (x_r - h_a - c), r_ar = r_fr + h m, r_af = r_ar + w0 - h_d m,
  *            r_ff = r_ar + w0 + 0.2 m, r_m = r_ff + s/2.
- * Reads a checked drive; LM_INCONSISTENT ("teeth.engagement_depth", "teeth.tooth_height") when a
- * flank does not reach its base circle or a tooth has no height left. */
+ * Reads a checked drive; LM_NULL; LM_INCONSISTENT ("teeth.engagement_depth", "teeth.tooth_height")
+ * when a flank ends below its base circle. */
 lm_status lm_make_geometry(const lm_teeth *teeth, lm_real deflection_mm, lm_real rim_thickness_mm,
                            lm_geometry *geometry, lm_fault *fault);
 

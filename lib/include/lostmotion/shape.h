@@ -87,7 +87,8 @@ typedef struct lm_placement {
 } lm_placement;
 
 /* Build the neutral line for one axial section.
- * radius_mm > 0; deflection_mm > 0 and below radius_mm / 4; nodes 8 .. LM_NEUTRAL_LINE_NODES_MAX.
+ * radius_mm 0.1 .. 1e4; deflection_mm 1e-4 .. 1/8 of it (on two wide discs no line of that length
+ * exists beyond 1/7); cam_offset_mm up to half of it; nodes 8 .. LM_NEUTRAL_LINE_NODES_MAX.
  * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE. */
 lm_status lm_make_neutral_line(const lm_generator *generator, lm_deformation deformation,
                                lm_real radius_mm, lm_real deflection_mm, int nodes,

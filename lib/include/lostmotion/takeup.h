@@ -138,7 +138,8 @@ typedef struct lm_take_up_workspace {
  * LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE ("torque_Nm"),
  * LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than LM_ACTIVE_MAX
  * carry, LM_NOT_CONVERGED when rounding defeats the factor or lets pairs join and leave for ever
- * (compliances of the pairs too small against the ring's, or a twist that is not symmetric). On error states[] is not complete. */
+ * (compliances of the pairs too small against the ring's, or a twist that is not symmetric). On
+ * error states[] is not complete. */
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              const lm_foundation *foundation, const lm_real torque_Nm[],
                              int torques, lm_take_up states[], lm_rest *rest,
