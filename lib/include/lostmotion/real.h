@@ -39,7 +39,9 @@ typedef float lm_real;
 
 #define LM_PI LM_REAL(3.14159265358979323846)
 
-#ifdef __cplusplus
+/* Functions on another number type are other functions: they need C++'s names to stand beside the
+ * plain ones. */
+#if defined(__cplusplus) && !defined(LM_REAL_HEADER)
 #define LM_BEGIN_DECLS extern "C" {
 #define LM_END_DECLS }
 #else

@@ -1,0 +1,440 @@
+#include "evaluate.h"
+
+#include "lostmotion/checks.h"
+#include "lostmotion/tolerance.h"
+#include "real_math.h"
+
+#define DEGREE (LM_PI / LM_REAL(180))
+#define ARCMIN (DEGREE / LM_REAL(60))
+#define ARCSEC (ARCMIN / LM_REAL(60))
+
+/* The circular spline's (or the ring generator's) thickness over its pitch diameter, as
+ * lm_complete_drive assumes it. */
+#define RING_THICKNESS LM_REAL(0.1)
+
+/* Unit of the size share of cost, mm^3. */
+#define COST_VOLUME LM_REAL(1e4)
+
+static lm_real larger(lm_real a, lm_real b) {
+  return a > b ? a : b;
+}
+
+void lm_fill_values(const lm_problem *problem, int combination, const lm_real unit[],
+                    lm_real value[LM_KEY_COUNT]) {
+  int i;
+  for (i = 0; i < LM_KEY_COUNT; i++) {
+    value[i] = LM_REAL(problem->value[i]);
+  }
+  for (i = 0; i < problem->choice_count; i++) {
+    const lm_choice *choice = &problem->choice[i];
+    value[choice->key] = LM_REAL(choice->value[combination % choice->count]);
+    combination /= choice->count;
+  }
+  for (i = 0; i < problem->range_count; i++) {
+    const lm_range *range = &problem->range[i];
+    value[range->key] = LM_REAL(range->low) + LM_REAL(range->high - range->low) * unit[i];
+  }
+}
+
+/* --- the drive ----------------------------------------------------------------------------------
+ */
+
+/* The integer that a plain number stands for. */
+static int whole(lm_real value) {
+  return (int)(value + LM_REAL(0.5));
+}
+
+static void build_teeth(const lm_problem *problem, const lm_real value[], lm_teeth *teeth) {
+  teeth->deformation = value[LM_KEY_DEFORMATION] > LM_REAL(0.5) ? LM_EXTERNAL : LM_INTERNAL;
+  teeth->module_mm = value[LM_KEY_MODULE_MM];
+  teeth->flexspline_teeth = whole(value[LM_KEY_FLEXSPLINE_TEETH]);
+  teeth->rigid_teeth = teeth->flexspline_teeth + (teeth->deformation == LM_INTERNAL ? 2 : -2);
+  teeth->pressure_angle_rad = value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE;
+  teeth->flexspline_shift = value[LM_KEY_FLEXSPLINE_SHIFT];
+  teeth->rigid_shift = problem->given[LM_KEY_SHIFT_DIFFERENCE]
+                           ? value[LM_KEY_FLEXSPLINE_SHIFT] + value[LM_KEY_SHIFT_DIFFERENCE]
+                           : value[LM_KEY_RIGID_SHIFT];
+  teeth->rack_addendum = value[LM_KEY_RACK_ADDENDUM];
+  teeth->root_clearance = value[LM_KEY_ROOT_CLEARANCE];
+  teeth->tooth_height = value[LM_KEY_TOOTH_HEIGHT];
+  teeth->engagement_depth = value[LM_KEY_ENGAGEMENT_DEPTH];
+  teeth->face_width_mm = value[LM_KEY_FACE_WIDTH_MM];
+}
+
+static void build_generator(const lm_problem *problem, const lm_real value[], lm_generator *g) {
+  g->type = (lm_generator_type)whole(value[LM_KEY_GENERATOR_TYPE]);
+  g->deflection_mm = problem->given[LM_KEY_DEFLECTION_MODULES]
+                         ? value[LM_KEY_DEFLECTION_MODULES] * value[LM_KEY_MODULE_MM]
+                         : value[LM_KEY_DEFLECTION_MM];
+  g->contact_half_angle_rad = value[LM_KEY_CONTACT_HALF_ANGLE_DEG] * DEGREE;
+  g->cam_offset_mm = value[LM_KEY_CAM_OFFSET_MM];
+  g->floating = 1;
+  g->eccentricity_mm = LM_REAL(0);
+  g->eccentricity_angle_rad = LM_REAL(0);
+}
+
+static void build_material(const lm_real value[], lm_drive *drive) {
+  drive->material.youngs_modulus_MPa = value[LM_KEY_YOUNGS_MODULUS_MPA];
+  drive->material.shear_modulus_MPa = value[LM_KEY_SHEAR_MODULUS_MPA];
+  drive->material.poisson_ratio = value[LM_KEY_POISSON_RATIO];
+  drive->material.bending_fatigue_MPa = value[LM_KEY_BENDING_FATIGUE_MPA];
+  drive->material.shear_fatigue_MPa = value[LM_KEY_SHEAR_FATIGUE_MPA];
+  drive->material.bending_notch_factor = value[LM_KEY_BENDING_NOTCH_FACTOR];
+  drive->material.shear_notch_factor = value[LM_KEY_SHEAR_NOTCH_FACTOR];
+  drive->material.mean_stress_factor = value[LM_KEY_MEAN_STRESS_FACTOR];
+  drive->material.tooth_stress_factor = value[LM_KEY_TOOTH_STRESS_FACTOR];
+  drive->support.foundation_N_per_mm2 = value[LM_KEY_FOUNDATION_N_PER_MM2];
+  drive->support.ring_stiffness_N_mm2 = value[LM_KEY_RING_STIFFNESS_N_MM2];
+  drive->support.ring_factor = value[LM_KEY_RING_FACTOR];
+  drive->support.tooth_compliance_mm_per_N = value[LM_KEY_TOOTH_COMPLIANCE_MM_PER_N];
+  drive->support.engagement_limit_rad = value[LM_KEY_ENGAGEMENT_LIMIT_DEG] * DEGREE;
+  drive->support.gap_limit_rad = value[LM_KEY_GAP_LIMIT_ARCMIN] * ARCMIN;
+  drive->gap.generator_mm = value[LM_KEY_GENERATOR_GAP_MM];
+  drive->gap.teeth_mm = value[LM_KEY_TEETH_GAP_MM];
+  drive->gap.ring_stiffness_N_per_mm = value[LM_KEY_GAP_RING_STIFFNESS_N_PER_MM];
+}
+
+static void build_chains(const lm_problem *problem, lm_drive *drive) {
+  int i;
+  drive->radial_law_count = problem->radial_count;
+  for (i = 0; i < problem->radial_count; i++) {
+    drive->radial_laws[i].coefficient_mm_per_Nn = LM_REAL(problem->radial[i][0]);
+    drive->radial_laws[i].exponent = LM_REAL(problem->radial[i][1]);
+    drive->radial_laws[i].share = LM_REAL(problem->radial[i][2]);
+    drive->radial_laws[i].preload_N = LM_REAL(problem->radial[i][3]);
+  }
+  drive->torsion_count = problem->torsion_count;
+  for (i = 0; i < problem->torsion_count; i++) {
+    drive->torsion[i].stiffness_Nm_per_rad = LM_REAL(problem->torsion[i][0]);
+    drive->torsion[i].ratio = LM_REAL(problem->torsion[i][1]);
+  }
+}
+
+static lm_status build_tolerances(const lm_problem *problem, const lm_real value[], lm_drive *drive,
+                                  lm_fault *fault) {
+  int i;
+  drive->tolerance_count = problem->link_count;
+  for (i = 0; i < problem->link_count; i++) {
+    const lm_graded_link *graded = &problem->link[i];
+    lm_tolerance_link *link = &drive->tolerances[i];
+    const lm_real diameter = graded->diameter_mm > 0
+                                 ? LM_REAL(graded->diameter_mm)
+                                 : drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
+    lm_real field;
+    const lm_status status =
+        lm_it_tolerance_continuous(diameter, value[LM_KEY_GRADE + i], &field, fault);
+    if (status != LM_OK) {
+      return status;
+    }
+    link->influence = LM_REAL(graded->influence);
+    link->lower_mm = LM_REAL(graded->offset_mm) + LM_REAL(graded->position - 0.5) * field;
+    link->upper_mm = LM_REAL(graded->offset_mm) + LM_REAL(graded->position + 0.5) * field;
+    link->distribution = (lm_distribution)graded->distribution;
+    link->zone = (lm_gap_zone)graded->zone;
+  }
+  return LM_OK;
+}
+
+lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
+                         lm_drive *drive, lm_fault *fault) {
+  lm_status status;
+  build_teeth(problem, value, &drive->teeth);
+  build_generator(problem, value, &drive->generator);
+  drive->ratio = LM_REAL(problem->ratio_sign) *
+                 LM_REAL(problem->rigid_gear_turns ? drive->teeth.rigid_teeth
+                                                   : drive->teeth.flexspline_teeth) /
+                 LM_REAL(2);
+  drive->rated_torque_Nm = LM_REAL(problem->rated_torque_Nm);
+  drive->flexspline.rim_thickness_mm = value[LM_KEY_RIM_THICKNESS_MM];
+  drive->flexspline.wall_thickness_mm = value[LM_KEY_WALL_THICKNESS_MM];
+  drive->flexspline.length_mm = value[LM_KEY_LENGTH_MM];
+  build_material(value, drive);
+  drive->friction_angle_rad = value[LM_KEY_FRICTION_ANGLE_DEG] * DEGREE;
+  drive->axial_sections = whole(value[LM_KEY_AXIAL_SECTIONS]);
+  build_chains(problem, drive);
+  status = build_tolerances(problem, value, drive, fault);
+  if (status == LM_OK) {
+    status = lm_complete_drive(drive, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_check_drive(drive, fault);
+  }
+  return status;
+}
+
+/* --- tolerances ---------------------------------------------------------------------------------
+ */
+
+/* The radial gap at the stated level, and the signed sum of each zone at its tightest. */
+typedef struct tolerance_state {
+  lm_real gap_mm;
+  lm_real tightest_mm[LM_GAP_ZONES];
+} tolerance_state;
+
+/* Quantile of the clipped gap over the fixed samples: between the two order statistics around
+ * n p - 1/2. Insertion keeps the largest few, of which there are two for 256 samples. */
+static lm_real sampled_gap(const lm_problem *problem, const lm_drive *drive) {
+  lm_real largest = LM_REAL(0);
+  lm_real second = LM_REAL(0);
+  /* 256 * 0.9973 - 0.5 = 254.8088: between the last but one and the last. */
+  const lm_real share = LM_REAL(0.9973 * LM_LOOP_SAMPLES - 0.5 - (LM_LOOP_SAMPLES - 2));
+  int s;
+  for (s = 0; s < LM_LOOP_SAMPLES; s++) {
+    lm_real zone[LM_GAP_ZONES];
+    lm_real gap;
+    int i;
+    zone[LM_GENERATOR_GAP] = drive->gap.generator_mm;
+    zone[LM_TEETH_GAP] = drive->gap.teeth_mm;
+    for (i = 0; i < drive->tolerance_count; i++) {
+      const lm_tolerance_link *link = &drive->tolerances[i];
+      zone[link->zone] += link->influence * ((link->lower_mm + link->upper_mm) / LM_REAL(2) +
+                                             (link->upper_mm - link->lower_mm) / LM_REAL(2) *
+                                                 LM_REAL(problem->deviate[s][i]));
+    }
+    gap = larger(zone[LM_GENERATOR_GAP], LM_REAL(0)) + larger(zone[LM_TEETH_GAP], LM_REAL(0));
+    if (gap > largest) {
+      second = largest;
+      largest = gap;
+    } else if (gap > second) {
+      second = gap;
+    }
+  }
+  return second + share * (largest - second);
+}
+
+static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive *drive,
+                                      tolerance_state *state, lm_fault *fault) {
+  lm_tolerance_limits limits;
+  lm_status status;
+  lm_real nominal[LM_GAP_ZONES];
+  lm_real high[LM_GAP_ZONES];
+  lm_real low[LM_GAP_ZONES];
+  int i;
+  nominal[LM_GENERATOR_GAP] = drive->gap.generator_mm;
+  nominal[LM_TEETH_GAP] = drive->gap.teeth_mm;
+  if (problem->level == LM_LEVEL_WORST) {
+    status = lm_worst_limits(drive->tolerances, drive->tolerance_count, &limits, fault);
+  } else {
+    status =
+        lm_probable_limits(drive->tolerances, drive->tolerance_count, LM_REAL(3), &limits, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < LM_GAP_ZONES; i++) {
+    state->tightest_mm[i] = nominal[i] + limits.signed_min_mm[i];
+    low[i] = larger(state->tightest_mm[i], LM_REAL(0));
+    high[i] = larger(nominal[i] + limits.signed_max_mm[i], LM_REAL(0));
+  }
+  if (problem->level == LM_LEVEL_QUANTILE) {
+    state->gap_mm = sampled_gap(problem, drive);
+  } else if (problem->level == LM_LEVEL_WORST) {
+    state->gap_mm = high[0] + high[1];
+  } else {
+    /* The zones as independent intervals, as lm_probable_limits adds them. */
+    const lm_real a = (high[0] - low[0]) / LM_REAL(2);
+    const lm_real b = (high[1] - low[1]) / LM_REAL(2);
+    state->gap_mm = (high[0] + low[0] + high[1] + low[1]) / LM_REAL(2) + real_sqrt(a * a + b * b);
+  }
+  return LM_OK;
+}
+
+/* --- figures ------------------------------------------------------------------------------------
+ */
+
+/* Share of a reversal that a radial gap takes: both directions. */
+static lm_status gap_reversal(const lm_drive *drive, const lm_mesh_state *mesh, lm_real gap_mm,
+                              lm_real torque_Nm, lm_real *reversal_rad, lm_fault *fault) {
+  lm_real full;
+  lm_real closing;
+  lm_real turned;
+  lm_status status =
+      lm_radial_gap_angle(gap_mm, mesh->flank_angle_rad, mesh->radius_mm, &full, fault);
+  if (status == LM_OK) {
+    status = lm_gap_closing_torque(gap_mm, mesh->radius_mm, drive->gap.ring_stiffness_N_per_mm,
+                                   mesh->flank_angle_rad, &closing, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_gap_rotation(torque_Nm, closing, full, &turned, fault);
+  }
+  if (status == LM_OK) {
+    *reversal_rad = LM_REAL(2) * turned;
+  }
+  return status;
+}
+
+static lm_status measure_motion(const lm_problem *problem, const lm_layout *layout,
+                                const lm_drive *drive, const tolerance_state *tolerance,
+                                lm_real result[], lm_design_workspace *workspace, lm_fault *fault) {
+  const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(drive->teeth.flexspline_teeth);
+  lm_real torque[3];
+  lm_real loaded[LM_PHASE_MAX];
+  int next = layout->figure_start[LM_FIGURE_KINEMATIC_ERROR];
+  int p;
+  int q;
+  torque[0] = LM_REAL(-problem->torque_Nm);
+  torque[1] = LM_REAL(problem->torque_Nm);
+  torque[2] = LM_REAL(problem->rated_torque_Nm);
+  for (p = 0; p < problem->phases; p++) {
+    const lm_real phase = pitch * LM_REAL(p) / LM_REAL(problem->phases);
+    lm_contributions at[3];
+    lm_mesh_state mesh;
+    lm_real reversal;
+    lm_real turned;
+    lm_status status =
+        lm_evaluate_characteristic(drive, phase, torque, 3, at, &mesh, workspace, fault);
+    if (status == LM_OK) {
+      status = gap_reversal(drive, &mesh, tolerance->gap_mm, torque[1], &turned, fault);
+    }
+    if (status != LM_OK) {
+      return status;
+    }
+    reversal = at[1].total_rad - at[0].total_rad;
+    result[layout->figure_start[LM_FIGURE_LOST_MOTION] + p] = reversal / ARCMIN;
+    result[layout->figure_start[LM_FIGURE_TOLERANCE_LOST_MOTION] + p] =
+        (reversal - (at[1].radial_gap_rad - at[0].radial_gap_rad) + turned) / ARCMIN;
+    result[layout->figure_start[LM_FIGURE_COMPLIANCE] + p] =
+        (at[2].total_rad - at[1].total_rad) / (ARCMIN * (torque[2] - torque[1]));
+    loaded[p] = mesh.middle_rad + at[2].total_rad;
+  }
+  for (p = 0; p < problem->phases; p++) {
+    for (q = 0; q < problem->phases; q++) {
+      if (p != q) {
+        result[next++] = (loaded[p] - loaded[q]) / ARCSEC;
+      }
+    }
+  }
+  if (problem->phases == 1) {
+    result[next] = LM_REAL(0);
+  }
+  return LM_OK;
+}
+
+static lm_real cost_of(const lm_problem *problem, const lm_real value[], const lm_drive *drive) {
+  const lm_cost_model *model = &problem->cost;
+  const lm_real diameter = drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
+  const lm_real volume =
+      LM_PI / LM_REAL(4) * diameter * diameter * drive->teeth.face_width_mm / COST_VOLUME;
+  lm_real cost = LM_REAL(model->generator[drive->generator.type]) + LM_REAL(model->size) * volume;
+  int i;
+  for (i = 0; i < problem->link_count; i++) {
+    /* T_IT7 / T = 10^((7 - IT) / 5) */
+    const lm_real power =
+        LM_REAL(model->tolerance_exponent) * (LM_REAL(7) - value[LM_KEY_GRADE + i]) / LM_REAL(5);
+    cost += LM_REAL(problem->link[i].cost_weight) * real_pow(LM_REAL(10), power);
+  }
+  return cost;
+}
+
+/* --- limits -------------------------------------------------------------------------------------
+ */
+
+static lm_real outer_diameter(const lm_drive *drive, const lm_geometry *g) {
+  const lm_real ring = RING_THICKNESS * g->module_mm * LM_REAL(g->flexspline_teeth);
+  const lm_real radius =
+      g->deformation == LM_INTERNAL
+          ? g->rigid_root_mm
+          : g->neutral_mm + drive->flexspline.rim_thickness_mm / LM_REAL(2) + g->deflection_mm;
+  return LM_REAL(2) * (radius + ring);
+}
+
+/* Rows by lm_limit; what is not limited counts -1. */
+static void measure_limits(const lm_problem *problem, const lm_drive *drive,
+                           const tolerance_state *tolerance, const lm_check check[],
+                           const lm_geometry *g, lm_real row[]) {
+  static const lm_check_id by_module[] = {LM_CHECK_FORM_RADIUS,  LM_CHECK_FLEXSPLINE_TIP,
+                                          LM_CHECK_RIGID_TIP,    LM_CHECK_FLEXSPLINE_ROOT,
+                                          LM_CHECK_RIGID_ROOT,   LM_CHECK_DISENGAGEMENT,
+                                          LM_CHECK_FREE_ASSEMBLY};
+  const lm_bounds *bounds = &problem->bounds;
+  int i;
+  for (i = 0; i < LM_LIMIT_BENDING_STRESS; i++) {
+    row[i] = -check[by_module[i]].margin / drive->teeth.module_mm;
+  }
+  if (!bounds->free_assembly) {
+    row[LM_LIMIT_FREE_ASSEMBLY] = LM_REAL(-1);
+  }
+  row[LM_LIMIT_BENDING_STRESS] =
+      check[LM_CHECK_BENDING_STRESS].value / check[LM_CHECK_BENDING_STRESS].limit - LM_REAL(1);
+  row[LM_LIMIT_TORSION_STRESS] =
+      check[LM_CHECK_TORSION_STRESS].value / check[LM_CHECK_TORSION_STRESS].limit - LM_REAL(1);
+  row[LM_LIMIT_SAFETY] =
+      LM_REAL(1) - check[LM_CHECK_SAFETY].value / LM_REAL(bounds->safety_factor_min);
+  row[LM_LIMIT_OUTER_DIAMETER] = LM_REAL(-1);
+  if (bounds->outer_diameter_max_mm > 0) {
+    row[LM_LIMIT_OUTER_DIAMETER] =
+        outer_diameter(drive, g) / LM_REAL(bounds->outer_diameter_max_mm) - LM_REAL(1);
+  }
+  row[LM_LIMIT_INTERFERENCE] = LM_REAL(-1);
+  if (bounds->interference_max_mm >= 0) {
+    row[LM_LIMIT_INTERFERENCE] = (larger(-tolerance->tightest_mm[0], -tolerance->tightest_mm[1]) -
+                                  LM_REAL(bounds->interference_max_mm)) /
+                                 drive->teeth.module_mm;
+  }
+}
+
+/* What the tightest tooth tolerances take from a side clearance: they push the teeth together by
+ * that radial distance. */
+static lm_real gap_row(const lm_problem *problem, const tolerance_state *tolerance,
+                       const lm_gap *gap) {
+  lm_real clearance = gap->gap_rad;
+  if (!real_isfinite(clearance)) {
+    return LM_REAL(-LM_GAP_FREE_ARCMIN);
+  }
+  if (problem->bounds.gap_at_worst_corner && tolerance->tightest_mm[LM_TEETH_GAP] < LM_REAL(0)) {
+    clearance +=
+        tolerance->tightest_mm[LM_TEETH_GAP] * real_tan(gap->flank_angle_rad) / gap->radius_mm;
+  }
+  return LM_REAL(problem->bounds.gap_min_arcmin) - clearance / ARCMIN;
+}
+
+static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
+                         const tolerance_state *tolerance, const lm_design_workspace *workspace,
+                         lm_real row[]) {
+  const lm_real junction = workspace->meshes[0].line.shape.contact_half_angle_rad;
+  int next = 0;
+  int i;
+  int section;
+  for (i = 0; i < scan->count; i++) {
+    lm_real angle = LM_REAL(scan->angle[i].offset_rad);
+    if (scan->angle[i].from_junction) {
+      angle += junction;
+    }
+    for (section = 0; section < drive->axial_sections; section++) {
+      const lm_clearance clearance = lm_tooth_clearance(&workspace->meshes[section], angle);
+      row[next++] = gap_row(problem, tolerance, &clearance.forward);
+      row[next++] = gap_row(problem, tolerance, &clearance.backward);
+    }
+  }
+}
+
+lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                           const lm_real value[LM_KEY_COUNT], const lm_drive *drive,
+                           lm_real result[], lm_design_workspace *workspace, lm_fault *fault) {
+  tolerance_state tolerance;
+  lm_check check[LM_CHECK_COUNT];
+  lm_smallest_gap apart; /* the gaps have rows of their own */
+  lm_status status = find_tolerance_state(problem, drive, &tolerance, fault);
+  apart.gap_rad = LM_REAL(0);
+  apart.angle_rad = LM_REAL(0);
+  apart.section = 0;
+  apart.forward = 1;
+  if (status == LM_OK) {
+    status = lm_prepare_meshes(drive, scan->nodes, workspace, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_check_design(drive, workspace->meshes, drive->axial_sections, &apart, check, fault);
+  }
+  if (status == LM_OK) {
+    status = measure_motion(problem, layout, drive, &tolerance, result, workspace, fault);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  result[layout->figure_start[LM_FIGURE_STRESS]] = LM_REAL(1) / check[LM_CHECK_SAFETY].value;
+  result[layout->figure_start[LM_FIGURE_COST]] = cost_of(problem, value, drive);
+  measure_limits(problem, drive, &tolerance, check, &workspace->meshes[0].geometry,
+                 result + layout->single_start);
+  measure_gaps(problem, scan, drive, &tolerance, workspace, result + layout->gap_start);
+  return LM_OK;
+}

@@ -1,0 +1,621 @@
+#include "points.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "evaluate.h"
+#include "lostmotion/tolerance.h"
+#include "workspace.h"
+
+#define DEGREE (3.14159265358979323846 / 180.0)
+
+/* Violation of a point that the model refuses: worse than any that it computes. */
+#define REFUSED 1e3
+
+/* Name of a key, its default and the range that a spec may give it. A default of 0 stands for what
+ * lm_complete_drive fills in. */
+typedef struct key_entry {
+  const char *name;
+  double otherwise;
+  double low;
+  double high;
+} key_entry;
+
+static const key_entry keys[LM_KEY_GRADE + 1] = {
+    {"teeth.deformation", 0, 0, 1},
+    {"teeth.module_mm", 0, 0.05, 10},
+    {"teeth.flexspline_teeth", 0, 30, 600},
+    {"teeth.pressure_angle_deg", 20, 10, 35},
+    {"teeth.flexspline_shift", 3, -2, 12},
+    {"teeth.rigid_shift", 3, -2, 12},
+    {"teeth.shift_difference", 0, -2, 2},
+    {"teeth.rack_addendum", 1, 0.5, 1.5},
+    {"teeth.root_clearance", 0.35, 0.05, 0.6},
+    {"teeth.tooth_height", 1.75, 0.5, 3},
+    {"teeth.engagement_depth", 1.2, 0.2, 2.5},
+    {"teeth.face_width_mm", 0, 0.5, 400},
+    {"generator.type", 0, 0, 4},
+    {"generator.deflection_mm", 0, 0.01, 20},
+    {"generator.deflection_modules", 0, 0.2, 2},
+    {"generator.contact_half_angle_deg", 30, 0, 68.75},
+    {"generator.cam_offset_mm", 0, 0, 1000},
+    {"flexspline.rim_thickness_mm", 0, 0, 500},
+    {"flexspline.wall_thickness_mm", 0, 0, 500},
+    {"flexspline.length_mm", 0, 0, 8000},
+    {"axial_sections", 1, 1, 7},
+    {"friction_angle_deg", 0, 0, 17},
+    {"material.youngs_modulus_MPa", 0, 0, 1e7},
+    {"material.shear_modulus_MPa", 0, 0, 1e7},
+    {"material.poisson_ratio", 0, 0, 0.49},
+    {"material.bending_fatigue_MPa", 0, 0, 1e5},
+    {"material.shear_fatigue_MPa", 0, 0, 1e5},
+    {"material.bending_notch_factor", 0, 0, 10},
+    {"material.shear_notch_factor", 0, 0, 10},
+    {"material.mean_stress_factor", 0, 0, 1},
+    {"material.tooth_stress_factor", 0, 0, 5},
+    {"support.foundation_N_per_mm2", 0, 0, 1e12},
+    {"support.ring_stiffness_N_mm2", 0, 0, 1e12},
+    {"support.ring_factor", 0, 0, 1000},
+    {"support.tooth_compliance_mm_per_N", 0, 0, 1},
+    {"support.engagement_limit_deg", 0, 0, 90},
+    {"support.gap_limit_arcmin", 0, 0, 600},
+    {"gap.generator_mm", 0, 0, 10},
+    {"gap.teeth_mm", 0, 0, 10},
+    {"gap.ring_stiffness_N_per_mm", 0, 0, 1e12},
+    {"tolerance.grade", 7, 3, 12},
+};
+
+static const key_entry *entry_of(int key) {
+  return &keys[key < LM_KEY_GRADE ? key : LM_KEY_GRADE];
+}
+
+void lm_write_key(int key, char text[LM_KEY_NAME_MAX]) {
+  if (key < 0 || key >= LM_KEY_COUNT) {
+    text[0] = '\0';
+  } else if (key < LM_KEY_GRADE) {
+    snprintf(text, LM_KEY_NAME_MAX, "%s", keys[key].name);
+  } else {
+    snprintf(text, LM_KEY_NAME_MAX, "tolerance.%d.grade", key - LM_KEY_GRADE);
+  }
+}
+
+int lm_find_key(const char *name) {
+  char text[LM_KEY_NAME_MAX];
+  int key;
+  for (key = 0; key < LM_KEY_COUNT; key++) {
+    lm_write_key(key, text);
+    if (strcmp(text, name) == 0) {
+      return key;
+    }
+  }
+  return -1;
+}
+
+static const char *const figure_names[LM_FIGURE_COUNT] = {
+    "lost_motion", "tolerance_lost_motion", "compliance", "kinematic_error", "stress", "cost"};
+static const char *const figure_units[LM_FIGURE_COUNT] = {"arcmin", "arcmin", "arcmin_per_Nm",
+                                                          "arcsec", "1",      "units"};
+
+const char *lm_figure_name(int figure) {
+  return figure >= 0 && figure < LM_FIGURE_COUNT ? figure_names[figure] : "";
+}
+
+const char *lm_figure_unit(int figure) {
+  return figure >= 0 && figure < LM_FIGURE_COUNT ? figure_units[figure] : "";
+}
+
+int lm_find_figure(const char *name) {
+  int figure;
+  for (figure = 0; figure < LM_FIGURE_COUNT; figure++) {
+    if (strcmp(name, figure_names[figure]) == 0) {
+      return figure;
+    }
+  }
+  return strcmp(name, "stiffness") == 0 ? LM_FIGURE_COMPLIANCE : -1;
+}
+
+const char *lm_limit_name(int limit) {
+  static const char *const names[LM_LIMIT_COUNT] = {"form_radius",
+                                                    "flexspline_tip_thickness",
+                                                    "rigid_tip_thickness",
+                                                    "flexspline_root_clearance",
+                                                    "rigid_root_clearance",
+                                                    "disengagement",
+                                                    "free_assembly",
+                                                    "bending_stress",
+                                                    "torsion_stress",
+                                                    "safety_factor_min",
+                                                    "outer_diameter_max_mm",
+                                                    "interference_max_mm",
+                                                    "gap_min_arcmin",
+                                                    "lost_motion_max_arcmin",
+                                                    "tolerance_lost_motion_max_arcmin",
+                                                    "stiffness_min_Nm_per_rad",
+                                                    "kinematic_error_max_arcsec",
+                                                    "stress_max",
+                                                    "cost_max"};
+  return limit >= 0 && limit < LM_LIMIT_COUNT ? names[limit] : "";
+}
+
+/* --- the problem --------------------------------------------------------------------------------
+ */
+
+void lm_start_problem(lm_problem *problem) {
+  static const double generator_cost[5] = {4, 4, 3, 5, 3};
+  int key;
+  memset(problem, 0, sizeof *problem);
+  for (key = 0; key < LM_KEY_COUNT; key++) {
+    problem->value[key] = entry_of(key)->otherwise;
+  }
+  problem->ratio_sign = 1;
+  problem->phases = 2;
+  problem->level = LM_LEVEL_QUANTILE;
+  problem->bounds.safety_factor_min = 1.5;
+  problem->bounds.interference_max_mm = -1;
+  problem->cost.tolerance_exponent = 1;
+  problem->cost.size = 1;
+  memcpy(problem->cost.generator, generator_cost, sizeof generator_cost);
+  problem->seed = 1;
+  problem->evaluations = 20000;
+}
+
+static lm_status refuse_number(lm_fault *fault, lm_status status, const char *input, double found,
+                               double low, double high) {
+  if (fault != NULL) {
+    fault->status = status;
+    fault->input = input;
+    fault->found = found;
+    fault->low = low;
+    fault->high = high;
+  }
+  return status;
+}
+
+static lm_status check_number(lm_fault *fault, const char *input, double found, double low,
+                              double high) {
+  if (found >= low && found <= high) {
+    return LM_OK;
+  }
+  return refuse_number(fault, isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE, input, found, low,
+                       high);
+}
+
+static lm_status check_key(lm_fault *fault, int key, double found) {
+  const key_entry *entry = entry_of(key);
+  return check_number(fault, entry->name, found, entry->low, entry->high);
+}
+
+/* Ranges and choices lie in the ranges of their keys, and no key is named twice. */
+static lm_status check_variables(const lm_problem *problem, lm_fault *fault) {
+  unsigned char seen[LM_KEY_COUNT] = {0};
+  lm_status status = LM_OK;
+  int i;
+  int k;
+  for (i = 0; i < problem->range_count && status == LM_OK; i++) {
+    const lm_range *range = &problem->range[i];
+    const key_entry *entry = entry_of(range->key);
+    status = check_key(fault, range->key, range->low);
+    if (status == LM_OK) {
+      status = check_key(fault, range->key, range->high);
+    }
+    if (status == LM_OK && (!(range->low < range->high) || seen[range->key]++)) {
+      status =
+          refuse_number(fault, LM_INCONSISTENT, entry->name, range->low, range->low, range->high);
+    }
+    if (status == LM_OK &&
+        (range->key == LM_KEY_DEFORMATION || range->key == LM_KEY_FLEXSPLINE_TEETH ||
+         range->key == LM_KEY_GENERATOR_TYPE || range->key == LM_KEY_AXIAL_SECTIONS)) {
+      status = refuse_number(fault, LM_INCONSISTENT, entry->name, range->low, 0, 0);
+    }
+  }
+  for (i = 0; i < problem->choice_count && status == LM_OK; i++) {
+    const lm_choice *choice = &problem->choice[i];
+    if (seen[choice->key]++ || choice->key == LM_KEY_AXIAL_SECTIONS) {
+      status = refuse_number(fault, LM_INCONSISTENT, entry_of(choice->key)->name, 0, 0, 0);
+    }
+    for (k = 0; k < choice->count && status == LM_OK; k++) {
+      status = check_key(fault, choice->key, choice->value[k]);
+    }
+  }
+  for (i = 0; i < LM_KEY_COUNT && status == LM_OK; i++) {
+    if (!seen[i] && problem->value[i] != 0) {
+      status = check_key(fault, i, problem->value[i]);
+    }
+  }
+  return status;
+}
+
+static lm_status check_numbers(const lm_problem *problem, lm_fault *fault) {
+  lm_status status =
+      check_number(fault, "drive.rated_torque_Nm", problem->rated_torque_Nm, 1e-4, 1e6);
+  int i;
+  if (status == LM_OK) {
+    status = check_number(fault, "search.torque_Nm", problem->torque_Nm, 0,
+                          problem->rated_torque_Nm / 2);
+  }
+  if (status == LM_OK) {
+    status = check_number(fault, "search.phases", problem->phases, 1, LM_PHASE_MAX);
+  }
+  if (status == LM_OK) {
+    status =
+        check_number(fault, "search.objectives", problem->objective_count, 1, LM_OBJECTIVE_MAX);
+  }
+  if (status == LM_OK) {
+    status = check_number(fault, "search.evaluations", problem->evaluations, 10, 1e9);
+  }
+  if (status == LM_OK) {
+    status = check_number(fault, "limits.safety_factor_min", problem->bounds.safety_factor_min,
+                          1e-3, 100);
+  }
+  if (status == LM_OK) {
+    status = check_number(fault, "limits.gap_min_arcmin", problem->bounds.gap_min_arcmin, -60, 60);
+  }
+  if (status == LM_OK) {
+    status = check_number(fault, "search.ranges", problem->range_count, 1, LM_FREE_MAX);
+  }
+  for (i = 0; i < problem->objective_count && status == LM_OK; i++) {
+    if (problem->objective[i] == LM_FIGURE_KINEMATIC_ERROR && problem->phases < 3) {
+      status =
+          refuse_number(fault, LM_INCONSISTENT, "search.phases", problem->phases, 3, LM_PHASE_MAX);
+    }
+  }
+  for (i = 0; i < problem->link_count && status == LM_OK; i++) {
+    const lm_graded_link *link = &problem->link[i];
+    status = check_number(fault, "tolerance.diameter_mm", link->diameter_mm, 0, 500);
+    if (status == LM_OK) {
+      status = check_number(fault, "tolerance.influence", link->influence, -100, 100);
+    }
+    if (status == LM_OK) {
+      status = check_number(fault, "tolerance.distribution", link->distribution, 0, 3);
+    }
+    if (status == LM_OK) {
+      status = check_number(fault, "tolerance.zone", link->zone, 0, 1);
+    }
+  }
+  return status;
+}
+
+/* Deviation in units of tau for a point of the unit interval, by the inverse distributions of
+ * lostmotion/tolerance.h. */
+static double deviate_of(int distribution, double share) {
+  const double tail = share < 0.5 ? share : 1.0 - share;
+  const double cut = 1.35e-3;
+  double lower = 2.0 * tail - 1.0;
+  if (distribution == LM_NORMAL || distribution == LM_NORMAL_INSPECTED) {
+    const double p = distribution == LM_NORMAL ? tail : cut + (1.0 - 2.0 * cut) * tail;
+    lm_real quantile = 0;
+    (void)lm_normal_tail_quantile(p, &quantile, NULL);
+    lower = quantile / 3.0;
+  } else if (distribution == LM_TRIANGULAR) {
+    lower = sqrt(2.0 * tail) - 1.0;
+  }
+  return share < 0.5 ? lower : -lower;
+}
+
+static void draw_deviates(lm_problem *problem) {
+  uint32_t point[LM_LOOP_SAMPLES];
+  int i;
+  int s;
+  for (i = 0; i < problem->link_count; i++) {
+    (void)lm_sobol_points(i, problem->seed + 1u + (uint32_t)i, LM_LOOP_SAMPLES, point, NULL);
+    for (s = 0; s < LM_LOOP_SAMPLES; s++) {
+      problem->deviate[s][i] =
+          deviate_of(problem->link[i].distribution, ((double)point[s] + 0.5) / 4294967296.0);
+    }
+  }
+}
+
+lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault) {
+  lm_status status;
+  int i;
+  if (problem == NULL) {
+    return refuse_number(fault, LM_NULL, "problem", 0, 0, 0);
+  }
+  status = check_numbers(problem, fault);
+  if (status == LM_OK) {
+    status = check_variables(problem, fault);
+  }
+  if (status == LM_OK && lm_count_combinations(problem) < 0) {
+    status = refuse_number(fault, LM_TOO_SMALL, "search.range", LM_COMBINATION_MAX + 1.0, 1,
+                           LM_COMBINATION_MAX);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  for (i = 0; i < problem->range_count; i++) {
+    problem->given[problem->range[i].key] = 1;
+  }
+  for (i = 0; i < problem->choice_count; i++) {
+    problem->given[problem->choice[i].key] = 1;
+  }
+  for (i = 0; i < problem->link_count; i++) {
+    if (problem->link[i].cost_weight == 0) {
+      problem->link[i].cost_weight = 1;
+    }
+  }
+  if (problem->torque_Nm == 0) {
+    /* Harmonic Drive states lost motion at 4 % of rated torque. */
+    problem->torque_Nm = 0.04 * problem->rated_torque_Nm;
+  }
+  draw_deviates(problem);
+  return LM_OK;
+}
+
+int lm_count_combinations(const lm_problem *problem) {
+  int count = 1;
+  int i;
+  for (i = 0; i < problem->choice_count; i++) {
+    count *= problem->choice[i].count;
+    if (count > LM_COMBINATION_MAX) {
+      return -1;
+    }
+  }
+  return count;
+}
+
+double lm_chosen_value(const lm_problem *problem, int combination, int choice) {
+  int i;
+  for (i = 0; i < choice; i++) {
+    combination /= problem->choice[i].count;
+  }
+  return problem->choice[choice].value[combination % problem->choice[choice].count];
+}
+
+lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double ratio_high,
+                                   lm_fault *fault) {
+  lm_choice *choice = &problem->choice[problem->choice_count];
+  const int external = problem->value[LM_KEY_DEFORMATION] > 0.5;
+  int count = 0;
+  int z;
+  if (problem->choice_count == LM_CHOICE_MAX) {
+    return refuse_number(fault, LM_TOO_SMALL, "search.choice", LM_CHOICE_MAX + 1.0, 0,
+                         LM_CHOICE_MAX);
+  }
+  for (z = 30; z <= 600; z += 2) {
+    const int turning = problem->rigid_gear_turns ? (external ? z - 2 : z + 2) : z;
+    if (turning / 2.0 >= ratio_low && turning / 2.0 <= ratio_high) {
+      if (count == LM_CHOICE_VALUES_MAX) {
+        return refuse_number(fault, LM_TOO_SMALL, "limits.ratio", count + 1.0, 1,
+                             LM_CHOICE_VALUES_MAX);
+      }
+      choice->value[count++] = z;
+    }
+  }
+  if (count == 0) {
+    return refuse_number(fault, LM_OUT_OF_RANGE, "limits.ratio", ratio_low, 15, 301);
+  }
+  choice->key = LM_KEY_FLEXSPLINE_TEETH;
+  choice->count = count;
+  problem->choice_count++;
+  return LM_OK;
+}
+
+/* --- evaluation ---------------------------------------------------------------------------------
+ */
+
+void lm_default_scan(lm_scan *scan) {
+  static const double about_junction[] = {-1.0, 0.0, 1.0, 3.0};
+  int i;
+  scan->count = 0;
+  scan->nodes = 24;
+  for (i = 0; i <= 42; i++) {
+    scan->angle[scan->count].offset_rad = 2.0 * i * DEGREE;
+    scan->angle[scan->count].from_junction = 0;
+    scan->count++;
+  }
+  for (i = 0; i < 4; i++) {
+    scan->angle[scan->count].offset_rad = about_junction[i] * DEGREE;
+    scan->angle[scan->count].from_junction = 1;
+    scan->count++;
+  }
+}
+
+void lm_lay_out(const lm_problem *problem, const lm_scan *scan, lm_layout *layout) {
+  const int sections = (int)problem->value[LM_KEY_AXIAL_SECTIONS];
+  int figure;
+  int next = 0;
+  for (figure = 0; figure < LM_FIGURE_COUNT; figure++) {
+    int count = problem->phases;
+    if (figure == LM_FIGURE_KINEMATIC_ERROR) {
+      count = problem->phases > 1 ? problem->phases * (problem->phases - 1) : 1;
+    } else if (figure == LM_FIGURE_STRESS || figure == LM_FIGURE_COST) {
+      count = 1;
+    }
+    layout->figure_start[figure] = next;
+    layout->figure_count[figure] = count;
+    next += count;
+  }
+  layout->single_start = next;
+  layout->gap_start = next + LM_SINGLE_ROWS;
+  layout->gap_count = 2 * scan->count * sections;
+  layout->count = layout->gap_start + layout->gap_count;
+}
+
+lm_workspace *lm_create_workspace(void) {
+  lm_workspace *workspace = (lm_workspace *)malloc(sizeof *workspace);
+  if (workspace != NULL) {
+    workspace->dual = malloc(lm_dual_workspace_size());
+    if (workspace->dual == NULL) {
+      free(workspace);
+      workspace = NULL;
+    }
+  }
+  return workspace;
+}
+
+void lm_free_workspace(lm_workspace *workspace) {
+  if (workspace != NULL) {
+    free(workspace->dual);
+    free(workspace);
+  }
+}
+
+/* Every word decides every bit. */
+static uint64_t mix(uint64_t x) {
+  x += UINT64_C(0x9e3779b97f4a7c15);
+  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+  return x ^ (x >> 31);
+}
+
+/* Whether a test of the search wants this point to fail; depends on the point alone. */
+static int is_damaged(const lm_problem *problem, int combination, const double unit[]) {
+  uint64_t hash = (uint64_t)combination;
+  int i;
+  if (!(problem->damaged_share > 0)) {
+    return 0;
+  }
+  for (i = 0; i < problem->range_count; i++) {
+    uint64_t bits;
+    memcpy(&bits, &unit[i], sizeof bits);
+    hash = mix(hash ^ bits);
+  }
+  return (double)(hash >> 11) / 9007199254740992.0 < problem->damaged_share;
+}
+
+static lm_status check_result(const lm_problem *problem, const lm_layout *layout, int combination,
+                              const double unit[], double result[], lm_fault *fault) {
+  int i;
+  if (is_damaged(problem, combination, unit)) {
+    result[0] = NAN;
+  }
+  for (i = 0; i < layout->count; i++) {
+    if (!isfinite(result[i])) {
+      return refuse_number(fault, LM_NOT_FINITE, "figures and limits", result[i], 0, 0);
+    }
+  }
+  return LM_OK;
+}
+
+lm_status lm_point_drive(const lm_problem *problem, int combination, const double unit[],
+                         lm_drive *drive, lm_fault *fault) {
+  double value[LM_KEY_COUNT];
+  lm_fill_values(problem, combination, unit, value);
+  return lm_build_drive(problem, value, drive, fault);
+}
+
+lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                            int combination, const double unit[], double result[],
+                            lm_workspace *workspace, lm_fault *fault) {
+  lm_status status;
+  lm_fill_values(problem, combination, unit, workspace->value);
+  status = lm_build_drive(problem, workspace->value, &workspace->drive, fault);
+  if (status == LM_OK) {
+    status = lm_measure_drive(problem, scan, layout, workspace->value, &workspace->drive, result,
+                              &workspace->design, fault);
+  }
+  if (status == LM_OK) {
+    status = check_result(problem, layout, combination, unit, result, fault);
+  }
+  return status;
+}
+
+lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
+                             const lm_layout *layout, int combination, const double unit[],
+                             double result[], double slope[], lm_workspace *workspace,
+                             lm_fault *fault) {
+  const char *input = "";
+  lm_status status = (lm_status)lm_dual_evaluate(problem, scan, layout, combination, unit, result,
+                                                 slope, workspace->dual, &input);
+  int i;
+  if (status != LM_OK) {
+    return refuse_number(fault, status, input, 0, 0, 0);
+  }
+  status = check_result(problem, layout, combination, unit, result, fault);
+  for (i = 0; i < layout->count * problem->range_count && status == LM_OK; i++) {
+    if (!isfinite(slope[i])) {
+      status = refuse_number(fault, LM_NOT_FINITE, "derivatives", slope[i], 0, 0);
+    }
+  }
+  return status;
+}
+
+double lm_figure_of(const lm_layout *layout, const double result[], int figure) {
+  const double *branch = result + layout->figure_start[figure];
+  double largest = branch[0];
+  int i;
+  for (i = 1; i < layout->figure_count[figure]; i++) {
+    largest = branch[i] > largest ? branch[i] : largest;
+  }
+  return largest;
+}
+
+double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]) {
+  double largest = result[layout->single_start];
+  int i;
+  for (i = layout->single_start + 1; i < layout->count; i++) {
+    largest = result[i] > largest ? result[i] : largest;
+  }
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    if (problem->bounds.figure_max[i] > 0) {
+      const double over = lm_figure_of(layout, result, i) / problem->bounds.figure_max[i] - 1.0;
+      largest = over > largest ? over : largest;
+    }
+  }
+  return largest;
+}
+
+/* --- closing the gap ----------------------------------------------------------------------------
+ */
+
+/* The range that moves all side clearances alike, or -1. */
+static int closing_range(const lm_problem *problem, int combination) {
+  int external = problem->value[LM_KEY_DEFORMATION] > 0.5;
+  int i;
+  for (i = 0; i < problem->choice_count; i++) {
+    if (problem->choice[i].key == LM_KEY_DEFORMATION) {
+      external = lm_chosen_value(problem, combination, i) > 0.5;
+    }
+  }
+  for (i = 0; i < problem->range_count; i++) {
+    const int key = problem->range[i].key;
+    if (external ? key == LM_KEY_FLEXSPLINE_SHIFT
+                 : key == LM_KEY_RIGID_SHIFT || key == LM_KEY_SHIFT_DIFFERENCE) {
+      return i;
+    }
+  }
+  return -1;
+}
+
+static double largest_gap_row(const lm_layout *layout, const double result[]) {
+  double largest = -LM_GAP_FREE_ARCMIN;
+  int i;
+  for (i = 0; i < layout->gap_count; i++) {
+    const double row = result[layout->gap_start + i];
+    largest = row > largest ? row : largest;
+  }
+  return largest;
+}
+
+void lm_close_gap(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                  int combination, double unit[], double result[], lm_workspace *workspace) {
+  const int range = closing_range(problem, combination);
+  double moved[LM_FREE_MAX];
+  double before;
+  double after;
+  double step = 0.05;
+  if (range < 0 || lm_evaluate_point(problem, scan, layout, combination, unit, result, workspace,
+                                     NULL) != LM_OK) {
+    return;
+  }
+  before = largest_gap_row(layout, result);
+  memcpy(moved, unit, (size_t)problem->range_count * sizeof moved[0]);
+  moved[range] = unit[range] + step <= 1.0 ? unit[range] + step : unit[range] - step;
+  step = moved[range] - unit[range];
+  if (lm_evaluate_point(problem, scan, layout, combination, moved, result, workspace, NULL) !=
+      LM_OK) {
+    return;
+  }
+  after = largest_gap_row(layout, result);
+  if (after == before) {
+    return;
+  }
+  /* The gaps are straight in this shift, eq in lostmotion/mesh.h, so one secant is exact but for a
+   * change of the tightest pair. */
+  moved[range] = unit[range] - before * step / (after - before);
+  moved[range] = moved[range] < 0.0 ? 0.0 : moved[range] > 1.0 ? 1.0 : moved[range];
+  unit[range] = moved[range];
+}

@@ -1,0 +1,103 @@
+/* The space that is searched: names, defaults, combinations, and the evaluation of a point with and
+ * without derivatives.
+ *
+ * A point is a combination of the choices and one number in 0 .. 1 for every range. All functions
+ * are reentrant; what they need beyond their arguments is in the workspace of the caller.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_POINTS_H
+#define LOSTMOTION_OPTIMIZER_POINTS_H
+
+#include "lostmotion/drive.h"
+#include "lostmotion/status.h"
+#include "problem.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a gradient costs in plain evaluations, at up to 8 ranges, and again for each further 8:
+ * measured, see tests/benchmarks/bench_search.py. Fixed, so that a budget means the same on every
+ * machine. */
+#define LM_GRADIENT_CHARGE 8
+
+/* --- names; "" outside the list --- */
+
+/* Dotted key: "teeth.module_mm", "tolerance.3.grade". text: at least LM_KEY_NAME_MAX characters. */
+#define LM_KEY_NAME_MAX 40
+void lm_write_key(int key, char text[LM_KEY_NAME_MAX]);
+/* The key of a name, or -1. */
+int lm_find_key(const char *name);
+const char *lm_figure_name(int figure);
+const char *lm_figure_unit(int figure);
+int lm_find_figure(const char *name); /* also "stiffness"; -1: unknown */
+/* Limits are named as the spec names them: "safety_factor_min", "lost_motion_max_arcmin". */
+const char *lm_limit_name(int limit);
+
+/* --- the problem --- */
+
+/* An empty problem: defaults of everything, nothing varied, no objective. */
+void lm_start_problem(lm_problem *problem);
+
+/* Check the problem and make what the evaluation needs (sampled deviations, default torque). Call
+ * it once after the last change. The fault names the key as the spec does. LM_NULL,
+ * LM_OUT_OF_RANGE, LM_INCONSISTENT (a key both chosen and ranged, low above high, a torque above
+ * half the rated torque, kinematic error with fewer than 3 phases), LM_TOO_SMALL (more than
+ * LM_COMBINATION_MAX combinations). */
+lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault);
+
+/* Product of the numbers of choices; -1 above LM_COMBINATION_MAX. */
+int lm_count_combinations(const lm_problem *problem);
+
+/* The value that a combination gives the choice number `choice`. */
+double lm_chosen_value(const lm_problem *problem, int combination, int choice);
+
+/* Add every even number of teeth whose ratio lies in low .. high as a choice of
+ * teeth.flexspline_teeth. LM_OUT_OF_RANGE when none does or more than fit. */
+lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double ratio_high,
+                                   lm_fault *fault);
+
+/* --- evaluation --- */
+
+/* Angles every 2 deg up to 84 deg and four about the junction of the contact zone, 24 nodes. */
+void lm_default_scan(lm_scan *scan);
+
+void lm_lay_out(const lm_problem *problem, const lm_scan *scan, lm_layout *layout);
+
+/* Memory of one thread: sizeof a few MB, no pointers to keep. */
+typedef struct lm_workspace lm_workspace;
+lm_workspace *lm_create_workspace(void); /* null: out of memory */
+void lm_free_workspace(lm_workspace *workspace);
+
+/* Figures and limits at a point, evaluate.h. LM_NOT_FINITE when any of them is no finite number. */
+lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                            int combination, const double unit[], double result[],
+                            lm_workspace *workspace, lm_fault *fault);
+
+/* The same and the derivatives by each unit variable: slope[i * range_count + k] = d result[i] /
+ * d unit[k]. */
+lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
+                             const lm_layout *layout, int combination, const double unit[],
+                             double result[], double slope[], lm_workspace *workspace,
+                             lm_fault *fault);
+
+/* The completed drive of a point. Errors as lm_check_drive. */
+lm_status lm_point_drive(const lm_problem *problem, int combination, const double unit[],
+                         lm_drive *drive, lm_fault *fault);
+
+/* The largest branch of a figure. */
+double lm_figure_of(const lm_layout *layout, const double result[], int figure);
+
+/* The largest violation of all limits, those on figures included; <= 0: all hold. */
+double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
+
+/* Move the shift that moves all side clearances alike (rigid gear, internal deformation;
+ * flexspline, external) until the smallest gap of the scan is the smallest allowed one, within its
+ * range. Leaves the point as it is where that shift does not vary. Two evaluations. */
+void lm_close_gap(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                  int combination, double unit[], double result[], lm_workspace *workspace);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

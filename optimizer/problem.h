@@ -1,0 +1,231 @@
+/* A design problem in plain numbers: what may vary, what must hold and what is wanted.
+ *
+ * Way of the data: spec text (spec.h) -> problem (this struct) -> point (combination of choices and
+ * numbers in 0 .. 1) -> figures and limits (evaluate.h) -> local solution (solve.h) -> tasks and
+ * front (search.h) -> certificate (certificate.h).
+ *
+ * Everything here is double, int or char without pointers, so a problem can be copied, stored and
+ * sent as bytes. Lengths mm, angles rad unless a name says otherwise.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_PROBLEM_H
+#define LOSTMOTION_OPTIMIZER_PROBLEM_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What can be fixed, varied or chosen: the dotted keys of a drive file's [design], and a few
+ * ratios that stay sensible when the size changes. Order and names in problem.c. */
+typedef enum lm_key {
+  LM_KEY_DEFORMATION = 0, /* teeth.deformation: 0 internal, 1 external */
+  LM_KEY_MODULE_MM,
+  LM_KEY_FLEXSPLINE_TEETH,
+  LM_KEY_PRESSURE_ANGLE_DEG,
+  LM_KEY_FLEXSPLINE_SHIFT,
+  LM_KEY_RIGID_SHIFT,
+  LM_KEY_SHIFT_DIFFERENCE, /* teeth.shift_difference = x2 - x1, in place of rigid_shift */
+  LM_KEY_RACK_ADDENDUM,
+  LM_KEY_ROOT_CLEARANCE,
+  LM_KEY_TOOTH_HEIGHT,
+  LM_KEY_ENGAGEMENT_DEPTH,
+  LM_KEY_FACE_WIDTH_MM,
+  LM_KEY_GENERATOR_TYPE, /* generator.type: lm_generator_type */
+  LM_KEY_DEFLECTION_MM,
+  LM_KEY_DEFLECTION_MODULES, /* generator.deflection_modules = w0 / m, in place of deflection_mm */
+  LM_KEY_CONTACT_HALF_ANGLE_DEG,
+  LM_KEY_CAM_OFFSET_MM,
+  LM_KEY_RIM_THICKNESS_MM,
+  LM_KEY_WALL_THICKNESS_MM,
+  LM_KEY_LENGTH_MM,
+  LM_KEY_AXIAL_SECTIONS,
+  LM_KEY_FRICTION_ANGLE_DEG,
+  LM_KEY_YOUNGS_MODULUS_MPA,
+  LM_KEY_SHEAR_MODULUS_MPA,
+  LM_KEY_POISSON_RATIO,
+  LM_KEY_BENDING_FATIGUE_MPA,
+  LM_KEY_SHEAR_FATIGUE_MPA,
+  LM_KEY_BENDING_NOTCH_FACTOR,
+  LM_KEY_SHEAR_NOTCH_FACTOR,
+  LM_KEY_MEAN_STRESS_FACTOR,
+  LM_KEY_TOOTH_STRESS_FACTOR,
+  LM_KEY_FOUNDATION_N_PER_MM2,
+  LM_KEY_RING_STIFFNESS_N_MM2,
+  LM_KEY_RING_FACTOR,
+  LM_KEY_TOOTH_COMPLIANCE_MM_PER_N,
+  LM_KEY_ENGAGEMENT_LIMIT_DEG,
+  LM_KEY_GAP_LIMIT_ARCMIN,
+  LM_KEY_GENERATOR_GAP_MM,
+  LM_KEY_TEETH_GAP_MM,
+  LM_KEY_GAP_RING_STIFFNESS_N_PER_MM,
+  LM_KEY_GRADE, /* "tolerance.0.grade"; link i is LM_KEY_GRADE + i */
+  LM_KEY_COUNT = LM_KEY_GRADE + 32
+} lm_key;
+
+#define LM_FREE_MAX 24          /* variables with a range */
+#define LM_CHOICE_MAX 8         /* variables with a list of values */
+#define LM_CHOICE_VALUES_MAX 64 /* values of one list */
+#define LM_LINK_MAX 32          /* tolerance links */
+#define LM_CHAIN_MAX 8          /* members of the radial and of the torsion chain */
+#define LM_OBJECTIVE_MAX 4
+#define LM_PHASE_MAX 8      /* tooth phases of the generator */
+#define LM_LOOP_SAMPLES 256 /* sampled drives of the quantile inside the search */
+#define LM_COMBINATION_MAX 20000
+
+/* A variable that moves between two bounds. */
+typedef struct lm_range {
+  int key;
+  int whole; /* 1: an integer in the end (a tolerance grade): relaxed first, then rounded */
+  double low;
+  double high;
+} lm_range;
+
+/* A variable that takes one value of a list. */
+typedef struct lm_choice {
+  int key;
+  int count;
+  double value[LM_CHOICE_VALUES_MAX];
+} lm_choice;
+
+/* A tolerance link whose field follows from an ISO 286 grade: width T = IT(diameter, grade). */
+typedef struct lm_graded_link {
+  double influence;   /* A of lostmotion/tolerance.h */
+  double diameter_mm; /* nominal size; 0: the pitch diameter of the flexspline */
+  double position;    /* middle of the field in units of T: +0.5 hole H, -0.5 shaft h, 0 js */
+  double offset_mm;   /* added to both deviations */
+  double cost_weight; /* cost of this link at IT7; 0 counts as 1 */
+  int distribution;   /* lm_distribution */
+  int zone;           /* lm_gap_zone */
+} lm_graded_link;
+
+/* What is computed of a design, each a largest value that should be small. */
+typedef enum lm_figure {
+  LM_FIGURE_LOST_MOTION = 0,       /* arcmin, reversal at the stated torque, largest over phases */
+  LM_FIGURE_TOLERANCE_LOST_MOTION, /* the same at the stated tolerance level */
+  LM_FIGURE_COMPLIANCE,            /* arcmin per N m from the stated to the rated torque */
+  LM_FIGURE_KINEMATIC_ERROR,       /* arcsec, peak to peak of the loaded output angle over phases */
+  LM_FIGURE_STRESS,                /* 1 / fatigue safety */
+  LM_FIGURE_COST,                  /* units of one link at IT7 */
+  LM_FIGURE_COUNT
+} lm_figure;
+
+/* What must hold. The first ones stand for the checks of lostmotion/checks.h. */
+typedef enum lm_limit {
+  LM_LIMIT_FORM_RADIUS = 0,
+  LM_LIMIT_FLEXSPLINE_TIP,
+  LM_LIMIT_RIGID_TIP,
+  LM_LIMIT_FLEXSPLINE_ROOT,
+  LM_LIMIT_RIGID_ROOT,
+  LM_LIMIT_DISENGAGEMENT,
+  LM_LIMIT_FREE_ASSEMBLY, /* only where asked */
+  LM_LIMIT_BENDING_STRESS,
+  LM_LIMIT_TORSION_STRESS,
+  LM_LIMIT_SAFETY,
+  LM_LIMIT_OUTER_DIAMETER,
+  LM_LIMIT_INTERFERENCE, /* of the radial chain at its tightest */
+  LM_LIMIT_GAP,          /* side clearance at every angle, flank and section */
+  LM_LIMIT_FIGURE,       /* LM_LIMIT_FIGURE + lm_figure: largest allowed figure */
+  LM_LIMIT_COUNT = LM_LIMIT_FIGURE + LM_FIGURE_COUNT
+} lm_limit;
+
+/* Limits that hold always stand one a row before the gaps. */
+#define LM_SINGLE_ROWS LM_LIMIT_GAP
+
+/* Where in production the tolerance figure and the corner limits are taken. */
+typedef enum lm_level {
+  LM_LEVEL_WORST = 0,    /* every link at the end that hurts, eq (10), (11) */
+  LM_LEVEL_PROBABLE = 1, /* root of the sum of squares, t = 3 */
+  LM_LEVEL_QUANTILE = 2  /* 99.73 % of sampled drives stay below */
+} lm_level;
+
+/* Stated limits; 0 where 0 makes no sense means: not limited. */
+typedef struct lm_bounds {
+  double safety_factor_min;           /* 1.5 */
+  double gap_min_arcmin;              /* 0; < 0 lets the flanks preload that far and no further */
+  double outer_diameter_max_mm;       /* rigid gear (internal) or ring (external), with its rim */
+  double interference_max_mm;         /* < 0: not limited */
+  double figure_max[LM_FIGURE_COUNT]; /* in the unit of the figure */
+  int free_assembly;                  /* 1: an undeformed flexspline must slide in */
+  int gap_at_worst_corner; /* 1: gaps less what the tightest tooth tolerances take away */
+} lm_bounds;
+
+/* Cost of a drive, in units of one toleranced feature at IT7:
+ *   sum over links w (T_IT7 / T)^k       reciprocal power model of cost and tolerance
+ *   + size  pi/4 d^2 b / 1e4 mm^3        metal and machine time by volume
+ *   + generator[type]                    its parts
+ * The defaults are round figures, for ranking drives of one maker; set your own. */
+typedef struct lm_cost_model {
+  double tolerance_exponent; /* k, 1 */
+  double size;               /* 1 */
+  double generator[5];       /* by lm_generator_type: 4, 4, 3, 5, 3 */
+} lm_cost_model;
+
+typedef struct lm_problem {
+  /* the drive */
+  double ratio_sign;                 /* +1 or -1: sense of rotation */
+  int rigid_gear_turns;              /* 1: the rigid gear is the output, the flexspline is held */
+  double rated_torque_Nm;            /* > 0 */
+  double value[LM_KEY_COUNT];        /* fixed values; 0 = default of lm_complete_drive */
+  unsigned char given[LM_KEY_COUNT]; /* 1: fixed, varied or chosen */
+  int radial_count;
+  double radial[LM_CHAIN_MAX][4]; /* coefficient, exponent, share, preload */
+  int torsion_count;
+  double torsion[LM_CHAIN_MAX][2]; /* stiffness, ratio */
+  int link_count;
+  lm_graded_link link[LM_LINK_MAX];
+  /* what may vary */
+  int range_count;
+  lm_range range[LM_FREE_MAX];
+  int choice_count;
+  lm_choice choice[LM_CHOICE_MAX];
+  /* what is wanted */
+  int objective_count;
+  int objective[LM_OBJECTIVE_MAX]; /* lm_figure; the first one leads */
+  double torque_Nm;                /* of the reversal; 0: 4 % of rated torque */
+  int phases;                      /* tooth phases, 1 .. 8; 2 */
+  int level;                       /* lm_level of tolerance_lost_motion */
+  lm_bounds bounds;
+  lm_cost_model cost;
+  /* how long */
+  unsigned int seed;
+  int evaluations;      /* budget in plain evaluations; a gradient counts as LM_GRADIENT_CHARGE */
+  double damaged_share; /* share of evaluations answered by NaN, to test the search; 0 */
+  /* made by lm_prepare_problem */
+  double deviate[LM_LOOP_SAMPLES][LM_LINK_MAX]; /* deviations in units of tau */
+} lm_problem;
+
+/* Where the side clearance is looked at: every flank and section at each of these angles. */
+#define LM_ANGLE_MAX 96
+#define LM_SECTION_MAX 7
+
+typedef struct lm_gap_angle {
+  double offset_rad;
+  int from_junction; /* 1: counted from the contact half angle, with which it moves; 0: from the
+                      * axis
+                      */
+} lm_gap_angle;
+
+typedef struct lm_scan {
+  int count;
+  lm_gap_angle angle[LM_ANGLE_MAX];
+  int nodes; /* of the neutral line */
+} lm_scan;
+
+/* Where the results of one evaluation stand: the branches of each figure (the figure is the largest
+ * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and section. */
+#define LM_BRANCH_MAX (3 * LM_PHASE_MAX + LM_PHASE_MAX * (LM_PHASE_MAX - 1) + 2)
+#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * LM_ANGLE_MAX * LM_SECTION_MAX)
+
+typedef struct lm_layout {
+  int figure_start[LM_FIGURE_COUNT];
+  int figure_count[LM_FIGURE_COUNT];
+  int single_start;
+  int gap_start;
+  int gap_count; /* angle slowest, then section, then forward, backward */
+  int count;
+} lm_layout;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,31 @@
+/* What one thread computes in; opaque to callers. */
+#ifndef LOSTMOTION_OPTIMIZER_WORKSPACE_H
+#define LOSTMOTION_OPTIMIZER_WORKSPACE_H
+
+#include "lostmotion/characteristic.h"
+#include "points.h"
+
+struct lm_workspace {
+  lm_design_workspace design;
+  lm_drive drive;
+  double value[LM_KEY_COUNT];
+  void *dual; /* of derivatives.cpp */
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Size of what `dual` points to. */
+size_t lm_dual_workspace_size(void);
+
+/* lm_evaluate_slopes in derivatives.cpp; *input names what was refused. */
+int lm_dual_evaluate(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                     int combination, const double unit[], double result[], double slope[],
+                     void *workspace, const char **input);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

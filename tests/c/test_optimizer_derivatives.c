@@ -1,0 +1,245 @@
+/* Dual numbers (optimizer/dual.h) against complex steps (complex_number.h) on the whole model. */
+#include <stdlib.h>
+
+#include "points.h"
+#include "reference_drives.h"
+#include "unity.h"
+#include "workspace.h"
+
+/* The same evaluation in the oracle's number type. */
+size_t lm_complex_workspace_size(void);
+int lm_complex_evaluate(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
+                        int combination, const double unit[], double result[], double slope[],
+                        void *workspace, const char **input);
+
+/* Results are of order 1 to 100 (arcmin, arcsec, shares); an angle of 15 arcmin known to 1e-13
+ * gives a kinematic error known to 1e-10 arcsec. */
+#define VALUE_BOUND 1e-9
+
+static lm_problem problem;
+static lm_scan scan;
+static lm_layout layout;
+static lm_workspace *workspace;
+static void *oracle;
+static double dual_result[LM_RESULT_MAX];
+static double dual_slope[LM_RESULT_MAX * LM_FREE_MAX];
+static double oracle_result[LM_RESULT_MAX];
+static double oracle_slope[LM_RESULT_MAX * LM_FREE_MAX];
+
+void setUp(void) {
+  workspace = lm_create_workspace();
+  oracle = malloc(lm_complex_workspace_size());
+  TEST_ASSERT_NOT_NULL(workspace);
+  TEST_ASSERT_NOT_NULL(oracle);
+}
+
+void tearDown(void) {
+  lm_free_workspace(workspace);
+  free(oracle);
+}
+
+static void add_range(int key, double low, double high) {
+  lm_range *range = &problem.range[problem.range_count++];
+  range->key = key;
+  range->whole = 0;
+  range->low = low;
+  range->high = high;
+}
+
+static void add_link(double influence, double position, int distribution, int zone) {
+  lm_graded_link *link = &problem.link[problem.link_count];
+  link->influence = influence;
+  link->position = position;
+  link->distribution = distribution;
+  link->zone = zone;
+  add_range(LM_KEY_GRADE + problem.link_count, 5, 9);
+  problem.link_count++;
+}
+
+/* A size 20 with everything that can vary varying: 15 ranges, so two passes of the dual numbers. */
+static void start(lm_generator_type type) {
+  lm_fault fault;
+  lm_start_problem(&problem);
+  problem.rated_torque_Nm = 40;
+  problem.value[LM_KEY_MODULE_MM] = 0.25;
+  problem.value[LM_KEY_FACE_WIDTH_MM] = 10;
+  problem.value[LM_KEY_GENERATOR_TYPE] = type;
+  problem.value[LM_KEY_DEFORMATION] = type == LM_RING ? 1 : 0;
+  problem.value[LM_KEY_FLEXSPLINE_TEETH] = type == LM_RING ? 202 : 200;
+  problem.value[LM_KEY_AXIAL_SECTIONS] = 2;
+  problem.value[LM_KEY_CAM_OFFSET_MM] = type == LM_ELLIPSE ? 2 : 0;
+  problem.phases = 3;
+  problem.objective_count = 1;
+  problem.bounds.gap_at_worst_corner = 1;
+  problem.bounds.outer_diameter_max_mm = 70;
+  problem.bounds.interference_max_mm = 0.005;
+  add_range(LM_KEY_FLEXSPLINE_SHIFT, 2.5, 4);
+  add_range(LM_KEY_SHIFT_DIFFERENCE, -0.05, 0.15);
+  add_range(LM_KEY_DEFLECTION_MODULES, 0.9, 1.1);
+  add_range(LM_KEY_CONTACT_HALF_ANGLE_DEG, 20, 34);
+  add_range(LM_KEY_TOOTH_HEIGHT, 1.6, 1.9);
+  add_range(LM_KEY_ENGAGEMENT_DEPTH, 1.0, 1.3);
+  add_range(LM_KEY_RIM_THICKNESS_MM, 0.5, 0.8);
+  add_range(LM_KEY_WALL_THICKNESS_MM, 0.25, 0.4);
+  add_range(LM_KEY_FACE_WIDTH_MM, 8, 12);
+  add_range(LM_KEY_PRESSURE_ANGLE_DEG, 19, 22);
+  add_range(LM_KEY_FRICTION_ANGLE_DEG, 2, 6);
+  add_link(0.5, 0.5, LM_NORMAL, LM_GENERATOR_GAP);
+  add_link(-0.5, -0.5, LM_UNIFORM, LM_GENERATOR_GAP);
+  add_link(1.37, 0.25, LM_TRIANGULAR, LM_TEETH_GAP);
+  add_link(1.37, 0.0, LM_NORMAL_INSPECTED, LM_TEETH_GAP);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_prepare_problem(&problem, &fault));
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+}
+
+/* Sum of squares of the oracle's derivatives and of the differences to them. */
+typedef struct norm {
+  double size;
+  double difference;
+} norm;
+
+static void add_results(norm *sum, int first, int count, double weight) {
+  int i;
+  for (i = first * problem.range_count; i < (first + count) * problem.range_count; i++) {
+    const double size = weight * oracle_slope[i];
+    const double difference = weight * (dual_slope[i] - oracle_slope[i]);
+    sum->size += size * size;
+    sum->difference += difference * difference;
+  }
+}
+
+/* Largest relative difference of a design. Where two flanks touch nearly along a line, the
+ * iteration that finds the touching point ends in rounding, and so does its derivative: few designs
+ * pass 1e-12 in either number type, by no more than this. */
+#define DEGENERATE_BOUND 1e-8
+#define DEGENERATE_DESIGNS 5
+
+static double worst_of_design;
+
+static void check_norm(const norm *sum, const char *kind, const char *text) {
+  const double relative = sum->size > 0 ? sqrt(sum->difference / sum->size) : sum->difference;
+  char message[160];
+  snprintf(message, sizeof message, "%s, %s", kind, text);
+  TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(DEGENERATE_BOUND, 0, relative, message);
+  worst_of_design = relative > worst_of_design ? relative : worst_of_design;
+}
+
+/* Every kind of result as one matrix of derivatives: output angles under load in arcmin, side
+ * clearances in arcmin, and each other limit and figure by itself. */
+static void compare_design(const char *text) {
+  norm motion = {0, 0};
+  norm gaps = {0, 0};
+  int i;
+  for (i = 0; i < layout.count; i++) {
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(VALUE_BOUND, oracle_result[i], dual_result[i], text);
+  }
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    const int first = layout.figure_start[i];
+    const int count = layout.figure_count[i];
+    norm alone = {0, 0};
+    if (i == LM_FIGURE_STRESS || i == LM_FIGURE_COST) {
+      add_results(&alone, first, count, 1);
+      check_norm(&alone, lm_figure_name(i), text);
+    } else if (i == LM_FIGURE_COMPLIANCE) {
+      add_results(&motion, first, count, problem.rated_torque_Nm);
+    } else {
+      add_results(&motion, first, count, i == LM_FIGURE_KINEMATIC_ERROR ? 1.0 / 60 : 1);
+    }
+  }
+  check_norm(&motion, "output angle", text);
+  for (i = 0; i < LM_SINGLE_ROWS; i++) {
+    norm alone = {0, 0};
+    add_results(&alone, layout.single_start + i, 1, 1);
+    check_norm(&alone, lm_limit_name(i), text);
+  }
+  add_results(&gaps, layout.gap_start, layout.gap_count, 1);
+  check_norm(&gaps, "side clearance", text);
+}
+
+/* 200 random designs: the derivatives of every figure and limit agree to 1e-12. */
+static void compare(lm_generator_type type) {
+  uint32_t seed = 1000u + (uint32_t)type;
+  int compared = 0;
+  int degenerate = 0;
+  int draws = 0;
+  start(type);
+  while (compared < 200 && draws < 2000) {
+    double unit[LM_FREE_MAX];
+    char text[80];
+    const char *input = "";
+    int i;
+    for (i = 0; i < problem.range_count; i++) {
+      unit[i] = draw(&seed, 0, 1);
+    }
+    draws++;
+    problem.level = draws % 3;
+    if (lm_evaluate_slopes(&problem, &scan, &layout, 0, unit, dual_result, dual_slope, workspace,
+                           NULL) == LM_OK) {
+      TEST_ASSERT_EQUAL_INT(
+          LM_OK, lm_complex_evaluate(&problem, &scan, &layout, 0, unit, oracle_result, oracle_slope,
+                                     oracle, &input));
+      snprintf(text, sizeof text, "generator %d, design %d", (int)type, draws);
+      worst_of_design = 0;
+      compare_design(text);
+      degenerate += worst_of_design > 1e-12;
+      compared++;
+    }
+  }
+  TEST_ASSERT_EQUAL_INT(200, compared);
+  TEST_ASSERT_LESS_OR_EQUAL_INT(DEGENERATE_DESIGNS, degenerate);
+}
+
+static void test_cosine_cam(void) {
+  compare(LM_COSINE);
+}
+
+static void test_elliptical_cam(void) {
+  compare(LM_ELLIPSE);
+}
+
+static void test_two_discs(void) {
+  compare(LM_DISCS);
+}
+
+static void test_four_rollers(void) {
+  compare(LM_ROLLERS);
+}
+
+static void test_external_ring(void) {
+  compare(LM_RING);
+}
+
+/* The values of a dual evaluation are those of the plain one to rounding: the search mixes them. */
+static void test_values_are_those_of_the_plain_model(void) {
+  uint32_t seed = 77;
+  int n;
+  start(LM_DISCS);
+  for (n = 0; n < 50; n++) {
+    double unit[LM_FREE_MAX];
+    int i;
+    for (i = 0; i < problem.range_count; i++) {
+      unit[i] = draw(&seed, 0, 1);
+    }
+    if (lm_evaluate_slopes(&problem, &scan, &layout, 0, unit, dual_result, dual_slope, workspace,
+                           NULL) != LM_OK) {
+      continue;
+    }
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, oracle_result,
+                                                   workspace, NULL));
+    for (i = 0; i < layout.count; i++) {
+      TEST_ASSERT_DOUBLE_WITHIN(VALUE_BOUND, oracle_result[i], dual_result[i]);
+    }
+  }
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_cosine_cam);
+  RUN_TEST(test_elliptical_cam);
+  RUN_TEST(test_two_discs);
+  RUN_TEST(test_four_rollers);
+  RUN_TEST(test_external_ring);
+  RUN_TEST(test_values_are_those_of_the_plain_model);
+  return UNITY_END();
+}
