@@ -1,9 +1,8 @@
 #include "lostmotion/mesh.h"
 
+#include "half_turn.h"
 #include "real_math.h"
 #include "refuse.h"
-
-#define HALF_PI (LM_PI / LM_REAL(2))
 
 /* One flank of one placed tooth against the rigid gear. */
 typedef struct flank_pair {
@@ -85,17 +84,17 @@ static flank_point evaluate_flank(const flank_pair *pair, lm_real radius_mm) {
   return evaluate_foot(pair, &foot);
 }
 
-/* The flank point on a polar radius between those of both ends: the chord, then Newton; what is
- * left, below a thousandth of a module, is taken up by the slopes: the gap is so straight that this
- * leaves 1e-10 rad. */
+/* The flank point on a polar radius between those of both ends: the chord and, where it misses by
+ * more than a thousandth of a module, one step of Newton. The flank is so nearly radial that this
+ * leaves a hundred-thousandth in any drive; the slopes take up the rest, for the gap is straight
+ * enough for 1e-10 rad. */
 static flank_point point_on_radius(const flank_pair *pair, lm_real target, lm_real at_low,
                                    lm_real at_high) {
   const lm_real low = pair->mesh->low.radius_mm;
   const lm_real share = (target - at_low) / (at_high - at_low);
   flank_point point = evaluate_flank(pair, low + share * (pair->mesh->high.radius_mm - low));
   lm_real left = (target - point.radius_mm) / point.radius_slope;
-  int i;
-  for (i = 0; i < 2 && real_fabs(left) > LM_REAL(1e-3) * pair->mesh->geometry.module_mm; i++) {
+  if (real_fabs(left) > LM_REAL(1e-3) * pair->mesh->geometry.module_mm) {
     point = evaluate_flank(pair, point.foot_mm + left);
     left = (target - point.radius_mm) / point.radius_slope;
   }
@@ -229,7 +228,7 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   flank_pair pair;
   pair.mesh = mesh;
   pair.place = lm_place_tooth(&mesh->line, angle_rad);
-  pair.lead_rad = pair.place.lead_rad + angle_rad * mesh->geometry.lead_per_angle;
+  pair.lead_rad = pair.place.lead_rad + fold_half_turn(angle_rad) * mesh->geometry.lead_per_angle;
   pair.closing = mesh->line.sense;
   clearance.angle_rad = angle_rad;
   pair.side = mesh->line.sense;
@@ -239,10 +238,21 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   return clearance;
 }
 
+/* A tooth within a hair of 90 deg counts as standing on it, and is then listed at both ends. */
+#define HAIR_PITCHES LM_REAL(1e-4)
+
+static lm_real within_lobe(lm_real angle_rad) {
+  if (angle_rad < -HALF_PI) {
+    return -HALF_PI;
+  }
+  return angle_rad > HALF_PI ? HALF_PI : angle_rad;
+}
+
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
                              int capacity, int *count, lm_fault *fault) {
-  lm_real pitch;
-  lm_real shift;
+  lm_real quarter;
+  lm_real turns;
+  lm_real shift; /* pitches */
   int first;
   int last;
   int k;
@@ -250,20 +260,21 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
     return refuse(fault, LM_NULL, mesh == 0 ? "mesh" : clearances == 0 ? "clearances" : "count");
   }
   if (!real_isfinite(phase_rad)) {
-    return refuse_range(fault, "phase_rad", phase_rad, LM_REAL(0), LM_REAL(2) * LM_PI);
+    return refuse_range(fault, "phase_rad", phase_rad, -REAL_INFINITY, REAL_INFINITY);
   }
-  pitch = LM_REAL(2) * LM_PI / LM_REAL(mesh->geometry.flexspline_teeth);
-  shift = phase_rad / pitch - real_floor(phase_rad / pitch);
-  /* A hair beyond 90 deg, so that the tooth that stands on it exactly is counted at both ends. */
-  last = (int)real_floor(LM_REAL(mesh->geometry.flexspline_teeth) / LM_REAL(4) + LM_REAL(1e-4) -
-                         shift);
-  first = -(int)real_floor(LM_REAL(mesh->geometry.flexspline_teeth) / LM_REAL(4) + LM_REAL(1e-4) +
-                           shift);
+  /* Whole turns go first: phase over pitch of a large phase is beyond all numbers. */
+  turns = phase_rad / (LM_REAL(2) * LM_PI);
+  shift = (turns - real_floor(turns)) * LM_REAL(mesh->geometry.flexspline_teeth);
+  shift -= real_floor(shift);
+  quarter = LM_REAL(mesh->geometry.flexspline_teeth) / LM_REAL(4);
+  last = (int)real_floor(quarter + HAIR_PITCHES - shift);
+  first = -(int)real_floor(quarter + HAIR_PITCHES + shift);
   if (last - first + 1 > capacity) {
     return refuse_capacity(fault, "capacity", capacity, last - first + 1);
   }
   for (k = first; k <= last; k++) {
-    clearances[k - first] = lm_tooth_clearance(mesh, (LM_REAL(k) + shift) * pitch);
+    clearances[k - first] =
+        lm_tooth_clearance(mesh, within_lobe((LM_REAL(k) + shift) / quarter * HALF_PI));
   }
   *count = last - first + 1;
   return LM_OK;
