@@ -27,3 +27,25 @@ const char *lm_status_sentence(lm_status status) {
       return "unknown status";
   }
 }
+
+lm_status lm_refuse(lm_fault *fault, lm_status status, const char *input, lm_real found,
+                    lm_real low, lm_real high) {
+  if (fault) {
+    fault->status = status;
+    fault->input = input;
+    fault->found = found;
+    fault->low = low;
+    fault->high = high;
+  }
+  return status;
+}
+
+lm_status lm_check_range(lm_fault *fault, const char *input, lm_real value, lm_real low,
+                         lm_real high) {
+  if (value >= low && value <= high) {
+    return LM_OK;
+  }
+  /* Infinity less itself and NaN less itself are NaN, which equals nothing. */
+  return lm_refuse(fault, value - value == LM_REAL(0) ? LM_OUT_OF_RANGE : LM_NOT_FINITE, input,
+                   value, low, high);
+}

@@ -37,28 +37,6 @@ void target_exit(int code) {
   }
 }
 
-#define PAINT 0xA5A5A5A5u
-#define PAINTED_WORDS 512 /* 2 KiB below the caller's frame */
-
-static uint32_t *painted_top;
-
-__attribute__((noinline)) void target_paint_stack(void) {
-  uint32_t *here = (uint32_t *)__builtin_frame_address(0) - 16;
-  int i;
-  painted_top = here;
-  for (i = 1; i <= PAINTED_WORDS; ++i) {
-    here[-i] = PAINT;
-  }
-}
-
-__attribute__((noinline)) uint32_t target_used_stack(void) {
-  const uint32_t *at = painted_top - PAINTED_WORDS;
-  while (at < painted_top && *at == PAINT) {
-    ++at;
-  }
-  return (uint32_t)(painted_top - at) * 4u;
-}
-
 __attribute__((used)) void start(void) {
   const uint32_t *from = data_image;
   uint32_t *to;

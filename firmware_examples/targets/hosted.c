@@ -11,10 +11,3 @@ void target_print(const char *text) {
 void target_exit(int code) {
   exit(code);
 }
-
-void target_paint_stack(void) {
-}
-
-uint32_t target_used_stack(void) {
-  return 0;
-}

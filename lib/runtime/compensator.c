@@ -72,7 +72,7 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
                                lm_real torque_Nm, lm_fault *fault) {
   lm_status status;
   if (!compensator) {
-    return refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   status = lm_check_parameters(parameters, fault);
   if (status != LM_OK) {
@@ -148,12 +148,9 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
 #if LM_EFFECTS_MAX > 0
   if (parameters->effect_count > 0) {
     status |= all_finite(at) ? 0u : LM_STATE_INPUT_REFUSED;
-    angle_rad = lm_step_model(parameters, &compensator->memory, at);
-  } else
-#endif
-  {
-    angle_rad = step_plain(parameters, &compensator->memory, input);
   }
+#endif
+  angle_rad = step_model(parameters, &compensator->memory, at, input);
   if (status & LM_STATE_MEMORY_UNKNOWN) {
     if (is_greater(compensator->lowest_Nm, plays->torque_Nm)) {
       compensator->lowest_Nm = plays->torque_Nm;
@@ -269,7 +266,7 @@ lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters 
                                lm_fault *fault) {
   lm_status status;
   if (!compensator) {
-    return refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   status = lm_check_parameters(parameters, fault);
   if (status != LM_OK) {
@@ -339,17 +336,17 @@ void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
 lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
                                  lm_fault *fault) {
   if (!compensator || !saved) {
-    return refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   if (saved->crc != lm_find_crc(0, saved, offsetof(lm_saved, crc))) {
-    return refuse(fault, LM_CORRUPT, "crc", LM_REAL(saved->crc), 0, 0);
+    return lm_refuse(fault, LM_CORRUPT, "crc", LM_REAL(saved->crc), 0, 0);
   }
   if (saved->format != SAVED_FORMAT) {
-    return refuse(fault, LM_CORRUPT, "format", LM_REAL(saved->format), LM_REAL(SAVED_FORMAT),
-                  LM_REAL(SAVED_FORMAT));
+    return lm_refuse(fault, LM_CORRUPT, "format", LM_REAL(saved->format), LM_REAL(SAVED_FORMAT),
+                     LM_REAL(SAVED_FORMAT));
   }
   if (saved->fingerprint != compensator->parameters->fingerprint) {
-    return refuse(fault, LM_INCONSISTENT, "fingerprint", LM_REAL(saved->fingerprint), 0, 0);
+    return lm_refuse(fault, LM_INCONSISTENT, "fingerprint", LM_REAL(saved->fingerprint), 0, 0);
   }
   compensator->memory = saved->memory;
   lm_settle_model(compensator->parameters, &compensator->memory);

@@ -8,22 +8,22 @@ static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad,
   int32_t i;
   for (i = 0; i < count; ++i) {
     if (!is_finite(torque_Nm[i])) {
-      return refuse(fault, LM_NOT_FINITE, "torque_Nm", torque_Nm[i], 0, 0);
+      return lm_refuse(fault, LM_NOT_FINITE, "torque_Nm", torque_Nm[i], 0, 0);
     }
     if (!is_finite(angle_rad[i])) {
-      return refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
+      return lm_refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
     }
   }
   for (i = 1; i < count; ++i) {
     if (!(torque_Nm[i] > torque_Nm[i - 1])) {
-      return refuse(fault, LM_NOT_MONOTONE, "torque_Nm", torque_Nm[i], torque_Nm[i - 1], 0);
+      return lm_refuse(fault, LM_NOT_MONOTONE, "torque_Nm", torque_Nm[i], torque_Nm[i - 1], 0);
     }
     if (!(angle_rad[i] >= angle_rad[i - 1])) {
-      return refuse(fault, LM_NOT_MONOTONE, "angle_rad", angle_rad[i], angle_rad[i - 1], 0);
+      return lm_refuse(fault, LM_NOT_MONOTONE, "angle_rad", angle_rad[i], angle_rad[i - 1], 0);
     }
     /* Two knots of finite but extreme height can lie further apart than the number type reaches. */
     if (!is_finite((angle_rad[i] - angle_rad[i - 1]) / (torque_Nm[i] - torque_Nm[i - 1]))) {
-      return refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
+      return lm_refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
     }
   }
   return LM_OK;
@@ -31,7 +31,8 @@ static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad,
 
 static lm_status check_count(int32_t count, lm_fault *fault) {
   if (count < 2 || count > LM_CURVE_POINTS_MAX) {
-    return refuse(fault, LM_OUT_OF_RANGE, "count", LM_REAL(count), 2, LM_REAL(LM_CURVE_POINTS_MAX));
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "count", LM_REAL(count), 2,
+                     LM_REAL(LM_CURVE_POINTS_MAX));
   }
   return LM_OK;
 }
@@ -41,7 +42,7 @@ lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_rea
   lm_status status;
   int32_t i;
   if (!curve || !torque_Nm || !angle_rad) {
-    return refuse(fault, LM_NULL, "curve", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "curve", 0, 0, 0);
   }
   status = check_count(count, fault);
   if (status != LM_OK) {
@@ -67,7 +68,7 @@ lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault) {
   lm_status status;
   int32_t i;
   if (!curve) {
-    return refuse(fault, LM_NULL, "curve", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "curve", 0, 0, 0);
   }
   status = check_count(curve->count, fault);
   if (status != LM_OK) {
@@ -85,10 +86,10 @@ lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault) {
     lm_real found = curve->slope_rad_per_Nm[i];
     if (i > last && (curve->torque_Nm[i] != curve->torque_Nm[last] ||
                      curve->angle_rad[i] != curve->angle_rad[last])) {
-      return refuse(fault, LM_INCONSISTENT, "padding", LM_REAL(i), 0, 0);
+      return lm_refuse(fault, LM_INCONSISTENT, "padding", LM_REAL(i), 0, 0);
     }
     if (!(absolute(found - slope) <= LM_CURVE_SLOPE_TOLERANCE * slope)) {
-      return refuse(fault, LM_INCONSISTENT, "slope_rad_per_Nm", found, slope, slope);
+      return lm_refuse(fault, LM_INCONSISTENT, "slope_rad_per_Nm", found, slope, slope);
     }
   }
   return LM_OK;

@@ -45,11 +45,12 @@ const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, ui
 lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_fault *fault) {
   int32_t i;
   if (!effect || !value) {
-    return refuse(fault, LM_NULL, "effect", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "effect", 0, 0, 0);
   }
   for (i = 0; i < effect->value_count; ++i) {
     const char *name = effect->card ? effect->card->value[i].name : "value";
-    lm_status status = check_range(fault, name, value[i], effect->bound[i][0], effect->bound[i][1]);
+    lm_status status =
+        lm_check_range(fault, name, value[i], effect->bound[i][0], effect->bound[i][1]);
     if (status != LM_OK) {
       return status;
     }

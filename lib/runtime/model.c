@@ -45,7 +45,7 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 
 #if LM_EFFECTS_MAX > 0
 /* A condition that is not finite counts as not known. */
-static lm_real known(lm_real value, lm_real unknown) {
+NOINLINE static lm_real known(lm_real value, lm_real unknown) {
   return is_finite(value) ? value : unknown;
 }
 
@@ -132,10 +132,10 @@ lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memo
   lm_real high_rad;
   int32_t i;
   if (!parameters || !memory || !at || !torque_Nm) {
-    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
   if (!is_finite(angle_rad)) {
-    return refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad, 0, 0);
+    return lm_refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad, 0, 0);
   }
   probe = *at;
   low_Nm = -parameters->torque_limit_Nm;
@@ -145,7 +145,7 @@ lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memo
   probe.torque_Nm = high_Nm;
   high_rad = lm_evaluate_model(parameters, memory, &trial, &probe);
   if (!(angle_rad >= low_rad && angle_rad <= high_rad)) {
-    return refuse(fault, LM_OUT_OF_RANGE, "angle_rad", angle_rad, low_rad, high_rad);
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "angle_rad", angle_rad, low_rad, high_rad);
   }
   for (i = 0; i < HALVINGS; ++i) {
     lm_real middle_rad;

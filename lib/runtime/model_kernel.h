@@ -38,4 +38,22 @@ static inline lm_real step_plain(const lm_parameters *parameters, lm_memory *mem
 #endif
 }
 
+/* The model's step for the compensator, which has judged the input already. Taken in without a call
+ * where speed counts; where size does (-Os), and for effects, the one copy in model.c. */
+static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
+                                 const lm_conditions *at, lm_real input) {
+#if defined(__OPTIMIZE_SIZE__)
+  (void)input;
+  return lm_step_model(parameters, memory, at);
+#else
+#if LM_EFFECTS_MAX > 0
+  if (parameters->effect_count > 0) {
+    return lm_step_model(parameters, memory, at);
+  }
+#endif
+  (void)at;
+  return step_plain(parameters, memory, input);
+#endif
+}
+
 #endif

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "lostmotion/real.h"
-#include "lostmotion/status.h"
 
 /* Infinity less itself and NaN less itself are NaN, which equals nothing. */
 static inline int is_finite(lm_real value) {
@@ -83,28 +82,6 @@ static inline lm_real greatest(lm_real a, lm_real b) {
 static inline lm_real clamp(lm_real value, lm_real low, lm_real high) {
   lm_real floored = value > low ? value : low;
   return floored < high ? floored : high;
-}
-
-/* Fills the caller's fault, if there is one, and hands back the status. */
-static inline lm_status refuse(lm_fault *fault, lm_status status, const char *input, lm_real found,
-                               lm_real low, lm_real high) {
-  if (fault) {
-    fault->status = status;
-    fault->input = input;
-    fault->found = found;
-    fault->low = low;
-    fault->high = high;
-  }
-  return status;
-}
-
-/* LM_OK when low <= value <= high; NaN and infinity are told apart from a number out of range. */
-static inline lm_status check_range(lm_fault *fault, const char *input, lm_real value, lm_real low,
-                                    lm_real high) {
-  if (value >= low && value <= high) {
-    return LM_OK;
-  }
-  return refuse(fault, is_finite(value) ? LM_OUT_OF_RANGE : LM_NOT_FINITE, input, value, low, high);
 }
 
 #endif

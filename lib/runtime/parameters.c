@@ -27,41 +27,54 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
 #define SMALLEST LM_REAL(1e-9)
 #define LARGEST LM_REAL(1e9)
 
-static lm_status check_limits(const lm_limits *limits, lm_fault *fault) {
-  lm_status status = check_range(fault, "period_s", limits->period_s, LM_REAL(1e-6), 1);
-  if (status == LM_OK) {
-    status = check_range(fault, "correction_rad", limits->correction_rad, SMALLEST, 1);
-  }
-  if (status == LM_OK) {
-    status = check_range(fault, "velocity_rad_s", limits->velocity_rad_s, SMALLEST, LARGEST);
-  }
-  if (status == LM_OK) {
-    status =
-        check_range(fault, "acceleration_rad_s2", limits->acceleration_rad_s2, SMALLEST, LARGEST);
-  }
-  if (status == LM_OK) {
-    status = check_range(fault, "jerk_rad_s3", limits->jerk_rad_s3, SMALLEST, LARGEST);
-  }
-  if (status == LM_OK) {
-    /* A rounding's room, so that 1 / (16 period) itself passes. */
-    status = check_range(fault, "response_per_s", limits->response_per_s, LM_REAL(1e-3),
-                         LM_REAL(0.062501) / limits->period_s);
-  }
-  return status;
-}
+/* One number of the parameters and its range; a table takes a third of the flash that as many calls
+ * would. */
+typedef struct range {
+  const char *name;
+  uint16_t offset;
+  lm_real low;
+  lm_real high;
+} range;
 
-static lm_status check_watch(const lm_watch *watch, lm_fault *fault) {
-  lm_status status = check_range(fault, "window_s", watch->window_s, LM_REAL(1e-6), LM_REAL(1e6));
-  if (status == LM_OK) {
-    status = check_range(fault, "fade_s", watch->fade_s, LM_REAL(1e-6), LM_REAL(1e6));
+#define RANGE(member, name, low, high) {name, (uint16_t)offsetof(lm_parameters, member), low, high}
+
+static const range ranges[] = {
+    RANGE(torque_limit_Nm, "torque_limit_Nm", SMALLEST, LM_TORQUE_LIMIT_MAX_NM),
+    RANGE(limits.period_s, "period_s", LM_REAL(1e-6), 1),
+    RANGE(limits.correction_rad, "correction_rad", SMALLEST, 1),
+    RANGE(limits.velocity_rad_s, "velocity_rad_s", SMALLEST, LARGEST),
+    RANGE(limits.acceleration_rad_s2, "acceleration_rad_s2", SMALLEST, LARGEST),
+    RANGE(limits.jerk_rad_s3, "jerk_rad_s3", SMALLEST, LARGEST),
+    RANGE(limits.response_per_s, "response_per_s", LM_REAL(1e-3), LARGEST),
+    RANGE(watch.window_s, "window_s", LM_REAL(1e-6), LM_REAL(1e6)),
+    RANGE(watch.fade_s, "fade_s", LM_REAL(1e-6), LM_REAL(1e6)),
+    RANGE(watch.noise_rad, "noise_rad", 0, 1),
+    RANGE(watch.misfit_rad, "misfit_rad", 0, 1),
+};
+#define RANGES (sizeof ranges / sizeof ranges[0])
+
+static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault) {
+  const lm_limits *limits = &parameters->limits;
+  const lm_watch *watch = &parameters->watch;
+  size_t i;
+  for (i = 0; i < RANGES; ++i) {
+    lm_real value;
+    lm_status status;
+    memcpy(&value, (const char *)parameters + ranges[i].offset, sizeof value);
+    status = lm_check_range(fault, ranges[i].name, value, ranges[i].low, ranges[i].high);
+    if (status != LM_OK) {
+      return status;
+    }
   }
-  if (status == LM_OK) {
-    status = check_range(fault, "noise_rad", watch->noise_rad, 0, 1);
+  /* A rounding's room, so that 1 / (16 period) itself passes. */
+  if (!(limits->response_per_s * limits->period_s <= LM_REAL(0.062501))) {
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "response_per_s", limits->response_per_s, 0,
+                     LM_REAL(0.0625) / limits->period_s);
   }
-  if (status == LM_OK) {
-    status = check_range(fault, "misfit_rad", watch->misfit_rad, watch->noise_rad, 1);
+  if (!(watch->misfit_rad >= watch->noise_rad)) {
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "misfit_rad", watch->misfit_rad, watch->noise_rad, 1);
   }
-  return status;
+  return LM_OK;
 }
 
 #if LM_EFFECTS_MAX > 0
@@ -70,8 +83,8 @@ static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault)
   int32_t memory_count = 0;
   int32_t i;
   if (count < 0 || count > LM_EFFECTS_MAX) {
-    return refuse(fault, LM_OUT_OF_RANGE, "effect_count", LM_REAL(count), 0,
-                  LM_REAL(LM_EFFECTS_MAX));
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "effect_count", LM_REAL(count), 0,
+                     LM_REAL(LM_EFFECTS_MAX));
   }
   for (i = 0; i < count; ++i) {
     const lm_effect_use *use = &parameters->effect[i];
@@ -80,13 +93,13 @@ static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault)
       return status;
     }
     if (i > 0 && use->effect->kind < parameters->effect[i - 1].effect->kind) {
-      return refuse(fault, LM_INCONSISTENT, "effect", LM_REAL(i), 0, 0);
+      return lm_refuse(fault, LM_INCONSISTENT, "effect", LM_REAL(i), 0, 0);
     }
     memory_count += use->effect->memory_count;
   }
   if (memory_count > LM_EFFECT_MEMORY_MAX) {
-    return refuse(fault, LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX", LM_REAL(memory_count), 0,
-                  LM_REAL(LM_EFFECT_MEMORY_MAX));
+    return lm_refuse(fault, LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX", LM_REAL(memory_count), 0,
+                     LM_REAL(LM_EFFECT_MEMORY_MAX));
   }
   return LM_OK;
 }
@@ -96,20 +109,13 @@ lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault) 
   lm_status status;
   lm_real least_slope_rad_per_Nm = 1;
   if (!parameters) {
-    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
   if (parameters->format != LM_PARAMETERS_FORMAT) {
-    return refuse(fault, LM_CORRUPT, "format", LM_REAL(parameters->format),
-                  LM_REAL(LM_PARAMETERS_FORMAT), LM_REAL(LM_PARAMETERS_FORMAT));
+    return lm_refuse(fault, LM_CORRUPT, "format", LM_REAL(parameters->format),
+                     LM_REAL(LM_PARAMETERS_FORMAT), LM_REAL(LM_PARAMETERS_FORMAT));
   }
-  status = check_range(fault, "torque_limit_Nm", parameters->torque_limit_Nm, SMALLEST,
-                       LM_TORQUE_LIMIT_MAX_NM);
-  if (status == LM_OK) {
-    status = check_limits(&parameters->limits, fault);
-  }
-  if (status == LM_OK) {
-    status = check_watch(&parameters->watch, fault);
-  }
+  status = check_numbers(parameters, fault);
 #if LM_PROFILE != LM_PROFILE_GAP
   if (status == LM_OK) {
     status = lm_check_curve(&parameters->curve, fault);
@@ -161,32 +167,32 @@ static lm_status check_header(const uint8_t *bytes, size_t length, lm_fault *fau
   from.byte = bytes;
   from.left = length;
   if (length < HEADER_BYTES + CRC_BYTES) {
-    return refuse(fault, LM_CORRUPT, "length", LM_REAL(length), HEADER_BYTES + CRC_BYTES, 0);
+    return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), HEADER_BYTES + CRC_BYTES, 0);
   }
   if (memcmp(bytes, "LMP1", 4) != 0) {
-    return refuse(fault, LM_CORRUPT, "magic", LM_REAL(bytes[0]), LM_REAL('L'), LM_REAL('L'));
+    return lm_refuse(fault, LM_CORRUPT, "magic", LM_REAL(bytes[0]), LM_REAL('L'), LM_REAL('L'));
   }
   (void)read_word(&from);
   word = read_word(&from);
   if (word != ENDIANNESS_MARK) {
-    return refuse(fault, LM_CORRUPT, "endianness", LM_REAL(word), LM_REAL(ENDIANNESS_MARK),
-                  LM_REAL(ENDIANNESS_MARK));
+    return lm_refuse(fault, LM_CORRUPT, "endianness", LM_REAL(word), LM_REAL(ENDIANNESS_MARK),
+                     LM_REAL(ENDIANNESS_MARK));
   }
   word = read_word(&from);
   if (word != LM_PARAMETERS_FORMAT) {
-    return refuse(fault, LM_CORRUPT, "format", LM_REAL(word), LM_REAL(LM_PARAMETERS_FORMAT),
-                  LM_REAL(LM_PARAMETERS_FORMAT));
+    return lm_refuse(fault, LM_CORRUPT, "format", LM_REAL(word), LM_REAL(LM_PARAMETERS_FORMAT),
+                     LM_REAL(LM_PARAMETERS_FORMAT));
   }
   word = read_word(&from);
   if (word != length || word % 4 != 0) {
-    return refuse(fault, LM_CORRUPT, "length", LM_REAL(word), LM_REAL(length), LM_REAL(length));
+    return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(word), LM_REAL(length), LM_REAL(length));
   }
   return LM_OK;
 }
 
 static lm_status check_stored_count(uint32_t count, int32_t most, lm_fault *fault) {
   if (count > (uint32_t)most) {
-    return refuse(fault, LM_TOO_SMALL, "count", LM_REAL(count), 0, LM_REAL(most));
+    return lm_refuse(fault, LM_TOO_SMALL, "count", LM_REAL(count), 0, LM_REAL(most));
   }
   return LM_OK;
 }
@@ -248,7 +254,7 @@ static lm_status load_effects(lm_parameters *parameters, reader *from,
     uint32_t i;
     use->effect = lm_find_effect(table, table_count, id);
     if (!use->effect || value_count != (uint32_t)use->effect->value_count) {
-      return refuse(fault, LM_CORRUPT, "effect", LM_REAL(id), 0, 0);
+      return lm_refuse(fault, LM_CORRUPT, "effect", LM_REAL(id), 0, 0);
     }
     for (i = 0; i < value_count; ++i) {
       use->value[i] = read_real(from);
@@ -285,7 +291,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   uint32_t crc;
   lm_status status;
   if (!parameters || !bytes || (!table && table_count != 0)) {
-    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
   status = check_header(bytes, length, fault);
   if (status != LM_OK) {
@@ -295,7 +301,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   last.left = CRC_BYTES;
   crc = read_word(&last);
   if (crc != lm_find_crc(0, bytes, length - CRC_BYTES)) {
-    return refuse(fault, LM_CORRUPT, "crc", LM_REAL(crc), 0, 0);
+    return lm_refuse(fault, LM_CORRUPT, "crc", LM_REAL(crc), 0, 0);
   }
   parameters->format = 0;
   parameters->fingerprint = crc;
@@ -314,7 +320,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   }
   load_limits(&parameters->limits, &parameters->watch, &from);
   if (from.left != 0) {
-    return refuse(fault, LM_CORRUPT, "length", LM_REAL(length), 0, 0);
+    return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), 0, 0);
   }
   parameters->format = LM_PARAMETERS_FORMAT;
   status = lm_check_parameters(parameters, fault);
@@ -412,11 +418,11 @@ lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, s
   writer to;
   size_t needed;
   if (!parameters || !bytes || !length) {
-    return refuse(fault, LM_NULL, "parameters", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
   needed = find_length(parameters);
   if (capacity < needed) {
-    return refuse(fault, LM_TOO_SMALL, "capacity", LM_REAL(capacity), LM_REAL(needed), 0);
+    return lm_refuse(fault, LM_TOO_SMALL, "capacity", LM_REAL(capacity), LM_REAL(needed), 0);
   }
   limits = &parameters->limits;
   watch = &parameters->watch;

@@ -5,22 +5,22 @@
 
 static lm_status check_counts(int32_t count, int32_t outside_count, lm_fault *fault) {
   if (count < 0 || count > LM_PLAYS_MAX) {
-    return refuse(fault, LM_OUT_OF_RANGE, "count", LM_REAL(count), 0, LM_REAL(LM_PLAYS_MAX));
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "count", LM_REAL(count), 0, LM_REAL(LM_PLAYS_MAX));
   }
   if (outside_count < 0 || outside_count > count) {
-    return refuse(fault, LM_OUT_OF_RANGE, "outside_count", LM_REAL(outside_count), 0,
-                  LM_REAL(count));
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "outside_count", LM_REAL(outside_count), 0,
+                     LM_REAL(count));
   }
   return LM_OK;
 }
 
 static lm_status check_play(lm_real radius_Nm, lm_real widening, lm_real weight, lm_fault *fault) {
-  lm_status status = check_range(fault, "radius_Nm", radius_Nm, 0, LM_PLAY_RADIUS_MAX_NM);
+  lm_status status = lm_check_range(fault, "radius_Nm", radius_Nm, 0, LM_PLAY_RADIUS_MAX_NM);
   if (status == LM_OK) {
-    status = check_range(fault, "widening", widening, 0, LM_PLAY_WIDENING_MAX);
+    status = lm_check_range(fault, "widening", widening, 0, LM_PLAY_WIDENING_MAX);
   }
   if (status == LM_OK) {
-    status = check_range(fault, "weight", weight, 0, 1);
+    status = lm_check_range(fault, "weight", weight, 0, 1);
   }
   return status;
 }
@@ -46,7 +46,7 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   lm_status status;
   int32_t i;
   if (!bank || (!play && count != 0)) {
-    return refuse(fault, LM_NULL, "bank", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "bank", 0, 0, 0);
   }
   status = check_counts(count, outside_count, fault);
   for (i = 0; status == LM_OK && i < count; ++i) {
@@ -70,63 +70,54 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   return LM_OK;
 }
 
-/* True where a cached number agrees with what it was made from: it may have been written in another
- * precision. */
+/* True where a cached number is what it was made from, or what that is in another precision. */
 static int agrees(lm_real cached, lm_real expected) {
   return absolute(cached - expected) <= LM_PLAY_SUM_TOLERANCE * expected;
 }
 
-static lm_status check_slots(const lm_play_bank *bank, lm_fault *fault) {
+/* What is cached or unused and not as lm_build_play_bank leaves it; null where all is. */
+static const char *find_inconsistent(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm) {
+  lm_real outside_rad_per_Nm = sum_weights(bank->slot, 0, bank->outside_count);
+  lm_real inside = sum_weights(bank->slot, bank->outside_count, bank->count);
   int32_t i;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
     lm_real widening = slot->edge_slope[1] - 1;
-    lm_status status = check_play(slot->radius_Nm, widening, slot->weight, fault);
-    if (status != LM_OK) {
-      return status;
-    }
     if (!(absolute(slot->edge_slope[0] - (1 - widening)) <= LM_PLAY_SUM_TOLERANCE)) {
-      return refuse(fault, LM_INCONSISTENT, "edge_slope", slot->edge_slope[0], 1 - widening,
-                    1 - widening);
+      return "edge_slope";
     }
     if (i >= bank->count && (slot->radius_Nm != 0 || widening != 0 || slot->weight != 0)) {
-      return refuse(fault, LM_INCONSISTENT, "padding", LM_REAL(i), 0, 0);
+      return "padding";
     }
   }
-  return LM_OK;
+  if (!agrees(bank->inside_share, inside) || inside > 1 + LM_PLAY_SUM_TOLERANCE) {
+    return "inside_share";
+  }
+  if (!agrees(bank->outside_rad_per_Nm, outside_rad_per_Nm) ||
+      (outside_rad_per_Nm > 0 && !((1 - inside) * least_slope_rad_per_Nm >= outside_rad_per_Nm))) {
+    return "outside_rad_per_Nm";
+  }
+  return 0;
 }
 
 lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm,
                              lm_fault *fault) {
   lm_status status;
-  lm_real outside_rad_per_Nm;
-  lm_real inside;
-  lm_real sticking_rad_per_Nm;
+  const char *wrong;
+  int32_t i;
   if (!bank) {
-    return refuse(fault, LM_NULL, "bank", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "bank", 0, 0, 0);
   }
   status = check_counts(bank->count, bank->outside_count, fault);
-  if (status == LM_OK) {
-    status = check_slots(bank, fault);
+  for (i = 0; status == LM_OK && i < LM_PLAYS_MAX; ++i) {
+    const lm_play_slot *slot = &bank->slot[i];
+    status = check_play(slot->radius_Nm, slot->edge_slope[1] - 1, slot->weight, fault);
   }
   if (status != LM_OK) {
     return status;
   }
-  outside_rad_per_Nm = sum_weights(bank->slot, 0, bank->outside_count);
-  if (!agrees(bank->outside_rad_per_Nm, outside_rad_per_Nm)) {
-    return refuse(fault, LM_INCONSISTENT, "outside_rad_per_Nm", bank->outside_rad_per_Nm,
-                  outside_rad_per_Nm, outside_rad_per_Nm);
-  }
-  inside = sum_weights(bank->slot, bank->outside_count, bank->count);
-  if (!agrees(bank->inside_share, inside) || inside > 1 + LM_PLAY_SUM_TOLERANCE) {
-    return refuse(fault, LM_INCONSISTENT, "inside_share", bank->inside_share, 0, least(inside, 1));
-  }
-  sticking_rad_per_Nm = (1 - inside) * least_slope_rad_per_Nm;
-  if (outside_rad_per_Nm > 0 && !(sticking_rad_per_Nm >= outside_rad_per_Nm)) {
-    return refuse(fault, LM_INCONSISTENT, "outside_rad_per_Nm", outside_rad_per_Nm, 0,
-                  sticking_rad_per_Nm);
-  }
-  return LM_OK;
+  wrong = find_inconsistent(bank, least_slope_rad_per_Nm);
+  return wrong ? lm_refuse(fault, LM_INCONSISTENT, wrong, 0, 0, 0) : LM_OK;
 }
 
 lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_Nm) {

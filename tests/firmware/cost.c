@@ -1,9 +1,13 @@
-/* Instructions of one step, counted by the QEMU plugin between mark_begin and mark_end, and the
- * stack it uses. MEASURE: 1 the model (curve and plays), 2 the whole compensator. */
+/* Instructions of one step, counted by a QEMU plugin between mark_begin and mark_end, and the stack
+ * it uses. MEASURE: 0 nothing (what the marks themselves cost), 1 the model (curve and plays), 2
+ * the whole compensator with limiter and status. */
 #include "drive.h"
 #include "target.h"
 
 #define STEPS 4000
+
+void mark_begin(void);
+void mark_end(void);
 
 __attribute__((noinline, used)) void mark_begin(void) {
   __asm__ volatile("");
@@ -15,46 +19,61 @@ __attribute__((noinline, used)) void mark_end(void) {
 static lm_parameters parameters;
 static lm_compensator compensator;
 static lm_memory memory;
+static lm_conditions at;
+
+/* Small moves, full swings, torque beyond the limit, reversal to zero, and none at all. */
+static lm_real next_torque(uint32_t *seed, int32_t k) {
+  lm_real reach = (k & 3) == 0 ? LM_REAL(150) : (k & 3) == 1 ? LM_REAL(40) : LM_REAL(3);
+  if ((k & 63) == 63) {
+    return 0;
+  }
+  if ((k & 63) == 62) {
+    return LM_REAL(1e30);
+  }
+  return draw_number(seed, -reach, reach);
+}
+
+/* Everything that can bind binds at some time: narrow room, wide room. */
+static void next_headroom(int32_t k) {
+  lm_headroom room;
+  lm_real share = (k & 512) ? LM_REAL(0.01) : LM_REAL(0.8);
+  room.correction_rad = LM_REAL(0.005) * share;
+  room.velocity_rad_s = LM_REAL(0.05) * share;
+  room.acceleration_rad_s2 = 20 * share;
+  room.jerk_rad_s3 = LM_REAL(4e4) * share;
+  lm_set_headroom(&compensator, &room);
+}
 
 int main(void) {
-  lm_conditions at;
-  lm_headroom room;
+  volatile lm_real sink = 0;
   uint32_t seed = 1;
-  uint32_t stack = 0;
+  int32_t deepest = 0;
   int32_t k;
-  if (make_drive(&parameters, 0) ||
-      lm_start_compensator(&compensator, &parameters, 0, 0) != LM_OK) {
+  if (make_drive(&parameters) || lm_start_compensator(&compensator, &parameters, 0, 0) != LM_OK) {
     return 1;
   }
   lm_start_model(&memory, 0);
   lm_settle_model(&parameters, &memory);
-  at = (lm_conditions){0};
-  room.correction_rad = LM_REAL(0.004);
-  room.velocity_rad_s = LM_REAL(0.04);
-  room.acceleration_rad_s2 = 15;
-  room.jerk_rad_s3 = LM_REAL(3e4);
-  lm_set_headroom(&compensator, &room);
   for (k = 0; k < STEPS; ++k) {
-    /* Small moves, full swings, torque beyond the limit, and no torque at all. */
-    lm_real reach = (k & 3) == 0 ? LM_REAL(150) : (k & 3) == 1 ? LM_REAL(40) : LM_REAL(3);
-    lm_real torque_Nm = (k & 63) == 63 ? LM_REAL(0) : draw_number(&seed, -reach, reach);
-    at.torque_Nm = torque_Nm;
-    at.output_angle_rad = torque_Nm * LM_REAL(1e-4);
-    target_paint_stack();
+    volatile uint32_t *sp;
+    int32_t used;
+    at.torque_Nm = next_torque(&seed, k);
+    at.output_angle_rad = at.torque_Nm * LM_REAL(1e-4);
+    next_headroom(k);
+    sp = target_paint_stack();
     mark_begin();
 #if MEASURE == 1
-    lm_step_model(&parameters, &memory, &at);
-#else
-    (void)lm_step_compensator(&compensator, &at);
+    sink = lm_step_model(&parameters, &memory, &at);
+#elif MEASURE == 2
+    sink = lm_step_compensator(&compensator, &at).correction_rad;
 #endif
     mark_end();
-    {
-      uint32_t used = target_used_stack();
-      stack = used > stack ? used : stack;
-    }
+    used = target_used_stack(sp);
+    deepest = used > deepest ? used : deepest;
   }
+  (void)sink;
   target_print("stack ");
-  target_print_number((int32_t)stack);
+  target_print_number(deepest);
   target_print("\n");
   return 0;
 }

@@ -54,35 +54,7 @@ static int make_curve(lm_parameters *parameters) {
 }
 #endif
 
-#if LM_EFFECTS_MAX > 0
-/* Values between the bounds that every effect accepts, different for each. */
-static void use_effect(lm_parameters *parameters, const lm_effect *effect) {
-  lm_effect_use *use = &parameters->effect[parameters->effect_count++];
-  int32_t i;
-  use->effect = effect;
-  for (i = 0; i < LM_EFFECT_VALUES_MAX; ++i) {
-    lm_real low = effect->bound[i][0];
-    lm_real high = effect->bound[i][1];
-    /* An amplitude small against its bound; a shape at a hundredth of its range. */
-    use->value[i] = low < 0 ? high * LM_REAL(1e-3) * (lm_real)(i + 1)
-                            : low + (high - low) * LM_REAL(0.01) * (lm_real)(i + 1);
-  }
-}
-
-static void make_effects(lm_parameters *parameters, int32_t effects) {
-  int32_t kind;
-  int32_t i;
-  for (kind = 0; kind <= (int32_t)LM_EFFECT_ANGLE; ++kind) {
-    for (i = 0; i < LM_EFFECT_COUNT; ++i) {
-      if ((int32_t)lm_effects[i]->kind == kind && parameters->effect_count < effects) {
-        use_effect(parameters, lm_effects[i]);
-      }
-    }
-  }
-}
-#endif
-
-int make_drive(lm_parameters *parameters, int32_t effects) {
+int make_drive(lm_parameters *parameters) {
   int failed;
   memset(parameters, 0, sizeof *parameters);
   parameters->format = LM_PARAMETERS_FORMAT;
@@ -100,11 +72,6 @@ int make_drive(lm_parameters *parameters, int32_t effects) {
   failed = make_plays(parameters);
 #if LM_PROFILE != LM_PROFILE_GAP
   failed |= make_curve(parameters);
-#endif
-#if LM_EFFECTS_MAX > 0 && !defined(WITHOUT_EFFECTS)
-  make_effects(parameters, effects);
-#else
-  (void)effects;
 #endif
   return failed || lm_check_parameters(parameters, 0) != LM_OK;
 }

@@ -21,6 +21,7 @@
 #define lm_check_parameters lm_check_parameters_f32
 #define lm_check_play_bank lm_check_play_bank_f32
 #define lm_check_radial_laws lm_check_radial_laws_f32
+#define lm_check_range lm_check_range_f32
 #define lm_check_tolerance_links lm_check_tolerance_links_f32
 #define lm_check_torsion_elements lm_check_torsion_elements_f32
 #define lm_check_unit lm_check_unit_f32
@@ -128,6 +129,7 @@
 #define lm_radial_gap_sum lm_radial_gap_sum_f32
 #define lm_radial_to_tangential lm_radial_to_tangential_f32
 #define lm_read_conditions lm_read_conditions_f32
+#define lm_refuse lm_refuse_f32
 #define lm_relaxation lm_relaxation_f32
 #define lm_restore_compensator lm_restore_compensator_f32
 #define lm_reversal_lost_motion lm_reversal_lost_motion_f32

@@ -6,8 +6,11 @@
  *                        GAP   STANDARD   FULL
  * LM_CURVE_POINTS_MAX     16         33     64   knots of the characteristic
  * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
- * LM_EFFECTS_MAX           0          8     27   secondary effects at work at once
- * LM_EFFECT_MEMORY_MAX     0          8     32   numbers of memory that all effects share
+ * LM_EFFECTS_MAX           0          0     27   secondary effects at work at once
+ * LM_EFFECT_MEMORY_MAX     0          0     32   numbers of memory that all effects share
+ *
+ * The standard profile takes a few effects as well: -DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6,
+ * say; the numbers of memory stand in each effect's file. The desktop library is built full.
  *
  * The gap profile has neither curve nor effects: its model is one play driven by the commanded
  * output angle, for controllers that know no torque.
@@ -16,8 +19,8 @@
 #define LOSTMOTION_PROFILE_H
 
 #define LM_PROFILE_GAP 1      /* one play, no curve */
-#define LM_PROFILE_STANDARD 2 /* 33 knots, 8 plays, up to 8 effects */
-#define LM_PROFILE_FULL 3     /* 64 knots, 16 plays, up to 27 effects */
+#define LM_PROFILE_STANDARD 2 /* 33 knots, 8 plays, no effects */
+#define LM_PROFILE_FULL 3     /* 64 knots, 16 plays, every effect */
 
 #ifndef LM_PROFILE
 #define LM_PROFILE LM_PROFILE_STANDARD /* LM_PROFILE_GAP, LM_PROFILE_STANDARD, LM_PROFILE_FULL */
@@ -53,12 +56,10 @@
 #endif
 
 #ifndef LM_EFFECTS_MAX
-#if LM_PROFILE == LM_PROFILE_GAP
-#define LM_EFFECTS_MAX 0
-#elif LM_PROFILE == LM_PROFILE_STANDARD
-#define LM_EFFECTS_MAX 8 /* 0 to 64: effects at work at once */
+#if LM_PROFILE == LM_PROFILE_FULL
+#define LM_EFFECTS_MAX 27 /* 0 to 64: effects at work at once */
 #else
-#define LM_EFFECTS_MAX 27
+#define LM_EFFECTS_MAX 0
 #endif
 #endif
 #if LM_EFFECTS_MAX < 0 || LM_EFFECTS_MAX > 64
@@ -66,12 +67,10 @@
 #endif
 
 #ifndef LM_EFFECT_MEMORY_MAX
-#if LM_PROFILE == LM_PROFILE_GAP
-#define LM_EFFECT_MEMORY_MAX 0
-#elif LM_PROFILE == LM_PROFILE_STANDARD
-#define LM_EFFECT_MEMORY_MAX 8 /* 0 to 256: numbers of memory shared by the effects at work */
+#if LM_PROFILE == LM_PROFILE_FULL
+#define LM_EFFECT_MEMORY_MAX 32 /* 0 to 256: numbers of memory shared by the effects at work */
 #else
-#define LM_EFFECT_MEMORY_MAX 32
+#define LM_EFFECT_MEMORY_MAX 0
 #endif
 #endif
 #if LM_EFFECT_MEMORY_MAX < 0 || LM_EFFECT_MEMORY_MAX > 256

@@ -36,6 +36,15 @@ typedef struct lm_fault {
 /* One sentence for a status; never null. Values outside the enumeration give "unknown status". */
 const char *lm_status_sentence(lm_status status);
 
+/* Fills the caller's fault, if there is one (fault may be null), and hands back the status. */
+lm_status lm_refuse(lm_fault *fault, lm_status status, const char *input, lm_real found,
+                    lm_real low, lm_real high);
+
+/* LM_OK when low <= value <= high; else refuses: LM_OUT_OF_RANGE, or LM_NOT_FINITE for NaN and
+ * infinity. */
+lm_status lm_check_range(lm_fault *fault, const char *input, lm_real value, lm_real low,
+                         lm_real high);
+
 LM_END_DECLS
 
 #endif
