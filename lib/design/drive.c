@@ -1,6 +1,7 @@
 #include "lostmotion/drive.h"
 
 #include "lostmotion/involute.h"
+#include "lostmotion/mesh.h"
 #include "lostmotion/shape.h"
 #include "real_math.h"
 #include "refuse.h"
@@ -90,9 +91,8 @@ static lm_status check_ratio(const lm_drive *d, lm_fault *fault) {
   const lm_real u = real_fabs(d->ratio);
   const lm_real flexspline = LM_REAL(d->teeth.flexspline_teeth) / LM_REAL(2);
   const lm_real rigid = LM_REAL(d->teeth.rigid_teeth) / LM_REAL(2);
-  const lm_status status = check_range(fault, "drive.ratio", u, LM_REAL(1), LM_REAL(1000));
-  if (status != LM_OK) {
-    return status;
+  if (!(u >= LM_REAL(1) && u <= LM_REAL(1000))) {
+    return refuse_range(fault, "drive.ratio", d->ratio, LM_REAL(1), LM_REAL(1000));
   }
   if (real_fabs(u - flexspline) > LM_REAL(1e-3) && real_fabs(u - rigid) > LM_REAL(1e-3)) {
     return refuse_contradiction(fault, "drive.ratio", d->ratio,
@@ -120,6 +120,7 @@ static lm_status check_given(const lm_drive *d, lm_fault *fault) {
 
 lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
   lm_geometry geometry;
+  lm_neutral_line line;
   lm_status status;
   if (drive == 0) {
     return refuse(fault, LM_NULL, "drive");
@@ -130,7 +131,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
     const lm_real d = m * LM_REAL(drive->teeth.flexspline_teeth);
     const lm_real s = drive->flexspline.rim_thickness_mm;
     const lm_real b = drive->teeth.face_width_mm;
-    const lm_real large = LM_REAL(1e12);
+    const lm_real large = LM_REAL(1e15);
     const lm_real least = LM_REAL(1e-9);
     const bound bounds[] = {
         {"flexspline.rim_thickness_mm", s, LM_REAL(0.002) * d, LM_REAL(0.1) * d},
@@ -159,7 +160,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
         {"support.engagement_limit_rad", drive->support.engagement_limit_rad, LM_REAL(5) * DEGREE,
          LM_REAL(90) * DEGREE},
         {"support.gap_limit_rad", drive->support.gap_limit_rad, LM_REAL(0.01) * ARCMIN,
-         LM_REAL(600) * ARCMIN},
+         LM_REAL(10) * DEGREE},
         {"gap.generator_mm", drive->gap.generator_mm, LM_REAL(0), m},
         {"gap.teeth_mm", drive->gap.teeth_mm, LM_REAL(0), m},
         {"gap.ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm, least, large},
@@ -186,6 +187,14 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
     status = lm_make_geometry(&drive->teeth, drive->generator.deflection_mm,
                               drive->flexspline.rim_thickness_mm, &geometry, fault);
   }
+  /* The coarsest line of the widest axial section tells whether there is one. */
+  if (status == LM_OK) {
+    const int sections = drive->axial_sections;
+    status = lm_make_neutral_line(
+        &drive->generator, drive->teeth.deformation, geometry.neutral_mm,
+        drive->generator.deflection_mm * lm_section_factor(drive, sections - 1, sections), 8, &line,
+        fault);
+  }
   return status;
 }
 
@@ -193,6 +202,17 @@ static void fill(lm_real *value, lm_real otherwise) {
   if (*value == LM_REAL(0)) {
     *value = otherwise;
   }
+}
+
+/* Of the cup; never beyond the 20 face widths that a drive may have. */
+static lm_real usual_length(lm_real diameter_mm, lm_real face_width_mm) {
+  const lm_real least = LM_REAL(2) * face_width_mm;
+  const lm_real most = LM_REAL(20) * face_width_mm;
+  const lm_real usual = LM_REAL(0.45) * diameter_mm;
+  if (usual < least) {
+    return least;
+  }
+  return usual > most ? most : usual;
 }
 
 static void fill_material(lm_material *material) {
@@ -283,10 +303,7 @@ lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) {
        (LM_REAL(65) + LM_REAL(2.5) * real_pow(real_fabs(filled.ratio), LM_REAL(2) / LM_REAL(3))) *
            LM_REAL(1e-4) * diameter);
   fill(&filled.flexspline.wall_thickness_mm, LM_REAL(0.6) * filled.flexspline.rim_thickness_mm);
-  fill(&filled.flexspline.length_mm,
-       LM_REAL(0.45) * diameter > LM_REAL(2) * filled.teeth.face_width_mm
-           ? LM_REAL(0.45) * diameter
-           : LM_REAL(2) * filled.teeth.face_width_mm);
+  fill(&filled.flexspline.length_mm, usual_length(diameter, filled.teeth.face_width_mm));
   fill_material(&filled.material);
   fill_support(&filled, diameter);
   filled.axial_sections = filled.axial_sections == 0 ? 1 : filled.axial_sections;

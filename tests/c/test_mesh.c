@@ -612,6 +612,7 @@ static void lists_refuse_nonsense_and_write_nothing(void) {
   assert_fault_range(-inf, -inf, inf);
   assert_refused(LM_TOO_SMALL, "capacity", lm_lobe_clearances(&mesh, 0, lobe, 100, &count, &fault));
   assert_fault_range(100, 101, inf);
+  TEST_ASSERT_EQUAL(LM_TOO_SMALL, lm_lobe_clearances(&mesh, 0, lobe, 100, &count, 0));
   TEST_ASSERT_EQUAL_MEMORY(before, lobe, sizeof lobe);
   TEST_ASSERT_EQUAL(-7, count);
   TEST_ASSERT_EQUAL(LM_OK, lm_lobe_clearances(&mesh, 0, lobe, 101, &count, 0));

@@ -133,7 +133,7 @@ typedef struct lm_drive {
  * rated_torque_Nm, teeth (all of it) and generator (type, deflection, contact angle), which must be
  * set, and replaces every other field that is 0 (a number) or empty (a chain) by:
  *   rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module times flexspline teeth; wall 0.6 s; length the
- *     larger of 0.45 d and 2 face widths
+ *     larger of 0.45 d and 2 face widths, 20 face widths at most
  *   steel: E 2.1e5, G 8e4 MPa, nu 0.3; sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
  *     psi 0.1, Y_z 1.45 (middle of the ranges in model.md 2.5)
  *   support: k_f 2600 N/mm^2, E I = 3.5e5 N mm^2 (d / 50 mm)^4 (a size 20, model.md 3.2), ring
@@ -149,7 +149,8 @@ lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault);
 /* Whether every value lies in its range and none contradicts another. The fault names the key as in
  * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT
  * (tooth numbers that are odd or do not differ by 2; generator against deformation; a flank that
- * does not reach its base circle; a ratio that the teeth cannot give). */
+ * does not reach its base circle; a ratio that the teeth cannot give). What is accepted here has a
+ * mesh: lm_make_mesh takes every axial section of it. */
 lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault);
 
 LM_END_DECLS
