@@ -116,7 +116,9 @@ def print_sheet(drive: Drive, chance: np.random.Generator, error: float, bias: f
     # A sheet promises hysteresis and lost motion in steps of half an arc minute.
     arcmin = 60 * ARCSEC
     hysteresis = np.ceil((unload[0] - load[0]) / arcmin * 2) / 2
-    lost_motion = np.ceil(2 * np.interp(0.04 * drive.rated_torque_Nm, ramp, centre) / arcmin * 2) / 2
+    lost_motion = (
+        np.ceil(2 * np.interp(0.04 * drive.rated_torque_Nm, ramp, centre) / arcmin * 2) / 2
+    )
     sheet = dict(drive.sheet)
     for name, value in zip(("K1", "K2", "K3"), stiffness, strict=True):
         sheet[f"{name}_Nm_per_rad"] = float(f"{value:.3g}")

@@ -16,7 +16,7 @@
 #include <stddef.h>
 
 enum { SLIPS_MAX = 16 };
-static const double angle_resolution_rad = 1e-13;
+static const double angle_resolution_rad = 1e-11;
 static const double widest_angle_rad = 0.1;
 enum { NEWTON_STEPS_MAX = 20, ITERATIONS_MAX = 100 };
 

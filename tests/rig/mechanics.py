@@ -19,6 +19,7 @@ ARCSEC = np.pi / 180 / 3600
 
 SOURCE = Path(__file__).with_name("mechanics.c")
 SLIPS_MAX = 16
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared")
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 
@@ -87,8 +88,7 @@ def kernel() -> ctypes.CDLL:
     if not library.exists():
         made = library.with_suffix(f".{os.getpid()}")
         subprocess.run(
-            [os.environ.get("CC", "cc"), "-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared"]
-            + ["-o", str(made), str(SOURCE), "-lm"],
+            [os.environ.get("CC", "cc"), *FLAGS, "-o", str(made), str(SOURCE), "-lm"],
             check=True,
         )
         made.replace(library)
@@ -142,11 +142,12 @@ class Drive:
         """Return the drive with some of its `SCALES` multiplied."""
         drive = self
         for name, factor in factors.items():
-            if name == "mesh_stiffness":
+            if name == "mesh":
                 change = {
+                    "pair_gap_rad": tuple(factor * side for side in self.pair_gap_rad),
                     "pair_stiffness_Nm_per_rad": tuple(
-                        factor * side for side in self.pair_stiffness_Nm_per_rad
-                    )
+                        side / factor for side in self.pair_stiffness_Nm_per_rad
+                    ),
                 }
             elif name == "tooth_gaps":
                 change = {"pair_gap_rad": tuple(factor * side for side in self.pair_gap_rad)}
@@ -157,7 +158,7 @@ class Drive:
 
 
 SCALES = (
-    "mesh_stiffness",
+    "mesh",
     "tooth_gaps",
     "radial_rad",
     "torsion_rad",
@@ -166,7 +167,11 @@ SCALES = (
     "slip_limit_Nm",
     "slip_angle_rad",
 )
-"""What a refit of a drive without hidden effects may rescale."""
+"""What a refit of a drive without hidden effects may rescale.
+
+Mesh, radial parts, torsion and gap are scaled by the angle that they give, in which the lost motion
+is all but linear.
+"""
 
 
 @dataclass

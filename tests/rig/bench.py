@@ -1,0 +1,379 @@
+"""A drive under a test plan: with and without hidden effects, and what a refit leaves of them.
+
+The residual of an effect is what an ideal refit of the drive without the effect leaves of it. Such
+a refit knows the rig's own mechanics and frees what `mechanics.SCALES` lists (stiffness of mesh,
+radial parts and torsion, gaps of teeth, radial gap and its knee, limits and wind-up of the
+friction) for the whole campaign, and the zero of each run. It is made on the torque as recorded.
+"""
+
+from __future__ import annotations
+
+import copy
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .drives import SIZES, build_drive, print_sheet
+from .hidden import HIDDEN, Bench, Readings
+from .mechanics import ARCSEC, SCALES, Array, Drive, Memory, Samples, turn
+from .plans import ROOM_C, make_plan
+
+SIGMA_ARCSEC = 1.5
+"""Noise of the angle, the unit of residuals."""
+SCATTER = {"stiffness": 0.003, "friction": 0.02, "gap": 0.01}
+"""Rms scatter from run to run, as shares."""
+COLOURED_SHARE = 0.3
+COLOUR = 0.85
+"""Share of the angle noise's variance that is first-order autoregressive, and its coefficient."""
+
+TANGENT_STEP = 0.01
+SCALE_PRIOR = 0.5
+SCALE_GAIN_ARCSEC = 0.05
+"""A refit does not change a scale by the one to win less than the other: stiffness can
+wander between mesh, radial parts and torsion with next to no change of the lost motion."""
+REFIT_STEPS = 16
+SEARCH_STEPS = 16
+THINNING = 5
+LEAST_SCALE, LARGEST_SCALE = 0.05, 5.0
+LEAST_GAIN = 0.01
+TANGENT_REACH = 0.4
+SIZE_TOLERANCE = 0.03
+CACHED = ("torque_Nm", "_starts", "plain", "tangents", "scatter_tangents", "_weight", "thinned")
+
+
+class TooSmallError(ValueError):
+    """No plausible magnitude leaves the wanted residual."""
+
+
+def stream(seed: int, name: str) -> np.random.Generator:
+    """Return chance for one purpose: the same seed deals the same noise to every effect."""
+    return np.random.default_rng([seed, zlib.crc32(name.encode())])
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What an ideal refit leaves of hidden effects."""
+
+    left_rad: Array
+    moves: Array
+    """By what share the refit has changed each of `SCALES`."""
+    tangents: Array
+    tangents_at: Array
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """Factors that the refit has put on the drive."""
+        return dict(zip(SCALES, (1 + self.moves).tolist(), strict=True))
+
+    @property
+    def arcsec(self) -> float:
+        """Rms over all rows."""
+        return float(np.sqrt(np.mean(self.left_rad**2)) / ARCSEC)
+
+
+class TestBench:
+    """One specimen of a drive under one plan, with its scatter from run to run."""
+
+    __test__ = False
+
+    def __init__(
+        self,
+        seed: int,
+        drive: int,
+        plan: str = "standard",
+        scatter: float = 1.0,
+        noise: float = 1.0,
+        sheet_error: float = 0.03,
+        sheet_bias: float = 0.0,
+        spike: bool = False,
+    ) -> None:
+        self.seed = seed
+        size = SIZES[drive % len(SIZES)]
+        made = build_drive(size, stream(seed, "drive"))
+        self.drive = print_sheet(made, stream(seed, "sheet"), sheet_error, sheet_bias)
+        self.plan = make_plan(plan, size.ratio, stream(seed, "plan"), spike)
+        self.scatter = scatter
+        self.noise = noise
+        chance = stream(seed, "scatter")
+        self.scattered = {
+            name: 1 + scatter * rms * chance.standard_normal(self.plan.runs)
+            for name, rms in SCATTER.items()
+        }
+
+    # --- turning the drive -----------------------------------------------------------------------
+
+    def _bench(self, drive: Drive, torque_Nm: Array, scattered: Mapping[str, Array]) -> Bench:
+        plan = self.plan
+        samples = Samples(
+            torque_Nm=torque_Nm.copy(),
+            gap_rad=drive.gap_rad * scattered["gap"][plan.run],
+            compliance=1 / scattered["stiffness"][plan.run],
+            friction=scattered["friction"][plan.run],
+            play_rad=np.zeros(len(plan.run)),
+            lobe_rad=np.zeros(len(plan.run)),
+            step_s=plan.step_s,
+        )
+        return Bench(plan, drive, samples, plan.temperature_C - ROOM_C)
+
+    @cached_property
+    def torque_Nm(self) -> Array:
+        """Torque that the rig applies."""
+        return self.plan.torque * self.drive.rated_torque_Nm
+
+    def phases(self, name: str) -> Array:
+        """Return the phases that chance has given an effect."""
+        return stream(self.seed, f"phase {name}").uniform(0, 2 * np.pi, 2)
+
+    def read(
+        self, effects: Mapping[str, float], phases: Mapping[str, Array] | None = None
+    ) -> Readings:
+        """Turn the drive with effects of the given magnitudes; no noise."""
+        bench = self._bench(self.drive, self.torque_Nm, self.scattered)
+        dealt = {name: (phases or {}).get(name, self.phases(name)) for name in effects}
+        for name, magnitude in effects.items():
+            before = HIDDEN[name].before
+            if before:
+                before(bench, magnitude, dealt[name])
+        turned = turn(bench.drive, bench.samples, Memory())
+        readings = Readings(turned, turned.angle_rad.copy(), self.torque_Nm.copy())
+        for name, magnitude in effects.items():
+            after = HIDDEN[name].after
+            if after:
+                after(bench, readings, magnitude, dealt[name])
+        return readings
+
+    def refitted(self, scales: Mapping[str, float], torque_Nm: Array) -> Array:
+        """Lost motion of the drive without effects, rescaled, at a recorded torque."""
+        drive = self.drive.scaled(dict(scales))
+        bench = self._bench(drive, torque_Nm, self.scattered)
+        return turn(drive, bench.samples, Memory()).angle_rad
+
+    # --- what a refit absorbs --------------------------------------------------------------------
+
+    @cached_property
+    def _starts(self) -> np.ndarray:
+        return np.array([rows.start for rows in self.plan.slices()])
+
+    def centred(self, columns: Array) -> Array:
+        """Take out the zero of each run."""
+        counts = np.bincount(self.plan.run)
+        means = np.add.reduceat(columns, self._starts, axis=0)
+        means = means / (counts if columns.ndim == 1 else counts[:, None])
+        return columns - means[self.plan.run]
+
+    @cached_property
+    def plain(self) -> Array:
+        """Lost motion without effects."""
+        return self.refitted({}, self.torque_Nm)
+
+    @property
+    def unscattered(self) -> Array:
+        """Lost motion without effects and without scatter from run to run."""
+        same = {name: np.ones_like(values) for name, values in self.scattered.items()}
+        bench = self._bench(self.drive, self.torque_Nm, same)
+        return turn(self.drive, bench.samples, Memory()).angle_rad
+
+    def tangents_at(self, moves: Array) -> Array:
+        """Change of the lost motion with each scale; a column each, centred."""
+        at = 1 + moves
+        here = self.refitted(dict(zip(SCALES, at, strict=True)), self.torque_Nm)
+        columns = np.empty((len(here), len(SCALES)))
+        for i in range(len(SCALES)):
+            there = at.copy()
+            there[i] += TANGENT_STEP
+            moved = self.refitted(dict(zip(SCALES, there, strict=True)), self.torque_Nm)
+            columns[:, i] = (moved - here) / TANGENT_STEP
+        return self.centred(columns)
+
+    @cached_property
+    def tangents(self) -> Array:
+        """The tangents of the drive as it is."""
+        return self.tangents_at(np.zeros(len(SCALES)))
+
+    @cached_property
+    def scatter_tangents(self) -> Array:
+        """Change with the stiffness, the friction and the gap, by which runs differ."""
+        columns = []
+        for name in SCATTER:
+            changed = self.scattered | {name: self.scattered[name] * (1 + TANGENT_STEP)}
+            bench = self._bench(self.drive, self.torque_Nm, changed)
+            turned = turn(self.drive, bench.samples, Memory())
+            columns.append((turned.angle_rad - self.plain) / TANGENT_STEP)
+        return np.column_stack(columns)
+
+    @cached_property
+    def _weight(self) -> float:
+        return len(self.plan.run) * (SCALE_GAIN_ARCSEC * ARCSEC / SCALE_PRIOR) ** 2
+
+    def absorb(
+        self,
+        effects: Mapping[str, float],
+        phases: Mapping[str, Array] | None = None,
+        start: Residual | None = None,
+    ) -> Residual:
+        """Refit the drive without effects to readings with them: Gauss and Newton's steps."""
+        readings = self.read(effects, phases)
+        same_torque = np.array_equal(readings.torque_Nm, self.torque_Nm)
+
+        def residual(moves: Array) -> tuple[Array, float]:
+            if same_torque and not moves.any():
+                base = self.plain
+            else:
+                base = self.refitted(dict(zip(SCALES, 1 + moves, strict=True)), readings.torque_Nm)
+            left = self.centred(readings.lost_motion_rad - base)
+            return left, float(left @ left + self._weight * moves @ moves)
+
+        nothing = np.zeros(len(SCALES))
+        moves, tangents, at = (
+            (start.moves, start.tangents, start.tangents_at)
+            if start
+            else (nothing, self.tangents, nothing)
+        )
+        left, cost = residual(moves)
+        damping = 1.0
+        for _ in range(REFIT_STEPS):
+            normal = tangents.T @ tangents
+            normal += self._weight * np.eye(len(SCALES)) + (damping - 1) * np.diag(np.diag(normal))
+            step = np.linalg.solve(normal, tangents.T @ left - self._weight * moves)
+            step = np.clip(moves + step, LEAST_SCALE - 1, LARGEST_SCALE - 1) - moves
+            new_left, new_cost = residual(moves + step)
+            gain = 1 - new_cost / cost
+            if gain > 0:
+                left, cost, moves = new_left, new_cost, moves + step
+                damping = 1.0
+            else:
+                damping = 1 + 10 * max(damping - 1, 0.001)
+            if 0 <= gain < LEAST_GAIN or damping > 1e3:
+                break
+            far = np.max(np.abs(np.log((1 + moves) / (1 + at)))) > TANGENT_REACH
+            if (gain < 0 or far) and not np.array_equal(at, moves):
+                tangents, at, damping = self.tangents_at(moves), moves, 1.0
+        return Residual(left, moves, tangents, at)
+
+    @cached_property
+    def thinned(self) -> TestBench:
+        """The same bench read less often, to find magnitudes quickly."""
+        bench = copy.copy(self)
+        # What the bench has worked out for all rows does not hold for the thinned ones.
+        for name in CACHED:
+            bench.__dict__.pop(name, None)
+        bench.plan = self.plan.thinned(THINNING)
+        return bench
+
+    def magnitude_for(self, name: str, sigma: float) -> tuple[float, Residual]:
+        """Find the magnitude of an effect that leaves `sigma` times the noise after a refit."""
+        hidden = HIDDEN[name]
+        scale = hidden.scale(self.drive)
+        if hidden.spike:
+            return hidden.typical, self.absorb({name: hidden.typical})
+        guess = hidden.typical * scale * min(sigma, 1.0)
+        start = None
+        if not hidden.quick:
+            guess, near = self.thinned._search(name, sigma, guess, None)
+            if np.max(np.abs(near.moves)) > TANGENT_REACH:
+                tangents = self.tangents_at(near.moves)
+                start = Residual(near.left_rad, near.moves, tangents, near.moves)
+        return self._search(name, sigma, guess, start)
+
+    def _search(
+        self, name: str, sigma: float, magnitude: float, start: Residual | None
+    ) -> tuple[float, Residual]:
+        hidden = HIDDEN[name]
+        wanted = sigma * SIGMA_ARCSEC
+        limit = hidden.limit * hidden.scale(self.drive)
+        low, high = 0.0, np.inf
+        for _ in range(SEARCH_STEPS):
+            residual = self.absorb({name: magnitude}, start=start)
+            found = residual.arcsec
+            if abs(found / wanted - 1) < SIZE_TOLERANCE:
+                return magnitude, residual
+            if found < wanted:
+                low = magnitude
+                if magnitude >= limit:
+                    break
+            else:
+                high = magnitude
+            guess = magnitude * min(max(wanted / max(found, 1e-9), 0.05), 20.0)
+            if not low < guess < high:
+                guess = (low + min(high, 2 * magnitude)) / 2
+            guess = min(guess, limit)
+            share = min(guess / magnitude, 2.0)
+            start = replace(residual, moves=np.maximum(residual.moves * share, LEAST_SCALE - 1))
+            magnitude = guess
+        raise TooSmallError(
+            f"{name}: {magnitude:.3g} {hidden.unit} leaves {found:.2g} arcsec after a refit, "
+            f"wanted {wanted:.2g} arcsec; the plan `{self.plan.name}` cannot show it"
+        )
+
+    # --- how well it can be seen at best ---------------------------------------------------------
+
+    def _whitened(self, columns: Array) -> list[Array]:
+        """Per run, columns under a filter that makes the angle noise white with unit variance."""
+        sigma = SIGMA_ARCSEC * ARCSEC * self.noise
+        white = (1 - COLOURED_SHARE) * sigma**2
+        drive = COLOURED_SHARE * sigma**2 * (1 - COLOUR**2)
+        # First-order autoregression plus white noise is an ARMA(1, 1): match its autocovariances.
+        ratio = -COLOUR * white / (drive + (1 + COLOUR**2) * white)
+        moving = (1 - np.sqrt(1 - 4 * ratio**2)) / (2 * ratio)
+        scale = np.sqrt(-COLOUR * white / moving)
+        return [
+            lfilter([1, -COLOUR], [1, moving], columns[rows], axis=0) / scale
+            for rows in self.plan.slices()
+        ]
+
+    def information(self, signatures: Array) -> Array:
+        """Fisher information of the signatures' amplitudes, refit and run scatter taken out.
+
+        `signatures` has a column each, in rad. With an amplitude of 1, an ideal test of one
+        signature alone finds it `sqrt(information[i, i])` standard deviations from nothing.
+        """
+        bases, scatters, count = len(SCALES), len(SCATTER), signatures.shape[1]
+        one = np.ones((len(self.plan.run), 1))
+        columns = np.hstack([one, self.scatter_tangents, self.tangents, signatures])
+        prior = np.diag([1 / max(self.scatter * rms, 1e-9) ** 2 for rms in SCATTER.values()])
+        total = np.zeros((bases + count, bases + count))
+        for rows in self._whitened(columns):
+            gram = rows.T @ rows
+            inner = gram[: 1 + scatters, : 1 + scatters].copy()
+            inner[1:, 1:] += prior
+            cross = gram[: 1 + scatters, 1 + scatters :]
+            total += gram[1 + scatters :, 1 + scatters :] - cross.T @ np.linalg.solve(inner, cross)
+        weight = self._weight / (SIGMA_ARCSEC * ARCSEC) ** 2
+        base = total[:bases, :bases] + weight * np.eye(bases)
+        cross = total[:bases, bases:]
+        return total[bases:, bases:] - cross.T @ np.linalg.solve(base, cross)
+
+    def signature(self, name: str, magnitude: float | None = None) -> Array:
+        """What is left of an effect, a column for each phase that it may have."""
+        hidden = HIDDEN[name]
+        size = hidden.typical * hidden.scale(self.drive) if magnitude is None else magnitude
+        phases = self.phases(name)
+        columns = [self.absorb({name: size}, {name: phases}).left_rad]
+        for i in range(hidden.phases):
+            turned = phases.copy()
+            turned[i] += np.pi / 2
+            columns.append(self.absorb({name: size}, {name: turned}).left_rad)
+        return np.column_stack(columns)
+
+    def twins(self, truth: Array, names: list[str]) -> dict[str, float]:
+        """Cosine between a residual and the nearest that each named effect could make of it.
+
+        1 means that this plan cannot tell them apart, whatever the method.
+        """
+        signatures = {name: self.signature(name) for name in names}
+        information = self.information(np.column_stack([truth, *signatures.values()]))
+        cosines, at = {}, 1
+        for name, columns in signatures.items():
+            mine = slice(at, at + columns.shape[1])
+            at = mine.stop
+            inner = information[mine, mine]
+            cross = information[0, mine]
+            near = cross @ np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ cross
+            whole = information[0, 0]
+            seen = np.trace(inner) > 1e-2 and whole > 0
+            cosines[name] = float(np.sqrt(max(near / whole, 0.0))) if seen else 0.0
+        return cosines
