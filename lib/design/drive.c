@@ -160,7 +160,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
         {"support.engagement_limit_rad", drive->support.engagement_limit_rad, LM_REAL(5) * DEGREE,
          LM_REAL(90) * DEGREE},
         {"support.gap_limit_rad", drive->support.gap_limit_rad, LM_REAL(0.01) * ARCMIN,
-         LM_REAL(10) * DEGREE},
+         LM_REAL(600) * ARCMIN},
         {"gap.generator_mm", drive->gap.generator_mm, LM_REAL(0), m},
         {"gap.teeth_mm", drive->gap.teeth_mm, LM_REAL(0), m},
         {"gap.ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm, least, large},

@@ -309,7 +309,7 @@ static void the_ends_of_a_range_are_in_range(void) {
     high = fault.high;
     TEST_ASSERT_TRUE_MESSAGE(in_range(n, low), n->key);
     TEST_ASSERT_TRUE_MESSAGE(in_range(n, high), n->key);
-    if (strstr(n->key, "_rad") != 0) {
+    if (strstr(n->key, "angle_rad") != 0) {
       TEST_ASSERT_TRUE_MESSAGE(in_range(n, LM_REAL(n->low)), n->key);
       TEST_ASSERT_TRUE_MESSAGE(in_range(n, LM_REAL(n->high)), n->key);
     }
