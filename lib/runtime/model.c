@@ -36,17 +36,30 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
     memory->effect[i] = is_finite(memory->effect[i]) ? memory->effect[i] : 0;
   }
 #endif
-#if LM_EFFECTS_MAX > 0
-  memory->width_scale = clamp(memory->width_scale, 1, LM_WIDTH_SCALE_MAX);
-#endif
   memory->plays.torque_Nm = torque_Nm;
+#if LM_EFFECTS_MAX > 0
+  /* Effects may have widened the bands; by how much just now is not known, by how much at most is.
+   */
+  if (parameters->effect_count > 0) {
+    memory->width_scale = clamp(memory->width_scale, 1, LM_WIDTH_SCALE_MAX);
+    (void)lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm,
+                                  memory->width_scale);
+    return;
+  }
+  memory->width_scale = 1;
+#endif
   lm_settle_plays(&parameters->plays, &memory->plays);
 }
 
 #if LM_EFFECTS_MAX > 0
-/* A condition that is not finite counts as not known. */
-NOINLINE static lm_real known(lm_real value, lm_real unknown) {
-  return is_finite(value) ? value : unknown;
+/* Beyond this no condition means anything, and products with an effect's values would leave float's
+ * range. */
+#define CONDITION_MAX LM_REAL(1e12)
+/* Between two samples, s; a clock that runs backwards stands still. */
+#define ELAPSED_MAX LM_REAL(1e6)
+
+static lm_real known(lm_real value, lm_real unknown) {
+  return is_within(value, CONDITION_MAX) ? value : unknown;
 }
 
 static void keep_known(lm_conditions *at) {
@@ -58,7 +71,7 @@ static void keep_known(lm_conditions *at) {
   at->cycles = known(at->cycles, 0);
   at->tilt_moment_Nm = known(at->tilt_moment_Nm, 0);
   at->axial_force_N = known(at->axial_force_N, 0);
-  at->elapsed_s = known(at->elapsed_s, 0);
+  at->elapsed_s = clamp(at->elapsed_s, 0, ELAPSED_MAX);
 }
 
 /* Apart from the plain model, so that its frame costs nothing where no effect is at work. Effects

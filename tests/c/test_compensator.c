@@ -308,6 +308,20 @@ static void a_saved_history_is_taken_up_again(void) {
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&next) == 0);
 }
 
+/* Cold grease had widened the bands: the plays stand where the wide bands put them. */
+static void a_history_of_wide_bands_is_taken_up_again(void) {
+  lm_saved saved;
+  lm_memory kept;
+  add_effect(&parameters, &lm_effect_thermal_friction, LM_REAL(0.03), 0);
+  at.temperature_C = -20;
+  rest(40, 10);
+  rest(-12, 10);
+  lm_save_compensator(&joint, &saved);
+  kept = joint.memory;
+  TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&joint, &saved, &fault));
+  TEST_ASSERT_EQUAL_MEMORY(&kept, &joint.memory, sizeof kept);
+}
+
 static void a_saved_history_that_does_not_belong_is_refused(void) {
   lm_saved saved;
   lm_memory kept;
@@ -451,6 +465,7 @@ int main(void) {
   RUN_TEST(a_known_start_has_no_uncertainty);
   RUN_TEST(a_change_of_parameters_makes_no_step);
   RUN_TEST(a_saved_history_is_taken_up_again);
+  RUN_TEST(a_history_of_wide_bands_is_taken_up_again);
   RUN_TEST(a_saved_history_that_does_not_belong_is_refused);
   RUN_TEST(the_watch_lets_a_model_work_that_fits);
   RUN_TEST(the_watch_fades_a_model_out_that_makes_it_worse);

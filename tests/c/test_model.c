@@ -239,7 +239,10 @@ static void settling_puts_any_memory_right(void) {
   TEST_ASSERT_TRUE(distance(step(10), step(10)) == 0);
   memory.plays.torque_Nm = 1 / zero;
   memory.effect[1] = 3;
+  memory.width_scale = 1 / zero;
+  add_effect(&parameters, &lm_effect_thermal_friction, LM_REAL(0.03), 0);
   lm_settle_model(&parameters, &memory);
+  TEST_ASSERT_TRUE(memory.width_scale == LM_WIDTH_SCALE_MAX);
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 80);
   TEST_ASSERT_TRUE(memory.effect[1] == 3);
 }
