@@ -1,0 +1,200 @@
+#if !defined(_WIN32)
+#define _POSIX_C_SOURCE 200809L
+#include <unistd.h>
+#endif
+
+#include "journal.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "spec.h"
+
+#define MAGIC "lostmotion journal 1\n"
+#define RECORD UINT32_C(0x4c4d414e)
+
+struct lm_journal {
+  FILE *file;
+};
+
+typedef struct header {
+  char magic[24];
+  uint64_t spec_hash;
+  uint32_t spec_length;
+  uint32_t answer_size; /* layout of this build */
+} header;
+
+typedef struct record_head {
+  uint32_t mark;
+  uint32_t length;
+  uint32_t crc; /* of the bytes that follow */
+} record_head;
+
+uint32_t lm_crc32(uint32_t crc, const void *bytes, size_t length) {
+  const unsigned char *at = (const unsigned char *)bytes;
+  size_t i;
+  int bit;
+  crc = ~crc;
+  for (i = 0; i < length; i++) {
+    crc ^= at[i];
+    for (bit = 0; bit < 8; bit++) {
+      crc = (crc >> 1) ^ (UINT32_C(0xedb88320) & (0u - (crc & 1u)));
+    }
+  }
+  return ~crc;
+}
+
+static void fill_header(header *h, const char *spec) {
+  memset(h, 0, sizeof *h);
+  memcpy(h->magic, MAGIC, sizeof MAGIC);
+  h->spec_hash = lm_hash_text(spec);
+  h->spec_length = (uint32_t)strlen(spec);
+  h->answer_size = (uint32_t)sizeof(lm_answer);
+}
+
+static lm_status flush(FILE *file) {
+  if (fflush(file) != 0) {
+    return LM_CORRUPT;
+  }
+#if !defined(_WIN32)
+  if (fsync(fileno(file)) != 0) {
+    return LM_CORRUPT;
+  }
+#endif
+  return LM_OK;
+}
+
+static lm_status wrap(FILE *file, lm_journal **journal) {
+  *journal = (lm_journal *)malloc(sizeof **journal);
+  if (*journal == NULL) {
+    fclose(file);
+    return LM_TOO_SMALL;
+  }
+  (*journal)->file = file;
+  return LM_OK;
+}
+
+lm_status lm_create_journal(const char *path, const char *spec, lm_journal **journal) {
+  header h;
+  FILE *file;
+  if (path == NULL || spec == NULL || journal == NULL) {
+    return LM_NULL;
+  }
+  file = fopen(path, "wb");
+  if (file == NULL) {
+    return LM_CORRUPT;
+  }
+  fill_header(&h, spec);
+  if (fwrite(&h, sizeof h, 1, file) != 1 || fwrite(spec, 1, h.spec_length, file) != h.spec_length ||
+      flush(file) != LM_OK) {
+    fclose(file);
+    return LM_CORRUPT;
+  }
+  return wrap(file, journal);
+}
+
+/* The found designs beyond found_count are not stored. */
+static size_t answer_length(const lm_answer *answer) {
+  return offsetof(lm_answer, found) + (size_t)answer->found_count * sizeof answer->found[0];
+}
+
+/* The next whole record; 0 at the end or at a torn one. */
+static int read_record(FILE *file, lm_answer *answer) {
+  record_head head;
+  memset(answer, 0, sizeof *answer);
+  return fread(&head, sizeof head, 1, file) == 1 && head.mark == RECORD &&
+         head.length >= offsetof(lm_answer, found) && head.length <= sizeof *answer &&
+         fread(answer, 1, head.length, file) == head.length &&
+         lm_crc32(0, answer, head.length) == head.crc && answer->found_count >= 0 &&
+         answer->found_count <= LM_FOUND_MAX && answer_length(answer) == head.length;
+}
+
+/* Read the header; the file stands behind it. */
+static lm_status check_header(FILE *file, const char *spec) {
+  header found;
+  header wanted;
+  fill_header(&wanted, spec);
+  if (fread(&found, sizeof found, 1, file) != 1 ||
+      memcmp(found.magic, wanted.magic, sizeof wanted.magic) != 0 ||
+      found.answer_size != wanted.answer_size) {
+    return LM_CORRUPT;
+  }
+  if (found.spec_hash != wanted.spec_hash || found.spec_length != wanted.spec_length) {
+    return LM_INCONSISTENT;
+  }
+  return fseek(file, (long)found.spec_length, SEEK_CUR) == 0 ? LM_OK : LM_CORRUPT;
+}
+
+/* Cut the file at a length. */
+static lm_status cut(FILE *file, long length) {
+#if !defined(_WIN32)
+  if (fflush(file) != 0 || ftruncate(fileno(file), length) != 0) {
+    return LM_CORRUPT;
+  }
+#endif
+  return fseek(file, length, SEEK_SET) == 0 ? LM_OK : LM_CORRUPT;
+}
+
+lm_status lm_resume_journal(const char *path, const char *spec,
+                            void (*sink)(void *context, const lm_answer *answer), void *context,
+                            lm_journal **journal, lm_journal_report *report) {
+  lm_answer *answer;
+  lm_status status;
+  FILE *file;
+  long whole;
+  long end;
+  if (path == NULL || spec == NULL || sink == NULL || journal == NULL || report == NULL) {
+    return LM_NULL;
+  }
+  memset(report, 0, sizeof *report);
+  file = fopen(path, "r+b");
+  if (file == NULL) {
+    return LM_CORRUPT;
+  }
+  answer = (lm_answer *)malloc(sizeof *answer);
+  status = answer == NULL ? LM_TOO_SMALL : check_header(file, spec);
+  if (status == LM_OK) {
+    whole = ftell(file);
+    while (read_record(file, answer)) {
+      sink(context, answer);
+      report->answers++;
+      whole = ftell(file);
+    }
+    status = fseek(file, 0, SEEK_END) == 0 ? LM_OK : LM_CORRUPT;
+    end = ftell(file);
+    report->torn = end != whole;
+    if (status == LM_OK) {
+      status = cut(file, whole);
+    }
+  }
+  free(answer);
+  if (status != LM_OK) {
+    fclose(file);
+    return status;
+  }
+  return wrap(file, journal);
+}
+
+lm_status lm_append_answer(lm_journal *journal, const lm_answer *answer) {
+  record_head head;
+  if (journal == NULL || answer == NULL) {
+    return LM_NULL;
+  }
+  head.mark = RECORD;
+  head.length = (uint32_t)answer_length(answer);
+  head.crc = lm_crc32(0, answer, head.length);
+  if (fwrite(&head, sizeof head, 1, journal->file) != 1 ||
+      fwrite(answer, 1, head.length, journal->file) != head.length) {
+    return LM_CORRUPT;
+  }
+  return flush(journal->file);
+}
+
+void lm_close_journal(lm_journal *journal) {
+  if (journal != NULL) {
+    fclose(journal->file);
+    free(journal);
+  }
+}

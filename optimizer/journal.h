@@ -1,0 +1,48 @@
+/* The answers of a search on disk, so that it can be killed at any moment and go on.
+ *
+ * One file: a header with the spec's text, then one record an answer. A record is written whole and
+ * brought to the disk before the search builds on it; a torn one at the end is dropped and its task
+ * done again. Bytes of this machine's layout: a journal is for the build that wrote it.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_JOURNAL_H
+#define LOSTMOTION_OPTIMIZER_JOURNAL_H
+
+#include <stdint.h>
+
+#include "solve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct lm_journal lm_journal;
+
+/* CRC-32 (ISO 3309) of bytes; start with 0. */
+uint32_t lm_crc32(uint32_t crc, const void *bytes, size_t length);
+
+/* Begin a journal; an existing file is replaced. LM_NULL, LM_CORRUPT (cannot be written: errno). */
+lm_status lm_create_journal(const char *path, const char *spec, lm_journal **journal);
+
+typedef struct lm_journal_report {
+  int answers; /* read */
+  int torn;    /* 1: the end of the file was no whole record and has been cut off */
+} lm_journal_report;
+
+/* Go on with a journal: every answer goes to the sink in the order of the file, then the journal
+ * stands open for more. LM_NULL; LM_CORRUPT: no such file (errno), no journal, or of another build;
+ * LM_INCONSISTENT: of another spec. */
+lm_status lm_resume_journal(const char *path, const char *spec,
+                            void (*sink)(void *context, const lm_answer *answer), void *context,
+                            lm_journal **journal, lm_journal_report *report);
+
+/* Add an answer and bring it to the disk. LM_NULL, LM_CORRUPT (errno: disk full and so on; what was
+ * written of it is cut off by the next resume). */
+lm_status lm_append_answer(lm_journal *journal, const lm_answer *answer);
+
+void lm_close_journal(lm_journal *journal);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

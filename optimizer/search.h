@@ -1,0 +1,102 @@
+/* The search as a sequence of batches of independent tasks.
+ *
+ *   lm_search *search = lm_open_search(&problem);
+ *   while ((count = lm_next_tasks(search, &tasks)) > 0)
+ *     for each task, anywhere and in any order:
+ *       lm_run_task(&problem, &task, &answer, ...); lm_accept_answer(search, &answer);
+ *
+ * What follows depends on the answers, never on their order or time: a batch is reduced in the
+ * order of its tasks when the last answer is in. So one thread, many, a cluster, and a search fed
+ * from a journal end in the same bytes.
+ *
+ * Stages: bounds prune combinations without any evaluation; a screen looks at a few points of each;
+ * a race halves them while it doubles their budget; the last ones are polished; then the budget
+ * goes into the trade-off (two objectives: levels of the second one; more: directions) or, for one
+ * objective, into restarts; in the end the designs of the front are settled (whole grades, no
+ * violation between the angles of the scan), which is not charged to the budget.
+ *
+ * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
+ * bound excludes it. Only "pruned" is a proof.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_SEARCH_H
+#define LOSTMOTION_OPTIMIZER_SEARCH_H
+
+#include "solve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How a combination ended. */
+typedef enum lm_fate {
+  LM_FATE_NOT_REACHED = 0, /* the budget did not reach it, or the search was stopped */
+  LM_FATE_PRUNED,          /* a limit excludes it before any search */
+  LM_FATE_DOMINATED,       /* screened or raced, behind others */
+  LM_FATE_SOLVED,          /* polished */
+  LM_FATE_COUNT
+} lm_fate;
+
+const char *lm_fate_name(int fate); /* "not reached", ... */
+
+typedef enum lm_search_stage {
+  LM_STAGE_SCREEN = 0,
+  LM_STAGE_RACE,
+  LM_STAGE_POLISH,
+  LM_STAGE_SPREAD, /* trade-off or restarts */
+  LM_STAGE_SETTLE,
+  LM_STAGE_DONE
+} lm_search_stage;
+
+typedef struct lm_progress {
+  int stage;
+  int has_best; /* 1: best_* hold a feasible design */
+  int best_combination;
+  double best_value; /* of the first objective */
+  int evaluations;   /* charged so far */
+  int budget;
+  double feasible_share; /* of all evaluations */
+  int refused;           /* evaluations that the model refused or that gave no number */
+  int tasks_done;
+  int fate[LM_FATE_COUNT]; /* combinations by fate; those still in the race count as not reached */
+  int front_size;
+} lm_progress;
+
+typedef struct lm_search lm_search;
+
+/* A search of a prepared problem; null: out of memory. */
+lm_search *lm_open_search(const lm_problem *problem);
+void lm_close_search(lm_search *search);
+
+/* The tasks whose answers are awaited; 0: the search has ended. *tasks stays valid until the last
+ * of them is answered. */
+int lm_next_tasks(lm_search *search, const lm_task **tasks);
+
+/* Take an answer; one that is not awaited (a repetition) is ignored. LM_NULL, LM_OUT_OF_RANGE (an
+ * id of no awaited or answered task). */
+lm_status lm_accept_answer(lm_search *search, const lm_answer *answer);
+
+/* 1 when the answer to this task is in. */
+int lm_is_answered(const lm_search *search, int id);
+
+void lm_read_progress(const lm_search *search, lm_progress *progress);
+
+/* Designs none of which is better than another in every objective, rising in the first one; settled
+ * ones alone as soon as there are any. Returns their number and writes at most `capacity`. */
+int lm_read_front(const lm_search *search, lm_found front[], int capacity);
+
+/* The design with the smallest first objective; 0 when there is none yet. */
+int lm_read_best(const lm_search *search, lm_found *best);
+
+/* Fate of a combination, and for a pruned one the limit (lm_limit, or -1: no drive can be built).
+ */
+int lm_read_fate(const lm_search *search, int combination, int *limit);
+
+/* Least violating design met; 0 when the model refused every point. For lm_explain_infeasible. */
+int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FREE_MAX],
+                    double *violation);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,101 @@
+/* One unit of the search's work: screen, improve or settle designs of one combination.
+ *
+ * A task and its answer are plain bytes. The answer depends on the problem and the task alone, so
+ * it may be computed by any thread, process or machine of the same build, in any order.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_SOLVE_H
+#define LOSTMOTION_OPTIMIZER_SOLVE_H
+
+#include <stdint.h>
+
+#include "points.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A point counts as feasible when no scaled limit is broken by more than this. */
+#define LM_FEASIBLE 1e-6
+
+/* Designs that one task reports besides its best. */
+#define LM_FOUND_MAX 48
+
+typedef struct lm_found {
+  int combination;
+  int settled; /* 1: rounded to whole grades and checked on the fine scan */
+  double unit[LM_FREE_MAX];
+  double objective[LM_OBJECTIVE_MAX];
+} lm_found;
+
+/* What a task makes small: the largest over the objectives of
+ *   weight (f - origin) / scale,
+ * with each objective at most `most`. A weight of 0 leaves an objective out. */
+typedef struct lm_aim {
+  double weight[LM_OBJECTIVE_MAX];
+  double origin[LM_OBJECTIVE_MAX];
+  double scale[LM_OBJECTIVE_MAX];
+  double most[LM_OBJECTIVE_MAX]; /* HUGE_VAL: no bound */
+} lm_aim;
+
+typedef enum lm_task_kind {
+  LM_TASK_SCREEN = 0, /* the best of a few scattered points, gaps closed */
+  LM_TASK_SLSQP,      /* gradients, epigraph form */
+  LM_TASK_COBYLA,     /* no gradients, largest limits of each group */
+  LM_TASK_ISRES,      /* population of 60 */
+  LM_TASK_SETTLE      /* whole grades, no violation between the angles of the scan */
+} lm_task_kind;
+
+typedef struct lm_task {
+  int id; /* place in the search's order, from 0 */
+  int kind;
+  int combination;
+  int budget; /* plain evaluations */
+  uint64_t seed;
+  lm_aim aim;
+  double unit[LM_FREE_MAX]; /* start */
+} lm_task;
+
+typedef struct lm_answer {
+  int id;
+  int combination;
+  int computed; /* 1: unit and what follows hold a design */
+  int plain;    /* evaluations without */
+  int slopes;   /* and with derivatives */
+  int refused;  /* of both, that the model refused or that gave no number */
+  int feasible; /* of both, that broke no limit */
+  int found_count;
+  double value; /* of the aim */
+  double violation;
+  double unit[LM_FREE_MAX];
+  double figure[LM_FIGURE_COUNT];
+  lm_found found[LM_FOUND_MAX]; /* feasible, none better than another in every objective */
+} lm_answer;
+
+/* Charge of an answer against the budget. */
+int lm_charge_of(const lm_problem *problem, const lm_answer *answer);
+
+/* The aim that makes the first objective small. */
+void lm_lead_aim(lm_aim *aim);
+
+/* Value of an aim at given objectives; bounds of the aim are not counted. */
+double lm_aim_value(const lm_problem *problem, const lm_aim *aim, const double objective[]);
+
+/* Do a task. stop: watched between evaluations, may be null; when it is set the answer is of no use
+ * and LM_NOT_CONVERGED is returned. LM_NULL. */
+lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer *answer,
+                      lm_workspace *workspace, const volatile int *stop);
+
+/* --- infeasibility --- */
+
+/* How far each limit must be relaxed so that a design exists: the point that makes the sum of all
+ * relative violations small, from the given start. relax[LM_LIMIT_COUNT]: scaled violations (0: the
+ * limit can hold), in the unit of evaluate.h. LM_NULL, LM_NOT_CONVERGED (stopped). */
+lm_status lm_explain_infeasible(const lm_problem *problem, int combination, double unit[],
+                                int budget, double relax[], lm_workspace *workspace,
+                                const volatile int *stop);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

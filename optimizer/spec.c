@@ -1,0 +1,375 @@
+#include "spec.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "lostmotion/drive.h"
+#include "lostmotion/tolerance.h"
+
+#define WORDS_MAX (LM_CHOICE_VALUES_MAX + 2)
+#define LINE_MAX_CHARACTERS 2048
+
+/* A line in words. */
+typedef struct statement {
+  char line[LINE_MAX_CHARACTERS];
+  char *word[WORDS_MAX];
+  int count;
+} statement;
+
+static const char *const generator_names[] = {"cosine", "ellipse", "discs", "rollers", "ring"};
+static const char *const deformation_names[] = {"internal", "external"};
+static const char *const level_names[] = {"worst", "probable", "quantile"};
+static const char *const distribution_names[] = {"normal", "normal_inspected", "triangular",
+                                                 "uniform"};
+static const char *const zone_names[] = {"generator", "teeth"};
+
+#define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
+
+const char *lm_generator_name(int type) {
+  return type >= 0 && type < COUNT(generator_names) ? generator_names[type] : "";
+}
+
+uint64_t lm_hash_text(const char *text) {
+  uint64_t hash = UINT64_C(0xcbf29ce484222325);
+  for (; *text != '\0'; text++) {
+    hash = (hash ^ (unsigned char)*text) * UINT64_C(0x100000001b3);
+  }
+  return hash;
+}
+
+static lm_status complain(lm_spec_error *error, int line, const char *what, const char *word) {
+  error->line = line;
+  snprintf(error->text, sizeof error->text, "%s: \"%.60s\"", what, word);
+  return LM_CORRUPT;
+}
+
+/* Index of a word in a list of names, or -1. */
+static int find_name(const char *word, const char *const names[], int count) {
+  int i;
+  for (i = 0; i < count; i++) {
+    if (strcmp(word, names[i]) == 0) {
+      return i;
+    }
+  }
+  return -1;
+}
+
+/* A number, or a name of a drive file that stands for one. */
+static int read_number(const char *word, double *value) {
+  char *end;
+  int name = find_name(word, generator_names, COUNT(generator_names));
+  if (name < 0) {
+    name = find_name(word, deformation_names, COUNT(deformation_names));
+  }
+  if (name >= 0) {
+    *value = name;
+    return 1;
+  }
+  *value = strtod(word, &end);
+  return end != word && *end == '\0';
+}
+
+/* Cut a line into words; returns the next line or null. */
+static const char *read_line(const char *text, statement *s) {
+  const char *end = strchr(text, '\n');
+  size_t length = end != NULL ? (size_t)(end - text) : strlen(text);
+  char *at;
+  if (length >= sizeof s->line) {
+    length = sizeof s->line - 1;
+  }
+  memcpy(s->line, text, length);
+  s->line[length] = '\0';
+  at = strchr(s->line, '#');
+  if (at != NULL) {
+    *at = '\0';
+  }
+  s->count = 0;
+  at = s->line;
+  while (s->count < WORDS_MAX) {
+    at += strspn(at, " \t\r");
+    if (*at == '\0') {
+      break;
+    }
+    s->word[s->count++] = at;
+    at += strcspn(at, " \t\r");
+    if (*at != '\0') {
+      *at++ = '\0';
+    }
+  }
+  return end != NULL ? end + 1 : NULL;
+}
+
+/* Statements of one number. */
+static double *single_number(lm_problem *p, const char *word) {
+  if (strcmp(word, "rated_torque_Nm") == 0) {
+    return &p->rated_torque_Nm;
+  }
+  if (strcmp(word, "torque_Nm") == 0) {
+    return &p->torque_Nm;
+  }
+  if (strcmp(word, "ratio_sign") == 0) {
+    return &p->ratio_sign;
+  }
+  if (strcmp(word, "damaged_share") == 0) {
+    return &p->damaged_share;
+  }
+  return NULL;
+}
+
+static int *single_integer(lm_problem *p, const char *word) {
+  if (strcmp(word, "evaluations") == 0) {
+    return &p->evaluations;
+  }
+  if (strcmp(word, "phases") == 0) {
+    return &p->phases;
+  }
+  if (strcmp(word, "rigid_gear_turns") == 0) {
+    return &p->rigid_gear_turns;
+  }
+  return NULL;
+}
+
+static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  const int key = lm_find_key(s->word[1]);
+  double value[WORDS_MAX];
+  int i;
+  if (key < 0) {
+    return complain(error, line, "unknown key", s->word[1]);
+  }
+  for (i = 2; i < s->count; i++) {
+    if (!read_number(s->word[i], &value[i])) {
+      return complain(error, line, "expected a number", s->word[i]);
+    }
+  }
+  p->given[key] = 1;
+  if (strcmp(s->word[0], "fixed") == 0 && s->count == 3) {
+    p->value[key] = value[2];
+    return LM_OK;
+  }
+  if (strcmp(s->word[0], "choose") == 0 && p->choice_count < LM_CHOICE_MAX) {
+    lm_choice *choice = &p->choice[p->choice_count++];
+    choice->key = key;
+    choice->count = s->count - 2;
+    memcpy(choice->value, value + 2, (size_t)choice->count * sizeof value[0]);
+    return LM_OK;
+  }
+  if (s->count == 4 && p->range_count < LM_FREE_MAX && strcmp(s->word[0], "fixed") != 0) {
+    lm_range *range = &p->range[p->range_count++];
+    range->key = key;
+    range->whole = strcmp(s->word[0], "whole") == 0;
+    range->low = value[2];
+    range->high = value[3];
+    return LM_OK;
+  }
+  return complain(error, line, "wrong number of values, or too many variables", s->word[1]);
+}
+
+static lm_status read_limit(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  lm_bounds *b = &p->bounds;
+  double value = 0;
+  int limit;
+  if (s->count != 3 || !read_number(s->word[2], &value)) {
+    return complain(error, line, "expected one number after the limit", s->word[1]);
+  }
+  if (strcmp(s->word[1], "free_assembly") == 0) {
+    b->free_assembly = value != 0;
+    return LM_OK;
+  }
+  if (strcmp(s->word[1], "gap_at_worst_corner") == 0) {
+    b->gap_at_worst_corner = value != 0;
+    return LM_OK;
+  }
+  for (limit = LM_LIMIT_SAFETY; limit < LM_LIMIT_COUNT; limit++) {
+    if (strcmp(s->word[1], lm_limit_name(limit)) == 0) {
+      break;
+    }
+  }
+  switch (limit) {
+    case LM_LIMIT_SAFETY:
+      b->safety_factor_min = value;
+      break;
+    case LM_LIMIT_OUTER_DIAMETER:
+      b->outer_diameter_max_mm = value;
+      break;
+    case LM_LIMIT_INTERFERENCE:
+      b->interference_max_mm = value;
+      break;
+    case LM_LIMIT_GAP:
+      b->gap_min_arcmin = value;
+      break;
+    case LM_LIMIT_COUNT:
+      return complain(error, line, "unknown limit", s->word[1]);
+    default:
+      /* A stiffness in N m/rad is a largest compliance in arcmin per N m. */
+      b->figure_max[limit - LM_LIMIT_FIGURE] =
+          limit == LM_LIMIT_FIGURE + LM_FIGURE_COMPLIANCE && value > 0
+              ? 10800.0 / 3.14159265358979323846 / value
+              : value;
+      break;
+  }
+  return LM_OK;
+}
+
+static lm_status read_link(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  lm_graded_link *link = &p->link[p->link_count < LM_LINK_MAX ? p->link_count : 0];
+  double value[5];
+  int i;
+  if (s->count != 8 || p->link_count == LM_LINK_MAX) {
+    return complain(error, line, "expected 7 values, or too many links", s->word[0]);
+  }
+  for (i = 0; i < 5; i++) {
+    if (!read_number(s->word[i + 1], &value[i])) {
+      return complain(error, line, "expected a number", s->word[i + 1]);
+    }
+  }
+  link->influence = value[0];
+  link->diameter_mm = value[1];
+  link->position = value[2];
+  link->offset_mm = value[3];
+  link->cost_weight = value[4];
+  link->distribution = find_name(s->word[6], distribution_names, COUNT(distribution_names));
+  link->zone = find_name(s->word[7], zone_names, COUNT(zone_names));
+  if (link->distribution < 0) {
+    return complain(error, line, "unknown distribution", s->word[6]);
+  }
+  if (link->zone < 0) {
+    return complain(error, line, "unknown zone", s->word[7]);
+  }
+  p->link_count++;
+  return LM_OK;
+}
+
+/* `columns` numbers of a chain member. */
+static lm_status read_member(const statement *s, double *member, int columns, int *count, int line,
+                             lm_spec_error *error) {
+  int i;
+  if (s->count != columns + 1 || *count == LM_CHAIN_MAX) {
+    return complain(error, line, "wrong number of values, or too many members", s->word[0]);
+  }
+  for (i = 0; i < columns; i++) {
+    if (!read_number(s->word[i + 1], &member[*count * columns + i])) {
+      return complain(error, line, "expected a number", s->word[i + 1]);
+    }
+  }
+  (*count)++;
+  return LM_OK;
+}
+
+static lm_status read_cost(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  double value = 0;
+  int type;
+  if (s->count != 3 || !read_number(s->word[2], &value)) {
+    return complain(error, line, "expected one number after the coefficient", s->word[1]);
+  }
+  type = find_name(s->word[1], generator_names, COUNT(generator_names));
+  if (strcmp(s->word[1], "tolerance_exponent") == 0) {
+    p->cost.tolerance_exponent = value;
+  } else if (strcmp(s->word[1], "size") == 0) {
+    p->cost.size = value;
+  } else if (type >= 0) {
+    p->cost.generator[type] = value;
+  } else {
+    return complain(error, line, "unknown coefficient of cost", s->word[1]);
+  }
+  return LM_OK;
+}
+
+static lm_status read_ratio(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  double low = 0;
+  double high = 0;
+  if (s->count != 3 || !read_number(s->word[1], &low) || !read_number(s->word[2], &high) ||
+      lm_choose_teeth_by_ratio(p, low, high, NULL) != LM_OK) {
+    return complain(error, line, "expected a lowest and a highest ratio that teeth can give",
+                    s->word[0]);
+  }
+  p->given[LM_KEY_FLEXSPLINE_TEETH] = 1;
+  return LM_OK;
+}
+
+static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  const char *word = s->word[0];
+  double value = 0;
+  int name;
+  if (strcmp(word, "link") == 0) {
+    return read_link(s, p, line, error);
+  }
+  if (strcmp(word, "radial") == 0) {
+    return read_member(s, &p->radial[0][0], 4, &p->radial_count, line, error);
+  }
+  if (strcmp(word, "torsion") == 0) {
+    return read_member(s, &p->torsion[0][0], 2, &p->torsion_count, line, error);
+  }
+  if (strcmp(word, "ratio") == 0) {
+    return read_ratio(s, p, line, error);
+  }
+  if (s->count < 2) {
+    return complain(error, line, "expected a value", word);
+  }
+  if (strcmp(word, "fixed") == 0 || strcmp(word, "range") == 0 || strcmp(word, "whole") == 0 ||
+      strcmp(word, "choose") == 0) {
+    return read_variable(s, p, line, error);
+  }
+  if (strcmp(word, "limit") == 0) {
+    return read_limit(s, p, line, error);
+  }
+  if (strcmp(word, "cost") == 0) {
+    return read_cost(s, p, line, error);
+  }
+  if (strcmp(word, "objective") == 0) {
+    name = lm_find_figure(s->word[1]);
+    if (name < 0 || p->objective_count == LM_OBJECTIVE_MAX) {
+      return complain(error, line, "unknown objective, or more than four", s->word[1]);
+    }
+    p->objective[p->objective_count++] = name;
+    return LM_OK;
+  }
+  if (strcmp(word, "level") == 0) {
+    name = find_name(s->word[1], level_names, COUNT(level_names));
+    if (name < 0) {
+      return complain(error, line, "expected worst, probable or quantile", s->word[1]);
+    }
+    p->level = name;
+    return LM_OK;
+  }
+  if (!read_number(s->word[1], &value)) {
+    return complain(error, line, "expected a number", s->word[1]);
+  }
+  if (strcmp(word, "seed") == 0) {
+    p->seed = (unsigned int)value;
+  } else if (single_number(p, word) != NULL) {
+    *single_number(p, word) = value;
+  } else if (single_integer(p, word) != NULL) {
+    *single_integer(p, word) = (int)value;
+  } else {
+    return complain(error, line, "unknown statement", word);
+  }
+  return LM_OK;
+}
+
+lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *error) {
+  statement s;
+  lm_fault fault;
+  lm_status status;
+  int line = 1;
+  if (text == NULL || problem == NULL || error == NULL) {
+    return LM_NULL;
+  }
+  lm_start_problem(problem);
+  for (; text != NULL; line++) {
+    text = read_line(text, &s);
+    if (s.count > 0) {
+      status = read_statement(&s, problem, line, error);
+      if (status != LM_OK) {
+        return status;
+      }
+    }
+  }
+  status = lm_prepare_problem(problem, &fault);
+  if (status != LM_OK) {
+    error->line = 0;
+    snprintf(error->text, sizeof error->text, "%s: %s (found %g, expected %g to %g)", fault.input,
+             lm_status_sentence(status), fault.found, fault.low, fault.high);
+  }
+  return status;
+}
