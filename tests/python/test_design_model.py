@@ -202,11 +202,9 @@ def build(document: Document) -> DesignModel:
 def evaluate(document: Document, torque: Any) -> Any:
     try:
         return build(document).characteristic(torque)
-    except LibraryError as error:
+    except InputError as error:
         # Teeth that cannot meet, or that run to a point before they meet, are no design.
-        assume(
-            "no pair of teeth can touch" not in str(error) and "tooth thickness" not in str(error)
-        )
+        assume("teeth that cannot touch" not in str(error) and "tooth thickness" not in str(error))
         raise
 
 
@@ -237,7 +235,7 @@ def test_exchanging_the_flanks_mirrors_the_characteristic(document: Document, at
     torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]
     try:
         one = model.characteristic(torque).total_rad
-    except LibraryError:
+    except InputError:
         assume(False)
         return
     np.testing.assert_allclose(one, -one[::-1], atol=1e-7 * one[-1])
@@ -273,7 +271,7 @@ def test_both_precisions_agree_within_a_hundredth_of_an_arcmin(document: Documen
     try:
         one = DesignModel(design, 64).characteristic(torque).total_rad
         two = DesignModel(design, 32).characteristic(torque).total_rad
-    except LibraryError:
+    except InputError:
         assume(False)
         return
     np.testing.assert_allclose(one, two, atol=0.01 * ARCMIN)

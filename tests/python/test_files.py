@@ -35,5 +35,5 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(
 
 
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"missing/answer\.json: found No such file"):
+    with pytest.raises(InputError, match=r"missing/answer\.json: found no such folder"):
         write_whole(tmp_path / "missing" / "answer.json", "x")

@@ -127,7 +127,7 @@ def test_a_broken_file_is_refused(write: Write, reader: str, content: str, part:
 @pytest.mark.parametrize(
     ("name", "content", "part"),
     [
-        ("a.csv.gz", b"not gzip", "unreadable file"),
+        ("a.csv.gz", b"not gzip", "unreadable gzip"),
         ("a.csv", b"\xff\xfe\x00", "not UTF-8"),
         ("a.parquet", b"PAR0", "unreadable Parquet"),
         ("a.xlsx", b"", "a file 'a.xlsx'"),

@@ -9,7 +9,6 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 import numpy as np
@@ -19,7 +18,7 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
-from lostmotion.files import write_whole
+from lostmotion.files import check_place, write_whole
 from lostmotion.model import make_backbone
 from lostmotion.predict import clearances, predict
 from lostmotion.recordings import parse_map, read_campaign, recording_files
@@ -33,6 +32,18 @@ DEFAULT_TORQUES = 33
 
 TORQUES_MAX = 1025
 """Torques that one evaluation of the library takes."""
+
+TORQUE_MAX_NM = 1e6
+"""Largest torque that the library takes."""
+
+PHASE_MAX_DEG = 360.0
+"""Largest tooth phase; it repeats with every tooth."""
+
+ANGLE_MAX_DEG = 90.0
+"""Teeth of one lobe lie within this of the deformation axis."""
+
+SEED_MAX = 2**63 - 1
+"""Largest seed of anything random."""
 
 SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg")
 """Options whose value may begin with a minus sign."""
@@ -56,6 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.command is None:
             parser.print_help()
             return BAD_INPUT
+        check_places(arguments)
         arguments.run(arguments)
         sys.stdout.flush()
     except SystemExit as stop:
@@ -142,7 +154,7 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument("drive", metavar="DRIVE", help="drive file")
     added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
     add_map(added)
-    added.add_argument("--seed", type=int, default=1, help="of the tests for chance (default: 1)")
+    added.add_argument("--seed", default="1", help="of the tests for chance (default: 1)")
     add_report(added)
 
     added = command(
@@ -178,22 +190,46 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 
 
 def check_places(arguments: argparse.Namespace) -> None:
-    """Refuse places that cannot be written to before anything is written."""
+    """Refuse places that cannot be written to, or that hold an input, before any work."""
+    taken = {name: f"the input '{name}'" for name in input_files(arguments)}
     for option in ("json", "report"):
         file = getattr(arguments, option, None)
-        if file not in (None, "-") and not Path(file).absolute().parent.is_dir():
-            raise InputError(f"--{option}", "", f"'{file}'", "a file in a folder that exists")
+        if file is None or (option, file) == ("json", "-"):
+            continue
+        check_place(f"--{option}", file)
+        place = os.path.realpath(file)
+        for other, what in taken.items():
+            if os.path.realpath(other) == place:
+                raise InputError(f"--{option}", "", what, "a file of its own")
+        taken[file] = f"the place of --{option}, '{file}'"
 
 
-def number(option: str, text: str) -> float:
-    """Read a finite number of the command line."""
+def input_files(arguments: argparse.Namespace) -> list[str]:
+    """Files that a command line names for reading."""
+    data = getattr(arguments, "data", None) or []
+    drive = getattr(arguments, "drive", None)
+    return [name for name in [drive, *data] if name and "\0" not in name]
+
+
+def number(option: str, text: str, limit: float) -> float:
+    """Read a number of the command line whose size is at most `limit`."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
         raise InputError(option, "", f"'{text}'", "a number")
+    if abs(value) > limit:
+        raise InputError(option, "", f"'{text}'", f"a number from {-limit:g} to {limit:g}")
     return value
+
+
+def whole_number(option: str, text: str, low: int, high: int) -> int:
+    """Read an integer of the command line."""
+    digits = text.isascii() and text.isdecimal() and len(text) <= len(str(high))
+    if not digits or not low <= int(text) <= high:
+        raise InputError(option, "", f"'{text}'", f"an integer from {low} to {high}")
+    return int(text)
 
 
 def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -204,10 +240,11 @@ def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.fl
     parts = text.split(":")
     if len(parts) != 3:
         raise InputError("--torque", "", f"'{text}'", expected)
-    low, high = number("--torque", parts[0]), number("--torque", parts[1])
-    if not parts[2].isdecimal() or not 2 <= int(parts[2]) <= TORQUES_MAX or not low < high:
+    low, high = (number("--torque", part, TORQUE_MAX_NM) for part in parts[:2])
+    spaced = np.linspace(low, high, whole_number("--torque", parts[2], 2, TORQUES_MAX))
+    if not np.all(np.diff(spaced) > 0):
         raise InputError("--torque", "", f"'{text}'", expected)
-    return np.linspace(low, high, int(parts[2]))
+    return spaced
 
 
 def deliver(answer: dict[str, Any], to: str | None, show: Callable[[TextIO], None]) -> None:
@@ -225,10 +262,9 @@ def deliver(answer: dict[str, Any], to: str | None, show: Callable[[TextIO], Non
 def run_predict(arguments: argparse.Namespace) -> None:
     """``lostmotion predict``."""
     drive = read_drive(arguments.drive)
-    phase = math.radians(number("--phase-deg", arguments.phase_deg))
+    phase = math.radians(number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
     answer = predict(drive, torques(arguments.torque, drive.rated_torque_Nm), phase)
     if arguments.report is not None:
-        check_places(arguments)
         lead = "What the drive file says that the drive will do."
         section = drive_section(drive, phase)
         write_report(
@@ -240,29 +276,25 @@ def run_predict(arguments: argparse.Namespace) -> None:
 def run_clearances(arguments: argparse.Namespace) -> None:
     """``lostmotion clearances``."""
     drive = read_drive(arguments.drive)
-    phase = math.radians(number("--phase-deg", arguments.phase_deg))
+    phase = math.radians(number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
     angles = None
     if arguments.angles_deg is not None:
         texts = arguments.angles_deg.split(",")
-        angles = np.radians([number("--angles-deg", text) for text in texts])
+        angles = np.radians([number("--angles-deg", text, ANGLE_MAX_DEG) for text in texts])
     answer = clearances(drive, phase, angles)
     deliver(answer, arguments.json, lambda out: show_clearances(answer, out))
 
 
 def run_compare(arguments: argparse.Namespace) -> None:
     """``lostmotion compare``."""
+    seed = whole_number("--seed", arguments.seed, 0, SEED_MAX)
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
-    campaign = read_campaign(
-        [Path(path) for path in arguments.data], ratio=drive.ratio, mapping=mapping
-    )
+    campaign = read_campaign(arguments.data, ratio=drive.ratio, mapping=mapping)
     largest = float(np.max(np.abs(campaign.column("torque"))))
     with Progress("comparing") as progress:
-        result = compare(
-            make_backbone(drive, largest), campaign, seed=arguments.seed, progress=progress
-        )
+        result = compare(make_backbone(drive, largest), campaign, seed=seed, progress=progress)
     if arguments.report is not None:
-        check_places(arguments)
         lead = "Recordings against the model of their drive: where it fits and where it fails."
         section = comparison_section(drive, result, recording_files(arguments.data))
         write_report(

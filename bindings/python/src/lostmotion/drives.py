@@ -19,7 +19,7 @@ from typing import Any
 from lostmotion import structs, units
 from lostmotion.catalogue import Catalogue
 from lostmotion.errors import InputError, did_you_mean
-from lostmotion.files import write_whole
+from lostmotion.files import read_bytes, write_whole
 from lostmotion.keys import Key, read_table, show
 from lostmotion.structs import Design, Entry
 
@@ -59,18 +59,21 @@ EFFECTS = (
 )
 """Names of the effects that an [[effect]] table may carry."""
 
+LEAST_TORQUE_NM, MOST_TORQUE_NM = 1e-6, 1e6
+"""Torques of a drive: the library's own upper bound, and a millionth of the smallest gear's."""
+
 DRIVE_KEYS = (
     Key("name", kind="text"),
     Key("ratio", required=True, low=-1000, high=1000),
-    Key("rated_torque", "Nm", required=True, above=0),
+    Key("rated_torque", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),
 )
 
 CATALOGUE_KEYS = (
-    Key("T1", "Nm", required=True, above=0),
-    Key("T2", "Nm", required=True, above=0),
-    Key("K1", "Nm_per_rad", required=True, above=0),
-    Key("K2", "Nm_per_rad", required=True, above=0),
-    Key("K3", "Nm_per_rad", required=True, above=0),
+    Key("T1", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),
+    Key("T2", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),
+    Key("K1", "Nm_per_rad", required=True, low=1e-3, high=1e12),
+    Key("K2", "Nm_per_rad", required=True, low=1e-3, high=1e12),
+    Key("K3", "Nm_per_rad", required=True, low=1e-3, high=1e12),
     Key("hysteresis", "rad", low=0, high=0.1),
     Key("lost_motion", "rad", low=0, high=0.1),
 )
@@ -121,19 +124,26 @@ def read_drive(file: str | Path) -> Drive:
     InputError
         Unknown keys, wrong units, wrong types and impossible values: file, key, found, expected.
     """
-    path = Path(file)
+    return parse_drive(read_toml(file, "a drive file"), str(file))
+
+
+def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
+    """Read a TOML file, a byte order mark and any line ends allowed.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read or is no TOML; `expected` says what kind of file it should be.
+    """
+    raw = read_bytes(file, expected)
     try:
-        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(raw.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        raise InputError(path, "", "bytes that are not UTF-8", "a TOML file") from None
-    except OSError as error:
-        found = "no such file" if isinstance(error, FileNotFoundError) else str(error.strerror)
-        raise InputError(path, "", found, "a drive file") from None
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, "", f"{error}", "TOML") from None
-    return parse_drive(document, str(path))
+        raise InputError(file, "", "bytes that are not UTF-8", f"TOML ({expected})") from None
+    except RecursionError:
+        raise InputError(file, "", "too many tables in each other", f"TOML ({expected})") from None
+    except ValueError as error:  # of the format, or a number with thousands of digits
+        raise InputError(file, "", str(error), f"TOML ({expected})") from None
 
 
 def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
@@ -253,7 +263,7 @@ def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None
         if "kind" not in entry:
             raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(kinds))
         kind = entry["kind"]
-        if kind not in kinds:
+        if not isinstance(kind, str) or kind not in kinds:
             hint = did_you_mean(kind, kinds) if isinstance(kind, str) else ""
             raise InputError(file, f"{at}.kind", show(kind), "one of " + ", ".join(kinds) + hint)
         head = (Key("kind", kind="text"), Key("name", kind="text"))

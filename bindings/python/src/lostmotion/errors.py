@@ -31,8 +31,8 @@ class InputError(LostMotionError):
         self.key = key
         self.found = found
         self.expected = expected
-        place = ": ".join(part for part in (self.file, key) if part)
-        super().__init__(one_line(f"{place}: found {found}, expected {expected}"))
+        place = ": ".join(shorten(part) for part in (self.file, key) if part)
+        super().__init__(one_line(f"{place}: found {shorten(found)}, expected {expected}"))
 
 
 class LibraryError(LostMotionError):
@@ -72,9 +72,23 @@ class LibraryError(LostMotionError):
         super().__init__(text)
 
 
+FOUND_MAX = 200
+"""Longest quotation of what was found, in characters."""
+
+
 def one_line(text: str) -> str:
-    """Return `text` without line breaks, so that an error message stays one line."""
-    return " ".join(text.split())
+    """Return `text` on one line that any terminal can show: odd characters as escapes."""
+    line = " ".join(text.split())
+    if line.isprintable():
+        return line
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+
+
+def shorten(text: str) -> str:
+    """Return `text`, its middle left out when it is long."""
+    if len(text) <= FOUND_MAX:
+        return text
+    return f"{text[: FOUND_MAX // 2]} ... {text[-FOUND_MAX // 4 :]}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

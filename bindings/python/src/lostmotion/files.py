@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Files: read with every failure told, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -10,6 +10,52 @@ from pathlib import Path
 from lostmotion.errors import InputError
 
 
+def reason(error: Exception) -> str:
+    """Say in a few words why a file could not be used."""
+    if isinstance(error, FileNotFoundError):
+        return "no such file"
+    return (error.strerror if isinstance(error, OSError) else str(error)) or "an error"
+
+
+def read_bytes(path: str | Path, expected: str) -> bytes:
+    """Read a file.
+
+    Raises
+    ------
+    InputError
+        When there is none, or it cannot be read; `expected` says what it should be.
+    """
+    try:
+        return Path(path).read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a path that no system has
+        raise InputError(path, "", reason(error), expected) from None
+
+
+def check_place(option: str, path: str | Path) -> None:
+    """Refuse a place that no file can be written to, before any work is done for it.
+
+    Raises
+    ------
+    InputError
+        Names the option and the path.
+    """
+    try:
+        place = Path(path).absolute()
+        if "\0" in str(path):
+            found = "a path that holds a NUL"
+        elif place.is_dir():
+            found = f"the folder '{path}'"
+        elif not place.parent.is_dir():
+            found = f"'{path}', whose folder does not exist"
+        elif not os.access(place.parent, os.W_OK):
+            found = f"'{path}', whose folder cannot be written to"
+        else:
+            return
+    except (OSError, ValueError) as error:
+        found = f"'{path}' ({reason(error)})"
+    raise InputError(option, "", found, "a file in a folder that exists")
+
+
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write a file beside its place and rename it, so that nobody ever sees half of it.
 
@@ -19,11 +65,13 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         When the folder does not exist or cannot be written to.
     """
     path = Path(path)
-    data = content.encode() if isinstance(content, str) else content
+    # A file name may hold bytes that are no text; they are shown, not lost.
+    data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
     try:
         handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    except OSError as error:
-        raise InputError(path, "", error.strerror or "an error", "a place to write to") from None
+    except (OSError, ValueError) as error:
+        found = "no such folder" if isinstance(error, FileNotFoundError) else reason(error)
+        raise InputError(path, "", found, "a place to write to") from None
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
@@ -34,7 +82,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         os.chmod(beside, 0o666 & ~mask)
         os.replace(beside, path)
     except OSError as error:
-        raise InputError(path, "", error.strerror or "an error", "a place to write to") from None
+        raise InputError(path, "", reason(error), "a place to write to") from None
     finally:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(beside)

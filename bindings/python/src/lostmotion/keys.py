@@ -13,6 +13,10 @@ from lostmotion.errors import InputError, did_you_mean
 Kind = Literal["real", "integer", "switch", "text", "choice"]
 
 
+INTEGER_MAX = 2**31 - 1
+"""Integers beyond it are none that the library can hold."""
+
+
 @dataclass(frozen=True)
 class Key:
     """One key of a table.
@@ -185,30 +189,40 @@ def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) 
     if key.kind == "choice" and value not in key.choices:
         raise InputError(file, at, show(value), key.expected + did_you_mean(value, key.choices))
     if key.kind != "real":
-        if key.kind == "integer" and not key.low <= value <= key.high:
-            raise InputError(file, at, show(value), _range(key, unit))
+        if key.kind == "integer":
+            low, high = max(key.low, -INTEGER_MAX), min(key.high, INTEGER_MAX)
+            if not low <= value <= high:
+                raise InputError(file, at, show(value), f"{key.expected} from {low} to {high}")
         return value
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
     if not math.isfinite(number):
-        raise InputError(file, at, show(number), "a finite number")
+        raise InputError(file, at, show(value), "a finite number")
     if unit is not None:
-        number = units.convert(number, unit.symbol, key.unit)
+        number = _kept(key).from_si(unit.to_si(number))
     if not (number > key.above and key.low <= number <= key.high):
-        raise InputError(file, at, show(float(value)), _range(key, unit))
+        raise InputError(file, at, show(value), _range(key, unit))
     return number
+
+
+def _kept(key: Key) -> units.Unit:
+    """Return the unit in which a key is kept; a pure number has the unit 1."""
+    return units.unit(key.unit) if key.unit else units.Unit("", units.DIMENSIONLESS, 1.0)
 
 
 def _range(key: Key, unit: units.Unit | None) -> str:
     """Say the range of a key in the unit that the file uses."""
 
     def local(bound: float) -> str:
-        return f"{units.convert(bound, key.unit, unit.symbol) if unit else bound:.6g}"
+        return f"{unit.from_si(_kept(key).to_si(bound)) if unit else bound:.6g}"
 
     parts = []
     if math.isfinite(key.above):
         parts.append(f"above {local(key.above)}")
     if math.isfinite(key.low) and math.isfinite(key.high):
-        parts.append(f"{local(key.low)} to {local(key.high)}")
+        parts.append(f"from {local(key.low)} to {local(key.high)}")
     elif math.isfinite(key.low):
         parts.append(f"at least {local(key.low)}")
     elif math.isfinite(key.high):

@@ -5,7 +5,9 @@ Thin objects over the C library; all loops over teeth, torques and axial section
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -116,7 +118,8 @@ class DesignModel:
             )
         )
 
-    def _call(self, call: Any) -> None:
+    def _call(self, call: Callable[[Any], int]) -> None:
+        """Make a call; what it refuses is the design's fault, but for the caller's arguments."""
         structs.with_fault(self.design, self.core, call)
 
     @property
@@ -153,9 +156,8 @@ class DesignModel:
                 capacity = c.lib.LM_LOBE_TEETH_MAX
                 found = c.ffi.new("lm_clearance[]", capacity)
                 count = c.ffi.new("int *")
-                fault = c.fault()
-                status = c.lib.lm_lobe_clearances(mesh, phase_rad, found, capacity, count, fault)
-                c.check(status, fault)
+                room = (found, capacity, count)
+                self._call(partial(c.lib.lm_lobe_clearances, mesh, phase_rad, *room))
                 number = count[0]
             else:
                 angles = np.atleast_1d(np.asarray(angles_rad, dtype=np.float64))
@@ -180,24 +182,26 @@ class DesignModel:
 
         Raises
         ------
+        InputError
+            When the design's teeth cannot carry a torque.
         LibraryError
-            When no teeth can carry, or the torques do not rise.
+            When the torques do not rise.
         """
         c = self.core
         torque = c.array(np.atleast_1d(torque_Nm))
         found = c.ffi.new("lm_contributions[]", max(1, torque.size))
-        fault = c.fault()
-        status = c.lib.lm_evaluate_characteristic(
-            self.drive,
-            phase_rad,
-            c.pointer(torque),
-            torque.size,
-            found,
-            c.ffi.NULL,
-            self._workspace,
-            fault,
+        self._call(
+            lambda fault: c.lib.lm_evaluate_characteristic(
+                self.drive,
+                phase_rad,
+                c.pointer(torque),
+                torque.size,
+                found,
+                c.ffi.NULL,
+                self._workspace,
+                fault,
+            )
         )
-        c.check(status, fault)
         table = c.records(found, torque.size).copy()
         return Characteristic(
             torque,
@@ -214,22 +218,22 @@ class DesignModel:
         torque = c.array([self.rated_torque_Nm])
         found = c.ffi.new("lm_contributions[]", 1)
         state = c.ffi.new("lm_mesh_state *")
-        fault = c.fault()
-        status = c.lib.lm_evaluate_characteristic(
-            self.drive, phase_rad, c.pointer(torque), 1, found, state, self._workspace, fault
+        self._call(
+            lambda fault: c.lib.lm_evaluate_characteristic(
+                self.drive, phase_rad, c.pointer(torque), 1, found, state, self._workspace, fault
+            )
         )
-        c.check(status, fault)
         return {name: getattr(state, name) for name in dir(state)}
 
     def reversal_lost_motion(self, torque_Nm: float, phase_rad: float = 0.0) -> float:
         """Lost motion of a reversal at plus and minus a torque, in rad."""
         c = self.core
         one = c.ffi.new("lm_real *")
-        fault = c.fault()
-        status = c.lib.lm_reversal_lost_motion(
-            self.drive, phase_rad, torque_Nm, one, self._workspace, fault
+        self._call(
+            lambda fault: c.lib.lm_reversal_lost_motion(
+                self.drive, phase_rad, torque_Nm, one, self._workspace, fault
+            )
         )
-        c.check(status, fault)
         return float(one[0])
 
     def checks(self, steps_per_pitch: int = 8) -> list[Check]:
@@ -237,12 +241,10 @@ class DesignModel:
         c = self.core
         meshes = self._workspace.meshes
         smallest = c.ffi.new("lm_smallest_gap *")
-        fault = c.fault()
-        status = c.lib.lm_find_smallest_gap(meshes, self.sections, steps_per_pitch, smallest, fault)
-        c.check(status, fault)
+        where = (meshes, self.sections)
+        self._call(partial(c.lib.lm_find_smallest_gap, *where, steps_per_pitch, smallest))
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
-        status = c.lib.lm_check_design(self.drive, meshes, self.sections, smallest, found, fault)
-        c.check(status, fault)
+        self._call(partial(c.lib.lm_check_design, self.drive, *where, smallest, found))
         return [
             Check(
                 c.ffi.string(c.lib.lm_check_name(i)).decode(),
@@ -270,12 +272,11 @@ class DesignModel:
             nominal.lower_mm = nominal.upper_mm = gap
             nominal.zone = i
         limits = c.ffi.new("lm_tolerance_limits *")
-        fault = c.fault()
         result = {}
         count = drive.tolerance_count + 2
-        c.check(c.lib.lm_worst_limits(links, count, limits, fault), fault)
+        self._call(partial(c.lib.lm_worst_limits, links, count, limits))
         result["worst_min"], result["worst_max"] = limits.total_min_mm, limits.total_max_mm
-        c.check(c.lib.lm_probable_limits(links, count, PROBABLE_T, limits, fault), fault)
+        self._call(partial(c.lib.lm_probable_limits, links, count, PROBABLE_T, limits))
         result["probable_min"], result["probable_max"] = limits.total_min_mm, limits.total_max_mm
         return result
 
@@ -284,11 +285,8 @@ class DesignModel:
         c = self.core
         state = self.mesh_state()
         one = c.ffi.new("lm_real *")
-        fault = c.fault()
-        status = c.lib.lm_radial_gap_angle(
-            gap_mm, state["flank_angle_rad"], state["radius_mm"], one, fault
-        )
-        c.check(status, fault)
+        where = (state["flank_angle_rad"], state["radius_mm"])
+        self._call(partial(c.lib.lm_radial_gap_angle, gap_mm, *where, one))
         return float(one[0])
 
 

@@ -11,6 +11,8 @@ import csv
 import gzip
 import hashlib
 import io
+import math
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +23,7 @@ import numpy.typing as npt
 
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean
+from lostmotion.files import read_bytes, reason
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -30,11 +33,17 @@ SUFFIXES = (".csv", ".csv.gz", ".parquet")
 
 @dataclass(frozen=True)
 class Quantity:
-    """A measured quantity: its name, the unit it is kept in, and what a reader may call it."""
+    """A measured quantity: its name, the unit it is kept in, and what its values may be.
+
+    The range is far beyond any drive: what lies outside it is another unit, a damaged file or a
+    number that arithmetic cannot bear.
+    """
 
     name: str
     unit: str
     dimension: units.Dimension
+    low: float
+    high: float
 
     @property
     def column(self) -> str:
@@ -45,17 +54,17 @@ class Quantity:
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        Quantity("run", "", units.DIMENSIONLESS),
-        Quantity("time", "s", units.TIME),
-        Quantity("torque", "Nm", units.TORQUE),
-        Quantity("input_angle", "rad", units.ANGLE),
-        Quantity("output_angle", "rad", units.ANGLE),
-        Quantity("lost_motion", "rad", units.ANGLE),
-        Quantity("temperature", "C", units.TEMPERATURE),
-        Quantity("cycles", "", units.DIMENSIONLESS),
-        Quantity("tilt_moment", "Nm", units.TORQUE),
-        Quantity("axial_force", "N", units.FORCE),
-        Quantity("direction", "", units.DIMENSIONLESS),
+        Quantity("run", "", units.DIMENSIONLESS, -math.inf, math.inf),
+        Quantity("time", "s", units.TIME, -1e12, 1e12),
+        Quantity("torque", "Nm", units.TORQUE, -1e6, 1e6),
+        Quantity("input_angle", "rad", units.ANGLE, -1e9, 1e9),
+        Quantity("output_angle", "rad", units.ANGLE, -1e9, 1e9),
+        Quantity("lost_motion", "rad", units.ANGLE, -1e9, 1e9),
+        Quantity("temperature", "C", units.TEMPERATURE, -units.ZERO_CELSIUS_K, 1e4),
+        Quantity("cycles", "", units.DIMENSIONLESS, 0.0, 1e15),
+        Quantity("tilt_moment", "Nm", units.TORQUE, -1e6, 1e6),
+        Quantity("axial_force", "N", units.FORCE, -1e9, 1e9),
+        Quantity("direction", "", units.DIMENSIONLESS, -1e6, 1e6),
     )
 }
 
@@ -324,14 +333,22 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
         When a path does not exist, is of another kind, or a folder holds no recording.
     """
     found: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(SUFFIXES))
+    for given in paths:
+        path = Path(given)
+        try:
+            inside = sorted(path.iterdir()) if path.is_dir() and str(given) else None
+            there, regular = path.exists(), path.is_file()
+        except OSError as error:
+            wanted = "a recording or a folder of them"
+            raise InputError(path, "", reason(error), wanted) from None
+        if inside is not None:
+            inside = [p for p in inside if p.name.lower().endswith(SUFFIXES)]
             if not inside:
                 raise InputError(path, "", "no recording", "files ending in " + ", ".join(SUFFIXES))
             found.extend(inside)
-        elif not path.is_file():
-            raise InputError(path, "", "no such file", "a recording or a folder of them")
+        elif not regular:
+            what = "something that is no file" if there and str(given) else "no such file"
+            raise InputError(given, "", what, "a recording or a folder of them")
         elif not path.name.lower().endswith(SUFFIXES):
             raise InputError(path, "", f"a file '{path.name}'", "a name in " + ", ".join(SUFFIXES))
         else:
@@ -400,6 +417,7 @@ def _read_file(
         values = meaning.sign * _numbers(name, column, table[column])
         if meaning.unit is not None:
             values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
+        _check_range(name, column, values, meaning.quantity)
         numbers[quantity] = np.ascontiguousarray(values)
     rows = len(numbers["torque"])
     if rows == 0:
@@ -426,6 +444,20 @@ def _read_file(
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
     return runs
+
+
+def _check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:
+    """Refuse numbers that this quantity cannot have; what is not finite is counted elsewhere."""
+    beyond = np.isfinite(values) & ~((values >= quantity.low) & (values <= quantity.high))
+    if np.any(beyond):
+        row = int(np.flatnonzero(beyond)[0])
+        unit = f" {quantity.unit}" if quantity.unit else ""
+        raise InputError(
+            file,
+            column,
+            f"{values[row]:.6g}{unit} in row {row + 1}",
+            f"{quantity.low:g} to {quantity.high:g}{unit}",
+        )
 
 
 def _run_codes(
@@ -640,15 +672,15 @@ def _from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
 
 
 def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
+    raw = read_bytes(file, "a CSV file")
     try:
-        raw = file.read_bytes()
         if file.name.lower().endswith(".gz"):
             raw = gzip.decompress(raw)
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(file, "", "bytes that are not UTF-8", "a CSV file") from None
-    except (OSError, EOFError) as error:
-        raise InputError(file, "", f"unreadable file ({error})", "a CSV file") from None
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(file, "", f"unreadable gzip ({error})", "a whole .csv.gz file") from None
     skip = 0
     lines = text.splitlines()
     while skip < len(lines) and (not lines[skip].strip() or lines[skip].startswith("#")):
@@ -657,7 +689,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
         raise InputError(file, "", "an empty file", "a header line and samples")
     header_line = lines[skip]
     delimiter = next((d for d in ",;\t" if d in header_line), ",")
-    header = [name.strip() for name in next(csv.reader([header_line], delimiter=delimiter))]
+    header = [name.strip() for name in _fields(file, [header_line], delimiter)[0]]
     _refuse_twins(file, header)
     try:
         import pyarrow
@@ -680,11 +712,18 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
     return _from_arrow(table)
 
 
+def _fields(file: Path, lines: list[str], delimiter: str) -> list[list[str]]:
+    try:
+        return list(csv.reader(lines, delimiter=delimiter))
+    except csv.Error as error:
+        raise InputError(file, "", str(error), "lines of numbers") from None
+
+
 def _parse_csv(
     file: Path, header: list[str], lines: list[str], delimiter: str
 ) -> dict[str, npt.NDArray[Any]]:
     """Read CSV without pyarrow."""
-    rows = [row for row in csv.reader(lines, delimiter=delimiter) if row]
+    rows = [row for row in _fields(file, lines, delimiter) if row]
     for number, row in enumerate(rows, start=1):
         if len(row) != len(header):
             raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -87,6 +88,9 @@ TOOTH_DEFAULTS: dict[str, float | int] = {
     "teeth.root_clearance": 0.35,  # fine modules, up to 0.5 mm
 }
 """What the library leaves to the designer and a file may leave out."""
+
+ARGUMENTS = ("phase_rad", "torque_Nm", "angle_rad", "nodes", "count", "steps_per_pitch")
+"""What a caller of the library hands in besides the design."""
 
 SHARE = Key("share")
 PRELOAD = Key("preload", "N")
@@ -291,17 +295,29 @@ def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
     Raises
     ------
     InputError
-        When the library refuses a value.
+        When the library refuses a value of the design.
+    LibraryError
+        When it refuses something else, or cannot finish.
     """
     fault = c.fault()
     try:
         c.check(call(fault), fault)
     except LibraryError as error:
+        lib = c.lib
+        of_design = (lib.LM_NOT_FINITE, lib.LM_OUT_OF_RANGE, lib.LM_INCONSISTENT, lib.LM_NO_CONTACT)
+        if error.status not in of_design or error.key in ARGUMENTS:
+            raise
         raise _refused(design, error) from None
 
 
 def _refused(design: Design, error: LibraryError) -> InputError:
     value = design.values.get(error.key)
+    if error.status == core().lib.LM_NO_CONTACT:
+        found, expected = "teeth that cannot touch", "teeth that reach into each other somewhere"
+        return InputError(design.file, "design", found, expected)
+    if value is None and not re.fullmatch(r"[\w.\[\]]+", error.key):
+        found = f"{error.found:.6g} as the {error.key}"
+        return InputError(design.file, "design", found, _range(error, 1.0))
     if value is None:
         key = error.key.removeprefix("drive.")
         place = f"drive.{key}" if key in ("ratio", "rated_torque_Nm") else f"design.{key}"

@@ -1,0 +1,194 @@
+"""Damaged inputs: a right answer or status 2 with one clear line, and nothing written.
+
+The cases come from tests/fuzz/damaged_inputs.py, which runs as many as one likes. Below them stands
+each kind of damage that once led to something else.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conftest import BOUGHT, DRAWN
+from lostmotion.cli import main
+from lostmotion.drives import format_toml, read_drive
+from lostmotion.errors import InputError, one_line
+from lostmotion.files import check_place, write_whole
+from lostmotion.recordings import read_campaign
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+import damaged_inputs
+
+CHUNKS, CHUNK = 10, 40
+HEADER = "time_s,torque_Nm,lost_motion_rad\n"
+
+Write = Callable[..., Path]
+
+
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_damaged_inputs_are_refused_or_answered_rightly(tmp_path: Path, chunk: int) -> None:
+    numbers = range(chunk * CHUNK, (chunk + 1) * CHUNK)
+    wrong = [
+        f"case {number}: {' '.join(case.argv)} ({case.damage}): {complaint}"
+        for number, case, complaint, _ in damaged_inputs.failures(7, numbers, tmp_path)
+        if complaint
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_damaged_inputs_as_processes_of_their_own(tmp_path: Path) -> None:
+    for number, case, complaint, _ in damaged_inputs.failures(8, range(6), tmp_path, 1):
+        assert not complaint, (number, case, complaint)
+
+
+def test_the_judge_sees_tracebacks_warnings_and_files_that_were_written(tmp_path: Path) -> None:
+    case = damaged_inputs.Case(["predict"], "none", harmless=True)
+    before = damaged_inputs.snapshot(tmp_path)
+
+    def judge(status: int | str, error: str = "", warned: str = "", trace: str = "") -> str:
+        outcome = damaged_inputs.Outcome(status, error, [warned] if warned else [], trace)
+        return damaged_inputs.judge(case, "predict", outcome, before, tmp_path, {})
+
+    line = "lostmotion: a.toml: found x, expected y\n"
+    assert judge("ValueError", trace="Traceback").startswith("Traceback")
+    assert judge(0, warned="RuntimeWarning") == "RuntimeWarning"
+    assert judge(1, line).startswith("status 1")
+    assert judge(2, line + line).startswith("2 lines")
+    assert judge(2, "lostmotion: no\n").startswith("not a clear line")
+    assert judge(2, line).startswith("harmless, but refused")
+    assert judge(0) == "no answer"
+    (tmp_path / "left.json").write_text("")
+    assert judge(2, line) == "status 2, but files were written"
+    assert "add up" in damaged_inputs.judge_prediction(
+        {"total_arcmin": [0.0, 2.0], "parts_arcmin": {"torsion": [0.0, 1.0]}}
+    )
+    assert "falls" in damaged_inputs.judge_prediction(
+        {"total_arcmin": [1.0, 0.0], "parts_arcmin": {"torsion": [1.0, 0.0]}}
+    )
+
+
+@pytest.mark.parametrize(
+    ("damage", "expected"),
+    [
+        ("x = " + "[" * 2000 + "]" * 2000, "too many tables in each other"),
+        ("x = " + "9" * 5000, "digits"),
+        ("\ud800", "not UTF-8"),
+    ],
+)
+def test_a_drive_file_that_breaks_the_toml_reader_is_refused(
+    tmp_path: Path, damage: str, expected: str
+) -> None:
+    file = tmp_path / "drive.toml"
+    file.write_bytes((damage + "\n" + format_toml(BOUGHT)).encode(errors="surrogatepass"))
+    with pytest.raises(InputError, match=expected):
+        read_drive(file)
+
+
+def test_a_byte_order_mark_before_a_drive_file_is_no_harm(tmp_path: Path) -> None:
+    file = tmp_path / "drive.toml"
+    file.write_bytes(b"\xef\xbb\xbf" + format_toml(BOUGHT).replace("\n", "\r\n").encode())
+    assert read_drive(file).document == BOUGHT
+
+
+def test_the_kind_of_a_chain_member_may_not_be_a_table(write: Write) -> None:
+    design = {**DRAWN["design"], "radial_chain": [{"kind": {"ball": 1}}]}
+    with pytest.raises(InputError, match=r"radial_chain\[0\]\.kind: found a table"):
+        read_drive(write(DRAWN | {"design": design}))
+
+
+def test_integers_beyond_those_of_the_library_are_refused(write: Write) -> None:
+    link = {"kind": "hole", "zone": "teeth", "it_grade": 10**12, "nominal_mm": 36}
+    design = {**DRAWN["design"], "tolerance": [link]}
+    with pytest.raises(InputError, match="it_grade: found 1000000000000, expected an integer"):
+        read_drive(write(DRAWN | {"design": design}))
+
+
+def test_a_design_whose_teeth_end_before_they_meet_is_bad_input(
+    capsys: pytest.CaptureFixture[str], write: Write
+) -> None:
+    teeth = {**DRAWN["design"]["teeth"], "rigid_shift": 5.914}
+    file = write(DRAWN | {"design": {**DRAWN["design"], "teeth": teeth}})
+    assert main(["predict", str(file)]) == 2
+    error = capsys.readouterr().err
+    assert f"{file}: design: found " in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "expected"),
+    [
+        (
+            "a.csv",
+            HEADER + "0,1e300,0\n",
+            r"torque_Nm: found 1e\+300 Nm in row 1, expected -1e\+06",
+        ),
+        ("a.csv", HEADER + "0,1,0\n1e300,2,0\n", r"time_s: found 1e\+300 s in row 2"),
+        ("a.csv", "x" * 200_000 + "," + HEADER + "1,0,1,0\n", "field larger than field limit"),
+        ("a.csv", "time_s,torque_Nm,lost_motion_rad,temperature_F\n0,1,0,-500\n", "temperature_F"),
+    ],
+)
+def test_recordings_beyond_any_drive_are_refused(
+    tmp_path: Path, name: str, content: str, expected: str
+) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(InputError, match=expected):
+        read_campaign(tmp_path / name)
+
+
+def test_a_gzip_with_a_turned_bit_is_refused(tmp_path: Path) -> None:
+    packed = bytearray(gzip.compress((HEADER + "0,1,2\n" * 99).encode(), mtime=0))
+    for bit in range(8 * len(packed)):
+        packed[bit // 8] ^= 1 << bit % 8
+        (tmp_path / "a.csv.gz").write_bytes(packed)
+        packed[bit // 8] ^= 1 << bit % 8
+        with contextlib.suppress(InputError):
+            assert read_campaign(tmp_path / "a.csv.gz").rows == 99
+
+
+@pytest.mark.parametrize("path", ["a\0b", "n" * 300, "folder", "none/a.json", "file/a.json", ""])
+def test_places_that_cannot_be_written_to_are_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="--json"):
+        check_place("--json", path)
+
+
+def test_a_folder_without_leave_to_write_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(InputError, match="cannot be written to"):
+        check_place("--json", tmp_path / "a.json")
+
+
+def test_a_path_that_no_system_has_is_refused_by_reader_and_writer(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="null byte"):
+        write_whole(tmp_path / "a\0b", "x")
+    with pytest.raises(InputError, match=r"null byte|no such file"):
+        read_drive(tmp_path / "a\0b")
+    with pytest.raises(InputError, match=r"too long|no such file"):
+        read_campaign(tmp_path / ("n" * 300 + ".csv"))
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(InputError, match="something that is no file"):
+        read_campaign(tmp_path / "pipe.csv")
+
+
+def test_messages_can_be_shown_on_any_terminal() -> None:
+    assert one_line("a\nb\tc") == "a b c"
+    assert one_line("a\x1b[31m\x00\udcff") == r"a\x1b[31m\x00\udcff"
+    error = InputError("f", "k", "x" * 10_000, "y")
+    assert len(str(error)) < 400
+
+
+def test_a_report_may_quote_a_file_name_that_is_no_text(tmp_path: Path) -> None:
+    write_whole(tmp_path / "a.html", "in\udcffvalid")
+    assert (tmp_path / "a.html").read_bytes() == rb"in\udcffvalid"
