@@ -261,7 +261,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     unit, unit_name = unit_of(result)
 
     def shown(arcsec: float) -> str:
-        return f"{arcsec * ARCSEC / unit:.3g} {unit_name}"
+        return f"{arcsec * ARCSEC / unit:#.3g}".rstrip(".") + f" {unit_name}"
 
     facts = [
         ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
