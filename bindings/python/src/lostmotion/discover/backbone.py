@@ -1,0 +1,410 @@
+"""The base that effects are added to: an odd backbone with friction inside it, flexible enough.
+
+    T_e = T + sum w_i (z_i - T),   phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e)
+
+`B` is odd and rises in straight stretches; the plays have fixed half widths, times (1 + f_run). A
+catalogue sheet knows three slopes, which is not enough to reach the noise of a good encoder; it
+serves as the start and as a weak prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.base import Backbone, run_plays
+from lostmotion.core import core
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.effects import Effect
+from lostmotion.solve import Solution, bounded_least_squares
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+KNOTS = 28
+"""Ends of stretches of the backbone on each side, spaced geometrically: with 63 points in all, the
+most that a controller's curve holds. With 17 the corners of a staged take-up are still seen."""
+
+KNOT_RANGE = (1e-3, 0.9)
+"""First and last end of a stretch over the largest torque."""
+
+PLAYS = 8
+"""Plays; half widths rise geometrically."""
+
+PLAY_RANGE = (1 / 200, 0.6)
+"""Least and greatest half width over the largest torque."""
+
+SHARE_MAX = 0.98
+"""Shares of friction sum up to at most this: the backbone has to wind up."""
+
+SLOPE_MAX = 50.0
+"""Greatest compliance of a stretch over the mean one of the drive."""
+
+GAP_CLOSES = 0.005
+"""Torque at which a radial gap has closed, over rated torque (model 9a: 0.1 to 0.5 %)."""
+
+DEVIATIONS = ("stiffness", "friction", "gap")
+"""What scatters from run to run beside the offset."""
+
+DEVIATION_MAX = 0.5
+"""A run whose friction differs by more than half of it is another drive."""
+
+RADIUS_STEP = 0.02
+"""Relative step of the half widths in differences."""
+
+
+@dataclass
+class Term:
+    """An effect at work, with the values it has."""
+
+    effect: Effect
+    values: FloatArray
+    free: list[int]
+    tied: FloatArray | None = None
+
+
+@dataclass
+class Additive:
+    """A frozen shape without a name: columns in arc seconds, and their coefficients."""
+
+    name: str
+    columns: FloatArray
+    coefficients: FloatArray
+    covariate: str = ""
+    shape: str = ""
+
+
+@dataclass
+class Point:
+    """Everything the model gives at one set of parameters, in arc seconds and N m."""
+
+    torque: FloatArray
+    width: FloatArray
+    plays: FloatArray
+    wound: FloatArray
+    ramps: FloatArray
+    slope: FloatArray
+    backbone: FloatArray
+    elastic: FloatArray
+    angle: FloatArray
+
+
+@dataclass
+class Base:
+    """The base over one campaign, and the terms that were added to it.
+
+    Attributes
+    ----------
+    knots_Nm, radius_Nm : ndarray
+    slopes : ndarray
+        Compliance of each stretch, arc seconds a N m.
+    shares : ndarray
+        Share of the torque that each play takes.
+    start : ndarray
+        Where each play stood before the first sample, in half widths from the torque there.
+    deviations : ndarray
+        Of each run: stiffness, friction (relative) and gap (arc seconds).
+    """
+
+    conditions: Conditions
+    rated_torque_Nm: float
+    prior: Backbone | None = None
+    terms: list[Term] = field(default_factory=list)
+    additives: list[Additive] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        torque = self.conditions.torque
+        self.largest = float(np.max(np.abs(torque)))
+        self.knots_Nm = self.largest * np.geomspace(*KNOT_RANGE, KNOTS)
+        self.radius_Nm = self.largest * np.geomspace(*PLAY_RANGE, PLAYS)
+        y = self.conditions.lost_motion
+        c = self.conditions
+        t = torque - c.run_mean(torque)[c.run_of]
+        mean = float(t @ (y - c.run_mean(y)[c.run_of]) / max(t @ t, 1e-300))
+        self.mean_slope = abs(mean) if mean else 1.0
+        ends = np.concatenate(([0.0], self.knots_Nm, [max(1.2 * self.largest, self.knots_Nm[-1])]))
+        self.prior_slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
+        if self.prior is not None:
+            self.prior_slopes = np.diff(self.prior(ends)) / np.diff(ends) / ARCSEC
+        self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
+        self.shares = np.full(PLAYS, 0.03)
+        self.start = np.zeros(PLAYS)
+        self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
+        self.outlier = np.zeros(c.rows, dtype=bool)
+        self.measured = y.copy()
+
+    # --- the parts -------------------------------------------------------------------------------
+
+    def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:
+        """Differences ``z_i - T`` through the whole campaign; `width` scales the half widths."""
+        first = np.full(PLAYS, torque[0])
+        edges = np.flatnonzero(np.diff(width) != 0) + 1
+        bounds = np.concatenate(([0], edges, [torque.size]))
+        if bounds.size > 2 + 4 * self.conditions.runs:
+            # Widths that change all the time are taken in steps of a thousandth.
+            width = np.round(width * 1000.0) / 1000.0
+            edges = np.flatnonzero(np.diff(width) != 0) + 1
+            bounds = np.concatenate(([0], edges, [torque.size]))
+        c = core(64)
+        z = c.array(first)
+        out = c.zeros(torque.size, PLAYS)
+        zero = c.zeros(PLAYS)
+        for a, b in zip(bounds[:-1], bounds[1:], strict=True):
+            c.lib.lm_run_plays(
+                c.pointer(c.array(self.radius_Nm * width[a])),
+                c.pointer(zero),
+                PLAYS,
+                c.pointer(z, write=True),
+                c.pointer(c.array(torque[a:b])),
+                int(b - a),
+                c.pointer(out[a:b], write=True),
+            )
+        return out
+
+    def start_columns(self) -> FloatArray:
+        """Derivatives of the plays by where they stood before the first sample; first run only."""
+        torque = self.conditions.torque[: self.conditions.starts[1]]
+        out = np.zeros((torque.size, PLAYS))
+        for i, radius in enumerate(self.radius_Nm):
+            one = np.array([radius])
+            high = run_plays(one, torque, 0.5)[:, 0]
+            out[:, i] = high - run_plays(one, torque, -0.5)[:, 0]
+        return out
+
+    def ramps(self, wound: FloatArray) -> FloatArray:
+        """Backbone of unit slope in each stretch, zero in the others."""
+        size, sign = np.abs(wound), np.sign(wound)
+        low = np.concatenate(([0.0], self.knots_Nm))
+        length = np.append(np.diff(low), np.inf)
+        out = np.empty((wound.size, low.size), order="F")
+        for i in range(low.size):
+            out[:, i] = sign * np.clip(size - low[i], 0.0, length[i])
+        return out
+
+    def at(self) -> Point:
+        """Evaluate the model; offsets of the runs are left out."""
+        c = self.conditions
+        torque = c.torque
+        zero = np.zeros(c.rows)
+        for term in self.terms:
+            if term.effect.kind == "torque":
+                torque = torque + term.effect.run(term.values, c, c.torque, zero)
+        width = 1.0 + np.clip(self.deviations[:, 1], -DEVIATION_MAX, DEVIATION_MAX)[c.run_of]
+        for term in self.terms:
+            if term.effect.kind == "width":
+                width = width * term.effect.run(term.values, c, torque, zero)
+        plays = self.play_columns(torque, width)
+        wound = torque + plays @ self.shares
+        first = int(c.starts[1])
+        if np.any(self.start):
+            wound[:first] += self.start_columns() @ (self.shares * self.start)
+        ramps = self.ramps(wound)
+        backbone = ramps @ self.slopes
+        slope = self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
+        stiff = (1.0 + self.deviations[:, 0])[c.run_of]
+        elastic = stiff * backbone + self.deviations[:, 2][c.run_of] * self.closed(wound)
+        angle = elastic.copy()
+        for term in self.terms:
+            if term.effect.kind == "angle":
+                # What sits in the mesh feels the torque that friction leaves.
+                angle += term.effect.run(term.values, c, wound, elastic * ARCSEC) / ARCSEC
+        for shape in self.additives:
+            angle += shape.columns @ shape.coefficients
+        return Point(torque, width, plays, wound, ramps, stiff * slope, backbone, elastic, angle)
+
+    def closed(self, wound: FloatArray) -> FloatArray:
+        """How far a gap is taken up, -1 to 1."""
+        return np.asarray(np.tanh(wound / (GAP_CLOSES * self.rated_torque_Nm)))
+
+    # --- derivatives -----------------------------------------------------------------------------
+
+    def fixed_columns(self, point: Point) -> tuple[FloatArray, list[str]]:
+        """Derivatives by slopes, shares, start states and the values of the terms."""
+        c = self.conditions
+        stiff = (1.0 + self.deviations[:, 0])[c.run_of]
+        first = int(c.starts[1])
+        starts = np.zeros((c.rows, PLAYS))
+        starts[:first] = (point.slope[:first, None] * self.start_columns()) * self.shares
+        parts = [point.ramps * stiff[:, None], point.slope[:, None] * point.plays, starts]
+        names = [f"slope_{i}" for i in range(self.slopes.size)]
+        names += [f"share_{i}" for i in range(PLAYS)] + [f"start_{i}" for i in range(PLAYS)]
+        for term in self.terms:
+            for i in term.free:
+                parts.append(self.value_column(term, i, point)[:, None])
+                names.append(f"{term.effect.name}.{term.effect.values[i].name}")
+        for shape in self.additives:
+            parts.append(shape.columns)
+            names += [f"{shape.name}_{i}" for i in range(shape.columns.shape[1])]
+        return np.concatenate(parts, axis=1), names
+
+    def value_column(self, term: Term, index: int, point: Point) -> FloatArray:
+        """Derivative of the angle by one value of a term."""
+        value = term.effect.values[index]
+        size = max(abs(term.values[index]), 0.1 * abs(value.typical), 1e-12)
+        step = 1e-3 * size
+        kept = term.values
+        low = kept.copy()
+        high = kept.copy()
+        low[index] = max(value.low, kept[index] - step)
+        high[index] = min(value.high, kept[index] + step)
+        if term.effect.kind == "angle":
+            c = self.conditions
+            elastic = point.elastic * ARCSEC
+            up = term.effect.run(high, c, point.wound, elastic)
+            down = term.effect.run(low, c, point.wound, elastic)
+            return np.asarray((up - down) / ARCSEC / (high[index] - low[index]))
+        try:
+            term.values = high
+            up = self.at().angle
+            term.values = low
+            down = self.at().angle
+        finally:
+            term.values = kept
+        return np.asarray((up - down) / (high[index] - low[index]))
+
+    def run_columns(self, point: Point) -> FloatArray:
+        """Derivatives by the deviations of a run: stiffness, friction, gap, offset."""
+        return np.column_stack(
+            (
+                point.backbone,
+                self.friction_column(point),
+                self.closed(point.wound),
+                np.ones(self.conditions.rows),
+            )
+        )
+
+    def friction_column(self, point: Point) -> FloatArray:
+        """Derivative of the angle by the logarithm of all half widths."""
+        wider = self.play_columns(point.torque, point.width * (1 + RADIUS_STEP))
+        closer = self.play_columns(point.torque, point.width * (1 - RADIUS_STEP))
+        return np.asarray(point.slope * ((wider - closer) @ self.shares) / (2 * RADIUS_STEP))
+
+    # --- fit -------------------------------------------------------------------------------------
+
+    def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Free parameters and their bounds."""
+        x = [self.slopes, self.shares, self.start]
+        low = [np.zeros(self.slopes.size), np.zeros(PLAYS), np.full(PLAYS, -1.0)]
+        high = [
+            np.full(self.slopes.size, SLOPE_MAX * self.mean_slope),
+            np.full(PLAYS, SHARE_MAX),
+            np.ones(PLAYS),
+        ]
+        for term in self.terms:
+            x.append(term.values[term.free])
+            low.append(np.array([term.effect.values[i].low for i in term.free]))
+            high.append(np.array([term.effect.values[i].high for i in term.free]))
+        for shape in self.additives:
+            x.append(shape.coefficients)
+            low.append(np.full(shape.coefficients.size, -np.inf))
+            high.append(np.full(shape.coefficients.size, np.inf))
+        return np.concatenate(x), np.concatenate(low), np.concatenate(high)
+
+    def set_vector(self, x: FloatArray) -> None:
+        """Take over free parameters."""
+        n = self.slopes.size
+        self.slopes = x[:n].copy()
+        self.shares = x[n : n + PLAYS].copy()
+        total = float(self.shares.sum())
+        if total > SHARE_MAX:
+            self.shares *= SHARE_MAX / total
+        self.start = x[n + PLAYS : n + 2 * PLAYS].copy()
+        at = n + 2 * PLAYS
+        for term in self.terms:
+            term.values = term.values.copy()
+            term.values[term.free] = x[at : at + len(term.free)]
+            at += len(term.free)
+        for shape in self.additives:
+            shape.coefficients = x[at : at + shape.coefficients.size].copy()
+            at += shape.coefficients.size
+
+    def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
+        """Weak prior: slopes within their own size of the sheet's, start states within one."""
+        n = self.slopes.size
+        sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(PLAYS)))
+        where = np.concatenate((np.arange(n), np.arange(n + PLAYS, n + 2 * PLAYS)))
+        mean = np.concatenate((self.prior_slopes, np.zeros(PLAYS)))
+        rows = np.zeros((where.size, x.size))
+        rows[np.arange(where.size), where] = scale / sd
+        return scale * (x[where] - mean) / sd, rows
+
+    def precision(self, count: int) -> FloatArray:
+        """Prior precision of the columns of `fixed_columns` about where they are."""
+        out = np.zeros(count)
+        n = self.slopes.size
+        out[:n] = 1.0 / np.maximum(self.prior_slopes, 0.1 * self.mean_slope) ** 2
+        out[n : n + PLAYS] = 1.0
+        out[n + PLAYS : n + 2 * PLAYS] = 1.0
+        return out
+
+    def fit(
+        self, noise: float = 1.0, steps: int = 25, rows: npt.NDArray[np.bool_] | None = None
+    ) -> Solution:
+        """Least squares with the offsets of the runs free; the deviations stay as they are.
+
+        Parameters
+        ----------
+        noise : float
+            Noise in arc seconds, against which the prior counts.
+        steps : int
+            Largest number of evaluations.
+        rows : ndarray of bool, optional
+            Samples that count; memory runs through all of them.
+        """
+        c = self.conditions
+
+        def centre(values: FloatArray) -> FloatArray:
+            if rows is None:
+                return np.asarray(values - c.run_mean(values)[c.run_of])
+            kept = values * (rows if values.ndim == 1 else rows[:, None])
+            share = np.maximum(c.run_mean(rows.astype(np.float64)), 1e-12)
+            mean = c.run_mean(kept) / (share if values.ndim == 1 else share[:, None])
+            return np.asarray((values - mean[c.run_of])[rows])
+
+        def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+            self.set_vector(x)
+            point = self.at()
+            columns, _ = self.fixed_columns(point)
+            residual = centre(point.angle - self.measured)
+            more, more_rows = self.prior_rows(x, noise)
+            return (
+                np.concatenate((residual, more)),
+                np.concatenate((centre(columns), more_rows)),
+            )
+
+        x, low, high = self.vector()
+        solution = bounded_least_squares(evaluate, x, low, high, steps=steps, tolerance=1e-6)
+        self.set_vector(solution.x)
+        return solution
+
+    def residual(self, point: Point | None = None) -> FloatArray:
+        """Measured minus model with the offset of each run taken off, arc seconds."""
+        c = self.conditions
+        difference = self.measured - (point or self.at()).angle
+        return np.asarray(difference - c.run_mean(difference)[c.run_of])
+
+    def copy(self) -> Base:
+        """A base that can be fitted apart from this one."""
+        other = object.__new__(Base)
+        other.__dict__.update(self.__dict__)
+        other.terms = [Term(t.effect, t.values.copy(), list(t.free)) for t in self.terms]
+        other.additives = [
+            Additive(a.name, a.columns, a.coefficients.copy(), a.covariate, a.shape)
+            for a in self.additives
+        ]
+        for name in ("slopes", "shares", "start", "deviations"):
+            setattr(other, name, getattr(self, name).copy())
+        return other
+
+
+def start_values(effect: Effect, given: Sequence[tuple[str, float]]) -> FloatArray:
+    """Typical values, with what is known of the drive put in."""
+    values = effect.typical.copy()
+    for i, value in enumerate(effect.values):
+        for name, known in given:
+            if value.role == "given" and value.name == name:
+                values[i] = known
+    return values

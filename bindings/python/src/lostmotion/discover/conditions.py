@@ -1,0 +1,145 @@
+"""The conditions of every sample of a campaign, as the effects' functions want them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.recordings import Campaign
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+RATE_WINDOW = 7
+"""Samples over which a rate is the slope of a straight line: encoders have steps, clocks too."""
+
+MEASURED = {
+    "torque_Nm": "torque",
+    "input_angle_rad": "input_angle",
+    "output_angle_rad": "output_angle",
+    "temperature_C": "temperature",
+    "cycles": "cycles",
+    "tilt_moment_Nm": "tilt_moment",
+    "axial_force_N": "axial_force",
+}
+"""Conditions that are columns of a recording."""
+
+CONDITIONS = (
+    *MEASURED,
+    "input_velocity_rad_s",
+    "output_acceleration_rad_s2",
+    "elapsed_s",
+)
+"""All conditions but the elastic angle, which the model fills in."""
+
+NEUTRAL = {"temperature_C": 20.0}
+"""Value of a condition that was not measured, where it is not zero."""
+
+
+class Conditions:
+    """Columns of a campaign, joined in file order, with rates derived from them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+
+    Attributes
+    ----------
+    columns : dict
+        Arrays by the names of `CONDITIONS`; what was not measured is missing.
+    lost_motion : ndarray
+        Arc seconds.
+    starts, run_of : ndarray
+        Offsets of the runs, and the run of every sample.
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign = campaign
+        self.starts = campaign.starts
+        self.runs = len(campaign.runs)
+        self.rows = campaign.rows
+        self.run_of = np.repeat(np.arange(self.runs), np.diff(self.starts))
+        self.labels = [run.label for run in campaign.runs]
+        self.time_s = campaign.column("time")
+        self.lost_motion = campaign.column("lost_motion") / ARCSEC
+        have = campaign.quantities()
+        self.columns: dict[str, FloatArray] = {}
+        for condition, quantity in MEASURED.items():
+            if quantity not in have:
+                continue
+            values = campaign.column(quantity)
+            if not np.all(np.isfinite(values)):
+                if np.count_nonzero(~np.isfinite(values)) > 0.5 * values.size:
+                    continue
+                values = self.fill(values)
+            self.columns[condition] = np.ascontiguousarray(values)
+        if "input_angle_rad" in self.columns:
+            self.columns["input_velocity_rad_s"] = self.rate(self.columns["input_angle_rad"])
+        if "output_angle_rad" in self.columns:
+            self.columns["output_acceleration_rad_s2"] = self.rate(
+                self.rate(self.columns["output_angle_rad"])
+            )
+        elapsed = np.diff(self.time_s, prepend=self.time_s[0])
+        elapsed[self.starts[:-1]] = 0.0
+        self.columns["elapsed_s"] = np.maximum(elapsed, 0.0)
+
+    @property
+    def torque(self) -> FloatArray:
+        """External torque, N m."""
+        return self.columns["torque_Nm"]
+
+    def slices(self) -> list[slice]:
+        """Rows of each run."""
+        return [
+            slice(int(a), int(b)) for a, b in zip(self.starts[:-1], self.starts[1:], strict=True)
+        ]
+
+    def fill(self, values: FloatArray) -> FloatArray:
+        """Interpolate what is missing in a column within its run; empty runs take the median."""
+        out = values.copy()
+        middle = float(np.nanmedian(values))
+        for at in self.slices():
+            good = np.isfinite(out[at])
+            if not good.any():
+                out[at] = middle
+            elif not good.all():
+                index = np.arange(good.size)
+                out[at] = np.interp(index, index[good], out[at][good])
+        return out
+
+    def rate(self, values: FloatArray) -> FloatArray:
+        """Slope of a column over time: straight lines through `RATE_WINDOW` samples."""
+        out = np.zeros_like(values)
+        half = RATE_WINDOW // 2
+        for at in self.slices():
+            t, x = self.time_s[at], values[at]
+            n = t.size
+            if n < 3:
+                continue
+            t, x = t - t[0], x - x[0]
+            low = np.maximum(np.arange(n) - half, 0)
+            high = np.minimum(np.arange(n) + half + 1, n)
+
+            def window(
+                q: FloatArray, low: npt.NDArray[np.intp] = low, high: npt.NDArray[np.intp] = high
+            ) -> FloatArray:
+                total = np.concatenate(([0.0], np.cumsum(q)))
+                return np.asarray((total[high] - total[low]) / (high - low))
+
+            # Centred on a moving point, so that long recordings keep their digits.
+            tt, tx, mt, mx = window(t * t), window(t * x), window(t), window(x)
+            spread = tt - mt * mt
+            good = spread > 1e-12 * max(float(t[-1]) ** 2, 1e-300)
+            out[at] = np.where(good, (tx - mt * mx) / np.where(good, spread, 1.0), 0.0)
+        return out
+
+    def run_mean(self, values: FloatArray) -> FloatArray:
+        """Mean of each run."""
+        return np.asarray(
+            np.add.reduceat(values, self.starts[:-1], axis=0)
+            / np.diff(self.starts).reshape((-1,) + (1,) * (values.ndim - 1))
+        )
+
+    def known(self) -> frozenset[str]:
+        """Names of the conditions that are known."""
+        return frozenset(self.columns)

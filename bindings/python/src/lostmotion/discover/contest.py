@@ -1,0 +1,331 @@
+"""Run-to-run scatter by REML, and the contest of candidates under it.
+
+The unit of evidence is the run. With the scattering columns B and their variances omega, the
+covariance of a run is ``I + B omega B'`` in whitened units; Woodbury reduces every run to a small
+matrix. A candidate is judged under its own variances: with those of the base alone, effects that
+act between runs would be taken for scatter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+from scipy.optimize import minimize
+
+from lostmotion.discover.evidence import Evidence
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+LOG_OMEGA = (-30.0, 25.0)
+"""Bounds of the logarithm of a variance of a scaled column."""
+
+RANK = 1e-7
+"""Directions of a block with less than this of its largest projected square are left out."""
+
+VISIBLE = 1e-9
+"""A column of which the base leaves less than this (of its square) is not visible."""
+
+FLIPS = 4095
+"""Random sign patterns; all of them where there are no more runs than `ALL_FLIPS_RUNS`."""
+
+ALL_FLIPS_RUNS = 12
+
+SEED = 20
+
+
+@dataclass
+class Result:
+    """One candidate in the contest.
+
+    Attributes
+    ----------
+    wald : float
+        Fall of the quadratic form.
+    rank : int
+        Directions that the candidate has beside the base.
+    p : float
+        Of the run-level F test, before Bonferroni.
+    flip_p : float
+        Share of sign patterns of the runs that do at least as well, the true one among them.
+    gain : float
+        Leave-one-run-out gain in log predictive density, nats.
+    gain_by_run : ndarray
+    coefficients : ndarray
+        Of the scaled columns.
+    covariance : ndarray
+    omega : ndarray
+    """
+
+    name: str
+    wald: float
+    rank: int
+    p: float
+    flip_p: float
+    gain: float
+    gain_by_run: FloatArray
+    coefficients: FloatArray
+    covariance: FloatArray
+    omega: FloatArray
+    fixed_step: FloatArray
+
+
+@dataclass
+class Reduced:
+    """A hypothesis reduced to its fixed columns: per run, and what the scatter costs."""
+
+    matrix: FloatArray
+    log_det: FloatArray
+
+
+def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
+    """Take the scatter out of every run's Gram matrix (Woodbury)."""
+    b = evidence.scatter
+    sbb = evidence.gram[:, b[:, None], b]
+    sbx = evidence.gram[:, b[:, None], index]
+    k = np.eye(b.size) + sbb * omega
+    c = np.linalg.solve(k, sbx)
+    matrix = evidence.gram[:, index[:, None], index] - np.einsum(
+        "rki,k,rkj->rij", sbx, omega, c, optimize=True
+    )
+    return Reduced(matrix, np.linalg.slogdet(k)[1])
+
+
+class Contest:
+    """The contest over one body of evidence."""
+
+    def __init__(self, evidence: Evidence) -> None:
+        self.evidence = evidence
+        self.runs = evidence.runs
+        rng = np.random.default_rng(SEED)
+        if self.runs <= ALL_FLIPS_RUNS:
+            codes = np.arange(2 ** (self.runs - 1))
+            signs = 1.0 - 2.0 * ((codes[:, None] >> np.arange(self.runs)) & 1)
+        else:
+            signs = rng.choice([-1.0, 1.0], (FLIPS + 1, self.runs))
+            signs[0] = 1.0
+        self.signs = signs
+        self.total = evidence.gram.sum(axis=0)
+        self.null_omega, self.null_objective = self.reml(
+            evidence.index(), np.full(evidence.scatter.size, 1e-2)
+        )
+        self.null = reduce(evidence, evidence.index(), self.null_omega)
+
+    # --- variances -------------------------------------------------------------------------------
+
+    def ridge(self, index: IntArray) -> FloatArray:
+        """Prior precision of the columns of a hypothesis, without the residual."""
+        out = np.zeros(index.size - 1)
+        out[: self.evidence.fixed.size] = self.evidence.precision
+        return out + 1e-10 * np.maximum(np.diag(self.total)[index[:-1]], 1.0)
+
+    def reml(self, index: IntArray, start: FloatArray) -> tuple[FloatArray, float]:
+        """Variances of the scattering columns by REML, and the objective (nats) that they reach."""
+        e = self.evidence
+        b = e.scatter
+        sbb = e.gram[:, b[:, None], b]
+        sbx = np.ascontiguousarray(e.gram[:, b[:, None], index])
+        sxx = self.total[np.ix_(index, index)]
+        ridge = np.diag(self.ridge(index))
+        eye = np.eye(b.size)
+        both = np.concatenate((sbx, sbb), axis=2)
+        n = index.size
+
+        def objective(log_omega: FloatArray) -> tuple[float, FloatArray]:
+            omega = np.exp(log_omega)
+            k = eye + sbb * omega
+            solved = np.linalg.solve(k, both)
+            c, a = solved[:, :, :n], solved[:, :, n:]
+            flat = (sbx * omega[:, None]).reshape(-1, n)
+            x = sxx - flat.T @ c.reshape(-1, n)
+            h = x[:-1, :-1] + ridge
+            try:
+                factor = np.linalg.cholesky(h)
+            except np.linalg.LinAlgError:
+                factor = np.linalg.cholesky(h + 1e-6 * np.diag(np.diag(h) + 1.0))
+            half = np.linalg.solve(factor, x[:-1, -1])
+            delta = np.linalg.solve(factor.T, half)
+            q = x[-1, -1] - half @ half
+            value = 0.5 * (
+                float(np.linalg.slogdet(k)[1].sum()) + q + 2.0 * np.log(np.diag(factor)).sum()
+            )
+            rest = c[:, :, -1] - c[:, :, :-1] @ delta
+            inverse = np.linalg.inv(factor)
+            spread = np.einsum("rkj,ij->rki", c[:, :, :-1], inverse, optimize=True)
+            slope = 0.5 * (
+                np.einsum("rkk->k", a) - np.einsum("rki,rki->k", spread, spread) - (rest**2).sum(0)
+            )
+            return float(value), slope * omega
+
+        found = minimize(
+            objective,
+            np.clip(np.log(np.maximum(start, 1e-12)), *LOG_OMEGA),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[LOG_OMEGA] * b.size,
+            options={"maxiter": 40, "ftol": 1e-9, "gtol": 1e-2},
+        )
+        return np.asarray(np.exp(found.x)), float(found.fun)
+
+    def deviations(self, index: IntArray, omega: FloatArray, delta: FloatArray) -> FloatArray:
+        """Predicted deviations of every run (BLUP), in scaled units."""
+        e = self.evidence
+        b = e.scatter
+        sbb = e.gram[:, b[:, None], b]
+        sbx = e.gram[:, b[:, None], index]
+        rest = sbx[:, :, -1] - sbx[:, :, :-1] @ delta
+        return np.asarray(
+            omega * np.linalg.solve(np.eye(b.size) + sbb * omega, rest[:, :, None])[:, :, 0]
+        )
+
+    def solve(self, matrix: FloatArray, index: IntArray) -> tuple[FloatArray, float]:
+        """Fixed coefficients and the quadratic form that they leave."""
+        h = matrix[:-1, :-1] + np.diag(self.ridge(index))
+        delta = np.linalg.solve(h, matrix[:-1, -1])
+        return delta, float(matrix[-1, -1] - matrix[:-1, -1] @ delta)
+
+    # --- judging ---------------------------------------------------------------------------------
+
+    def held_out(self, reduced: Reduced, index: IntArray) -> FloatArray:
+        """Log predictive density of every run under a fit to the others."""
+        total = reduced.matrix.sum(axis=0)
+        rest = total - reduced.matrix
+        h = rest[:, :-1, :-1] + np.diag(self.ridge(index))
+        delta = np.linalg.solve(h, rest[:, :-1, -1:])[:, :, 0]
+        own = reduced.matrix
+        square = (
+            own[:, -1, -1]
+            - 2.0 * np.einsum("ri,ri->r", delta, own[:, :-1, -1])
+            + np.einsum("ri,rij,rj->r", delta, own[:, :-1, :-1], delta)
+        )
+        return np.asarray(-0.5 * (square + reduced.log_det))
+
+    def basis(self, block: IntArray, reduced: Reduced, index: IntArray, n0: int) -> FloatArray:
+        """Directions of a block that the rest of the hypothesis leaves."""
+        total = reduced.matrix.sum(axis=0)
+        ridge = np.diag(self.ridge(index))[:n0, :n0]
+        cross = total[n0:-1, :n0]
+        left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
+        raw = np.diag(total)[n0:-1]
+        # In units of what each column has before the base takes its part.
+        unit = 1.0 / np.sqrt(np.maximum(raw, 1e-300))
+        value, vector = np.linalg.eigh(left * np.outer(unit, unit))
+        keep = value > max(VISIBLE, RANK * max(float(value[-1]), 0.0))
+        return np.asarray(vector[:, keep] * unit[:, None])
+
+    def test(self, name: str, *, refit_scatter: bool = True) -> Result | None:
+        """Judge a candidate; None when these recordings cannot show it."""
+        e = self.evidence
+        block = e.blocks[name]
+        index = e.index(name)
+        n0 = e.fixed.size
+        omega = self.reml(index, self.null_omega)[0] if refit_scatter else self.null_omega
+        reduced = reduce(e, index, omega)
+        turn = self.basis(block, reduced, index, n0)
+        rank = turn.shape[1]
+        if rank == 0:
+            return None
+        # Rotate the block into its visible directions.
+        change = np.zeros((index.size, n0 + rank + 1))
+        change[:n0, :n0] = np.eye(n0)
+        change[n0:-1, n0:-1] = turn
+        change[-1, -1] = 1.0
+        matrix = np.einsum("ai,rab,bj->rij", change, reduced.matrix, change, optimize=True)
+        small = np.concatenate((index[:n0], block[:rank], index[-1:]))
+        return self._judge(name, Reduced(matrix, reduced.log_det), small, n0, rank, turn, omega)
+
+    def _judge(
+        self,
+        name: str,
+        reduced: Reduced,
+        index: IntArray,
+        n0: int,
+        rank: int,
+        turn: FloatArray,
+        omega: FloatArray,
+    ) -> Result:
+        total = reduced.matrix.sum(axis=0)
+        ridge = np.zeros(n0 + rank)
+        ridge[:n0] = self.ridge(index)[:n0]
+        ridge[n0:] = 1e-10
+        h = total[:-1, :-1] + np.diag(ridge)
+        g = total[:-1, -1]
+        inverse = np.linalg.inv(h)
+        delta = inverse @ g
+        h0 = h[:n0, :n0]
+        k = np.linalg.solve(h0, total[:n0, n0:-1])
+        delta0 = np.linalg.solve(h0, g[:n0])
+        wald = float(g @ delta - g[:n0] @ delta0)
+        # Log predictive densities with and without, each under its own variances.
+        rest = total - reduced.matrix
+        hr = rest[:, :-1, :-1] + np.diag(ridge)
+        dr = np.linalg.solve(hr, rest[:, :-1, -1:])[:, :, 0]
+        own = reduced.matrix
+        square = (
+            own[:, -1, -1]
+            - 2.0 * np.einsum("ri,ri->r", dr, own[:, :-1, -1])
+            + np.einsum("ri,rij,rj->r", dr, own[:, :-1, :-1], dr, optimize=True)
+        )
+        gain = -0.5 * (square + reduced.log_det) - self.null_held_out
+        # Scores of the runs under the base, with this candidate's variances.
+        score = (
+            own[:, n0:-1, -1]
+            - own[:, :n0, -1] @ k
+            - np.einsum("rkn,n->rk", own[:, n0:-1, :n0], delta0)
+            + np.einsum("nk,rnm,m->rk", k, own[:, :n0, :n0], delta0, optimize=True)
+        )
+        # The prior pulls at the base's parameters; its share of the score belongs to no run.
+        left = total[n0:-1, n0:-1] - total[n0:-1, :n0] @ k + np.diag(ridge[n0:])
+        weight = np.linalg.inv(left)
+        sums = self.signs @ score
+        statistic = np.einsum("ek,kl,el->e", sums, weight, sums, optimize=True)
+        flip_p = float(np.mean(statistic >= statistic[0] * (1 - 1e-12)))
+        freedom = max(self.runs - 3, 1)
+        p = float(stats.f.sf(max(wald, 0.0) / rank, rank, freedom))
+        coefficients = turn @ delta[n0:]
+        covariance = turn @ inverse[n0:, n0:] @ turn.T
+        return Result(
+            name,
+            wald,
+            rank,
+            p,
+            flip_p,
+            float(gain.sum()),
+            gain,
+            coefficients,
+            covariance,
+            omega,
+            delta[:n0],
+        )
+
+    @property
+    def null_held_out(self) -> FloatArray:
+        """Log predictive density of every run under the base alone."""
+        if not hasattr(self, "_null_held_out"):
+            self._null_held_out = self.held_out(self.null, self.evidence.index())
+        return self._null_held_out
+
+    def projected(self, names: list[str], omega: FloatArray | None = None) -> FloatArray:
+        """Gram matrix of blocks after the base and the scatter have taken their part."""
+        e = self.evidence
+        index = e.index(*names)
+        reduced = reduce(e, index, self.null_omega if omega is None else omega).matrix.sum(axis=0)
+        n0 = e.fixed.size
+        cross = reduced[n0:-1, :n0]
+        h0 = reduced[:n0, :n0] + np.diag(self.ridge(index)[:n0])
+        return np.asarray(reduced[n0:-1, n0:-1] - cross @ np.linalg.solve(h0, cross.T))
+
+    def angles(self, a: str, b: str, omega: FloatArray | None = None) -> FloatArray:
+        """Principal angles between two candidates beside the base, degrees, least first."""
+        m = self.projected([a, b], omega)
+        na = self.evidence.blocks[a].size
+        halves = []
+        for part in (m[:na, :na], m[na:, na:]):
+            value, vector = np.linalg.eigh(part)
+            keep = value > RANK * max(float(value[-1]), 1e-300)
+            halves.append(vector[:, keep] / np.sqrt(value[keep]))
+        cosine = np.linalg.svd(halves[0].T @ m[:na, na:] @ halves[1], compute_uv=False)
+        return np.asarray(np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))))

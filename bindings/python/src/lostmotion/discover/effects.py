@@ -1,0 +1,313 @@
+"""The effects that may be missing: those of the C library, and the user's own.
+
+All have the same small interface: a list of values, and a function of the values and of the
+conditions of a recording. The library's are the C functions that the controller runs.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.core import core
+from lostmotion.discover.conditions import CONDITIONS, NEUTRAL, Conditions
+from lostmotion.errors import InputError, did_you_mean
+
+FloatArray = npt.NDArray[np.float64]
+Kind = Literal["torque", "width", "angle"]
+Role = Literal["linear", "shape", "given"]
+
+KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
+ROLES: tuple[Role, ...] = ("linear", "shape", "given")
+
+NEEDS = (
+    "torque_Nm",
+    "input_angle_rad",
+    "output_angle_rad",
+    "input_velocity_rad_s",
+    "output_acceleration_rad_s2",
+    "temperature_C",
+    "cycles",
+    "tilt_moment_Nm",
+    "axial_force_N",
+    "elapsed_s",
+)
+"""Conditions in the order of the LM_NEEDS_ bits."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value of an effect.
+
+    Attributes
+    ----------
+    name : str
+        With its unit as a suffix.
+    role : {"linear", "shape", "given"}
+        The result is proportional to it; it enters in another way; or it is known of the drive.
+    typical, low, high : float
+        What to expect, and the bounds.
+    """
+
+    name: str
+    role: Role
+    typical: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect: what it is called, what it needs and what it does.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"torque", "width", "angle"}
+        What the function returns: N m on top of the torque, the factor on the width of the
+        friction, or rad on top of the lost motion.
+    values : tuple of Value
+    needs : frozenset of str
+        Conditions without which it cannot be tested.
+    function : callable
+        ``function(values, run)`` with `run` a mapping from conditions to arrays of one recording
+        (elastic_rad among them) and ``memory`` an array to carry state from run to run.
+    memory : int
+        Numbers of memory.
+    """
+
+    name: str
+    kind: Kind
+    values: tuple[Value, ...]
+    needs: frozenset[str]
+    function: Callable[[FloatArray, Mapping[str, FloatArray], FloatArray], FloatArray]
+    memory: int = 0
+    mechanism: str = ""
+    equation: str = ""
+    typical_size: str = ""
+    confused_with: tuple[str, ...] = ()
+    experiment: str = ""
+
+    def run(
+        self,
+        values: FloatArray,
+        conditions: Conditions,
+        torque_Nm: FloatArray,
+        elastic_rad: FloatArray,
+    ) -> FloatArray:
+        """Evaluate over a campaign, run by run, in the effect's own unit.
+
+        Memory goes on from run to run, except for effects that live on elapsed time: the rest
+        between two recordings was not recorded.
+        """
+        out = np.empty(conditions.rows)
+        memory = np.zeros(max(self.memory, 1))
+        fresh = "elapsed_s" in self.needs
+        pieces = conditions.slices() if fresh or self.memory else [slice(0, conditions.rows)]
+        wrapped = wrap_turns(conditions)
+        for at in pieces:
+            if fresh:
+                memory[:] = 0.0
+            run = {name: column[at] for name, column in conditions.columns.items()}
+            if wrapped is not None:
+                run["input_angle_rad"] = wrapped[at]
+            run["torque_Nm"] = torque_Nm[at]
+            run["elastic_rad"] = elastic_rad[at]
+            out[at] = self.function(values, run, memory)
+        return out
+
+    @property
+    def typical(self) -> FloatArray:
+        """Typical values."""
+        return np.array([value.typical for value in self.values])
+
+    def indices(self, role: Role) -> list[int]:
+        """Indices of the values of one role."""
+        return [i for i, value in enumerate(self.values) if value.role == role]
+
+
+def wrap_turns(conditions: Conditions) -> FloatArray | None:
+    """Input angle within one turn; many turns would cost digits in the controller's precision."""
+    angle = conditions.columns.get("input_angle_rad")
+    return None if angle is None else np.remainder(angle + np.pi, 2 * np.pi) - np.pi
+
+
+def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArray]:
+    """Make the function of an effect that is an `lm_effect` of the C library."""
+    c = core(bits)
+
+    def function(
+        values: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        recording = c.ffi.new("lm_recording *")
+        recording.count = run["torque_Nm"].size
+        keep = []
+        for name in (*CONDITIONS, "elastic_rad"):
+            if name in run:
+                keep.append(c.pointer(c.array(run[name])))
+                setattr(recording, name, keep[-1])
+        out = c.zeros(run["torque_Nm"].size)
+        state = c.array(memory).copy()
+        c.lib.lm_run_effect(
+            effect,
+            c.pointer(c.array(values)),
+            c.pointer(state, write=True),
+            recording,
+            c.pointer(out, write=True),
+        )
+        memory[:] = state
+        return np.asarray(out, dtype=np.float64)
+
+    return function
+
+
+def from_c(effect: Any) -> Effect:
+    """Describe an `lm_effect` of the C library or of a user's own shared object."""
+    c = core(64)
+
+    def text(pointer: Any) -> str:
+        return str(c.ffi.string(pointer).decode())
+
+    card = effect.card
+    values = tuple(
+        Value(
+            text(card.value[i].name),
+            ROLES[int(card.value[i].role)],
+            float(card.value[i].typical),
+            float(effect.bound[i][0]),
+            float(effect.bound[i][1]),
+        )
+        for i in range(effect.value_count)
+    )
+    needs = frozenset(name for bit, name in enumerate(NEEDS) if effect.covariates >> bit & 1)
+    twins = tuple(name.strip() for name in text(card.confused_with).split(",") if name.strip())
+    return Effect(
+        text(card.name),
+        KINDS[int(effect.kind)],
+        values,
+        needs,
+        run_in_c(effect),
+        int(effect.memory_count),
+        text(card.mechanism),
+        text(card.equation),
+        text(card.typical_size),
+        twins,
+        text(card.experiment),
+    )
+
+
+@cache
+def library() -> dict[str, Effect]:
+    """Return the effects of the C library by name."""
+    lib = core(64).lib
+    effects = [from_c(lib.lm_effects[i]) for i in range(lib.LM_EFFECT_COUNT)]
+    return {effect.name: effect for effect in effects}
+
+
+def effect(
+    *,
+    values: Sequence[Value],
+    needs: Sequence[str],
+    kind: Kind = "angle",
+    name: str | None = None,
+    mechanism: str = "",
+    equation: str = "",
+    typical_size: str = "",
+    confused_with: Sequence[str] = (),
+    experiment: str = "",
+) -> Callable[[Callable[[Any, Any], FloatArray]], Effect]:
+    """Make an effect of a Python function ``f(p, at)``.
+
+    `p` has the values as attributes, `at` the conditions of one recording as arrays
+    (``at.torque_Nm``, ``at.temperature_C``, ``at.elastic_rad`` ...); the function returns an array.
+
+    Parameters
+    ----------
+    values : sequence of Value
+    needs : sequence of str
+        Names of conditions, see `NEEDS`.
+    kind : {"torque", "width", "angle"}
+    name : str, optional
+        By default that of the function.
+    """
+    unknown = [need for need in needs if need not in NEEDS]
+    if unknown:
+        raise InputError("effect", "needs", unknown[0], "one of " + ", ".join(NEEDS))
+
+    def make(function: Callable[[Any, Any], FloatArray]) -> Effect:
+        own = name or function.__name__
+
+        def call(
+            numbers: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
+        ) -> FloatArray:
+            size = run["torque_Nm"].size
+            everything = {
+                condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in CONDITIONS
+            }
+            p = SimpleNamespace(**{v.name: float(n) for v, n in zip(values, numbers, strict=True)})
+            result = function(p, SimpleNamespace(**{**everything, **run}))
+            result = np.broadcast_to(np.asarray(result, dtype=np.float64), (size,))
+            if not np.all(np.isfinite(result)):
+                raise InputError(f"effect {own}", "", "a result that is not finite", "numbers")
+            return np.asarray(result)
+
+        return Effect(
+            own,
+            kind,
+            tuple(values),
+            frozenset(needs),
+            call,
+            1 if "elapsed_s" in needs else 0,
+            mechanism,
+            equation,
+            typical_size,
+            tuple(confused_with),
+            experiment,
+        )
+
+    return make
+
+
+def find_effect(name: str, effects: Mapping[str, Effect]) -> Effect:
+    """Find an effect by name, or say which there are."""
+    if name not in effects:
+        raise InputError(
+            "effect",
+            name,
+            "no such effect",
+            "one of " + ", ".join(effects) + did_you_mean(name, effects),
+        )
+    return effects[name]
+
+
+def load_python(file: str | Path) -> dict[str, Effect]:
+    """Load the effects that a user's Python file defines.
+
+    Raises
+    ------
+    InputError
+        When the file does not run or defines none.
+    """
+    path = Path(file)
+    spec = importlib.util.spec_from_file_location(f"lostmotion_user_{path.stem}", path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise InputError(path, "", "no such file", "a Python file with effects")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except InputError:
+        raise
+    except Exception as error:  # the user's own code may raise anything
+        raise InputError(path, "", f"{type(error).__name__}: {error}", "Python that runs") from None
+    found = {v.name: v for v in vars(module).values() if isinstance(v, Effect)}
+    if not found:
+        raise InputError(path, "", "no effect", "a function decorated with lostmotion's @effect")
+    return found

@@ -1,0 +1,155 @@
+"""Coloured noise within runs: an autoregression for each sampling rate, and whitening by it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import solve_toeplitz
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+ORDER_MAX = 8
+"""Highest order that is tried."""
+
+RATE_TOLERANCE = 1.25
+"""Runs whose usual time steps agree within this factor share their noise model."""
+
+GROUP_ROWS_LEAST = 2000
+"""Fewer rows than this do not tell a noise model; the pooled one is used."""
+
+PERSISTENCE_MAX = 0.95
+"""Largest sum of the coefficients: noise that lasts longer is a drift, and counts as something that
+is missing from the model. It would also let the fit wander, because nothing slow would count."""
+
+
+@dataclass
+class Noise:
+    """Noise of each run.
+
+    Attributes
+    ----------
+    phi : list of ndarray
+        Coefficients of the autoregression.
+    sigma : ndarray
+        Standard deviation of the innovations, arc seconds.
+    """
+
+    phi: list[FloatArray]
+    sigma: FloatArray
+
+    @property
+    def lags(self) -> int:
+        """Rows at the start of each run that the whitening uses up."""
+        return max(p.size for p in self.phi)
+
+    def whiten(self, values: FloatArray, run: int) -> FloatArray:
+        """Innovations of one run's columns, in units of their standard deviation."""
+        phi = self.phi[run]
+        lags = min(self.lags, values.shape[0] - 1)
+        n = values.shape[0]
+        out = values[lags:].copy(order="F") if values.ndim == 2 else values[lags:].copy()
+        for k, factor in enumerate(phi, start=1):
+            if k <= lags:
+                out -= factor * values[lags - k : n - k]
+        out /= self.sigma[run]
+        return out
+
+    def spread(self, run: int) -> float:
+        """Standard deviation of the noise itself, arc seconds."""
+        response = np.zeros(2000)
+        response[0] = 1.0
+        phi = self.phi[run]
+        for t in range(1, response.size):
+            reach = min(t, phi.size)
+            response[t] = phi[:reach] @ response[t - 1 :: -1][:reach]
+        return float(self.sigma[run] * np.sqrt(np.sum(response**2)))
+
+
+def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
+    """Number the runs by their sampling rate."""
+    steps = []
+    for a, b in zip(starts[:-1], starts[1:], strict=True):
+        step = np.diff(time_s[a:b])
+        # A clock with coarse ticks repeats itself: the mean step is what counts.
+        steps.append(max(float(np.mean(step)), 1e-9) if step.size else 1.0)
+    group = np.zeros(len(steps), dtype=np.intp)
+    last, number = -np.inf, -1
+    for i in np.argsort(steps, kind="stable"):
+        if np.log(steps[i]) - last > np.log(RATE_TOLERANCE):
+            number += 1
+            last = np.log(steps[i])
+        group[i] = number
+    return group
+
+
+def autocovariance(
+    residual: FloatArray, starts: IntArray, runs: IntArray
+) -> tuple[FloatArray, int]:
+    """Autocovariances up to `ORDER_MAX` pooled over runs."""
+    total = np.zeros(ORDER_MAX + 1)
+    rows = 0
+    for r in runs:
+        x = residual[starts[r] : starts[r + 1]]
+        rows += x.size
+        for k in range(min(ORDER_MAX, x.size - 1) + 1):
+            total[k] += float(x[k:] @ x[: x.size - k])
+    return total / max(rows, 1), rows
+
+
+def autoregression(covariance: FloatArray, rows: int) -> tuple[FloatArray, float]:
+    """Order by BIC, coefficients by Yule-Walker; returns them and the innovation variance."""
+    best: tuple[float, FloatArray, float] | None = None
+    for order in range(ORDER_MAX + 1):
+        if covariance[0] <= 0:
+            return np.zeros(0), 1.0
+        phi = (
+            solve_toeplitz(covariance[:order], covariance[1 : order + 1]) if order else np.zeros(0)
+        )
+        variance = float(covariance[0] - phi @ covariance[1 : order + 1])
+        if variance <= 1e-12 * covariance[0]:
+            break
+        score = rows * np.log(variance) + np.log(max(rows, 2)) * order
+        if best is None or score < best[0]:
+            best = (score, phi, variance)
+    assert best is not None
+    _, phi, variance = best
+    if phi.sum() > PERSISTENCE_MAX:
+        phi = phi * (PERSISTENCE_MAX / phi.sum())
+        reach = np.concatenate(([1.0], -phi))
+        lags = np.abs(np.subtract.outer(np.arange(reach.size), np.arange(reach.size)))
+        variance = float(reach @ covariance[lags] @ reach)
+    return phi, variance
+
+
+def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, columns: int) -> Noise:
+    """Estimate the noise from what the largest model leaves.
+
+    Parameters
+    ----------
+    residual : ndarray
+    time_s : ndarray
+    starts : ndarray
+        Offsets of the runs.
+    columns : int
+        Number of columns of that model, for the degrees of freedom.
+    """
+    groups = rate_groups(time_s, starts)
+    every = np.arange(groups.size)
+    inflate = residual.size / max(residual.size - columns, 1)
+    pooled, rows = autocovariance(residual, starts, every)
+    common_phi, common_variance = autoregression(pooled, rows)
+    phi: list[FloatArray] = [common_phi] * groups.size
+    sigma = np.full(groups.size, np.sqrt(common_variance * inflate))
+    for number in np.unique(groups):
+        runs = np.flatnonzero(groups == number)
+        covariance, rows = autocovariance(residual, starts, runs)
+        if rows < GROUP_ROWS_LEAST:
+            continue
+        own, variance = autoregression(covariance, rows)
+        for r in runs:
+            phi[r] = own
+            sigma[r] = np.sqrt(variance * inflate)
+    return Noise(phi, np.maximum(sigma, 1e-12))

@@ -1,0 +1,423 @@
+"""Forward and backward selection of effects and shapes, with refits of the strongest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.backbone import Additive, Base, Term
+from lostmotion.discover.candidates import Candidate
+from lostmotion.discover.contest import Result
+from lostmotion.discover.effects import Effect
+from lostmotion.discover.noise import Noise
+from lostmotion.discover import shapes as shape_room
+from lostmotion.discover.study import (
+    Field,
+    Settled,
+    estimate_noise,
+    make_candidates,
+    make_field,
+    settle,
+    take_step,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+P_LIMIT = 0.05
+"""Of the F test after Bonferroni, and of the sign flips as they are."""
+
+GAIN_LEAST = 2.0
+"""Least leave-one-run-out gain, nats."""
+
+SIZE_LEAST = 0.1
+"""Least size of what is called missing, rms over the noise: a model that is a tenth of the noise off
+is as good as the recordings can tell in practice."""
+
+REFITS_NAMED, REFITS_SHAPES = 3, 2
+"""How many of the strongest are refitted."""
+
+REFIT_SHARE = 0.25
+"""Share of the best gain below which a candidate is not refitted."""
+
+CLEAR_SHARE = 0.6
+"""A shape with less than this share of the leading named effect's gain is not refitted."""
+
+LEFTOVER_SHARE = 0.12
+"""What is left of a named effect because its form is not exactly right counts as missing from this
+share of its size on."""
+
+NAMED_SHARE = 0.75
+"""A named effect that reaches this share of the best shape's gain is the answer: a real effect never
+has exactly the form of the library."""
+
+NESTED_DEG = 5.0
+"""A shape within this angle of a named effect contains it."""
+
+TERMS_MAX = 4
+RUNS_PER_TERM = 4
+
+REFIT_STEPS = 12
+"""Evaluations of a joint refit."""
+
+WANDERING = 2.0
+"""Noise whose spread is this many times its innovations wanders so slowly that it may be a missing
+effect: the strongest candidates are then refitted before the noise is believed."""
+
+CALMER = 0.9
+"""Share of the spread below which the noise after such a refit is the one that is believed."""
+
+PAIRED_T = 2.0
+"""Paired t over runs below which two effects are not told apart ..."""
+
+RIVAL_SHARE = 0.5
+"""... provided that the weaker one gains this share of the stronger one."""
+
+
+@dataclass
+class Contender:
+    """A candidate with its own refit."""
+
+    result: Result
+    candidate: Candidate
+    settled: Settled | None
+    gain: float
+    gain_by_run: FloatArray
+    size: float = 0.0
+
+
+@dataclass
+class Step:
+    """One round of the selection."""
+
+    field: Field
+    results: list[Result]
+    chosen: Contender | None
+    contenders: list[Contender]
+    rivals: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Selection:
+    """What the selection came to."""
+
+    steps: list[Step]
+    settled: list[Settled]
+    noise: Noise
+
+
+def judge_all(stage: Field) -> list[Result]:
+    """Judge every candidate; a failed one never stops the others."""
+    results = []
+    for name in stage.candidates:
+        try:
+            result = stage.contest.test(name)
+        except np.linalg.LinAlgError:
+            result = None
+        if result is None:
+            if stage.candidates[name].named:
+                stage.closed[name] = "not visible with this plan: the base takes it up"
+            continue
+        results.append(result)
+    results.sort(key=lambda r: (-r.gain, r.name))
+    return results
+
+
+def accepted(result: Result, count: int) -> bool:
+    """All three gates."""
+    return result.p * count <= P_LIMIT and result.flip_p <= P_LIMIT and result.gain >= GAIN_LEAST
+
+
+def size_of(stage: Field, result: Result) -> float:
+    """Root mean square, arc seconds, of what a candidate explains beside the base."""
+    candidate = stage.candidates[result.name]
+    evidence = stage.contest.evidence
+    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.name]]
+    return beside_base(stage.settled.base, candidate.columns @ coefficients)
+
+
+def beside_base(base: Base, column: FloatArray) -> float:
+    """Root mean square of what the base's fixed columns leave of a column."""
+    c = base.conditions
+    fixed, _ = base.fixed_columns(base.at())
+    fixed = fixed[:, : base.slopes.size + 2 * base.shares.size]
+    fixed = fixed - c.run_mean(fixed)[c.run_of] if c.runs < 2 else fixed - fixed.mean(axis=0)
+    column = column - column.mean()
+    norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
+    norm[norm == 0] = 1.0
+    fixed = fixed / norm
+    normal = fixed.T @ fixed + 1e-9 * np.eye(norm.size)
+    rest = column - fixed @ np.linalg.solve(normal, fixed.T @ column)
+    return float(np.sqrt(np.mean(rest**2)))
+
+
+def term_of(stage: Field, result: Result) -> Term:
+    """An effect with the values that the contest suggests."""
+    candidate = stage.candidates[result.name]
+    effect = candidate.effect
+    assert effect is not None
+    evidence = stage.contest.evidence
+    best, start = -np.inf, 0
+    coefficients = np.zeros(0)
+    places: list[int] = []
+    for number in sorted(set(candidate.start_of)):
+        own = stage.contest.test(f"{result.name}#{number}")
+        if own is not None and own.wald > best:
+            best, start = own.wald, number
+            coefficients = own.coefficients / evidence.scale[evidence.blocks[own.name]]
+            places = [i for i, s in enumerate(candidate.start_of) if s == number]
+    values = candidate.starts[start].copy()
+    linear = effect.indices("linear")
+    if effect.name == "lobe_eccentricity":
+        if start == 0:
+            values[:2] = coefficients[:2]
+            if coefficients.size > 2:
+                values[2:4] *= abs(coefficients[2]) / np.hypot(values[2], values[3])
+        else:
+            values[2:4] *= abs(coefficients[0]) / np.hypot(values[2], values[3])
+        values[4] = max(values[4], 1e-9)
+    elif linear:
+        # Columns of a start follow the linear values in order; multiples of earlier ones are gone.
+        first = sum(1 for s in candidate.start_of if s == 0)
+        if len(places) == len(linear):
+            values[linear] = coefficients
+        elif first == len(linear):
+            values[linear[-coefficients.size :]] = coefficients
+    elif effect.name != "ratcheting":
+        shape = effect.indices("shape")
+        values[shape] = 0.0
+        values[shape[: coefficients.size]] = coefficients
+    low = np.array([v.low for v in effect.values])
+    high = np.array([v.high for v in effect.values])
+    values = np.clip(values, low, high)
+    return Term(effect, values, free_values(effect))
+
+
+def free_values(effect: Effect) -> list[int]:
+    """Values that a fit may move: not what is given, nor what only picks a branch."""
+    held = {"gap_rad", "blend_rad_s", "threshold_Nm"}
+    return [
+        i
+        for i, value in enumerate(effect.values)
+        if value.role == "linear" or (value.role == "shape" and value.name not in held)
+    ]
+
+
+def refit(stage: Field, result: Result) -> Contender:
+    """Fit base and candidate together, from the deviations that this hypothesis predicts."""
+    settled = stage.settled
+    candidate = stage.candidates[result.name]
+    base = settled.base.copy()
+    evidence = stage.contest.evidence
+    index = evidence.index(result.name)
+    delta = np.concatenate((result.fixed_step, result.coefficients))
+    own = stage.contest.deviations(index, result.omega, delta)
+    fixed = evidence.fixed.size
+    scale = np.concatenate((evidence.scale[:fixed], evidence.scale[evidence.scatter]))
+    take_step(base, scale, result.fixed_step, own)
+    if candidate.effect is not None:
+        base.terms.append(term_of(stage, result))
+    else:
+        base.additives.append(
+            Additive(
+                candidate.name,
+                candidate.columns,
+                result.coefficients / evidence.scale[evidence.blocks[result.name]],
+                candidate.covariate,
+                candidate.shape,
+            )
+        )
+    base.fit(noise=float(np.median(settled.noise.sigma)), steps=REFIT_STEPS)
+    done = settle(base, settled.noise)
+    by_run = done.density - settled.density
+    return Contender(result, candidate, done, float(by_run.sum()), by_run)
+
+
+def sharpen(stage: Field, winner: Contender) -> Contender | None:
+    """Find the frequency of a winning wave more closely, and refit it."""
+    fine = shape_room.finer(stage.settled.base, winner.candidate)
+    if not fine:
+        return None
+    scan = make_field(stage.settled, fine, {})
+    found = [r for r in (scan.contest.test(c.name, refit_scatter=False) for c in fine) if r]
+    if not found:
+        return None
+    best = max(found, key=lambda r: r.wald)
+    wide = shape_room.with_neighbours(stage.settled.base, scan.candidates[best.name])
+    only = make_field(stage.settled, [wide], {})
+    result = only.contest.test(wide.name)
+    return None if result is None else refit(only, result)
+
+
+def paired_t(a: FloatArray, b: FloatArray) -> float:
+    """Paired t of two candidates' gains over the runs."""
+    difference = a - b
+    spread = float(np.std(difference, ddof=1)) if difference.size > 1 else 0.0
+    if spread == 0:
+        return 0.0 if difference.sum() == 0 else float("inf")
+    return float(difference.mean() / spread * np.sqrt(difference.size))
+
+
+def choose(stage: Field, results: list[Result], least: float) -> Step:
+    """Find the candidate that is missing most, or none.
+
+    Parameters
+    ----------
+    least : float
+        Least size that counts, arc seconds.
+    """
+    count = len(results)
+    passed = [r for r in results if accepted(r, count)]
+    passed = [r for r in passed if size_of(stage, r) >= least]
+    if not passed:
+        return Step(stage, results, None, [])
+    near = [r for r in passed if r.gain >= REFIT_SHARE * passed[0].gain]
+    named = [r for r in near if stage.candidates[r.name].named][:REFITS_NAMED]
+    shapes = [r for r in near if not stage.candidates[r.name].named][:REFITS_SHAPES]
+    if named and near[0] is named[0] and shapes:
+        shapes = [r for r in shapes[:1] if r.gain > CLEAR_SHARE * named[0].gain]
+    contenders = []
+    for result in (*named, *shapes):
+        contender = refit(stage, result)
+        contender.size = size_of(stage, result)
+        contenders.append(contender)
+    best_named = max(
+        (c for c in contenders if c.candidate.named), key=lambda c: c.gain, default=None
+    )
+    best_shape = max(
+        (c for c in contenders if not c.candidate.named), key=lambda c: c.gain, default=None
+    )
+    if best_shape is not None:
+        sharper = sharpen(stage, best_shape)
+        if sharper is not None:
+            sharper.size = best_shape.size
+            contenders.append(sharper)
+            best_shape = max(best_shape, sharper, key=lambda c: c.gain)
+    chosen = best_named or best_shape
+    if best_named is not None and best_shape is not None:
+        nested = False
+        if best_shape.gain > best_named.gain:
+            angles = (
+                stage.contest.angles(
+                    best_named.result.name, best_shape.result.name, best_named.result.omega
+                )
+                if best_shape.result.name in stage.candidates
+                else np.zeros(0)
+            )
+            nested = angles.size > 0 and float(angles[0]) < NESTED_DEG
+        if best_named.gain < NAMED_SHARE * best_shape.gain and not nested:
+            chosen = best_shape
+    step = Step(stage, results, chosen, contenders)
+    if chosen is not None and chosen.candidate.named:
+        step.rivals = rivals(stage, results, contenders, chosen)
+    return step
+
+
+def rivals(
+    stage: Field, results: list[Result], contenders: list[Contender], chosen: Contender
+) -> list[str]:
+    """Named effects that these data do not tell from the chosen one."""
+    own = {c.result.name: c for c in contenders}
+    out = []
+    for result in results:
+        name = result.name
+        if name == chosen.result.name or not stage.candidates[name].named:
+            continue
+        if result.gain < GAIN_LEAST:
+            continue
+        if name in own:
+            gain, by_run = own[name].gain, own[name].gain_by_run
+            ahead, ahead_by_run = chosen.gain, chosen.gain_by_run
+        else:
+            gain, by_run = result.gain, result.gain_by_run
+            ahead, ahead_by_run = chosen.result.gain, chosen.result.gain_by_run
+        close = gain >= RIVAL_SHARE * ahead and paired_t(ahead_by_run, by_run) < PAIRED_T
+        if ahead - gain < GAIN_LEAST or close:
+            out.append(name)
+    return out
+
+
+def select(
+    base: Base,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Selection:
+    """Run the selection over a fitted base."""
+
+    def say(what: str) -> None:
+        if progress is not None:
+            progress(what)
+
+    runs = base.conditions.runs
+    limit = max(1, min(TERMS_MAX, runs // RUNS_PER_TERM))
+    candidates, closed = make_candidates(base, effects, ratio)
+    noise = estimate_noise(base, [c.columns for c in candidates])
+    settled = settle(base, noise)
+    steps: list[Step] = []
+    trail = [settled]
+    say("noise")
+    while True:
+        candidates, closed = make_candidates(settled.base, effects, ratio)
+        noise = estimate_noise(settled.base, [c.columns for c in candidates])
+        stage, results = contest_under(settled.base, noise, candidates, closed)
+        if noise_rms(noise, base) > WANDERING * float(np.mean(noise.sigma)):
+            calmer = calmer_noise(stage, results, effects, ratio)
+            if calmer is not None:
+                noise = calmer
+                stage, results = contest_under(settled.base, noise, candidates, closed)
+        settled = stage.settled
+        trail[-1] = settled
+        say("contest")
+        largest = max((s.chosen.size for s in steps if s.chosen is not None), default=0.0)
+        least = max(SIZE_LEAST * noise_rms(noise, base), LEFTOVER_SHARE * largest)
+        step = choose(stage, results, least)
+        steps.append(step)
+        if step.chosen is None or len(steps) > limit:
+            break
+        if not step.chosen.candidate.named and any(
+            s.chosen is not None and not s.chosen.candidate.named for s in steps[:-1]
+        ):
+            break
+        assert step.chosen.settled is not None
+        settled = step.chosen.settled
+        trail.append(settled)
+        say("refit")
+    return Selection(steps, trail, noise)
+
+
+def contest_under(
+    base: Base, noise: Noise, candidates: list[Candidate], closed: dict[str, str]
+) -> tuple[Field, list[Result]]:
+    """Settle the base under a noise model and judge every candidate."""
+    stage = make_field(settle(base, noise), candidates, closed)
+    return stage, judge_all(stage)
+
+
+def calmer_noise(
+    stage: Field, results: list[Result], effects: Mapping[str, Effect], ratio: float
+) -> Noise | None:
+    """Noise of the largest model about the refit of a strong candidate, where that is calmer."""
+    best: Noise | None = None
+    least = CALMER * noise_rms(stage.settled.noise, stage.settled.base)
+    named = [r for r in results if stage.candidates[r.name].named and r.gain > 0]
+    for result in named[:REFITS_NAMED]:
+        contender = refit(stage, result)
+        assert contender.settled is not None
+        base = contender.settled.base
+        candidates, _ = make_candidates(base, effects, ratio)
+        noise = estimate_noise(base, [c.columns for c in candidates])
+        spread = noise_rms(noise, base)
+        if spread < least:
+            best, least = noise, spread
+    return best
+
+
+def noise_rms(noise: Noise, base: Base) -> float:
+    """Root mean square of the noise within runs, arc seconds."""
+    rows = np.diff(base.conditions.starts)
+    spread = np.array([noise.spread(r) for r in range(rows.size)])
+    return float(np.sqrt(np.average(spread**2, weights=rows)))
