@@ -351,6 +351,9 @@ static void measure_limits(const lm_problem *problem, const lm_drive *drive,
   for (i = 0; i < LM_LIMIT_BENDING_STRESS; i++) {
     row[i] = -check[by_module[i]].margin / drive->teeth.module_mm;
   }
+  /* The root of the gear that the rack does not cut is as deep as its mate needs: no dimension of
+   * the drive, so nothing to limit (involute.h sets it 0.2 modules beyond the nominal wave). */
+  row[g->deformation == LM_INTERNAL ? LM_LIMIT_RIGID_ROOT : LM_LIMIT_FLEXSPLINE_ROOT] = LM_REAL(-1);
   if (!bounds->free_assembly) {
     row[LM_LIMIT_FREE_ASSEMBLY] = LM_REAL(-1);
   }

@@ -1,0 +1,297 @@
+#include "output.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "spec.h"
+
+#define DEGREE (3.14159265358979323846 / 180.0)
+#define ARCMIN (DEGREE / 60.0)
+
+static void write_number(FILE *file, const char *key, double value) {
+  fprintf(file, "%s = %.17g\n", key, value);
+}
+
+void lm_write_drive(FILE *file, const lm_problem *problem, const lm_drive *drive,
+                    const char *name) {
+  static const char *const distributions[] = {"normal", "normal_inspected", "triangular",
+                                              "uniform"};
+  static const char *const zones[] = {"generator", "teeth"};
+  const lm_teeth *t = &drive->teeth;
+  const lm_material *m = &drive->material;
+  int i;
+  fprintf(file, "[drive]\nname = \"%s\"\n", name);
+  write_number(file, "ratio", drive->ratio);
+  write_number(file, "rated_torque_Nm", drive->rated_torque_Nm);
+  fprintf(file, "\n[design]\n");
+  write_number(file, "friction_angle_rad", drive->friction_angle_rad);
+  fprintf(file, "axial_sections = %d\n", drive->axial_sections);
+  fprintf(file, "\n[design.teeth]\ndeformation = \"%s\"\n",
+          t->deformation == LM_EXTERNAL ? "external" : "internal");
+  write_number(file, "module_mm", t->module_mm);
+  fprintf(file, "flexspline_teeth = %d\nrigid_teeth = %d\n", t->flexspline_teeth, t->rigid_teeth);
+  write_number(file, "pressure_angle_rad", t->pressure_angle_rad);
+  write_number(file, "flexspline_shift", t->flexspline_shift);
+  write_number(file, "rigid_shift", t->rigid_shift);
+  write_number(file, "rack_addendum", t->rack_addendum);
+  write_number(file, "root_clearance", t->root_clearance);
+  write_number(file, "tooth_height", t->tooth_height);
+  write_number(file, "engagement_depth", t->engagement_depth);
+  write_number(file, "face_width_mm", t->face_width_mm);
+  fprintf(file, "\n[design.generator]\ntype = \"%s\"\n", lm_generator_name(drive->generator.type));
+  write_number(file, "deflection_mm", drive->generator.deflection_mm);
+  write_number(file, "contact_half_angle_rad", drive->generator.contact_half_angle_rad);
+  write_number(file, "cam_offset_mm", drive->generator.cam_offset_mm);
+  fprintf(file, "\n[design.flexspline]\n");
+  write_number(file, "rim_thickness_mm", drive->flexspline.rim_thickness_mm);
+  write_number(file, "wall_thickness_mm", drive->flexspline.wall_thickness_mm);
+  write_number(file, "length_mm", drive->flexspline.length_mm);
+  fprintf(file, "\n[design.material]\n");
+  write_number(file, "youngs_modulus_MPa", m->youngs_modulus_MPa);
+  write_number(file, "shear_modulus_MPa", m->shear_modulus_MPa);
+  write_number(file, "poisson_ratio", m->poisson_ratio);
+  write_number(file, "bending_fatigue_MPa", m->bending_fatigue_MPa);
+  write_number(file, "shear_fatigue_MPa", m->shear_fatigue_MPa);
+  write_number(file, "bending_notch_factor", m->bending_notch_factor);
+  write_number(file, "shear_notch_factor", m->shear_notch_factor);
+  write_number(file, "mean_stress_factor", m->mean_stress_factor);
+  write_number(file, "tooth_stress_factor", m->tooth_stress_factor);
+  fprintf(file, "\n[design.support]\n");
+  write_number(file, "foundation_N_per_mm2", drive->support.foundation_N_per_mm2);
+  write_number(file, "ring_stiffness_N_mm2", drive->support.ring_stiffness_N_mm2);
+  write_number(file, "ring_factor", drive->support.ring_factor);
+  write_number(file, "tooth_compliance_mm_per_N", drive->support.tooth_compliance_mm_per_N);
+  write_number(file, "engagement_limit_rad", drive->support.engagement_limit_rad);
+  write_number(file, "gap_limit_rad", drive->support.gap_limit_rad);
+  fprintf(file, "\n[design.gap]\n");
+  write_number(file, "generator_mm", drive->gap.generator_mm);
+  write_number(file, "teeth_mm", drive->gap.teeth_mm);
+  write_number(file, "ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm);
+  for (i = 0; i < drive->radial_law_count; i++) {
+    const lm_radial_law *law = &drive->radial_laws[i];
+    if (law->exponent == 1 && law->coefficient_mm_per_Nn > 0) {
+      fprintf(file, "\n[[design.radial_chain]]\nkind = \"spring\"\n");
+      write_number(file, "stiffness_N_per_mm", 1 / law->coefficient_mm_per_Nn);
+      write_number(file, "share", law->share);
+    } else {
+      fprintf(file, "\n# radial law left out: %.17g F^%.17g, share %.17g, preload %.17g N\n",
+              law->coefficient_mm_per_Nn, law->exponent, law->share, law->preload_N);
+    }
+  }
+  for (i = 0; i < drive->torsion_count; i++) {
+    fprintf(file, "\n[[design.torsion_chain]]\nkind = \"stiffness\"\n");
+    write_number(file, "stiffness_Nm_per_rad", drive->torsion[i].stiffness_Nm_per_rad);
+    write_number(file, "ratio", drive->torsion[i].ratio);
+  }
+  for (i = 0; i < drive->tolerance_count; i++) {
+    const lm_tolerance_link *link = &drive->tolerances[i];
+    fprintf(file, "\n[[design.tolerance]]\nkind = \"link\"\nzone = \"%s\"\n", zones[link->zone]);
+    write_number(file, "influence", link->influence);
+    write_number(file, "lower_mm", link->lower_mm);
+    write_number(file, "upper_mm", link->upper_mm);
+    fprintf(file, "distribution = \"%s\"\n", distributions[link->distribution]);
+  }
+  (void)problem;
+}
+
+/* --- front --------------------------------------------------------------------------------------
+ */
+
+static double range_value(const lm_range *range, double unit) {
+  return range->low + (range->high - range->low) * unit;
+}
+
+/* Margin of a limit, scaled; what is not stated has 1. */
+static double margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
+                        int limit) {
+  double row = result[layout->single_start + (limit < LM_SINGLE_ROWS ? limit : 0)];
+  int i;
+  if (limit == LM_LIMIT_GAP) {
+    row = -HUGE_VAL;
+    for (i = 0; i < layout->gap_count; i++) {
+      row = result[layout->gap_start + i] > row ? result[layout->gap_start + i] : row;
+    }
+  } else if (limit >= LM_LIMIT_FIGURE) {
+    const double most = problem->bounds.figure_max[limit - LM_LIMIT_FIGURE];
+    row = most > 0 ? lm_figure_of(layout, result, limit - LM_LIMIT_FIGURE) / most - 1 : -1;
+  }
+  return -row;
+}
+
+void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
+                    lm_workspace *workspace) {
+  const int count = lm_read_front(search, NULL, 0);
+  lm_found *front = (lm_found *)malloc((size_t)(count + 1) * sizeof *front);
+  double *result = (double *)malloc(LM_RESULT_MAX * sizeof *result);
+  char key[LM_KEY_NAME_MAX];
+  lm_layout layout;
+  lm_scan scan;
+  int n;
+  int i;
+  if (front != NULL && result != NULL) {
+    fprintf(file, "settled");
+    for (i = 0; i < problem->choice_count; i++) {
+      lm_write_key(problem->choice[i].key, key);
+      fprintf(file, ",%s", key);
+    }
+    for (i = 0; i < problem->range_count; i++) {
+      lm_write_key(problem->range[i].key, key);
+      fprintf(file, ",%s", key);
+    }
+    for (i = 0; i < LM_FIGURE_COUNT; i++) {
+      fprintf(file, ",%s_%s", lm_figure_name(i), lm_figure_unit(i));
+    }
+    for (i = 0; i < LM_LIMIT_COUNT; i++) {
+      fprintf(file, ",margin_%s", lm_limit_name(i));
+    }
+    fprintf(file, "\n");
+    (void)lm_read_front(search, front, count);
+    lm_default_scan(&scan);
+    lm_lay_out(problem, &scan, &layout);
+    for (n = 0; n < count; n++) {
+      const lm_found *f = &front[n];
+      if (lm_evaluate_point(problem, &scan, &layout, f->combination, f->unit, result, workspace,
+                            NULL) != LM_OK) {
+        continue;
+      }
+      fprintf(file, "%d", f->settled);
+      for (i = 0; i < problem->choice_count; i++) {
+        fprintf(file, ",%.17g", lm_chosen_value(problem, f->combination, i));
+      }
+      for (i = 0; i < problem->range_count; i++) {
+        fprintf(file, ",%.17g", range_value(&problem->range[i], f->unit[i]));
+      }
+      for (i = 0; i < LM_FIGURE_COUNT; i++) {
+        fprintf(file, ",%.17g", lm_figure_of(&layout, result, i));
+      }
+      for (i = 0; i < LM_LIMIT_COUNT; i++) {
+        fprintf(file, ",%.17g", margin_of(problem, &layout, result, i));
+      }
+      fprintf(file, "\n");
+    }
+  }
+  free(front);
+  free(result);
+}
+
+void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search) {
+  const int count = lm_count_combinations(problem);
+  char key[LM_KEY_NAME_MAX];
+  int n;
+  int i;
+  for (i = 0; i < problem->choice_count; i++) {
+    lm_write_key(problem->choice[i].key, key);
+    fprintf(file, "%s,", key);
+  }
+  fprintf(file, "fate,pruned_by\n");
+  for (n = 0; n < count; n++) {
+    int limit = 0;
+    const int fate = lm_read_fate(search, n, &limit);
+    for (i = 0; i < problem->choice_count; i++) {
+      fprintf(file, "%.17g,", lm_chosen_value(problem, n, i));
+    }
+    fprintf(file, "%s,%s\n", lm_fate_name(fate),
+            fate != LM_FATE_PRUNED ? ""
+            : limit < 0            ? "generator against deformation"
+                                   : lm_limit_name(limit));
+  }
+}
+
+/* --- JSON ---------------------------------------------------------------------------------------
+ */
+
+/* A number of JSON: what is not finite has none. */
+static void write_json(FILE *file, const char *key, double value, const char *after) {
+  if (isfinite(value)) {
+    fprintf(file, "\"%s\": %.17g%s", key, value, after);
+  } else {
+    fprintf(file, "\"%s\": null%s", key, after);
+  }
+}
+
+void lm_write_certificate(FILE *file, const lm_problem *problem, int combination,
+                          const lm_certificate *c) {
+  int i;
+  fprintf(file, "{\"schema\": \"lostmotion.certificate/1\", \"holds\": %s, \"combination\": %d,\n",
+          c->holds ? "true" : "false", combination);
+  fprintf(file, " \"figures\": {");
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    char name[64];
+    snprintf(name, sizeof name, "%s_%s", lm_figure_name(i), lm_figure_unit(i));
+    write_json(file, name, c->figure[i], i + 1 < LM_FIGURE_COUNT ? ", " : "},\n");
+  }
+  fprintf(file, " \"figures_as_searched\": {");
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    char name[64];
+    snprintf(name, sizeof name, "%s_%s", lm_figure_name(i), lm_figure_unit(i));
+    write_json(file, name, c->search_figure[i], i + 1 < LM_FIGURE_COUNT ? ", " : "},\n");
+  }
+  fprintf(file, " \"limits\": [");
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    const lm_limit_report *limit = &c->limit[i];
+    fprintf(file, "%s\n  {\"name\": \"%s\", \"stated\": %s, ", i > 0 ? "," : "", lm_limit_name(i),
+            limit->stated ? "true" : "false");
+    write_json(file, "margin", limit->margin, ", ");
+    fprintf(file, "\"binds\": %s, ", limit->binds ? "true" : "false");
+    write_json(file, "multiplier", limit->multiplier, "}");
+  }
+  fprintf(file, "],\n \"checks\": [");
+  for (i = 0; i < LM_CHECK_COUNT; i++) {
+    fprintf(file, "%s\n  {\"name\": \"%s\", \"unit\": \"%s\", ", i > 0 ? "," : "",
+            lm_check_name((lm_check_id)i), lm_check_unit((lm_check_id)i));
+    write_json(file, "value", c->check[i].value, ", ");
+    write_json(file, "limit", c->check[i].limit, ", ");
+    write_json(file, "margin", c->check[i].margin, "}");
+  }
+  fprintf(file, "],\n \"smallest_gap\": {");
+  write_json(file, "gap_arcmin", c->smallest.gap_rad / ARCMIN, ", ");
+  write_json(file, "angle_deg", c->smallest.angle_rad / DEGREE, ", ");
+  fprintf(file, "\"section\": %d, \"forward\": %s},\n", c->smallest.section,
+          c->smallest.forward ? "true" : "false");
+  fprintf(file, " \"lost_motion_arcmin\": {");
+  write_json(file, "worst", c->lost_motion_worst, ", ");
+  write_json(file, "probable", c->lost_motion_probable, ", ");
+  write_json(file, "median", c->lost_motion_median.value, ", ");
+  write_json(file, "median_standard_error", c->lost_motion_median.standard_error, ", ");
+  write_json(file, "quantile_9973", c->lost_motion_quantile.value, ", ");
+  write_json(file, "quantile_9973_standard_error", c->lost_motion_quantile.standard_error, "},\n");
+  fprintf(file, " \"tolerance_percent\": [");
+  for (i = 0; i < problem->link_count; i++) {
+    fprintf(file, "%s{", i > 0 ? ", " : "");
+    write_json(file, "worst", c->worst_percent[i], ", ");
+    write_json(file, "probable", c->probable_percent[i], "}");
+  }
+  fprintf(file, "],\n ");
+  write_json(file, "optimality_residual", c->residual, "}\n");
+}
+
+void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
+  int first = 1;
+  int i;
+  fprintf(file, "{\"schema\": \"lostmotion.infeasible/1\", \"relax\": [");
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    if (relax[i] > LM_FEASIBLE) {
+      fprintf(file, "%s{\"limit\": \"%s\", \"unit\": \"%s\", ", first ? "" : ", ", lm_limit_name(i),
+              i == LM_LIMIT_GAP                                           ? "arcmin"
+              : i < LM_LIMIT_BENDING_STRESS || i == LM_LIMIT_INTERFERENCE ? "modules"
+                                                                          : "share of the limit");
+      write_json(file, "by", relax[i], "}");
+      first = 0;
+    }
+  }
+  fprintf(file, "]}\n");
+}
+
+void lm_write_progress(FILE *file, const lm_progress *p, double seconds, double left) {
+  static const char *const stages[] = {"screen", "race", "polish", "spread", "settle", "done"};
+  fprintf(file, "{\"stage\": \"%s\", \"evaluations\": %d, \"budget\": %d, \"tasks\": %d, ",
+          stages[p->stage], p->evaluations, p->budget, p->tasks_done);
+  write_json(file, "best", p->has_best ? p->best_value : HUGE_VAL, ", ");
+  write_json(file, "feasible_share", p->feasible_share, ", ");
+  fprintf(file, "\"refused\": %d, \"front\": %d, \"combinations\": {", p->refused, p->front_size);
+  fprintf(file, "\"solved\": %d, \"dominated\": %d, \"pruned\": %d, \"not_reached\": %d}, ",
+          p->fate[LM_FATE_SOLVED], p->fate[LM_FATE_DOMINATED], p->fate[LM_FATE_PRUNED],
+          p->fate[LM_FATE_NOT_REACHED]);
+  write_json(file, "seconds", seconds, ", ");
+  write_json(file, "seconds_left", left < 0 ? HUGE_VAL : left, "}\n");
+}

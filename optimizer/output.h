@@ -1,0 +1,40 @@
+/* What a search leaves behind, as text: drive file, front, combinations, certificate. */
+#ifndef LOSTMOTION_OPTIMIZER_OUTPUT_H
+#define LOSTMOTION_OPTIMIZER_OUTPUT_H
+
+#include <stdio.h>
+
+#include "certificate.h"
+#include "search.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A drive file (TOML) that reads back as this drive. Radial laws other than springs have no form of
+ * their own in a drive file; they are left out with a comment. */
+void lm_write_drive(FILE *file, const lm_problem *problem, const lm_drive *drive, const char *name);
+
+/* The trade-off, one design a row: combination, variables, figures, margins of all limits. Designs
+ * that the model refuses are left out. */
+void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
+                    lm_workspace *workspace);
+
+/* Every combination: its choices, how it ended and what pruned it. */
+void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search);
+
+/* The certificate as JSON. */
+void lm_write_certificate(FILE *file, const lm_problem *problem, int combination,
+                          const lm_certificate *certificate);
+
+/* What an infeasible search says: limits to relax and by how much, JSON. */
+void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]);
+
+/* One line of JSON. seconds: since the start of the program; left: estimate, < 0 unknown. */
+void lm_write_progress(FILE *file, const lm_progress *progress, double seconds, double left);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
