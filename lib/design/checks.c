@@ -78,9 +78,28 @@ static void refine(const lm_mesh meshes[], lm_real step, lm_smallest_gap *smalle
   }
 }
 
+static lm_smallest_gap nothing_found(void) {
+  lm_smallest_gap none;
+  none.gap_rad = REAL_INFINITY;
+  none.angle_rad = LM_REAL(0);
+  none.section = 0;
+  none.forward = 1;
+  return none;
+}
+
+static lm_status report_smallest(const lm_mesh meshes[], lm_real step, lm_smallest_gap found,
+                                 lm_smallest_gap *smallest, lm_fault *fault) {
+  if (!real_isfinite(found.gap_rad)) {
+    return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
+  }
+  refine(meshes, step, &found);
+  *smallest = found;
+  return LM_OK;
+}
+
 lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_per_pitch,
                                lm_smallest_gap *smallest, lm_fault *fault) {
-  lm_smallest_gap found;
+  lm_smallest_gap found = nothing_found();
   lm_status status;
   lm_real step;
   int steps;
@@ -99,10 +118,6 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
   }
   steps = (meshes[0].geometry.flexspline_teeth * steps_per_pitch + 3) / 4;
   step = HALF_PI / LM_REAL(steps);
-  found.gap_rad = REAL_INFINITY;
-  found.angle_rad = LM_REAL(0);
-  found.section = 0;
-  found.forward = 1;
   for (section = 0; section < sections; section++) {
     for (i = 0; i <= steps; i++) {
       const lm_real angle = step * LM_REAL(i);
@@ -111,12 +126,37 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
       keep_smaller(&found, clearance.backward.gap_rad, angle, section, 0);
     }
   }
-  if (!real_isfinite(found.gap_rad)) {
-    return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
+  return report_smallest(meshes, step, found, smallest, fault);
+}
+
+lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
+                                 const lm_clearance *const swept[], int count, int phases,
+                                 lm_smallest_gap *smallest, lm_fault *fault) {
+  lm_smallest_gap found = nothing_found();
+  lm_status status;
+  int section;
+  int i;
+  if (meshes == 0 || swept == 0 || smallest == 0) {
+    return refuse(fault, LM_NULL, "meshes, swept, smallest");
   }
-  refine(meshes, step, &found);
-  *smallest = found;
-  return LM_OK;
+  status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
+  if (status == LM_OK) {
+    status =
+        check_range(fault, "phases", LM_REAL(phases), LM_REAL(1), LM_REAL(LM_SWEEP_PHASES_MAX));
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  for (section = 0; section < sections; section++) {
+    for (i = count / 2; i < count; i++) {
+      const lm_clearance *c = &swept[section][i];
+      keep_smaller(&found, c->forward.gap_rad, c->angle_rad, section, 1);
+      keep_smaller(&found, c->backward.gap_rad, c->angle_rad, section, 0);
+    }
+  }
+  return report_smallest(meshes,
+                         HALF_PI / LM_REAL(meshes[0].geometry.flexspline_teeth * phases / 4), found,
+                         smallest, fault);
 }
 
 /* --- geometry ------------------------------------------------------------------------------------

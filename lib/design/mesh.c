@@ -279,3 +279,33 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
   *count = last - first + 1;
   return LM_OK;
 }
+
+lm_status lm_sweep_clearances(const lm_mesh *mesh, int phases, lm_clearance clearances[],
+                              int capacity, int *count, lm_fault *fault) {
+  lm_status status;
+  lm_real step;
+  int middle;
+  int k;
+  if (mesh == 0 || clearances == 0 || count == 0) {
+    return refuse(fault, LM_NULL, mesh == 0 ? "mesh" : clearances == 0 ? "clearances" : "count");
+  }
+  status = check_range(fault, "phases", LM_REAL(phases), LM_REAL(1), LM_REAL(LM_SWEEP_PHASES_MAX));
+  if (status != LM_OK) {
+    return status;
+  }
+  middle = mesh->geometry.flexspline_teeth * phases / 4;
+  if (2 * middle + 1 > capacity) {
+    return refuse_capacity(fault, "capacity", capacity, 2 * middle + 1);
+  }
+  step = LM_REAL(2) * LM_PI / LM_REAL(mesh->geometry.flexspline_teeth * phases);
+  for (k = 0; k <= middle; k++) {
+    const lm_clearance tooth = lm_tooth_clearance(mesh, step * LM_REAL(k));
+    lm_clearance *mirror = &clearances[middle - k];
+    mirror->angle_rad = -tooth.angle_rad;
+    mirror->forward = tooth.backward;
+    mirror->backward = tooth.forward;
+    clearances[middle + k] = tooth;
+  }
+  *count = 2 * middle + 1;
+  return LM_OK;
+}

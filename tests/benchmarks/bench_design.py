@@ -48,14 +48,15 @@ class Library:
         self.torque_pointer = c.pointer(self.torque)
         new = c.ffi.new
         self.workspace = new("lm_design_workspace *")
-        self.gaps = new("lm_clearance[]", c.lib.LM_LOBE_TEETH_MAX)
+        self.capacity = 2 * (drive.teeth.flexspline_teeth * PHASES // 4) + 1
+        self.swept = [new("lm_clearance[]", self.capacity) for _ in range(sections)]
+        self.swept_pointers = new("lm_clearance *[]", self.swept)
         self.count = new("int *")
         self.smallest = new("lm_smallest_gap *")
         self.contributions = new("lm_contributions[]", TORQUES)
         self.state = new("lm_mesh_state *")
         self.checks = new("lm_check[]", c.lib.LM_CHECK_COUNT)
         self.fault = c.fault()
-        self.pitch = 2 * np.pi / drive.teeth.flexspline_teeth
 
     def _done(self, status: int) -> None:
         self.c.check(status, self.fault)
@@ -69,26 +70,22 @@ class Library:
     def clearances(self) -> None:
         """Compute both flanks of every tooth and section at all phases."""
         lib, ffi = self.c.lib, self.c.ffi
-        for section in range(self.drive.axial_sections):
+        for section, swept in enumerate(self.swept):
             mesh = ffi.addressof(self.workspace.meshes, section)
-            for k in range(PHASES):
-                self._done(
-                    lib.lm_lobe_clearances(
-                        mesh,
-                        k / PHASES * self.pitch,
-                        self.gaps,
-                        lib.LM_LOBE_TEETH_MAX,
-                        self.count,
-                        self.fault,
-                    )
+            self._done(
+                lib.lm_sweep_clearances(
+                    mesh, PHASES, swept, self.capacity, self.count, self.fault
                 )
+            )
 
     def smallest_gap(self) -> None:
-        """Scan for the smallest gap between the phases as well."""
+        """Find the smallest gap among them and between the phases."""
         self._done(
-            self.c.lib.lm_find_smallest_gap(
+            self.c.lib.lm_refine_smallest_gap(
                 self.workspace.meshes,
-                self.drive.axial_sections,
+                len(self.swept),
+                self.swept_pointers,
+                self.count[0],
                 PHASES,
                 self.smallest,
                 self.fault,
@@ -226,9 +223,7 @@ def costs(name: str, rounds: int) -> None:
         ("", "us", "share"),
         [(n, f"{1e6 * t:.1f}", f"{100 * t / total:.0f} %") for n, t in pieces.items()],
     )
-    library.clearances()
-    teeth = PHASES * library.count[0]
-    per_tooth = pieces[f"clearances at {PHASES} phases"] / teeth
+    per_tooth = pieces[f"clearances at {PHASES} phases"] / library.count[0]
     print(f"a tooth, both flanks: {1e9 * per_tooth:.0f} ns")
     sections = [1, 3, 5, 7]
     models = {n: Library(c, library_drive(name, c), n) for n in sections}

@@ -125,6 +125,45 @@ static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
   }
 }
 
+/* From the clearances of a sweep comes what the scan finds, in every section. */
+static void smallest_gap_from_a_sweep(void) {
+  static lm_clearance swept[3][LM_SWEEP_COUNT(202, 8)];
+  const lm_clearance *const table[] = {swept[0], swept[1], swept[2]};
+  lm_drive drives[2];
+  lm_smallest_gap scanned;
+  int count = 0;
+  int d;
+  drives[0] = complete(reference_a());
+  drives[1] = complete(reference_e());
+  for (d = 0; d < 2; d++) {
+    int i;
+    prepare(&drives[d], 3);
+    for (i = 0; i < 3; i++) {
+      TEST_ASSERT_EQUAL(LM_OK, lm_sweep_clearances(&meshes[i], 8, swept[i], LM_SWEEP_COUNT(202, 8),
+                                                   &count, &fault));
+    }
+    TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 3, 8, &scanned, &fault));
+    TEST_ASSERT_EQUAL(LM_OK, lm_refine_smallest_gap(meshes, 3, table, count, 8, &smallest, &fault));
+    ASSERT_NEAR(BOUND(1e-12, 1e-7), scanned.gap_rad, smallest.gap_rad);
+    TEST_ASSERT_EQUAL(scanned.section, smallest.section);
+    TEST_ASSERT_EQUAL(scanned.forward, smallest.forward);
+  }
+  meshes[0].polar_high_mm = LM_REAL(1);
+  TEST_ASSERT_EQUAL(
+      LM_OK, lm_sweep_clearances(&meshes[0], 8, swept[0], LM_SWEEP_COUNT(202, 8), &count, &fault));
+  TEST_ASSERT_EQUAL(LM_NO_CONTACT,
+                    lm_refine_smallest_gap(meshes, 1, table, count, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_refine_smallest_gap(0, 1, table, count, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_refine_smallest_gap(meshes, 1, 0, count, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_refine_smallest_gap(meshes, 1, table, count, 8, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_refine_smallest_gap(meshes, 0, table, count, 8, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("sections", fault.input);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_refine_smallest_gap(meshes, 1, table, count, 0, &smallest, &fault));
+  TEST_ASSERT_EQUAL_STRING("phases", fault.input);
+}
+
 /* A shallow mesh of an elliptical cam that is nearest on the backward flank beyond the axis. */
 static void smallest_gap_may_lie_on_the_backward_flank(void) {
   lm_drive a = reference_a();
@@ -257,6 +296,7 @@ int main(void) {
   RUN_TEST(tip_thickness_of_both_gears);
   RUN_TEST(stresses_of_the_reference);
   RUN_TEST(smallest_gap_is_the_smallest_over_all_angles_and_phases);
+  RUN_TEST(smallest_gap_from_a_sweep);
   RUN_TEST(smallest_gap_may_lie_on_the_backward_flank);
   RUN_TEST(ends_of_a_short_cup_collide);
   RUN_TEST(spatial_margins_are_the_narrowest);

@@ -592,6 +592,53 @@ static void meshes_refuse_nonsense_and_write_nothing(void) {
   TEST_ASSERT_EQUAL_MEMORY(&before, &mesh, sizeof mesh);
 }
 
+/* The sweep is the list of every phase at once. */
+static void a_sweep_holds_every_phase(void) {
+  static lm_clearance swept[LM_SWEEP_COUNT(202, 5)];
+  lm_drive drives[2];
+  int d;
+  drives[0] = reference_a();
+  drives[1] = reference_e();
+  for (d = 0; d < 2; d++) {
+    const int z = drives[d].teeth.flexspline_teeth;
+    const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(z);
+    int count = 0;
+    int phase;
+    make(&drives[d], 1);
+    TEST_ASSERT_EQUAL(LM_OK,
+                      lm_sweep_clearances(&mesh, 5, swept, LM_SWEEP_COUNT(202, 5), &count, &fault));
+    TEST_ASSERT_EQUAL(LM_SWEEP_COUNT(z, 5), count);
+    for (phase = 0; phase < 5; phase++) {
+      int listed = 0;
+      int i;
+      TEST_ASSERT_EQUAL(LM_OK, lm_lobe_clearances(&mesh, pitch * LM_REAL(phase) / LM_REAL(5), lobe,
+                                                  LM_LOBE_TEETH_MAX, &listed, &fault));
+      for (i = 0; i < listed; i++) {
+        const int k = count / 2 + (int)floor((double)(lobe[i].angle_rad / pitch) * 5 + 0.5);
+        if (k >= 0 && k < count && isfinite(lobe[i].forward.gap_rad)) {
+          ASSERT_NEAR(BOUND(1e-13, 2e-6), lobe[i].angle_rad, swept[k].angle_rad);
+          ASSERT_NEAR(BOUND(1e-12, 3e-7), lobe[i].forward.gap_rad, swept[k].forward.gap_rad);
+        }
+      }
+    }
+  }
+}
+
+static void a_sweep_refuses_nonsense(void) {
+  static lm_clearance swept[LM_SWEEP_COUNT(200, 1)];
+  const lm_drive drive = reference_a();
+  int count = -7;
+  make(&drive, 1);
+  assert_refused(LM_NULL, "mesh", lm_sweep_clearances(0, 1, swept, 101, &count, &fault));
+  assert_refused(LM_NULL, "clearances", lm_sweep_clearances(&mesh, 1, 0, 101, &count, &fault));
+  assert_refused(LM_NULL, "count", lm_sweep_clearances(&mesh, 1, swept, 101, 0, &fault));
+  assert_refused(LM_OUT_OF_RANGE, "phases",
+                 lm_sweep_clearances(&mesh, 0, swept, 101, &count, &fault));
+  assert_refused(LM_TOO_SMALL, "capacity",
+                 lm_sweep_clearances(&mesh, 1, swept, 100, &count, &fault));
+  TEST_ASSERT_EQUAL(-7, count);
+}
+
 static void lists_refuse_nonsense_and_write_nothing(void) {
   const lm_drive drive = reference_a();
   const lm_real nan = LM_REAL(NAN);
@@ -643,6 +690,8 @@ int main(void) {
   RUN_TEST(sections_stand_equally_spaced_with_both_edges);
   RUN_TEST(the_deflection_grows_with_the_distance_from_the_cup);
   RUN_TEST(meshes_refuse_nonsense_and_write_nothing);
+  RUN_TEST(a_sweep_holds_every_phase);
+  RUN_TEST(a_sweep_refuses_nonsense);
   RUN_TEST(lists_refuse_nonsense_and_write_nothing);
   return UNITY_END();
 }

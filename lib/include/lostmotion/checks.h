@@ -61,6 +61,12 @@ lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift
 lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_per_pitch,
                                lm_smallest_gap *smallest, lm_fault *fault);
 
+/* The same from clearances that lm_sweep_clearances has left: swept[section] holds `count` of them
+ * for meshes[section], `phases` as there; only the refinement is computed anew. Same errors. */
+lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
+                                 const lm_clearance *const swept[], int count, int phases,
+                                 lm_smallest_gap *smallest, lm_fault *fault);
+
 /* All checks of a checked drive. meshes[sections] as made by lm_make_mesh for the axial sections,
  * smallest from lm_find_smallest_gap. checks[LM_CHECK_COUNT]. Stresses at rated torque: sigma = Y_z
  * E s w0 |k|max / (2 r_m^2 (1 - nu^2)), amplitude with half the range of k over an angle; tension

@@ -80,6 +80,21 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
                              int capacity, int *count, lm_fault *fault);
 
+/* Tooth phases of a sweep. */
+#define LM_SWEEP_PHASES_MAX 64
+
+/* How many entries a sweep has: teeth at every pitch / phases from -90 to 90 deg. */
+#define LM_SWEEP_COUNT(flexspline_teeth, phases) (2 * ((flexspline_teeth) * (phases) / 4) + 1)
+
+/* Clearances of every tooth of one lobe at `phases` equally spaced tooth phases at once: teeth at
+ * every pitch / phases, in rising order; the middle entry stands on the deformation axis, and the
+ * teeth of one phase are every phases-th. Teeth at negative angles are the mirror images of those
+ * at positive ones, g-(phi) = g+(-phi), so this costs half of lm_lobe_clearances phase by phase.
+ * phases 1 .. LM_SWEEP_PHASES_MAX; capacity at least LM_SWEEP_COUNT. LM_NULL, LM_OUT_OF_RANGE
+ * ("phases"), LM_TOO_SMALL. */
+lm_status lm_sweep_clearances(const lm_mesh *mesh, int phases, lm_clearance clearances[],
+                              int capacity, int *count, lm_fault *fault);
+
 LM_END_DECLS
 
 #endif

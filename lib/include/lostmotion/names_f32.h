@@ -129,6 +129,7 @@
 #define lm_radial_gap_sum lm_radial_gap_sum_f32
 #define lm_radial_to_tangential lm_radial_to_tangential_f32
 #define lm_read_conditions lm_read_conditions_f32
+#define lm_refine_smallest_gap lm_refine_smallest_gap_f32
 #define lm_refuse lm_refuse_f32
 #define lm_relaxation lm_relaxation_f32
 #define lm_restore_compensator lm_restore_compensator_f32
@@ -161,6 +162,7 @@
 #define lm_store_parameters lm_store_parameters_f32
 #define lm_sum_radial lm_sum_radial_f32
 #define lm_sum_torsion lm_sum_torsion_f32
+#define lm_sweep_clearances lm_sweep_clearances_f32
 #define lm_tolerance_contributions lm_tolerance_contributions_f32
 #define lm_tooth_bending_angle lm_tooth_bending_angle_f32
 #define lm_tooth_clearance lm_tooth_clearance_f32
