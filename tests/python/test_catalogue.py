@@ -67,7 +67,9 @@ def test_size_20_has_the_published_reversal_lost_motion(bought: dict[str, Any]) 
 positive = st.floats(0.1, 1e3)
 
 
-@given(t1=positive, step=positive, k=st.tuples(*[st.floats(1e2, 1e6)] * 3), scale=st.floats(0, 5))
+@given(
+    t1=positive, step=positive, k=st.tuples(*[st.floats(1e2, 1e6)] * 3), scale=st.floats(0.001, 5)
+)
 def test_the_curve_is_odd_monotone_and_the_sum_of_its_parts(
     t1: float, step: float, k: tuple[float, float, float], scale: float
 ) -> None:
