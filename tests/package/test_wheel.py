@@ -1,0 +1,157 @@
+"""The Python packages: an sdist that carries the library, a wheel for every Python from 3.10 on."""
+
+from __future__ import annotations
+
+import glob
+import importlib.util
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lostmotion import __version__
+from lostmotion.drives import read_drive
+from lostmotion.predict import predict
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "bindings" / "python"
+
+OLDEST = (3, 10)
+"""Of the stable ABI that the wheel is built for."""
+
+
+def run(*words: str | Path, **options: Any) -> str:
+    """Run a command; its output, or a failure that shows it."""
+    done = subprocess.run(
+        [str(word) for word in words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        **options,
+    )
+    assert done.returncode == 0, f"{words} ended with {done.returncode}:\n{done.stdout[-4000:]}"
+    return done.stdout
+
+
+def pip(*words: str | Path, python: str | Path = sys.executable, **options: Any) -> str:
+    """Run pip, which may not reach an index: then the test is left out and says so."""
+    done = subprocess.run(
+        [str(python), "-m", "pip", "--disable-pip-version-check", "-q", *map(str, words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        **options,
+    )
+    if done.returncode != 0 and "No matching distribution" in done.stdout:
+        pytest.skip(f"pip could not get what is needed: {done.stdout.strip().splitlines()[-1]}")
+    assert done.returncode == 0, done.stdout[-4000:]
+    return done.stdout
+
+
+def build_environment(folder: Path) -> dict[str, str]:
+    """Environment in which the build backend can be imported."""
+    environment = dict(os.environ)
+    if any(importlib.util.find_spec(name) is None for name in ("scikit_build_core", "cffi")):
+        pip("install", "--target", folder, "scikit-build-core>=0.11", "cffi>=1.15")
+        environment["PYTHONPATH"] = str(folder)
+    return environment
+
+
+def other_pythons() -> list[Path]:
+    """Interpreters of other versions that can make a virtual environment, the newest first."""
+    places = [*os.get_exec_path(), *glob.glob(str(Path.home() / ".pyenv" / "versions" / "*/bin"))]
+    found: dict[tuple[int, int], Path] = {}
+    for place in places:
+        for file in sorted(Path(place).glob("python3.*")):
+            match = re.fullmatch(r"python3\.(\d+)", file.name)
+            version = (3, int(match[1])) if match else (0, 0)
+            if version < OLDEST or version == sys.version_info[:2] or version in found:
+                continue
+            probe = subprocess.run(
+                [file, "-c", "import ensurepip, venv"], capture_output=True, check=False
+            )
+            if probe.returncode == 0:
+                found[version] = file
+    return [found[version] for version in sorted(found, reverse=True)]
+
+
+def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_path: Path) -> None:
+    # --- an sdist, made in the checkout and unpacked where no checkout is near
+    environment = build_environment(tmp_path / "backend")
+    run(
+        sys.executable,
+        "-c",
+        "import build_backend, sys; build_backend.build_sdist(sys.argv[1])",
+        tmp_path,
+        cwd=PACKAGE,
+        env=environment,
+    )
+    sdist = tmp_path / f"lostmotion-{__version__}.tar.gz"
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+        archive.extractall(tmp_path / "unpacked", filter="data")
+    assert {"PKG-INFO", "LICENSE", "pyproject.toml", "build_backend.py"} <= names
+    assert "checkout/lib/include/lostmotion/drive.h" in names
+    assert "checkout/tests/data/drives/reference_a.toml" in names
+    assert not [name for name in names if name.endswith((".so", ".pyc", ".o"))]
+
+    # --- a wheel from it, with nothing but a C compiler and CMake
+    unpacked = tmp_path / "unpacked" / f"lostmotion-{__version__}"
+    assert "../.." not in (unpacked / "pyproject.toml").read_text()
+    dist = tmp_path / "dist"
+    pip("wheel", "--no-deps", "--no-build-isolation", "-w", dist, unpacked, env=environment)
+    (wheel,) = dist.glob("*.whl")
+    assert wheel.name.startswith(f"lostmotion-{__version__}-cp310-abi3-")
+    with zipfile.ZipFile(wheel) as archive:
+        inside = archive.namelist()
+        metadata = archive.read(f"lostmotion-{__version__}.dist-info/METADATA").decode()
+    assert {name.partition("/")[0] for name in inside} == {
+        "lostmotion",
+        f"lostmotion-{__version__}.dist-info",
+    }
+    for name in ("_core32.abi3.so", "_core64.abi3.so", "py.typed", "demo_inputs/drives"):
+        assert any(entry.startswith(f"lostmotion/{name}") for entry in inside), name
+    assert f"lostmotion-{__version__}.dist-info/licenses/LICENSE" in inside
+    assert "License-Expression: MIT" in metadata
+    assert "Requires-Python: >=3.10" in metadata
+
+    # --- what auditors say of it
+    for tool, words in (("abi3audit", ["--strict"]), ("auditwheel", ["show"])):
+        found = shutil.which(tool) or shutil.which(str(Path(sys.executable).with_name(tool)))
+        if found:
+            said = run(found, *words, wheel)
+            assert tool != "auditwheel" or "manylinux" in said, said
+        else:
+            print(f"{tool} is not installed: its check is left out")
+
+    # --- into an empty environment of another Python
+    pythons = other_pythons()
+    if not pythons:
+        pytest.skip("no other Python from 3.10 on with venv on this machine")
+    venv = tmp_path / "venv"
+    run(pythons[0], "-m", "venv", venv)
+    pip("install", "--only-binary", ":all:", wheel, python=venv / "bin" / "python")
+    drive = ROOT / "tests" / "data" / "drives" / "reference_a.toml"
+    bare = {"PATH": str(venv / "bin"), "HOME": str(tmp_path)}  # no compiler in reach
+    said = run(
+        venv / "bin" / "lostmotion", "predict", drive, "--torque", "0:40:3", "--json", "-",
+        env=bare, cwd=tmp_path,
+    )  # fmt: skip
+    here = predict(read_drive(drive), [0, 20, 40])
+    assert json.loads(said)["total_arcmin"] == pytest.approx(here["total_arcmin"], rel=1e-12)
+    run(venv / "bin" / "lostmotion", "demo", "-o", "demo", env=bare, cwd=tmp_path)
+    assert (tmp_path / "demo" / "report.html").stat().st_size > 10_000
+
+
+def test_the_package_carries_the_licence_of_the_project() -> None:
+    assert (PACKAGE / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
