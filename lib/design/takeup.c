@@ -6,8 +6,14 @@
 #define SPRINGS_MAX 1204 /* both flanks of both lobes of the largest drive */
 #define MM_PER_M LM_REAL(1000)
 
-/* --- eq (1) -------------------------------------------------------------------------------------
- */
+/* Numbers of any drive, with orders of magnitude to spare, whose products float32 still holds. */
+#define RADIUS_MIN_MM LM_REAL(1e-3)
+#define RADIUS_MAX_MM LM_REAL(1e6)
+#define STIFFNESS_MIN LM_REAL(1e-9)
+#define STIFFNESS_MAX LM_REAL(1e15)
+#define TORQUE_MAX_NM LM_REAL(1e9)
+
+/* --- eq (1) --- */
 
 lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius_mm[], int count,
                               lm_real increment_rad[], int order[], lm_fault *fault) {
@@ -21,11 +27,13 @@ lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius
     return refuse_range(fault, "count", LM_REAL(count), LM_REAL(1), LM_REAL(SPRINGS_MAX));
   }
   for (i = 0; i < count; i++) {
-    if (!real_isfinite(clearance_mm[i])) {
-      return refuse_range(fault, "clearance_mm", clearance_mm[i], -REAL_INFINITY, REAL_INFINITY);
+    lm_status status =
+        check_range(fault, "clearance_mm", clearance_mm[i], -RADIUS_MAX_MM, RADIUS_MAX_MM);
+    if (status == LM_OK) {
+      status = check_range(fault, "radius_mm", radius_mm[i], RADIUS_MIN_MM, RADIUS_MAX_MM);
     }
-    if (!(radius_mm[i] > LM_REAL(0)) || !real_isfinite(radius_mm[i])) {
-      return refuse_range(fault, "radius_mm", radius_mm[i], LM_REAL(0), REAL_INFINITY);
+    if (status != LM_OK) {
+      return status;
     }
   }
   for (i = 0; i < count; i++) {
@@ -47,8 +55,7 @@ lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius
   return LM_OK;
 }
 
-/* --- independent pairs ---------------------------------------------------------------------------
- */
+/* --- independent pairs --- */
 
 /* Rotation at which a spring begins (forward) or ceases (backward) to carry on the way up. */
 static lm_real spring_event(const lm_spring *spring) {
@@ -58,15 +65,16 @@ static lm_real spring_event(const lm_spring *spring) {
 static lm_status check_springs(const lm_spring springs[], int count, lm_fault *fault) {
   int i;
   for (i = 0; i < count; i++) {
-    const lm_real k = springs[i].stiffness_Nm_per_rad;
-    if (!(k > LM_REAL(0)) || !real_isfinite(k)) {
-      return refuse_range(fault, "stiffness_Nm_per_rad", k, LM_REAL(0), REAL_INFINITY);
+    lm_status status = check_range(fault, "stiffness_Nm_per_rad", springs[i].stiffness_Nm_per_rad,
+                                   STIFFNESS_MIN, STIFFNESS_MAX);
+    if (status == LM_OK) {
+      status = check_range(fault, "gap_rad", springs[i].gap_rad, -LM_PI, LM_PI);
     }
-    if (!real_isfinite(springs[i].gap_rad)) {
-      return refuse_range(fault, "gap_rad", springs[i].gap_rad, -REAL_INFINITY, REAL_INFINITY);
+    if (status == LM_OK && springs[i].side != 1 && springs[i].side != -1) {
+      status = refuse_range(fault, "side", LM_REAL(springs[i].side), LM_REAL(-1), LM_REAL(1));
     }
-    if (springs[i].side != 1 && springs[i].side != -1) {
-      return refuse_range(fault, "side", LM_REAL(springs[i].side), LM_REAL(-1), LM_REAL(1));
+    if (status != LM_OK) {
+      return status;
     }
   }
   return LM_OK;
@@ -117,10 +125,10 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
   if (count < 1 || count > SPRINGS_MAX) {
     return refuse_range(fault, "count", LM_REAL(count), LM_REAL(1), LM_REAL(SPRINGS_MAX));
   }
-  if (!real_isfinite(torque_Nm)) {
-    return refuse_range(fault, "torque_Nm", torque_Nm, -REAL_INFINITY, REAL_INFINITY);
+  status = check_range(fault, "torque_Nm", torque_Nm, -TORQUE_MAX_NM, TORQUE_MAX_NM);
+  if (status == LM_OK) {
+    status = check_springs(springs, count, fault);
   }
-  status = check_springs(springs, count, fault);
   if (status != LM_OK) {
     return status;
   }
@@ -165,8 +173,7 @@ lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_
   return LM_OK;
 }
 
-/* --- coupled pairs -------------------------------------------------------------------------------
- */
+/* --- coupled pairs --- */
 
 lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, lm_real spacing_mm,
                         lm_real factor, int teeth, lm_real yield_mm_per_N[], lm_fault *fault) {
@@ -709,7 +716,7 @@ static lm_status check_contacts(const lm_contact contacts[], int count,
     const lm_contact *c = &contacts[i];
     const lm_real large = LM_REAL(1e6);
     const lm_real least = LM_REAL(1e-12);
-    lm_status status = check_range(fault, "arm_mm", c->arm_mm, least, large);
+    lm_status status = check_range(fault, "arm_mm", c->arm_mm, RADIUS_MIN_MM, RADIUS_MAX_MM);
     if (status == LM_OK) {
       status = check_range(fault, "wedge", c->wedge, LM_REAL(0), large);
     }
@@ -744,8 +751,10 @@ static lm_status check_contacts(const lm_contact contacts[], int count,
 static lm_status check_torques(const lm_real torque_Nm[], int torques, lm_fault *fault) {
   int i;
   for (i = 0; i < torques; i++) {
-    if (!real_isfinite(torque_Nm[i])) {
-      return refuse_range(fault, "torque_Nm", torque_Nm[i], -REAL_INFINITY, REAL_INFINITY);
+    const lm_status status =
+        check_range(fault, "torque_Nm", torque_Nm[i], -TORQUE_MAX_NM, TORQUE_MAX_NM);
+    if (status != LM_OK) {
+      return status;
     }
     if (i > 0 && !(torque_Nm[i] > torque_Nm[i - 1])) {
       return refuse(fault, LM_NOT_MONOTONE, "torque_Nm");

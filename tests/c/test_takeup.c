@@ -24,8 +24,7 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-/* --- eq (1) --------------------------------------------------------------------------------------
- */
+/* --- eq (1) --- */
 
 static void stage_increments_add_up_to_the_gaps_in_rising_order(void) {
   lm_real clearance[40];
@@ -101,6 +100,8 @@ static void stage_increments_refuse_nonsense_and_write_nothing(void) {
   lm_real radius[2] = {1, 1};
   lm_real increment[2] = {-7, -7};
   int order[2] = {-7, -7};
+  const lm_real least = LM_REAL(1e-3);
+  const lm_real most = LM_REAL(1e6);
   const char *pointers = "clearance_mm, radius_mm, increment_rad, order";
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
@@ -114,22 +115,21 @@ static void stage_increments_refuse_nonsense_and_write_nothing(void) {
   assert_refused_range(LM_OUT_OF_RANGE, "count", 1205, 1, 1204,
                        lm_stage_increments(clearance, radius, 1205, increment, order, &fault));
   clearance[1] = nan;
-  assert_refused_range(LM_NOT_FINITE, "clearance_mm", nan, -inf, inf,
+  assert_refused_range(LM_NOT_FINITE, "clearance_mm", nan, -most, most,
                        lm_stage_increments(clearance, radius, 2, increment, order, &fault));
   clearance[1] = 2;
   radius[1] = 0;
-  assert_refused_range(LM_OUT_OF_RANGE, "radius_mm", 0, 0, inf,
+  assert_refused_range(LM_OUT_OF_RANGE, "radius_mm", 0, least, most,
                        lm_stage_increments(clearance, radius, 2, increment, order, &fault));
   radius[1] = inf;
-  assert_refused_range(LM_NOT_FINITE, "radius_mm", inf, 0, inf,
+  assert_refused_range(LM_NOT_FINITE, "radius_mm", inf, least, most,
                        lm_stage_increments(clearance, radius, 2, increment, order, &fault));
   radius[1] = nan;
   TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_stage_increments(clearance, radius, 2, increment, order, 0));
   TEST_ASSERT_TRUE(increment[0] == -7 && increment[1] == -7 && order[0] == -7 && order[1] == -7);
 }
 
-/* --- independent pairs ---------------------------------------------------------------------------
- */
+/* --- independent pairs --- */
 
 static void put_spring(lm_spring *spring, double stiffness, double gap, int side) {
   spring->stiffness_Nm_per_rad = LM_REAL(stiffness);
@@ -308,6 +308,9 @@ static void the_smallest_torque_keeps_to_its_side_of_the_play(void) {
 static void springs_refuse_nonsense_and_write_nothing(void) {
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
+  const lm_real most = LM_REAL(1e9);
+  const lm_real soft = LM_REAL(1e-9);
+  const lm_real stiff = LM_REAL(1e15);
   lm_spring springs[2];
   lm_real angle = -7;
   int engaged = -7;
@@ -322,17 +325,17 @@ static void springs_refuse_nonsense_and_write_nothing(void) {
                  lm_independent_take_up(springs, 2, 1, &angle, 0, &fault));
   assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, 1204, TAKE_UP(0, 1));
   assert_refused_range(LM_OUT_OF_RANGE, "count", 1205, 1, 1204, TAKE_UP(1205, 1));
-  assert_refused_range(LM_NOT_FINITE, "torque_Nm", nan, -inf, inf, TAKE_UP(2, nan));
-  assert_refused_range(LM_NOT_FINITE, "torque_Nm", -inf, -inf, inf, TAKE_UP(2, -inf));
+  assert_refused_range(LM_NOT_FINITE, "torque_Nm", nan, -most, most, TAKE_UP(2, nan));
+  assert_refused_range(LM_NOT_FINITE, "torque_Nm", -inf, -most, most, TAKE_UP(2, -inf));
   springs[1].stiffness_Nm_per_rad = 0;
-  assert_refused_range(LM_OUT_OF_RANGE, "stiffness_Nm_per_rad", 0, 0, inf, TAKE_UP(2, 1));
+  assert_refused_range(LM_OUT_OF_RANGE, "stiffness_Nm_per_rad", 0, soft, stiff, TAKE_UP(2, 1));
   springs[1].stiffness_Nm_per_rad = inf;
-  assert_refused_range(LM_NOT_FINITE, "stiffness_Nm_per_rad", inf, 0, inf, TAKE_UP(2, 1));
+  assert_refused_range(LM_NOT_FINITE, "stiffness_Nm_per_rad", inf, soft, stiff, TAKE_UP(2, 1));
   springs[1].stiffness_Nm_per_rad = nan;
-  assert_refused_range(LM_NOT_FINITE, "stiffness_Nm_per_rad", nan, 0, inf, TAKE_UP(2, 1));
+  assert_refused_range(LM_NOT_FINITE, "stiffness_Nm_per_rad", nan, soft, stiff, TAKE_UP(2, 1));
   springs[1].stiffness_Nm_per_rad = 1000;
   springs[1].gap_rad = inf;
-  assert_refused_range(LM_NOT_FINITE, "gap_rad", inf, -inf, inf, TAKE_UP(2, 1));
+  assert_refused_range(LM_NOT_FINITE, "gap_rad", inf, -LM_PI, LM_PI, TAKE_UP(2, 1));
   springs[1].gap_rad = 0;
   springs[1].side = 0;
   assert_refused_range(LM_OUT_OF_RANGE, "side", 0, -1, 1, TAKE_UP(2, 1));
@@ -340,8 +343,7 @@ static void springs_refuse_nonsense_and_write_nothing(void) {
   TEST_ASSERT_TRUE(angle == -7 && engaged == -7);
 }
 
-/* --- the beam under the rim ----------------------------------------------------------------------
- */
+/* --- the beam under the rim --- */
 
 /* model.md section 3.2, size 20: lambda = (2600 / (4 * 3.5e5))^(1/4), give under the force
  * lambda / (2 k_f). The foundation carries the whole force: k_f times the integral is 1. */
@@ -396,8 +398,7 @@ static void the_beam_refuses_nonsense_and_writes_nothing(void) {
   TEST_ASSERT_TRUE(yield[0] == -7 && yield[1] == -7);
 }
 
-/* --- coupled pairs against the definition --------------------------------------------------------
- */
+/* --- coupled pairs against the definition --- */
 
 #define PAIRS_MAX 40
 
@@ -951,8 +952,7 @@ static void the_events_stand_on_the_curve_in_their_order(void) {
   }
 }
 
-/* --- the capacity of the workspace ---------------------------------------------------------------
- */
+/* --- the capacity of the workspace --- */
 
 /* n pairs a flank, far apart on the rim or not coupled at all, gaps in rising order. */
 static void many_pairs(int n) {
@@ -984,8 +984,7 @@ static void more_active_pairs_are_refused(void) {
                                           &workspace, &fault));
 }
 
-/* --- refusals ------------------------------------------------------------------------------------
- */
+/* --- refusals --- */
 
 static lm_take_up untouched[3];
 
@@ -1034,6 +1033,7 @@ static void coupled_pairs_refuse_null(void) {
 static void coupled_pairs_refuse_counts_and_torques(void) {
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
+  const lm_real most = LM_REAL(1e9);
   lm_real torque[3] = {-1, 0, 1};
   two_pairs();
   assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, LM_CONTACTS_MAX,
@@ -1042,9 +1042,9 @@ static void coupled_pairs_refuse_counts_and_torques(void) {
                        refused_take_up(1537, torque, 3));
   assert_refused_range(LM_TOO_SMALL, "torques", 0, 1, inf, refused_take_up(2, torque, 0));
   torque[2] = nan;
-  assert_refused_range(LM_NOT_FINITE, "torque_Nm", nan, -inf, inf, refused_take_up(2, torque, 3));
+  assert_refused_range(LM_NOT_FINITE, "torque_Nm", nan, -most, most, refused_take_up(2, torque, 3));
   torque[2] = inf;
-  assert_refused_range(LM_NOT_FINITE, "torque_Nm", inf, -inf, inf, refused_take_up(2, torque, 3));
+  assert_refused_range(LM_NOT_FINITE, "torque_Nm", inf, -most, most, refused_take_up(2, torque, 3));
   torque[2] = 0;
   assert_refused(LM_NOT_MONOTONE, "torque_Nm", refused_take_up(2, torque, 3));
 }
@@ -1058,8 +1058,8 @@ static void coupled_pairs_refuse_a_wrong_contact(void) {
   two_pairs();                                 \
   contacts[1].field = value;                   \
   assert_refused_range(status, #field, LM_REAL(value), low, high, refused_take_up(2, torque, 1))
-  WRONG(arm_mm, 0, LM_OUT_OF_RANGE, least, large);
-  WRONG(arm_mm, nan, LM_NOT_FINITE, least, large);
+  WRONG(arm_mm, 0, LM_OUT_OF_RANGE, LM_REAL(1e-3), large);
+  WRONG(arm_mm, nan, LM_NOT_FINITE, LM_REAL(1e-3), large);
   WRONG(wedge, -1, LM_OUT_OF_RANGE, 0, large);
   WRONG(gap_rad, 4, LM_OUT_OF_RANGE, -LM_PI, LM_PI);
   WRONG(gap_rad, LM_REAL(INFINITY), LM_NOT_FINITE, -LM_PI, LM_PI);
@@ -1115,8 +1115,7 @@ static void coupled_pairs_refuse_a_wrong_foundation(void) {
   }
 }
 
-/* --- what rounding defeats -----------------------------------------------------------------------
- */
+/* --- what rounding defeats --- */
 
 /* Two pairs on one tooth whose own compliance drowns in the rim's: C is singular to rounding. The
  * second arm is twice as long, so that it comes to bear when the output turns. */
@@ -1190,8 +1189,7 @@ static void an_endless_exchange_of_pairs_is_refused(void) {
   TEST_ASSERT_TRUE(exchanges);
 }
 
-/* --- meshes of the reference drive ---------------------------------------------------------------
- */
+/* --- meshes of the reference drive --- */
 
 /* How model.md makes its contact lists: sections 5 and 2.6. */
 typedef struct recipe {

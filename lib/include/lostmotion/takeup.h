@@ -14,50 +14,50 @@
 
 LM_BEGIN_DECLS
 
-/* --- eq (1): increments of the lost motion, stage by stage ---------------------------------------
- */
+/* --- eq (1): increments of the lost motion, stage by stage --- */
 
 /* Eq (1), corrected: sort the side clearances j_k / r_k of `count` pairs and give the increment of
  * the lost motion by each stage, g_(k+1) - g_k with g_0 = 0. (The paper's j_(k+1) is the clearance
  * that REMAINS at stage k; unloaded clearances must not be summed.) The cumulated increments are
- * the k-th smallest gap. clearance_mm[], radius_mm[] (> 0), increment_rad[], order[]: length count;
- * order[k] is the pair that closes at stage k. Ties keep their order. O(count^2), for reports.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("radius_mm", "count" 1 .. 1204). */
+ * the k-th smallest gap. clearance_mm[] (-1e6 .. 1e6), radius_mm[] (1e-3 .. 1e6), increment_rad[],
+ * order[]: length count; order[k] is the pair that closes at stage k. Ties keep their order.
+ * O(count^2), for reports.
+ * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("clearance_mm", "radius_mm", "count" 1 .. 1204). */
 lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius_mm[], int count,
                               lm_real increment_rad[], int order[], lm_fault *fault);
 
-/* --- independent pairs ---------------------------------------------------------------------------
- */
+/* --- independent pairs --- */
 
 /* A pair of flanks as a spring that carries only after its gap has closed. */
 typedef struct lm_spring {
-  lm_real stiffness_Nm_per_rad; /* > 0; r^2 / C of the pair, at the output */
-  lm_real gap_rad;              /* output rotation until contact; < 0: preloaded */
+  lm_real stiffness_Nm_per_rad; /* 1e-9 .. 1e15; r^2 / C of the pair, at the output */
+  lm_real gap_rad;              /* output rotation until contact, -pi .. pi; < 0: preloaded */
   int side;                     /* +1 closes for positive rotation, -1 for negative */
 } lm_spring;
 
 /* Output rotation under a torque, eq of section 3.1: T(phi) = sum K (phi - g+)_+ - sum K (-phi -
  * g-)_+, solved exactly. Springs are sorted in place by the rotation at which they begin or cease
  * to carry. The rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it
- * is the middle of the play. `engaged` is the number of springs that carry. LM_NULL, LM_NOT_FINITE,
- * LM_OUT_OF_RANGE ("stiffness", "side", "count" 1 .. 1204), LM_NO_CONTACT when no spring can carry
- * a torque of that sign. O(count^2) the first time, O(count) when sorted. */
+ * is the middle of the play. `engaged` is the number of springs that carry. torque_Nm: -1e9 .. 1e9.
+ * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("stiffness_Nm_per_rad", "gap_rad", "side", "torque_Nm",
+ * "count" 1 .. 1204), LM_NO_CONTACT when no spring can carry a torque of that sign. O(count^2) the
+ * first time, O(count) when sorted. */
 lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_Nm,
                                  lm_real *angle_rad, int *engaged, lm_fault *fault);
 
-/* --- coupled pairs -------------------------------------------------------------------------------
- */
+/* --- coupled pairs --- */
 
 /* One flank pair of one tooth in one axial section of one lobe. */
 typedef struct lm_contact {
-  lm_real arm_mm;              /* r_k, > 0 */
-  lm_real wedge;               /* tan(alpha_w): radial force per tangential force, >= 0 */
-  lm_real gap_rad;             /* < 0: preloaded */
-  lm_real compliance_mm_per_N; /* of the pair itself, tangential: C_t / cos^2(alpha_w), > 0 */
-  int tooth;                   /* place on the rim, 0 .. LM_LOBE_TEETH_MAX - 1 */
-  int lobe;                    /* 0 or 1 */
-  int section;                 /* 0 .. LM_SECTIONS_MAX - 1 */
-  int side;                    /* +1 forward, -1 backward */
+  lm_real arm_mm;  /* r_k, 1e-3 .. 1e6 */
+  lm_real wedge;   /* tan(alpha_w): radial force per tangential force, 0 .. 1e6 */
+  lm_real gap_rad; /* -pi .. pi; < 0: preloaded */
+  lm_real
+      compliance_mm_per_N; /* of the pair itself, tangential: C_t / cos^2(alpha_w), 1e-12 .. 1e6 */
+  int tooth;               /* place on the rim, 0 .. LM_LOBE_TEETH_MAX - 1 */
+  int lobe;                /* 0 or 1 */
+  int section;             /* 0 .. LM_SECTIONS_MAX - 1 */
+  int side;                /* +1 forward, -1 backward */
 } lm_contact;
 
 #define LM_CONTACTS_MAX 1536 /* candidates of all sections and lobes */
@@ -134,12 +134,12 @@ typedef struct lm_take_up_workspace {
  * linear in phi and followed exactly from event to event (active set with an updated Cholesky
  * factor), from rest up and from rest down. Preload (gaps that add up to less than zero) starts
  * from the equilibrium of both flanks. contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks;
- * torque_Nm[torques]: rising, at least one; states[torques]; rest may be null. LM_NULL,
- * LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE ("torque_Nm"),
- * LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than LM_ACTIVE_MAX
- * carry, LM_NOT_CONVERGED when rounding defeats the factor or lets pairs join and leave for ever
- * (compliances of the pairs too small against the ring's, or a twist that is not symmetric). On
- * error states[] is not complete. */
+ * torque_Nm[torques]: rising within -1e9 .. 1e9, at least one; states[torques]; rest may be null.
+ * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE
+ * ("torque_Nm"), LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than
+ * LM_ACTIVE_MAX carry, LM_NOT_CONVERGED when rounding defeats the factor or lets pairs join and
+ * leave for ever (compliances of the pairs too small against the ring's, or a twist that is not
+ * symmetric). On error states[] is not complete. */
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              const lm_foundation *foundation, const lm_real torque_Nm[],
                              int torques, lm_take_up states[], lm_rest *rest,
