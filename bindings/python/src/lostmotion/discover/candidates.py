@@ -205,6 +205,10 @@ def difference(
     """Derivative at nothing by a value that has no linear form."""
     value = effect.values[index]
     step = 0.05 * abs(value.typical or value.high)
+    if value.name == "lag_s":
+        # A first-order lag far below the time between samples does nothing to them.
+        elapsed = base.conditions.columns["elapsed_s"]
+        step = float(np.median(elapsed[elapsed > 0])) if np.any(elapsed > 0) else step
     nothing = values.copy()
     nothing[effect.indices("shape")] = 0.0
     high, low = nothing.copy(), nothing.copy()

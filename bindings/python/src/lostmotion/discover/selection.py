@@ -50,8 +50,8 @@ LEFTOVER_SHARE = 0.12
 share of its size on."""
 
 NAMED_SHARE = 0.75
-"""A named effect that reaches this share of the best shape's gain is the answer: a real effect never
-has exactly the form of the library."""
+"""A named effect that reaches this share of the best shape's gain is the answer: a real effect
+never has exactly the form of the library."""
 
 NESTED_DEG = 5.0
 """A shape within this angle of a named effect contains it."""
@@ -130,27 +130,33 @@ def accepted(result: Result, count: int) -> bool:
     return result.p * count <= P_LIMIT and result.flip_p <= P_LIMIT and result.gain >= GAIN_LEAST
 
 
+class Projector:
+    """What the fixed columns of a base leave of other columns, in plain arc seconds."""
+
+    def __init__(self, base: Base) -> None:
+        fixed, _ = base.fixed_columns(base.at())
+        fixed = fixed[:, : base.slopes.size + 2 * base.shares.size]
+        fixed -= fixed.mean(axis=0)
+        norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
+        norm[norm == 0] = 1.0
+        self.fixed = fixed / norm
+        self.normal = self.fixed.T @ self.fixed + 1e-9 * np.eye(norm.size)
+
+    def size(self, column: FloatArray) -> float:
+        """Root mean square of what is left of a column."""
+        column = column - column.mean()
+        taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
+        return float(np.sqrt(np.mean((column - taken) ** 2)))
+
+
 def size_of(stage: Field, result: Result) -> float:
     """Root mean square, arc seconds, of what a candidate explains beside the base."""
     candidate = stage.candidates[result.name]
     evidence = stage.contest.evidence
     coefficients = result.coefficients / evidence.scale[evidence.blocks[result.name]]
-    return beside_base(stage.settled.base, candidate.columns @ coefficients)
-
-
-def beside_base(base: Base, column: FloatArray) -> float:
-    """Root mean square of what the base's fixed columns leave of a column."""
-    c = base.conditions
-    fixed, _ = base.fixed_columns(base.at())
-    fixed = fixed[:, : base.slopes.size + 2 * base.shares.size]
-    fixed = fixed - c.run_mean(fixed)[c.run_of] if c.runs < 2 else fixed - fixed.mean(axis=0)
-    column = column - column.mean()
-    norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
-    norm[norm == 0] = 1.0
-    fixed = fixed / norm
-    normal = fixed.T @ fixed + 1e-9 * np.eye(norm.size)
-    rest = column - fixed @ np.linalg.solve(normal, fixed.T @ column)
-    return float(np.sqrt(np.mean(rest**2)))
+    if stage.projector is None:
+        stage.projector = Projector(stage.settled.base)
+    return float(stage.projector.size(candidate.columns @ coefficients))
 
 
 def term_of(stage: Field, result: Result) -> Term:
@@ -362,7 +368,8 @@ def select(
     say("noise")
     while True:
         candidates, closed = make_candidates(settled.base, effects, ratio)
-        noise = estimate_noise(settled.base, [c.columns for c in candidates])
+        if steps:
+            noise = estimate_noise(settled.base, [c.columns for c in candidates])
         stage, results = contest_under(settled.base, noise, candidates, closed)
         if noise_rms(noise, base) > WANDERING * float(np.mean(noise.sigma)):
             calmer = calmer_noise(stage, results, effects, ratio)

@@ -173,7 +173,7 @@ def finer(base: Base, coarse: Candidate) -> list[Candidate]:
 
 
 def with_neighbours(base: Base, wave: Candidate) -> Candidate:
-    """Widen a wave by its derivatives over the frequency, so that the rest of it is taken up too."""
+    """Widen a wave by its derivatives over the frequency: the rest of it is taken up too."""
     c = base.conditions
     x = c.torque / base.largest
     if wave.covariate != "torque":

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +27,7 @@ ROUNDS = 4
 """Most linearisations at the predicted deviations of the runs."""
 
 WORSE = 1.2
-"""A step that lets the plain residual grow by more than this has left what is known of the drive."""
+"""A step that lets the plain residual grow by more than this has left what is known."""
 
 SETTLED = 0.5
 """Fall of the restricted log likelihood below which the linearisation point stays."""
@@ -188,6 +189,7 @@ class Field:
     contest: Contest
     candidates: dict[str, Candidate]
     closed: dict[str, str]
+    projector: Any = None
 
 
 def make_candidates(

@@ -1,0 +1,517 @@
+"""The diagnosis: which effect is missing, which cannot be told apart, and what is left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+from scipy.optimize import brentq
+
+from lostmotion.base import Backbone
+from lostmotion.discover.backbone import DEVIATIONS, Additive, Base
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.contest import Contest, Result
+from lostmotion.discover.effects import Effect, library
+from lostmotion.discover.events import Event, find_events, step_column
+from lostmotion.discover.selection import (
+    P_LIMIT,
+    SIZE_LEAST,
+    Selection,
+    Step,
+    noise_rms,
+    select,
+)
+from lostmotion.discover.study import Field, Settled, clean_outliers, columns_of
+from lostmotion.recordings import Campaign
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+RUNS_LEAST = 6
+"""With fewer runs the smallest p of sign flips is above 0.05: no names."""
+
+POWER = 0.8
+"""Chance with which the smallest detectable size would be found."""
+
+TWIN_DEG = 10.0
+"""Effects within this angle look alike with this plan."""
+
+IMPLAUSIBLE = 100.0
+"""A value this many times the typical one is marked."""
+
+
+@dataclass
+class Diagnosis:
+    """The answer of `diagnose`; `answer` gives it ready for JSON."""
+
+    verdict: str
+    effects: list[str]
+    noise_floor_arcsec: float
+    ladder: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    events: list[dict[str, Any]]
+    smallest_detectable: dict[str, Any]
+    unexplained: dict[str, Any]
+    next_experiment: str
+    details: dict[str, Any] = field(default_factory=dict)
+    base: Base | None = None
+    selection: Selection | None = None
+
+    def answer(self) -> dict[str, Any]:
+        """Return the answer, ready for JSON."""
+        return {
+            "schema": "lostmotion.diagnosis/1",
+            "verdict": self.verdict,
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "effects": self.effects,
+            "ladder": self.ladder,
+            "candidates": self.candidates,
+            "events": self.events,
+            "smallest_detectable": self.smallest_detectable,
+            "unexplained": self.unexplained,
+            "next_experiment": self.next_experiment,
+            **self.details,
+        }
+
+
+def diagnose(
+    campaign: Campaign,
+    *,
+    ratio: float,
+    rated_torque_Nm: float,
+    backbone: Backbone | None = None,
+    effects: Mapping[str, Effect] | None = None,
+    base: Base | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Find the effects that a campaign's recordings show and the base lacks.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Runs in the order in which they were made.
+    ratio, rated_torque_Nm : float
+        Of the drive.
+    backbone : Backbone, optional
+        What the drive file says of the characteristic: the start and a weak prior.
+    effects : mapping, optional
+        The effects that may be missing; by default those of the library.
+    base : Base, optional
+        A base made elsewhere, with terms in it already (of a fitted drive file).
+    progress : callable, optional
+        Called with the name of each piece of work when it is done.
+
+    Returns
+    -------
+    Diagnosis
+    """
+    chosen_from = dict(library() if effects is None else effects)
+    if base is None:
+        base = Base(Conditions(campaign), rated_torque_Nm, backbone)
+    base.fit()
+    outliers = clean_outliers(base)
+    if outliers:
+        base.fit(steps=8)
+    if progress is not None:
+        progress("base")
+    selection = select(base, chosen_from, ratio, progress=progress)
+    events: list[Event] = []
+    last = selection.settled[-1]
+    found = find_events(last.base, selection.noise, noise_rms(selection.noise, base))
+    if found:
+        events = found
+        again = base.copy()
+        for event in events:
+            again.additives.append(
+                Additive(
+                    f"step in run {base.conditions.labels[event.run]}",
+                    step_column(base, event)[:, None],
+                    np.array([event.size_arcsec]),
+                    "time",
+                    "step",
+                )
+            )
+        again.fit(steps=8)
+        selection = select(again, chosen_from, ratio, progress=progress)
+        more = find_events(
+            selection.settled[-1].base, selection.noise, noise_rms(selection.noise, base)
+        )
+        events += [e for e in more if all(e.row != other.row for other in events)]
+    diagnosis = conclude(selection, events, chosen_from, ratio)
+    diagnosis.details["outliers"] = outliers
+    return diagnosis
+
+
+def conclude(
+    selection: Selection, events: list[Event], effects: Mapping[str, Effect], ratio: float
+) -> Diagnosis:
+    """Turn a selection into an answer."""
+    steps = selection.steps
+    final = selection.settled[-1]
+    base = final.base
+    c = base.conditions
+    chosen = [s for s in steps if s.chosen is not None][: len(selection.settled) - 1]
+    # Only what was taken into the model counts; a last round that hit the limit is left over.
+    names = [term.effect.name for term in base.terms]
+    shapes = [a for a in base.additives if not a.name.startswith("step in run")]
+    leftover = (
+        steps[-1].chosen
+        if steps[-1].chosen is not None and len(chosen) < len([s for s in steps if s.chosen])
+        else None
+    )
+    within = noise_rms(selection.noise, base)
+    floor = noise_floor(final, within)
+    ladder, bases = make_ladder(selection)
+    rivals = sorted({name for step in chosen for name in step.rivals if name not in names})
+    depends = [
+        describe(step) for step in chosen if step.chosen is not None and not step.chosen.candidate.named
+    ]
+    if leftover is not None and not leftover.candidate.named:
+        depends.append(describe(steps[-1]))
+    if c.runs < RUNS_LEAST:
+        names_shown: list[str] = []
+        verdict = "complete" if not (names or shapes or events) else "unexplained"
+    else:
+        names_shown = names
+        if shapes or events:
+            verdict = "unexplained"
+        elif names and rivals:
+            verdict = "ambiguous"
+            names_shown = names + rivals
+        elif names:
+            verdict = "missing-effect"
+        else:
+            verdict = "complete"
+    before = ladder[0]["rms_arcsec"] ** 2
+    unnamed = sum(
+        s.chosen.size**2 for s in chosen if s.chosen is not None and not s.chosen.candidate.named
+    )
+    share = float(np.clip(unnamed / before, 0.0, 1.0)) if before > 0 else 0.0
+    for event in events:
+        depends.append(
+            {
+                "covariate": "time",
+                "shape": f"step of {event.size_arcsec:.3g} arcsec in run {c.labels[event.run]} "
+                f"at {event.time_s:.6g} s",
+                "p": float(2 * stats.norm.sf(event.score) * c.rows),
+            }
+        )
+    last_step = steps[-1]
+    return Diagnosis(
+        verdict,
+        names_shown,
+        floor,
+        ladder,
+        list_candidates(selection, effects, rivals, ladder),
+        [
+            {
+                "run": c.labels[e.run],
+                "time_s": e.time_s,
+                "size_arcsec": e.size_arcsec,
+                "score": e.score,
+            }
+            for e in events
+        ],
+        detectable(last_step.field, within),
+        {"share": share, "depends_on": depends},
+        advise(verdict, names, rivals, effects, last_step.field, c.runs),
+        {
+            "noise": {
+                "within_runs_arcsec": within,
+                "scatter": {
+                    name: float(value)
+                    for name, value in zip(
+                        (*DEVIATIONS, "offset_arcsec"), scatter_of(final.contest), strict=True
+                    )
+                },
+            },
+            "runs": c.runs,
+            "samples": c.rows,
+            "not_testable": dict(sorted(steps[0].field.closed.items())),
+            "left_over": weak_leftovers(last_step),
+            "data_fingerprint": c.campaign.fingerprint(),
+        },
+        base,
+        selection,
+    )
+
+
+def scatter_of(contest: Contest) -> FloatArray:
+    """Standard deviations of stiffness, friction (relative), gap and offset (arc seconds)."""
+    e = contest.evidence
+    return np.asarray(np.sqrt(contest.null_omega) / e.scale[e.scatter])
+
+
+def noise_floor(settled: Settled, within: float) -> float:
+    """Noise within runs and scatter between them, as one rms in arc seconds."""
+    base = settled.base
+    scatter = base.run_columns(base.at())[:, :3]
+    scatter = scatter - base.conditions.run_mean(scatter)[base.conditions.run_of]
+    variance = scatter_of(settled.contest)[:3] ** 2
+    return float(np.sqrt(within**2 + np.mean(scatter**2 @ variance)))
+
+
+def make_ladder(selection: Selection) -> tuple[list[dict[str, Any]], list[Base]]:
+    """Fitted and held-out error of the base and after each term."""
+    rungs = []
+    bases = []
+    for settled in selection.settled:
+        base = settled.base.copy()
+        base.deviations[:] = 0.0
+        base.fit(steps=8)
+        bases.append(base)
+        held = held_out_rms(base)
+        rungs.append(
+            {
+                "effects": [t.effect.name for t in base.terms]
+                + [a.name for a in base.additives if not a.name.startswith("step in run")],
+                "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
+                "rms_heldout_arcsec": held,
+            }
+        )
+    return rungs, bases
+
+
+def held_out_rms(base: Base) -> float:
+    """Error of every run under a fit, by one step, to the others; offsets are each run's own."""
+    c = base.conditions
+    point = base.at()
+    fixed, precision, _, _ = columns_of(base, point)
+    fixed = fixed[:, :-1]
+    residual = base.residual(point)
+    norm = np.sqrt(np.mean(fixed**2, axis=0))
+    norm[norm == 0] = 1.0
+    fixed = fixed / norm
+    fixed = fixed - c.run_mean(fixed)[c.run_of]
+    grams = []
+    for at in c.slices():
+        both = np.column_stack((fixed[at], residual[at]))
+        grams.append(both.T @ both)
+    gram = np.array(grams)
+    noise = float(np.mean(residual**2))
+    ridge = np.diag(precision[:-1] / norm**2 * noise + 1e-9 * c.rows)
+    rest = gram.sum(axis=0) - gram
+    delta = np.linalg.solve(rest[:, :-1, :-1] + ridge, rest[:, :-1, -1:])[:, :, 0]
+    square = (
+        gram[:, -1, -1]
+        - 2 * np.einsum("ri,ri->r", delta, gram[:, :-1, -1])
+        + np.einsum("ri,rij,rj->r", delta, gram[:, :-1, :-1], delta, optimize=True)
+    )
+    return float(np.sqrt(max(square.sum(), 0.0) / c.rows))
+
+
+def describe(step: Step) -> dict[str, Any]:
+    """Say on what a shape hangs."""
+    assert step.chosen is not None
+    candidate, result = step.chosen.candidate, step.chosen.result
+    return {
+        "covariate": candidate.covariate,
+        "shape": candidate.shape,
+        "p": float(min(1.0, result.p * len(step.results))),
+        "rms_arcsec": step.chosen.size,
+    }
+
+
+def weak_leftovers(step: Step) -> list[dict[str, Any]]:
+    """What passes the gates but is too small to count."""
+    count = len(step.results)
+    out = []
+    for result in step.results[:10]:
+        if result.p * count <= P_LIMIT and result.flip_p <= P_LIMIT and result.gain >= 2:
+            candidate = step.field.candidates[result.name]
+            out.append(
+                {
+                    "covariate": candidate.covariate or candidate.name,
+                    "shape": candidate.shape or "the effect's own",
+                    "gain_nats": result.gain,
+                }
+            )
+    return out
+
+
+def list_candidates(
+    selection: Selection,
+    effects: Mapping[str, Effect],
+    rivals: list[str],
+    ladder: list[dict[str, Any]],
+) -> list[dict[str, Any]]:
+    """List every effect: strongest first, then those that are not testable."""
+    out: list[dict[str, Any]] = []
+    final = selection.settled[-1].base
+    present = {term.effect.name: term for term in final.terms}
+    first = selection.steps[0]
+    shown: set[str] = set()
+    for number, step in enumerate(selection.steps):
+        if step.chosen is not None and step.chosen.result.name in present:
+            name = step.chosen.result.name
+            if name in shown:
+                continue
+            shown.add(name)
+            term = present[name]
+            rung = ladder[min(number + 1, len(ladder) - 1)]
+            values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+            out.append(
+                {
+                    "name": name,
+                    "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
+                    "evidence": step.chosen.gain,
+                    "parameters": values,
+                    "confused_with": sorted(step.rivals),
+                    "plausible": plausible(term.effect, term.values),
+                    "testable": True,
+                    "p": float(min(1.0, step.chosen.result.p * len(step.results))),
+                    "size_arcsec": step.chosen.size,
+                }
+            )
+    stage = selection.steps[-1]
+    judged = {r.name: (r, stage) for r in stage.results}
+    for result in first.results:
+        # A rival of a chosen effect is judged where it competed.
+        if result.name in rivals:
+            judged[result.name] = (result, first)
+    order = sorted(judged.values(), key=lambda pair: (-pair[0].gain, pair[0].name))
+    held = ladder[-1]["rms_heldout_arcsec"]
+    for result, where in order:
+        candidate = where.field.candidates[result.name]
+        if not candidate.named or result.name in shown:
+            continue
+        shown.add(result.name)
+        effect = candidate.effect
+        assert effect is not None
+        values_array = one_step_values(where.field, result)
+        out.append(
+            {
+                "name": result.name,
+                "heldout_rms_arcsec": held,
+                "evidence": result.gain,
+                "parameters": {
+                    v.name: float(x) for v, x in zip(effect.values, values_array, strict=True)
+                },
+                "confused_with": twins(where.field, result.name, rivals, present),
+                "plausible": plausible(effect, values_array),
+                "testable": True,
+                "p": float(min(1.0, result.p * len(where.results))),
+            }
+        )
+    closed = {**selection.steps[0].field.closed, **stage.field.closed}
+    for name in effects:
+        if name not in shown:
+            out.append(
+                {
+                    "name": name,
+                    "heldout_rms_arcsec": None,
+                    "evidence": 0.0,
+                    "parameters": {},
+                    "confused_with": list(effects[name].confused_with),
+                    "plausible": True,
+                    "testable": False,
+                    "reason": closed.get(name, "not visible with this plan"),
+                }
+            )
+    return out
+
+
+def twins(
+    stage: Field, name: str, rivals: list[str], present: Mapping[str, Any]
+) -> list[str]:
+    """Effects that the selection could not tell from this one."""
+    if name in rivals:
+        return sorted(present)
+    return []
+
+
+def one_step_values(stage: Field, result: Result) -> FloatArray:
+    """Values that the linearised contest suggests; where there are starts, of the best one."""
+    from lostmotion.discover.selection import term_of
+
+    return term_of(stage, result).values
+
+
+def plausible(effect: Effect, values: FloatArray) -> bool:
+    """Whether the values are such as drives have: within bounds, and not far beyond typical."""
+    for value, x in zip(effect.values, values, strict=True):
+        if value.role == "given":
+            continue
+        at_bound = value.role == "linear" and (x <= value.low or x >= value.high)
+        far = value.role == "linear" and value.typical and abs(x) > IMPLAUSIBLE * abs(value.typical)
+        if at_bound or far:
+            return False
+    return True
+
+
+def detectable(stage: Field, within: float) -> dict[str, Any]:
+    """Smallest size of each effect that would be found with probability `POWER`."""
+    out: dict[str, Any] = {}
+    contest = stage.contest
+    count = max(len(stage.candidates), 1)
+    for name, candidate in stage.candidates.items():
+        if not candidate.named or candidate.effect is None:
+            continue
+        block = f"{name}#0" if f"{name}#0" in contest.evidence.blocks else name
+        information = contest.projected([block])
+        scale = contest.evidence.scale[contest.evidence.blocks[block]]
+        rank = information.shape[0]
+        needed = noncentrality(rank, max(contest.runs - 3, 1), P_LIMIT / count)
+        info = float(np.mean(np.diag(information)))
+        if not info > 1e-12:
+            continue
+        amplitude = math.sqrt(needed / info)
+        columns = candidate.columns[:, : min(rank, candidate.columns.shape[1])]
+        rms = amplitude * float(np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]]))
+        if rms < SIZE_LEAST * within:
+            amplitude *= SIZE_LEAST * within / max(rms, 1e-300)
+            rms = SIZE_LEAST * within
+        places = candidate.effect.indices("linear") or candidate.effect.indices("shape")
+        value = candidate.effect.values[places[0]]
+        size = amplitude / float(np.mean(scale))
+        unit = value.name
+        if "_rad" in value.name:
+            size, unit = size / ARCSEC, value.name.replace("_rad", "_arcsec")
+        out[name] = {"value": size, "unit": unit, "rms_arcsec": rms}
+    return out
+
+
+def noncentrality(rank: int, freedom: int, alpha: float) -> float:
+    """Noncentrality at which the F test at level alpha has the wanted power."""
+    limit = float(stats.f.isf(alpha, rank, freedom))
+
+    def lacking(log_size: float) -> float:
+        return float(stats.ncf.sf(limit, rank, freedom, math.exp(log_size))) - POWER
+
+    low, high = math.log(1e-2), math.log(1e-1)
+    while lacking(high) < 0 and high < 20:
+        high += 1.0
+    return math.exp(brentq(lacking, low, high, xtol=1e-3)) if lacking(low) < 0 else 1e-2
+
+
+def advise(
+    verdict: str,
+    names: list[str],
+    rivals: list[str],
+    effects: Mapping[str, Effect],
+    stage: Field,
+    runs: int,
+) -> str:
+    """Say what to do next."""
+    if runs < RUNS_LEAST:
+        return (
+            f"{runs} runs cannot carry a name: repeat the plan until there are {RUNS_LEAST} or more."
+        )
+    if verdict == "ambiguous":
+        first = [effects[name].experiment for name in (*names, *rivals) if effects[name].experiment]
+        pair = " and ".join((*names[:1], *rivals))
+        return f"To tell {pair} apart: " + "; ".join(dict.fromkeys(first)) + "."
+    if verdict == "unexplained":
+        return (
+            "Repeat runs in which what it depends on is changed alone, "
+            "and look at the rig: no effect of the library does this."
+        )
+    blind = sorted(name for name, why in stage.closed.items() if why.startswith("not visible"))
+    if blind:
+        return "Nothing is left above the noise. This plan could not have shown: " + ", ".join(blind) + "."
+    return "Nothing is left above the noise."

@@ -1,0 +1,304 @@
+"""Fit with effects added: how the error falls from the base to the last effect, and the file of it.
+
+The result is written into the drive file as ``[fit]`` (values, standard errors, covariance, data
+fingerprint) and ``[[effect]]`` tables, and read back by `restore`.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.base import Backbone
+from lostmotion.discover.backbone import PLAYS, Base, Term, start_values
+from lostmotion.discover.candidates import (
+    constant_columns,
+    given_values,
+    missing_columns,
+    tangent,
+)
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.diagnosis import held_out_rms, noise_floor
+from lostmotion.discover.effects import Effect, find_effect
+from lostmotion.discover.selection import free_values, noise_rms, term_of
+from lostmotion.discover.study import (
+    Settled,
+    clean_outliers,
+    estimate_noise,
+    make_candidates,
+    make_field,
+    settle,
+)
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError
+from lostmotion.recordings import Campaign
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+STEPS = 40
+"""Evaluations of each rung's fit."""
+
+
+@dataclass
+class FittedModel:
+    """A base with effects, fitted to a campaign.
+
+    Attributes
+    ----------
+    base : Base
+        Without deviations of single runs.
+    ladder : list of dict
+        One rung for the base and one for each effect.
+    names, values, standard_errors, covariance
+        In the units of the drive file.
+    """
+
+    base: Base
+    ladder: list[dict[str, Any]]
+    noise_floor_arcsec: float
+    names: list[str]
+    values: FloatArray
+    standard_errors: FloatArray
+    covariance: FloatArray
+    inseparable: list[list[str]]
+
+    def answer(self) -> dict[str, Any]:
+        """Return the answer of ``fit``, ready for JSON."""
+        return {
+            "schema": "lostmotion.fit/1",
+            "ladder": self.ladder,
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "values": dict(zip(self.names, map(float, self.values), strict=True)),
+            "standard_errors": dict(
+                zip(self.names, map(float, self.standard_errors), strict=True)
+            ),
+            "effects": [effect_table(term) for term in self.base.terms],
+            "inseparable": self.inseparable,
+            "data_fingerprint": self.base.conditions.campaign.fingerprint(),
+            "samples": self.base.conditions.rows,
+        }
+
+    def document(self, drive: Drive) -> dict[str, Any]:
+        """Tables of the drive file with the fit in it."""
+        document = copy.deepcopy(drive.document)
+        last = self.ladder[-1]
+        document["fit"] = {
+            "data_fingerprint": self.base.conditions.campaign.fingerprint(),
+            "friction": "inside",
+            "rms_arcsec": last["rms_arcsec"],
+            "heldout_rms_arcsec": last["rms_heldout_arcsec"],
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "samples": self.base.conditions.rows,
+            "covariance": [[float(x) for x in row] for row in self.covariance],
+            "values": dict(zip(self.names, map(float, self.values), strict=True)),
+            "standard_errors": dict(
+                zip(self.names, map(float, self.standard_errors), strict=True)
+            ),
+        }
+        document["effect"] = [effect_table(term) for term in self.base.terms]
+        if not document["effect"]:
+            del document["effect"]
+        return document
+
+
+def effect_table(term: Term) -> dict[str, Any]:
+    """An ``[[effect]]`` table."""
+    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+    return {"name": term.effect.name, **values}
+
+
+def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
+    """Read an ``[[effect]]`` table."""
+    effect = find_effect(str(table["name"]), effects)
+    values = effect.typical.copy()
+    for i, value in enumerate(effect.values):
+        if value.name not in table:
+            raise InputError(file, f"effect.{effect.name}.{value.name}", "nothing", "a number")
+        values[i] = float(table[value.name])
+        if not value.low <= values[i] <= value.high:
+            raise InputError(
+                file,
+                f"effect.{effect.name}.{value.name}",
+                f"{values[i]:.6g}",
+                f"{value.low:.6g} to {value.high:.6g}",
+            )
+    return Term(effect, values, free_values(effect))
+
+
+def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
+    """Put the numbers of a fitted drive file into a base."""
+    base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
+    if drive.fit is None or "values" not in drive.fit:
+        return
+    values = drive.fit["values"]
+    knots = [k for k in values if k.startswith("knot_")]
+    plays = [k for k in values if k.startswith("play_radius_")]
+    if not knots or len(plays) != PLAYS:
+        return
+    base.knots_Nm = np.array([values[f"knot_{i + 1}_Nm"] for i in range(len(knots))])
+    base.slopes = (
+        np.array([values[f"slope_{i + 1}_rad_per_Nm"] for i in range(len(knots) + 1)]) / ARCSEC
+    )
+    base.radius_Nm = np.array([values[f"play_radius_{i + 1}_Nm"] for i in range(PLAYS)])
+    base.shares = np.array([values[f"play_share_{i + 1}"] for i in range(PLAYS)])
+    base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
+
+
+def make_base(
+    drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
+) -> Base:
+    """Make the base of a drive over a campaign, with what the file says of it already."""
+    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    restore(drive, base, effects)
+    for term in base.terms:
+        require(term.effect, base.conditions)
+    return base
+
+
+def require(effect: Effect, conditions: Conditions) -> None:
+    """Refuse an effect whose columns are not there."""
+    missing = missing_columns(effect, conditions)
+    if missing:
+        raise InputError(
+            conditions.campaign.runs[0].file,
+            missing[0],
+            "no such column",
+            f"it, for the effect {effect.name}",
+        )
+
+
+def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Term:
+    """Start an effect where the linearised evidence points."""
+    candidate = tangent(effect, base, base.at(), ratio)
+    if candidate.columns.shape[1] == 0:
+        return Term(effect, start_values(effect, given_values(base, ratio)), free_values(effect))
+    stage = make_field(settled, [candidate], {})
+    result = stage.contest.test(effect.name)
+    if result is None:
+        raise InputError(
+            "--add",
+            effect.name,
+            "an effect that the base takes up wholly",
+            "one that these recordings show",
+        )
+    return term_of(stage, result)
+
+
+def fit_model(
+    drive: Drive,
+    campaign: Campaign,
+    backbone: Backbone | None,
+    add: Sequence[str],
+    effects: Mapping[str, Effect],
+    *,
+    progress: Callable[[int, int], None] | None = None,
+) -> FittedModel:
+    """Fit the base, then each effect on top, all refitted together at each rung."""
+    chosen = [find_effect(name, effects) for name in add]
+    base = make_base(drive, campaign, backbone, effects)
+    present = {term.effect.name for term in base.terms}
+    for effect in chosen:
+        require(effect, base.conditions)
+        flat = constant_columns(effect, base.conditions)
+        if flat:
+            raise InputError(
+                campaign.runs[0].file, flat[0], "a constant", f"it to vary, for {effect.name}"
+            )
+        if effect.name in present:
+            raise InputError("--add", effect.name, "an effect that the file has already", "others")
+        present.add(effect.name)
+    base.fit(steps=STEPS)
+    if clean_outliers(base):
+        base.fit(steps=STEPS)
+    candidates, _ = make_candidates(base, effects, drive.ratio)
+    noise = estimate_noise(base, [c.columns for c in candidates])
+    steps = 2 + len(chosen)
+
+    def rung(of: Base) -> dict[str, Any]:
+        return {
+            "effects": [term.effect.name for term in of.terms],
+            "rms_arcsec": float(np.sqrt(np.mean(of.residual() ** 2))),
+            "rms_heldout_arcsec": held_out_rms(of),
+        }
+
+    ladder = [rung(base)]
+    for number, effect in enumerate(chosen):
+        if progress is not None:
+            progress(number + 1, steps)
+        settled = settle(base, noise)
+        base = base.copy()
+        base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
+        base.fit(steps=STEPS)
+        ladder.append(rung(base))
+    candidates, _ = make_candidates(base, effects, drive.ratio)
+    noise = estimate_noise(base, [c.columns for c in candidates])
+    settled = settle(base, noise)
+    names, values, covariance, inseparable = table_of(base, settled)
+    if progress is not None:
+        progress(steps, steps)
+    return FittedModel(
+        base,
+        ladder,
+        noise_floor(settled, noise_rms(noise, base)),
+        names,
+        values,
+        np.sqrt(np.maximum(np.diag(covariance), 0.0)),
+        covariance,
+        inseparable,
+    )
+
+
+CORRELATED = 0.99
+"""Values whose estimates are correlated beyond this cannot be separated by the recordings."""
+
+
+def table_of(
+    base: Base, settled: Settled
+) -> tuple[list[str], FloatArray, FloatArray, list[list[str]]]:
+    """Values in the units of the drive file, with the covariance under scatter and noise."""
+    contest = settled.contest
+    evidence = contest.evidence
+    index = evidence.index()
+    total = contest.null.matrix.sum(axis=0)
+    n = index.size - 1
+    inverse = np.linalg.inv(total[:n, :n] + np.diag(contest.ridge(index)))
+    scale = evidence.scale[evidence.fixed]
+    small = inverse / np.outer(scale, scale)
+    stretches = base.slopes.size
+    # Start states and the common offset belong to these recordings, not to the drive.
+    keep = [*range(stretches + PLAYS)]
+    names = [f"slope_{i + 1}_rad_per_Nm" for i in range(stretches)]
+    unit = [ARCSEC] * stretches
+    values = [*(base.slopes * ARCSEC), *base.shares]
+    names += [f"play_share_{i + 1}" for i in range(PLAYS)]
+    unit += [1.0] * PLAYS
+    place = stretches + 2 * PLAYS
+    for term in base.terms:
+        for i in term.free:
+            keep.append(place)
+            place += 1
+            names.append(f"{term.effect.name}.{term.effect.values[i].name}")
+            values.append(term.values[i])
+            unit.append(1.0)
+    covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    correlation = covariance / np.outer(deviation, deviation)
+    close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
+    inseparable = [[names[i], names[j]] for i, j in close]
+    fixed_names = [f"knot_{i + 1}_Nm" for i in range(base.knots_Nm.size)]
+    fixed_names += [f"play_radius_{i + 1}_Nm" for i in range(PLAYS)]
+    fixed = np.concatenate((base.knots_Nm, base.radius_Nm))
+    whole = np.zeros((len(names) + fixed.size,) * 2)
+    whole[: len(names), : len(names)] = covariance
+    return (
+        [*names, *fixed_names],
+        np.concatenate((np.array(values, dtype=np.float64), fixed)),
+        whole,
+        inseparable,
+    )
