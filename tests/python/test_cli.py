@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,10 +18,14 @@ import pytest
 from conftest import BOUGHT, DATA, DRAWN
 from lostmotion import __version__, cli
 from lostmotion.cli import main
+from lostmotion.completion import SHELLS
 from lostmotion.errors import LibraryError
 
 Write = Callable[..., Path]
 Capture = pytest.CaptureFixture[str]
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+from damaged_inputs import commands  # noqa: E402
 
 REAL = DATA / "cycloidal_locked_output"
 
@@ -219,12 +224,6 @@ def test_no_command_shows_the_help(capsys: Capture) -> None:
     assert "predict" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["predict", "clearances", "compare"])
-def test_the_help_of_each_command_has_an_example(capsys: Capture, command: str) -> None:
-    assert main([command, "--help"]) == 0
-    assert f"example: lostmotion {command} " in capsys.readouterr().out
-
-
 def test_the_version_is_that_of_the_project(capsys: Capture) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"lostmotion {__version__}\n"
@@ -269,3 +268,99 @@ def test_progress_is_drawn_on_a_terminal_only(
     with cli.Progress("comparing") as progress:
         progress(1, 2)
     assert "comparing [###############...............] 1/2" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", sorted(commands()))
+def test_every_command_has_help_with_an_example_json_quiet_and_verbose(
+    capsys: Capture, command: str
+) -> None:
+    assert main([command, "--help"]) == 0
+    said = capsys.readouterr().out
+    assert f"example: lostmotion {command} " in said
+    for option in ("--json", "--quiet", "--verbose"):
+        assert option in said
+
+
+def test_quiet_prints_nothing_but_the_json_that_was_asked_for(
+    capsys: Capture, bought_file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "answer.json"
+    assert main(["predict", bought_file, "--quiet", "--json", str(out)]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert json.loads(out.read_text())["drive"] == "joint 2"
+    assert main(["predict", bought_file, "-q", "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["drive"] == "joint 2"
+    assert main(["predict", "none.toml", "-q"]) == 2
+    assert "no such file" in capsys.readouterr().err
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with cli.Progress("comparing", quiet=True) as progress:
+        progress(1, 2)
+    assert capsys.readouterr() == ("", "")
+    assert main(["predict", bought_file, "-q", "-v"]) == 2
+    assert "not allowed with" in capsys.readouterr().err
+
+
+def test_verbose_says_on_standard_error_what_is_read_and_written(
+    capsys: Capture, write: Write, bought_file: str, tmp_path: Path
+) -> None:
+    rows = "".join(f"{i},{i % 40},{1e-5 * (i % 40)},7\n" for i in range(200))
+    data = write("time_s,torque_Nm,lost_motion_rad,extra\n" + rows, "data.csv")
+    out = tmp_path / "answer.json"
+    argv = ["compare", bought_file, str(data), "--json", str(out)]
+    assert main([*argv, "--verbose"]) == 0
+    loud = capsys.readouterr()
+    for words in (
+        f"read {bought_file}: joint 2, bought",
+        f"read {data}: 200 rows in 1 runs",
+        "extra: ignored column x 1: not used",
+        f"wrote {out}",
+    ):
+        assert words in loud.err
+    assert main(argv) == 0
+    plain = capsys.readouterr()
+    assert plain.err == ""
+    assert plain.out == loud.out
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["predict", "--help"], ["predict", "{}"], ["x"]])
+def test_nothing_is_coloured_in_a_pipe(bought_file: str, argv: list[str]) -> None:
+    environment = {**os.environ, "TERM": "xterm-256color"}
+    environment.pop("NO_COLOR", None)
+    command = [sys.executable, "-m", "lostmotion", *(word.format(bought_file) for word in argv)]
+    done = subprocess.run(command, capture_output=True, env=environment, check=False)
+    assert b"\x1b" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_completion_scripts_know_every_command(capsys: Capture, shell: str) -> None:
+    found = answer(capsys, "completion", shell)
+    assert found["shell"] == shell
+    for command in commands():
+        assert command in found["script"]
+    assert main(["completion", shell]) == 0
+    assert capsys.readouterr().out == found["script"] + "\n"
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+def test_bash_completes_commands_options_and_files(
+    capsys: Capture, tmp_path: Path, bought_file: str
+) -> None:
+    assert main(["completion", "bash"]) == 0
+    (tmp_path / "script").write_text(capsys.readouterr().out)
+
+    def complete(*words: str) -> set[str]:
+        quoted = " ".join(f"'{word}'" for word in words)
+        text = (
+            f"source ./script; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1};"
+            f" COMP_LINE='{' '.join(words)}'; COMP_POINT=${{#COMP_LINE}};"
+            " _shtab_lostmotion lostmotion; printf '%s\\n' \"${COMPREPLY[@]}\""
+        )
+        done = subprocess.run(
+            ["bash", "-c", text], capture_output=True, text=True, cwd=tmp_path, check=True
+        )
+        return set(done.stdout.split())
+
+    assert complete("lostmotion", "pre") == {"predict"}
+    assert "--torque" in complete("lostmotion", "predict", "--to")
+    assert complete("lostmotion", "predict", "bou") == {"bought.toml"}
+    assert "zsh" in complete("lostmotion", "completion", "z")

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import logging
 import math
 import os
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
 from lostmotion import __version__, units
 from lostmotion.compare import Comparison, compare
+from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -68,7 +71,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             parser.print_help()
             return BAD_INPUT
         check_places(arguments)
-        arguments.run(arguments)
+        with loudness(arguments):
+            arguments.run(arguments)
         sys.stdout.flush()
     except SystemExit as stop:
         return int(stop.code or 0)
@@ -120,6 +124,13 @@ def make_parser() -> argparse.ArgumentParser:
         added.add_argument(
             "--json", metavar="FILE", help="write the answer as JSON; - for standard output"
         )
+        loudness = added.add_mutually_exclusive_group()
+        loudness.add_argument(
+            "-q", "--quiet", action="store_true", help="print errors only, and --json -"
+        )
+        loudness.add_argument(
+            "-v", "--verbose", action="store_true", help="say what is read, done and written"
+        )
         return added
 
     added = command(
@@ -166,6 +177,14 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument(
         "-o", "--output", metavar="DIR", default="demo", help="folder to write to (default: demo)"
     )
+
+    added = command(
+        "completion",
+        run_completion,
+        "A script that completes commands, options and files with TAB.",
+        "lostmotion completion bash > ~/.local/share/bash-completion/completions/lostmotion",
+    )
+    added.add_argument("shell", metavar="SHELL", choices=SHELLS, help="one of " + ", ".join(SHELLS))
     return parser
 
 
@@ -247,16 +266,21 @@ def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.fl
     return spaced
 
 
-def deliver(answer: dict[str, Any], to: str | None, show: Callable[[TextIO], None]) -> None:
+def deliver(
+    answer: dict[str, Any], arguments: argparse.Namespace, show: Callable[[TextIO], None]
+) -> None:
     """Print the answer for people, or write it as JSON, or both when the JSON goes to a file."""
+    to = arguments.json
     if to == "-":
         print(json.dumps(answer, indent=1, allow_nan=False))
         return
     if to is not None:
         write_whole(to, json.dumps(answer, indent=1, allow_nan=False) + "\n")
+    if arguments.quiet:
+        return
     show(sys.stdout)
     if to is not None:
-        print(f"\nwritten: {to}")
+        print(f"\nwritten: {one_line(to)}")
 
 
 def run_predict(arguments: argparse.Namespace) -> None:
@@ -270,7 +294,7 @@ def run_predict(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Predicted lost motion", lead, [section], arguments.command_line
         )
-    deliver(answer, arguments.json, lambda out: show_prediction(answer, out))
+    deliver(answer, arguments, lambda out: show_prediction(answer, out))
 
 
 def run_clearances(arguments: argparse.Namespace) -> None:
@@ -282,7 +306,7 @@ def run_clearances(arguments: argparse.Namespace) -> None:
         texts = arguments.angles_deg.split(",")
         angles = np.radians([number("--angles-deg", text, ANGLE_MAX_DEG) for text in texts])
     answer = clearances(drive, phase, angles)
-    deliver(answer, arguments.json, lambda out: show_clearances(answer, out))
+    deliver(answer, arguments, lambda out: show_clearances(answer, out))
 
 
 def run_compare(arguments: argparse.Namespace) -> None:
@@ -292,7 +316,7 @@ def run_compare(arguments: argparse.Namespace) -> None:
     mapping = {**drive.columns, **parse_map(arguments.map)}
     campaign = read_campaign(arguments.data, ratio=drive.ratio, mapping=mapping)
     largest = float(np.max(np.abs(campaign.column("torque"))))
-    with Progress("comparing") as progress:
+    with Progress("comparing", quiet=arguments.quiet) as progress:
         result = compare(make_backbone(drive, largest), campaign, seed=seed, progress=progress)
     if arguments.report is not None:
         lead = "Recordings against the model of their drive: where it fits and where it fails."
@@ -300,24 +324,50 @@ def run_compare(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Measured lost motion", lead, [section], arguments.command_line
         )
-    deliver(result.answer(), arguments.json, lambda out: show_comparison(result, out))
+    deliver(result.answer(), arguments, lambda out: show_comparison(result, out))
 
 
 def run_demo(arguments: argparse.Namespace) -> None:
     """``lostmotion demo``."""
-    with Progress("demonstrating") as progress:
+    with Progress("demonstrating", quiet=arguments.quiet) as progress:
         found = demonstrate(arguments.output, arguments.command_line, progress)
-    deliver(found.answer(), arguments.json, lambda out: show_demonstration(found, out))
+    deliver(found.answer(), arguments, lambda out: show_demonstration(found, out))
+
+
+def run_completion(arguments: argparse.Namespace) -> None:
+    """``lostmotion completion``."""
+    script = completion_script(make_parser(), arguments.shell)
+    answer = {"schema": "lostmotion.completion/1", "shell": arguments.shell, "script": script}
+    deliver(answer, arguments, lambda out: print(script, file=out))
+
+
+@contextlib.contextmanager
+def loudness(arguments: argparse.Namespace) -> Iterator[None]:
+    """Let ``--verbose`` show on standard error what the library logs, while a command runs."""
+    if not getattr(arguments, "verbose", False):
+        yield
+        return
+    log = logging.getLogger("lostmotion")
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("lostmotion: %(relativeCreated)6.0f ms: %(message)s"))
+    level = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
 
 
 class Progress:
-    """A progress bar on a terminal; nothing in a pipe."""
+    """A progress bar on a terminal; nothing in a pipe, and nothing with ``--quiet``."""
 
     WIDTH = 30
 
-    def __init__(self, label: str) -> None:
+    def __init__(self, label: str, *, quiet: bool = False) -> None:
         self.label = label
-        self.shown = sys.stderr.isatty()
+        self.shown = sys.stderr.isatty() and not quiet
 
     def __enter__(self) -> Progress:
         return self
@@ -349,7 +399,10 @@ def fixed(value: float | None, digits: int = 3) -> str:
 
 def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
     """Print a prediction as a table."""
-    print(f"{answer['drive']} ({answer['kind']}): one-sided deflection in arcmin\n", file=out)
+    print(
+        f"{one_line(answer['drive'])} ({answer['kind']}): one-sided deflection in arcmin\n",
+        file=out,
+    )
     parts = answer["parts_arcmin"]
     head = ["torque Nm", "total", *(part.replace("_", " ") for part in parts), "teeth/lobe"]
     rows = [
@@ -398,7 +451,8 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
     """Print clearances as a table."""
     print(
-        f"{answer['drive']}: side clearance in arcmin, - where the teeth do not overlap\n", file=out
+        f"{one_line(answer['drive'])}: side clearance in arcmin, - where the teeth do not overlap\n",
+        file=out,
     )
     rows = [
         [

@@ -8,6 +8,7 @@ dimension will do.
 
 from __future__ import annotations
 
+import logging
 import math
 import re
 import sys
@@ -27,6 +28,8 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+LOG = logging.getLogger(__name__)
 
 EFFECTS = (
     "kinematic_error",
@@ -124,7 +127,9 @@ def read_drive(file: str | Path) -> Drive:
     InputError
         Unknown keys, wrong units, wrong types and impossible values: file, key, found, expected.
     """
-    return parse_drive(read_toml(file, "a drive file"), str(file))
+    drive = parse_drive(read_toml(file, "a drive file"), str(file))
+    LOG.info("read %s: %s, %s", file, drive.name, "bought" if drive.catalogue else "a design")
+    return drive
 
 
 def read_toml(file: str | Path, expected: str) -> dict[str, Any]:

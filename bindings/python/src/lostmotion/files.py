@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import tempfile
 from pathlib import Path
 
 from lostmotion.errors import InputError
+
+LOG = logging.getLogger(__name__)
 
 
 def reason(error: Exception) -> str:
@@ -81,6 +84,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         os.umask(mask)
         os.chmod(beside, 0o666 & ~mask)
         os.replace(beside, path)
+        LOG.info("wrote %s, %d bytes", path, len(data))
     except OSError as error:
         raise InputError(path, "", reason(error), "a place to write to") from None
     finally:

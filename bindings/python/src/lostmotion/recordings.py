@@ -11,6 +11,7 @@ import csv
 import gzip
 import hashlib
 import io
+import logging
 import math
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,6 +25,8 @@ import numpy.typing as npt
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import read_bytes, reason
+
+LOG = logging.getLogger(__name__)
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -391,7 +394,9 @@ def read_campaign(
     findings: list[Finding] = []
     runs: list[Run] = []
     for file in files:
-        runs.extend(_read_file(file, dict(mapping or {}), ratio, findings))
+        found = _read_file(file, dict(mapping or {}), ratio, findings)
+        LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
+        runs.extend(found)
     labels = [run.label for run in runs]
     if len(set(labels)) != len(labels):
         for run in runs:
@@ -399,6 +404,8 @@ def read_campaign(
                 run.label = f"{Path(run.file).name.split('.')[0]}:{run.label}"
     campaign = Campaign(runs, findings)
     _check_sign(campaign)
+    for finding in findings:
+        LOG.info("%s", finding)
     return campaign
 
 

@@ -1,0 +1,43 @@
+"""Shell completion: a script that a shell reads once, so that TAB costs no start of Python."""
+
+from __future__ import annotations
+
+import argparse
+
+import shtab
+
+SHELLS: tuple[str, ...] = tuple(shtab.SUPPORTED_SHELLS)
+"""Shells for which a script can be written."""
+
+FILES = ("DRIVE", "DATA", "LOG", "PLAN", "FILE", "SPEC")
+"""Beginnings of the names of arguments that are files."""
+
+FOLDERS = ("DIR", "RUN")
+"""Names of arguments that are folders."""
+
+
+def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
+    """Write the completion script of a parser and all its commands.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+    shell : str
+        One of `SHELLS`.
+    """
+    mark_places(parser)
+    return str(shtab.complete(parser, shell))
+
+
+def mark_places(parser: argparse.ArgumentParser) -> None:
+    """Mark the arguments of all commands that are files or folders, by their names."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                mark_places(command)
+            continue
+        name = str(action.metavar)
+        if name in FOLDERS:
+            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
+        elif name.startswith(FILES):
+            action.complete = shtab.FILE  # type: ignore[attr-defined]
