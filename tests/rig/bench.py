@@ -38,6 +38,7 @@ wander between mesh, radial parts and torsion with next to no change of the lost
 REFIT_STEPS = 16
 SEARCH_STEPS = 16
 THINNING = 5
+SIGNATURE_SHARE = 0.3
 LEAST_SCALE, LARGEST_SCALE = 0.05, 5.0
 LEAST_GAIN = 0.01
 TANGENT_REACH = 0.4
@@ -235,7 +236,7 @@ class TestBench:
         )
         left, cost = residual(moves)
         damping = 1.0
-        for _ in range(REFIT_STEPS):
+        for _ in range(REFIT_STEPS if cost > 0 else 0):
             normal = tangents.T @ tangents
             normal += self._weight * np.eye(len(SCALES)) + (damping - 1) * np.diag(np.diag(normal))
             step = np.linalg.solve(normal, tangents.T @ left - self._weight * moves)
@@ -347,33 +348,47 @@ class TestBench:
         cross = total[:bases, bases:]
         return total[bases:, bases:] - cross.T @ np.linalg.solve(base, cross)
 
-    def signature(self, name: str, magnitude: float | None = None) -> Array:
-        """What is left of an effect, a column for each phase that it may have."""
-        hidden = HIDDEN[name]
-        size = hidden.typical * hidden.scale(self.drive) if magnitude is None else magnitude
+    def signature(self, name: str, magnitude: float) -> Array:
+        """Change of the lost motion by a little of an effect, a column for each phase it has."""
         phases = self.phases(name)
-        columns = [self.absorb({name: size}, {name: phases}).left_rad]
-        for i in range(hidden.phases):
+        turns = [phases]
+        for i in range(HIDDEN[name].phases):
             turned = phases.copy()
             turned[i] += np.pi / 2
-            columns.append(self.absorb({name: size}, {name: turned}).left_rad)
+            turns.append(turned)
+        columns = []
+        for dealt in turns:
+            readings = self.read({name: magnitude}, {name: dealt})
+            same_torque = np.array_equal(readings.torque_Nm, self.torque_Nm)
+            base = self.plain if same_torque else self.refitted({}, readings.torque_Nm)
+            columns.append(readings.lost_motion_rad - base)
         return np.column_stack(columns)
 
-    def twins(self, truth: Array, names: list[str]) -> dict[str, float]:
+    def twins(self, residual: Residual, names: list[str]) -> dict[str, float]:
         """Cosine between a residual and the nearest that each named effect could make of it.
 
-        1 means that this plan cannot tell them apart, whatever the method.
+        1 means that this plan cannot tell them apart, whatever the method. An effect that would
+        have to be implausibly large gets 0.
         """
-        signatures = {name: self.signature(name) for name in names}
-        information = self.information(np.column_stack([truth, *signatures.values()]))
+        bench = self.thinned
+        rows = np.concatenate(
+            [np.arange(run.start, run.stop, THINNING) for run in self.plan.slices()]
+        )
+        sizes = {
+            name: SIGNATURE_SHARE * HIDDEN[name].typical * HIDDEN[name].scale(self.drive)
+            for name in names
+        }
+        signatures = {name: bench.signature(name, size) for name, size in sizes.items()}
+        truth = residual.left_rad[rows, None]
+        information = bench.information(np.hstack([truth, *signatures.values()]))
         cosines, at = {}, 1
         for name, columns in signatures.items():
             mine = slice(at, at + columns.shape[1])
             at = mine.stop
-            inner = information[mine, mine]
             cross = information[0, mine]
-            near = cross @ np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ cross
-            whole = information[0, 0]
-            seen = np.trace(inner) > 1e-2 and whole > 0
-            cosines[name] = float(np.sqrt(max(near / whole, 0.0))) if seen else 0.0
+            factors = np.linalg.pinv(information[mine, mine], rcond=1e-9, hermitian=True) @ cross
+            limit = HIDDEN[name].limit * HIDDEN[name].scale(self.drive)
+            plausible = np.linalg.norm(factors) * sizes[name] <= limit
+            near = np.sqrt(max(cross @ factors / information[0, 0], 0.0))
+            cosines[name] = float(near) if plausible else 0.0
         return cosines

@@ -74,7 +74,7 @@ def build_drive(size: Size, chance: np.random.Generator) -> Drive:
     weight = chance.uniform(0.6, 1.0) ** np.arange(SLIPS) * chance.uniform(0.8, 1.2, SLIPS)
     slip_Nm = chance.uniform(0.018, 0.032) * rated * weight / weight.sum()
     return Drive(
-        name=f"size {size.size}",
+        name=f"size {size.size} ratio {size.ratio}",
         ratio=size.ratio,
         rated_torque_Nm=rated,
         sheet={"T1_Nm": first, "T2_Nm": second},

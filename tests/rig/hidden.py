@@ -98,6 +98,8 @@ def _sign(value: Array, width: float) -> Array:
 def lagged(values: Array, step_s: Array, time_constant_s: float) -> Array:
     """First-order lag within each run of even steps, settled at its start."""
     lagged = values.copy()
+    if not time_constant_s > 0:
+        return lagged
     starts = [*np.flatnonzero(step_s == 0.0), len(values)]
     for a, b in pairwise(starts):
         # The input goes straight from sample to sample, for which this recursion is exact.
@@ -184,9 +186,9 @@ def _thermal_friction(b: Bench, m: float, phase: Array) -> None:
 
 
 def _wear(b: Bench, m: float, phase: Array) -> None:
-    # Both flanks wear, quickly while they run in.
+    # The generator's bearing wears, quickly while it runs in.
     run_in = 3e4
-    b.samples.play_rad += m * ARCSEC * np.log1p(b.plan.cycles / run_in) / np.log1p(1e5 / run_in)
+    b.samples.gap_rad += m * ARCSEC * np.log1p(b.plan.cycles / run_in) / np.log1p(1e5 / run_in)
 
 
 def _creep(b: Bench, r: Readings, m: float, phase: Array) -> None:
@@ -362,7 +364,7 @@ _MINE = (
     ),
     Hidden(
         "wear", "arcsec a side at 1e5 cycles", 10, 60,
-        "dead zone of all tooth pairs, logarithmic run-in over the cycles", before=_wear,
+        "radial gap grows with the cycles, logarithmic run-in", before=_wear,
     ),
     Hidden(
         "creep", "percent", 2, 15,

@@ -208,7 +208,7 @@ def _aliased(ratio: int, chance: np.random.Generator) -> list[Run]:
             (0.25, 0.6, 1.0)[i % 3],
             float(angles[i // 3 % 3]),
             float(15 + 30 * share[i] + chance.uniform(-0.3, 0.3)),
-            float(np.round(3e5 * share[i])),
+            float(np.round(3e5 * share[i] ** 2)),
         )
         for i in range(15)
     ]

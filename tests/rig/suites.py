@@ -46,8 +46,8 @@ SINGLES = (
     "lobe_eccentricity",
 )
 """Effects that the standard plan shows, in the order in which a suite goes round."""
-ALIASED = ("thermal_gap", "wear", "thermal_stiffness", "thermal_friction")
-"""Effects that hang on what rises together in the plan `aliased`."""
+ALIASED = ("thermal_gap", "wear")
+"""Effects that the plan `aliased` makes rise together."""
 
 
 def seeds_of(kind: str, seeds: str) -> Iterator[int]:
@@ -112,7 +112,7 @@ def twins_of(campaign: Campaign, least: float = TOGETHER) -> dict[str, float]:
         and set(hidden.columns) <= set(campaign.columns)
         and not HIDDEN[truth].spike
     ]
-    cosines = campaign.bench.twins(campaign.residuals[truth].left_rad[:, None], names)
+    cosines = campaign.bench.twins(campaign.residuals[truth], names)
     return {name: cosine for name, cosine in cosines.items() if cosine > least}
 
 
