@@ -21,10 +21,12 @@ from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
+from lostmotion.export import PROFILES, export, make_controller, read_settings, show_export
 from lostmotion.files import check_place, write_whole
 from lostmotion.model import make_backbone
 from lostmotion.predict import clearances, predict
 from lostmotion.recordings import parse_map, read_campaign, recording_files
+from lostmotion.replay import read_parameters, replay, show_replay
 from lostmotion.report import comparison_section, drive_section, write_report
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -169,6 +171,32 @@ def make_parser() -> argparse.ArgumentParser:
     add_report(added)
 
     added = command(
+        "export",
+        run_export,
+        "Parameters for the controller, as a C header or a binary blob.",
+        "lostmotion export drive.toml -o params.h --set period_us=500",
+    )
+    added.add_argument("drive", metavar="DRIVE", help="drive file")
+    added.add_argument(
+        "-o", "--output", metavar="FILE", required=True, help="a name that ends in .h or .bin"
+    )
+    added.add_argument("--name", default="joint_parameters", help="of the constant in the header")
+    added.add_argument("--profile", choices=PROFILES, default="standard", help="of the controller")
+    add_settings(added)
+
+    added = command(
+        "replay",
+        run_replay,
+        "The controller's own code over recorded logs, bit for bit.",
+        "lostmotion replay params.bin log.csv --table ticks.csv",
+    )
+    added.add_argument("drive", metavar="DRIVE", help="drive file, or a blob by export")
+    added.add_argument("data", metavar="LOG", nargs="+", help="recordings, or folders of them")
+    added.add_argument("--table", metavar="FILE.csv", help="write every tick")
+    add_settings(added)
+    add_map(added)
+
+    added = command(
         "demo",
         run_demo,
         "Lost motion of a bought drive, of two designs and of a measured one, with pictures.",
@@ -199,6 +227,17 @@ def add_map(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add the option that states what a drive file does not say of the controller."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY_UNIT=NUMBER",
+        help="period, torque_limit, a limit of the correction or of the watch",
+    )
+
+
 def add_report(parser: argparse.ArgumentParser) -> None:
     """Add the option that writes a report."""
     parser.add_argument(
@@ -211,7 +250,7 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 def check_places(arguments: argparse.Namespace) -> None:
     """Refuse places that cannot be written to, or that hold an input, before any work."""
     taken = {name: f"the input '{name}'" for name in input_files(arguments)}
-    for option in ("json", "report"):
+    for option in ("json", "report", "table"):
         file = getattr(arguments, option, None)
         if file is None or (option, file) == ("json", "-"):
             continue
@@ -325,6 +364,28 @@ def run_compare(arguments: argparse.Namespace) -> None:
             arguments.report, "Measured lost motion", lead, [section], arguments.command_line
         )
     deliver(result.answer(), arguments, lambda out: show_comparison(result, out))
+
+
+def run_export(arguments: argparse.Namespace) -> None:
+    """``lostmotion export``."""
+    settings = read_settings(arguments.set)
+    check_place("--output", arguments.output)
+    drive = read_drive(arguments.drive)
+    controller = make_controller(drive, settings, profile=arguments.profile)
+    answer = export(controller, arguments.output, name=arguments.name, title=drive.name)
+    deliver(answer, arguments, lambda out: show_export(answer, out))
+
+
+def run_replay(arguments: argparse.Namespace) -> None:
+    """``lostmotion replay``."""
+    parameters, ratio, columns = read_parameters(arguments.drive, read_settings(arguments.set))
+    mapping = {**columns, **parse_map(arguments.map)}
+    campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping)
+    with Progress("replaying") as progress:
+        result = replay(parameters, campaign, progress)
+    if arguments.table is not None:
+        write_whole(arguments.table, result.table())
+    deliver(result.answer(), arguments, lambda out: show_replay(result, out))
 
 
 def run_demo(arguments: argparse.Namespace) -> None:

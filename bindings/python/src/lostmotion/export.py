@@ -1,0 +1,656 @@
+"""Parameters for the controller: a drive file becomes a C header or a binary blob.
+
+A `Controller` holds what the run-time code must know, in Python's terms. The C library builds its
+own struct from it, in the controller's precision, and checks it; header and blob are written from
+that struct, so what was accepted here is accepted there.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Literal, TextIO
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import __version__, units
+from lostmotion.core import Core, core
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError, LibraryError
+from lostmotion.files import write_whole
+from lostmotion.keys import Key, read_table
+from lostmotion.model import design_model, make_backbone, reversal_torque
+from lostmotion.units import ARCMIN, ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+Profile = Literal["standard", "full", "gap"]
+
+PROFILES: tuple[Profile, ...] = ("standard", "full", "gap")
+"""Builds of the run-time code."""
+
+KNOTS_MAX: dict[Profile, int] = {"gap": 0, "standard": 33, "full": 64}
+PLAYS_MAX: dict[Profile, int] = {"gap": 1, "standard": 8, "full": 16}
+"""Sizes of the profiles in profile.h."""
+
+FORMAT = 1
+"""LM_PARAMETERS_FORMAT."""
+
+MARK = 0x01020304
+"""Endianness mark of the blob."""
+
+TORQUE_LIMIT_SHARE = 2.0
+"""Torque limit over the rated torque: about the momentary peak that makers allow."""
+
+CORRECTION_SHARE = 1.25
+"""Largest correction over the deflection at the torque limit."""
+
+RESPONSE_TICKS = 16
+"""Least ticks in the time in which the limiter works off a difference (parameters.h)."""
+
+CROSSING_S = 0.05
+"""Time in which the correction may cross its whole range, unless a velocity is stated."""
+
+NOISE_RAD = 2 * ARCSEC
+"""Noise of an output encoder of 20 bits."""
+
+MISFIT_SHARE = 0.1
+"""Error over the largest correction from which the watch reports that the model does not fit."""
+
+FLANK_WIDENINGS = (0.1, 0.2, 0.4)
+"""Widening of the plays that make the loop of flank friction, which grows with the torque."""
+
+SETTINGS = (
+    Key("torque_limit", "Nm", above=0),
+    Key("period", "s", above=0, high=1),
+    Key("correction", "rad", above=0, high=1),
+    Key("velocity", "rad_per_s", above=0),
+    Key("acceleration", "rad_per_s2", above=0),
+    Key("jerk", "rad_per_s3", above=0),
+    Key("response", "per_s", above=0),
+    Key("window", "s", above=0),
+    Key("fade", "s", above=0),
+    Key("noise", "rad", low=0),
+    Key("misfit", "rad", low=0),
+)
+"""What ``--set`` may state."""
+
+
+@dataclass(frozen=True)
+class Play:
+    """One play operator; its weight is a compliance outside and a share inside the elasticity."""
+
+    radius_Nm: float
+    widening: float
+    weight: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How fast the correction may move (`lm_limits`), in SI units."""
+
+    period_s: float
+    correction_rad: float
+    velocity_rad_s: float
+    acceleration_rad_s2: float
+    jerk_rad_s3: float
+    response_per_s: float
+
+
+@dataclass(frozen=True)
+class Watch:
+    """When the correction is faded out (`lm_watch`), in SI units."""
+
+    window_s: float
+    fade_s: float
+    noise_rad: float
+    misfit_rad: float
+
+
+@dataclass(frozen=True)
+class Controller:
+    """What the run-time code must know of one drive.
+
+    Attributes
+    ----------
+    torque_limit_Nm : float
+        Torque beyond it is clipped; in the gap profile the largest commanded angle, rad.
+    torque_Nm, angle_rad : ndarray
+        Knots of the backbone; none in the gap profile.
+    outside, inside : list of Play
+        Plays outside and inside the elasticity.
+    effects : list of (name, values)
+        In the order torque, width, angle.
+    notes : list of str
+        What was assumed, one sentence each.
+    """
+
+    torque_limit_Nm: float
+    torque_Nm: FloatArray
+    angle_rad: FloatArray
+    limits: Limits
+    watch: Watch
+    outside: Sequence[Play] = ()
+    inside: Sequence[Play] = ()
+    effects: Sequence[tuple[str, Sequence[float]]] = ()
+    notes: Sequence[str] = field(default_factory=list)
+
+    @property
+    def plays(self) -> list[Play]:
+        """All plays, outside ones first."""
+        return [*self.outside, *self.inside]
+
+
+def read_settings(texts: Sequence[str], option: str = "--set") -> dict[str, float]:
+    """Read ``KEY_UNIT=VALUE`` words of a command line.
+
+    Raises
+    ------
+    InputError
+        Unknown keys, wrong units, no numbers.
+    """
+    table: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            table[name.strip()] = float(value)
+        except ValueError:
+            expected = "KEY_UNIT=NUMBER, keys " + ", ".join(key.written for key in SETTINGS)
+            found = f"'{text}'" if equals else f"'{text}' without ="
+            raise InputError(option, "", found, expected) from None
+    return {name: value.value for name, value in read_table(option, "", table, SETTINGS).items()}
+
+
+def make_controller(
+    drive: Drive,
+    settings: Mapping[str, float] | None = None,
+    *,
+    profile: Profile = "standard",
+    knots: int | None = None,
+) -> Controller:
+    """Reduce a drive to what its controller must know.
+
+    Parameters
+    ----------
+    drive : Drive
+    settings : mapping, optional
+        From `read_settings`; what it leaves open gets defaults in proportion to the drive.
+    profile : {"standard", "full", "gap"}
+        Build of the run-time code that it is for.
+    knots : int, optional
+        Knots of the curve; by default as many as the profile holds.
+
+    Raises
+    ------
+    InputError
+        When the drive needs more than the profile holds, or says something impossible.
+    """
+    given = dict(settings or {})
+    if profile == "gap":
+        return _gap_controller(drive, given)
+    limit = given.get("torque_limit", TORQUE_LIMIT_SHARE * drive.rated_torque_Nm)
+    most = KNOTS_MAX[profile] if knots is None else knots
+    if not 2 <= most <= KNOTS_MAX[profile]:
+        raise InputError("--knots", "", str(knots), f"2 to {KNOTS_MAX[profile]}")
+    notes: list[str] = []
+    torque, angle = _backbone(drive, limit, most, notes)
+    outside, inside = _friction(drive, notes)
+    effects = _effects(drive)
+    _fits(drive.file, "plays", len(outside) + len(inside), PLAYS_MAX[profile], profile)
+    if effects and profile == "standard":
+        notes.append(f"The standard build holds no effects: compile with {effect_macros(effects)}.")
+    largest = float(np.max(np.abs(np.interp([-limit, limit], torque, angle))))
+    limits, watch = _defaults(given, CORRECTION_SHARE * largest)
+    return Controller(limit, torque, angle, limits, watch, outside, inside, effects, notes)
+
+
+def _fits(file: str, key: str, count: int, most: int, profile: Profile) -> None:
+    if count > most:
+        expected = f"at most {most} in the profile {profile}"
+        raise InputError(file, key, str(count), expected)
+
+
+def _backbone(
+    drive: Drive, limit_Nm: float, most: int, notes: list[str]
+) -> tuple[FloatArray, FloatArray]:
+    """Knots of the backbone up to the torque limit, thinned out where there are too many."""
+    backbone = make_backbone(drive, limit_Nm)
+    if backbone.torque_Nm.size <= most:
+        return backbone.torque_Nm, backbone.angle_rad
+    c = core(64)
+    torque, angle = c.array(backbone.torque_Nm), c.array(backbone.angle_rad)
+    chosen = c.ffi.new("int[]", most)
+    error = c.ffi.new("lm_real *")
+    fault = c.fault()
+    c.check(
+        c.lib.lm_choose_knots(
+            c.pointer(torque), c.pointer(angle), torque.size, most, chosen, error, fault
+        ),
+        fault,
+    )
+    notes.append(
+        f"{most} of {torque.size} points of the characteristic are kept; straight lines between "
+        f"them miss it by at most {error[0] / ARCSEC:.2g} arcsec."
+    )
+    index = np.array([chosen[i] for i in range(most)])
+    return torque[index], angle[index]
+
+
+def _friction(drive: Drive, notes: list[str]) -> tuple[list[Play], list[Play]]:
+    """Plays outside and inside the elasticity."""
+    if drive.catalogue is not None:
+        bank = drive.catalogue.plays(drive.rated_torque_Nm)
+        if bank is None:
+            notes.append("The sheet states no hysteresis: the model has no friction memory.")
+            return [], []
+        notes.append("The friction memory is as wide as the sheet's hysteresis, an upper limit.")
+        return [Play(*(float(value) for value in row)) for row in zip(*bank, strict=True)], []
+    width = _flank_half_width(drive)
+    if width <= 0:
+        notes.append("The design has no friction on its flanks: the model has no friction memory.")
+        return [], []
+    notes.append(
+        "The friction memory is that of the flanks, in proportion to the torque; bearings and "
+        "seals add to it."
+    )
+    share = width / len(FLANK_WIDENINGS)
+    return [Play(0.0, widening, share / widening) for widening in FLANK_WIDENINGS], []
+
+
+def _flank_half_width(drive: Drive) -> float:
+    """Half width of the loop that flank friction makes, over the torque, rad/(N m)."""
+    model = design_model(drive)
+    c = model.core
+    torque = c.array([drive.rated_torque_Nm])
+    found = c.ffi.new("lm_contributions[]", 1)
+    fault = c.fault()
+    c.check(
+        c.lib.lm_evaluate_characteristic(
+            model.drive, 0.0, c.pointer(torque), 1, found, c.ffi.NULL, model._workspace, fault
+        ),
+        fault,
+    )
+    return float(found[0].friction_half_width_rad) / drive.rated_torque_Nm
+
+
+def _effects(drive: Drive) -> list[tuple[str, list[float]]]:
+    """Effects of the drive file with their values in the library's order and units."""
+    c = core(64)
+    known = library_effects(c)
+    found = []
+    for index, table in enumerate(drive.effects):
+        effect = known[table["name"]]
+        keys = []
+        for i in range(effect.value_count):
+            written = c.ffi.string(effect.card.value[i].name).decode()
+            name, unit = units.split_unit(written)
+            low, high = (float(bound) for bound in effect.bound[i])
+            symbol = unit.symbol if unit else ""
+            keys.append(Key(name, symbol, required=True, low=low, high=high))
+        rest = {key: value for key, value in table.items() if key != "name"}
+        values = read_table(drive.file, f"effect[{index}]", rest, keys)
+        found.append((effect, table["name"], [values[key.name].value for key in keys]))
+    found.sort(key=lambda entry: int(entry[0].kind))
+    return [(name, values) for _, name, values in found]
+
+
+def library_effects(c: Core) -> dict[str, Any]:
+    """Return every `lm_effect` of the library by its name."""
+    effects = (c.lib.lm_effects[i] for i in range(c.lib.LM_EFFECT_COUNT))
+    return {c.ffi.string(effect.card.name).decode(): effect for effect in effects}
+
+
+def effect_macros(effects: Sequence[tuple[str, Sequence[float]]]) -> str:
+    """Compiler options without which the run-time code does not hold these effects."""
+    known = library_effects(core(32))
+    memory = sum(int(known[name].memory_count) for name, _ in effects)
+    return f"-DLM_EFFECTS_MAX={len(effects)} -DLM_EFFECT_MEMORY_MAX={memory}"
+
+
+def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
+    """One play as wide as the lost motion that the drive's data state."""
+    notes = ["One play as wide as the lost motion at 4 % of the rated torque; no curve."]
+    at = reversal_torque(drive)
+    if drive.catalogue is not None and drive.catalogue.lost_motion_rad is not None:
+        width = drive.catalogue.lost_motion_rad
+    elif drive.catalogue is not None:
+        width = drive.catalogue.reversal_lost_motion(at)
+    else:
+        width = design_model(drive).reversal_lost_motion(at)
+    if "torque_limit" in given:
+        raise InputError("--set", "torque_limit_Nm", "it", "nothing: the gap profile has no torque")
+    limits, watch = _defaults(given, CORRECTION_SHARE * width)
+    empty = np.zeros(0)
+    return Controller(
+        GAP_ANGLE_RAD, empty, empty, limits, watch, [Play(width / 2, 0.0, 1.0)], notes=notes
+    )
+
+
+GAP_ANGLE_RAD = 1000.0
+"""Largest commanded angle of the gap profile: 159 turns of the output."""
+
+
+def _defaults(given: Mapping[str, float], correction_rad: float) -> tuple[Limits, Watch]:
+    """Limits and watch: what is given, the rest in proportion."""
+    period = given.get("period", 1e-3)
+    fastest = 1.0 / (RESPONSE_TICKS * period)
+    response = given.get("response", fastest)
+    if response > fastest * (1 + 1e-6):
+        raise InputError("--set", "response_per_s", f"{response:.6g}", f"at most {fastest:.6g}")
+    correction = given.get("correction", correction_rad)
+    velocity = given.get("velocity", correction / CROSSING_S)
+    # With these the stages of the limiter do not narrow each other (compensator.c).
+    acceleration = given.get("acceleration", 2.0 * response * velocity)
+    jerk = given.get("jerk", 8.0 * response * acceleration)
+    noise = given.get("noise", NOISE_RAD)
+    misfit = given.get("misfit", max(3.0 * noise, MISFIT_SHARE * correction))
+    watch = Watch(given.get("window", 1.0), given.get("fade", 2.0), noise, misfit)
+    return Limits(period, correction, velocity, acceleration, jerk, response), watch
+
+
+def build(controller: Controller, c: Core | None = None) -> Any:
+    """Build the library's own struct and check it.
+
+    Returns
+    -------
+    cdata
+        An owned ``lm_parameters *`` with its fingerprint. The gap profile has none: the library in
+        this package is built with a curve.
+
+    Raises
+    ------
+    InputError
+        When the library refuses a value.
+    """
+    c = c or core(32)
+    made = c.ffi.new("lm_parameters *")
+    made.format = FORMAT
+    made.torque_limit_Nm = controller.torque_limit_Nm
+    for part, target in ((controller.limits, made.limits), (controller.watch, made.watch)):
+        for name in (entry.name for entry in fields(part)):
+            setattr(target, name, getattr(part, name))
+    torque, angle = c.array(controller.torque_Nm), c.array(controller.angle_rad)
+    plays = c.ffi.new("lm_play[]", max(1, len(controller.plays)))
+    for i, play in enumerate(controller.plays):
+        plays[i] = (play.radius_Nm, play.widening, play.weight)
+    table = library_effects(c)
+    made.effect_count = len(controller.effects)
+    for i, (name, values) in enumerate(controller.effects):
+        made.effect[i].effect = table[name]
+        for j, value in enumerate(values):
+            made.effect[i].value[j] = value
+    fault = c.fault()
+    try:
+        c.check(
+            c.lib.lm_build_curve(
+                c.ffi.addressof(made.curve), c.pointer(torque), c.pointer(angle), torque.size, fault
+            ),
+            fault,
+        )
+        c.check(
+            c.lib.lm_build_play_bank(
+                c.ffi.addressof(made.plays),
+                plays,
+                len(controller.plays),
+                len(controller.outside),
+                fault,
+            ),
+            fault,
+        )
+        c.check(c.lib.lm_check_parameters(made, fault), fault)
+    except LibraryError as error:
+        raise refused(error) from None
+    made.fingerprint = zlib.crc32(blob_body(controller))
+    return made
+
+
+def refused(error: LibraryError) -> InputError:
+    """Say in the words of the command what the library refused."""
+    if error.key == "outside_rad_per_Nm":
+        return InputError(
+            "friction",
+            "",
+            f"plays that add up to {error.found:.3g} rad/Nm",
+            "less than the least compliance of the backbone: the loop is too wide for the drive",
+        )
+    expected = f"{error.low:.6g} to {error.high:.6g}" if error.low != error.high else "a value"
+    return InputError(
+        "parameters", error.key, f"{error.found:.6g}", f"{expected} ({error.sentence})"
+    )
+
+
+def blob_body(controller: Controller) -> bytes:
+    """Binary form without the checksum at its end; parameters.h describes it."""
+    known = library_effects(core(32))
+    parts = [struct.pack("<f", controller.torque_limit_Nm)]
+    parts.append(struct.pack("<I", controller.torque_Nm.size))
+    for torque, angle in zip(controller.torque_Nm, controller.angle_rad, strict=True):
+        parts.append(struct.pack("<2f", torque, angle))
+    plays = controller.plays
+    parts.append(struct.pack("<2I", len(plays), len(controller.outside)))
+    for play in plays:
+        # The library keeps 1 + widening, so this many digits of the widening come back.
+        widening = np.float32(np.float32(1) + np.float32(play.widening)) - np.float32(1)
+        parts.append(struct.pack("<3f", play.radius_Nm, widening, play.weight))
+    parts.append(struct.pack("<I", len(controller.effects)))
+    for name, values in controller.effects:
+        number, count = known[name].id, known[name].value_count
+        parts.append(struct.pack(f"<2I{count}f", number, count, *values))
+    for part in (controller.limits, controller.watch):
+        numbers = [getattr(part, entry.name) for entry in fields(part)]
+        parts.append(struct.pack(f"<{len(numbers)}f", *numbers))
+    body = b"".join(parts)
+    length = 16 + len(body) + 4
+    return b"LMP1" + struct.pack("<3I", MARK, FORMAT, length) + body
+
+
+def format_blob(controller: Controller) -> bytes:
+    """Binary form, which `lm_load_parameters` reads."""
+    body = blob_body(controller)
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def literal(value: float | np.float32) -> str:
+    """Write a number as a C literal that gives the same float."""
+    return f"{np.float32(value)!s}f"
+
+
+def rows(texts: Sequence[str], indent: str, width: int = 100) -> str:
+    """Join texts with commas into lines of at most `width`."""
+    lines, line = [], indent
+    for i, text in enumerate(texts):
+        word = text + ("," if i + 1 < len(texts) else "")
+        if len(line) + len(word) + 1 > width:
+            lines.append(line.rstrip())
+            line = indent
+        line += word + " "
+    lines.append(line.rstrip())
+    return "\n".join(lines)
+
+
+def format_header(controller: Controller, name: str, title: str) -> str:
+    """C header with one constant `lm_parameters`, for every profile that is large enough.
+
+    Parameters
+    ----------
+    controller : Controller
+    name : str
+        Of the constant.
+    title : str
+        What it is for, in the header's first line.
+
+    Raises
+    ------
+    InputError
+        When the name is not one in C, or the library refuses the parameters.
+    """
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+        raise InputError("--name", "", f"'{name}'", "a name in C")
+    gap = controller.torque_Nm.size == 0
+    plays = controller.plays
+    fingerprint = zlib.crc32(blob_body(controller))
+    if gap:
+        needs, size = "LM_PROFILE != LM_PROFILE_GAP", "-DLM_PROFILE=LM_PROFILE_GAP"
+    else:
+        known = library_effects(core(32))
+        least = {
+            "LM_CURVE_POINTS_MAX": max(16, controller.torque_Nm.size),
+            "LM_PLAYS_MAX": max(1, len(plays)),
+            "LM_EFFECTS_MAX": len(controller.effects),
+            "LM_EFFECT_MEMORY_MAX": sum(
+                int(known[effect].memory_count) for effect, _ in controller.effects
+            ),
+        }
+        needs = "LM_PROFILE == LM_PROFILE_GAP || " + " || \\\n    ".join(
+            f"{macro} < {value}" for macro, value in least.items()
+        )
+        size = "no gap profile and at least " + ", ".join(
+            f"{macro} {value}" for macro, value in least.items()
+        )
+    guard = f"{name.upper()}_H"
+    limits, watch = controller.limits, controller.watch
+    title = title.replace("*/", "* /")
+    text = [
+        f"/* {title}: parameters for its controller, written by lostmotion export {__version__}.",
+        f" * Corrects up to {limits.correction_rad / ARCMIN:.3g} arcmin; made for a call every "
+        f"{limits.period_s * 1e3:.4g} ms. */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        '#include "lostmotion/runtime.h"',
+        "",
+        f"#if LM_PARAMETERS_FORMAT != {FORMAT}",
+        '#error "lostmotion: these parameters were written for another version: export again"',
+        "#endif",
+        f"#if {needs}",
+        f'#error "lostmotion: these parameters need {size}"',
+        "#endif",
+        "",
+        f"static const lm_parameters {name} = {{",
+        f"    {FORMAT}u,",
+        f"    0x{fingerprint:08x}u,",
+        f"    {literal(controller.torque_limit_Nm)},",
+        rows_of(limits) + ",",
+        rows_of(watch) + ",",
+    ]
+    text += _plays_text(controller, gap)
+    if not gap:
+        text += _curve_text(controller)
+        text += _effects_text(controller)
+    text += ["};", "", "#endif", ""]
+    return "\n".join(text)
+
+
+def rows_of(part: Limits | Watch) -> str:
+    """Initializer of a struct of numbers."""
+    numbers = [literal(getattr(part, entry.name)) for entry in fields(part)]
+    return "    {" + ", ".join(numbers) + "}"
+
+
+def _plays_text(controller: Controller, gap: bool) -> list[str]:
+    plays = controller.plays
+    # Sums in the library's order and precision.
+    outside = inside = np.float32(0)
+    for play in controller.outside:
+        outside = np.float32(outside + np.float32(play.weight))
+    for play in controller.inside:
+        inside = np.float32(inside + np.float32(play.weight))
+    counts = f"{len(plays)}, {len(controller.outside)}, {literal(outside)}, {literal(inside)}"
+    text = [f"    {{{counts},", "     {"]
+    one = np.float32(1)
+    for i, play in enumerate(plays):
+        low, high = one - np.float32(play.widening), one + np.float32(play.widening)
+        slot = f"{{{literal(play.radius_Nm)}, {{{literal(low)}, {literal(high)}}}, "
+        text.append(f"         {',' if i else ''}{slot}{literal(play.weight)}}}")
+    if not gap:
+        for i in range(len(plays), 32):
+            text.append(f"#if LM_PLAYS_MAX > {i}")
+            text.append(f"         {',' if i else ''}{{0, {{1, 1}}, 0}}")
+            text.append("#endif")
+    return [*text, "     }}" + ("" if gap else ",")]
+
+
+def _curve_text(controller: Controller) -> list[str]:
+    """The three arrays; stores are 17, 33 or 65 long and repeat the last knot behind the others."""
+    c = core(32)
+    curve = build(controller, c).curve
+    count = controller.torque_Nm.size
+    text = [f"    {{{count},"]
+    names = ("torque_Nm", "angle_rad", "slope_rad_per_Nm")
+    for name in names:
+        values = [literal(getattr(curve, name)[i]) for i in range(c.lib.LM_CURVE_STORE)]
+        least = next(size for size in (17, 33, 65) if size >= count)
+        text += ["     {", rows(values[:least], "         ")]
+        for low, high in ((17, 33), (33, 65)):
+            if least <= low:
+                text += [f"#if LM_CURVE_STORE > {low}", "         ,"]
+                text += [rows(values[low:high], "         "), "#endif"]
+        text.append("     }" + ("," if name != names[-1] else "}"))
+    return text
+
+
+def _effects_text(controller: Controller) -> list[str]:
+    text = ["#if LM_EFFECTS_MAX > 0", f"    , {len(controller.effects)}", "    , {"]
+    for i, (name, values) in enumerate(controller.effects):
+        numbers = ", ".join(literal(value) for value in values)
+        text.append(f"         {',' if i else ''}{{&lm_effect_{name}, {{{numbers}}}}}")
+    if not controller.effects:
+        text.append("         {0, {0}}")
+    return [*text, "     }", "#endif"]
+
+
+def export(controller: Controller, file: str | Path, *, name: str, title: str) -> dict[str, Any]:
+    """Write ``.h`` or ``.bin``, whole or not at all, and return the answer of the command.
+
+    Raises
+    ------
+    InputError
+        When the file has another suffix, or the library refuses the parameters.
+    """
+    path = Path(file)
+    if path.suffix not in (".h", ".bin"):
+        raise InputError("--output", "", f"'{path.name}'", "a name that ends in .h or .bin")
+    if controller.torque_Nm.size:
+        build(controller)
+    blob = format_blob(controller)
+    content = blob if path.suffix == ".bin" else format_header(controller, name, title)
+    write_whole(path, content)
+    limits = controller.limits
+    return {
+        "schema": "lostmotion.export/1",
+        "file": str(path),
+        "fingerprint": f"{zlib.crc32(blob[:-4]):08x}",
+        "blob_bytes": len(blob),
+        "knots": int(controller.torque_Nm.size),
+        "plays_outside": len(controller.outside),
+        "plays_inside": len(controller.inside),
+        "effects": [effect for effect, _ in controller.effects],
+        "torque_limit_Nm": controller.torque_limit_Nm,
+        "limits": {entry.name: getattr(limits, entry.name) for entry in fields(limits)},
+        "watch": {e.name: getattr(controller.watch, e.name) for e in fields(controller.watch)},
+        "notes": list(controller.notes),
+    }
+
+
+def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Print the answer of the command."""
+    plays = answer["plays_outside"] + answer["plays_inside"]
+    print(f"written: {answer['file']} (fingerprint {answer['fingerprint']})\n", file=out)
+    print(
+        f"{answer['knots']} knots, {plays} plays, {len(answer['effects'])} effects; "
+        f"{answer['blob_bytes']} bytes as a blob",
+        file=out,
+    )
+    for effect in answer["effects"]:
+        print(f"  effect {effect}", file=out)
+    print("\nlimits of the correction:", file=out)
+    for name, value in {**answer["limits"], **answer["watch"]}.items():
+        print(f"  {name} = {value:.6g}", file=out)
+    if answer["notes"]:
+        print("\nassumed:", file=out)
+        for line in answer["notes"]:
+            print(f"  {line}", file=out)
