@@ -183,6 +183,9 @@ class Campaign:
             verdicts = ["complete"]
         elif any(HIDDEN[name].outside for name in self.effects):
             verdicts = ["unexplained"]
+        elif not set().union(*(HIDDEN[name].columns for name in self.effects)) <= set(self.columns):
+            # Nobody can name what hangs on a column that is not there.
+            verdicts = ["unexplained", "ambiguous"]
         elif twins:
             verdicts = ["missing-effect", "ambiguous"]
         else:

@@ -75,7 +75,7 @@ class Hidden:
     depends_on: tuple[str, ...] = ()
     """For causes outside: columns on which the misfit hangs."""
     columns: tuple[str, ...] = ()
-    """Columns that are written when this is in play."""
+    """Columns that it hangs on; written when it is in play, unless dropped on purpose."""
     phases: int = 0
     """How many free phases its signature has."""
     per_rated: bool = False
@@ -308,6 +308,8 @@ def _warm_up(b: Bench, r: Readings, m: float, phase: Array) -> None:
     r.lost_motion_rad += m * ARCSEC * (1 - np.exp(-b.plan.time_s / 40.0))
 
 
+_WARM = ("temperature_C",)
+_CYCLES = ("cycles",)
 _TILT = ("tilt_moment_Nm",)
 _AXIAL = ("axial_force_N",)
 _MINE = (
@@ -348,23 +350,23 @@ _MINE = (
     ),
     Hidden(
         "thermal_gap", "arcsec per K", 0.3, 2,
-        "radial gap linear in temperature, never negative", before=_thermal_gap,
+        "radial gap linear in temperature, never negative", before=_thermal_gap, columns=_WARM,
     ),
     Hidden(
         "thermal_stiffness", "percent per K", 0.1, 1,
-        "stiffness linear in temperature", before=_thermal_stiffness,
+        "stiffness linear in temperature", before=_thermal_stiffness, columns=_WARM,
     ),
     Hidden(
         "thermal_drift", "arcsec per K", 0.5, 3,
-        "zero of the output angle linear in temperature", after=_thermal_drift,
+        "zero of the output angle linear in temperature", after=_thermal_drift, columns=_WARM,
     ),
     Hidden(
         "thermal_friction", "percent per K", 1, 8,
-        "slip limits by Vogel's law of an oil", before=_thermal_friction,
+        "slip limits by Vogel's law of an oil", before=_thermal_friction, columns=_WARM,
     ),
     Hidden(
         "wear", "arcsec a side at 1e5 cycles", 10, 60,
-        "radial gap grows with the cycles, logarithmic run-in", before=_wear,
+        "radial gap grows with the cycles, logarithmic run-in", before=_wear, columns=_CYCLES,
     ),
     Hidden(
         "creep", "percent", 2, 15,

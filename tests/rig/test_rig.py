@@ -388,6 +388,13 @@ def test_files_are_those_of_the_interface(tmp_path: Path) -> None:
     assert truth["effects"] == {"output_tilt": 4.0}
 
 
+def test_no_one_is_asked_to_name_what_hangs_on_a_missing_column() -> None:
+    for dropped, verdict in (((), "missing-effect"), (("temperature_C",), "unexplained")):
+        conditions = Conditions(dropped_columns=dropped)
+        made = make_campaign(6, 3, {}, "third", conditions, {"thermal_friction": 1.0})
+        assert made.truth()["verdicts"][0] == verdict
+
+
 @pytest.mark.parametrize("kind", ["clean", "outside"])
 def test_a_suite_gives_nothing_away_by_its_names(kind: str, tmp_path: Path) -> None:
     truths = write_suite(
