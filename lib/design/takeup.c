@@ -12,6 +12,8 @@
 #define STIFFNESS_MIN LM_REAL(1e-9)
 #define STIFFNESS_MAX LM_REAL(1e15)
 #define TORQUE_MAX_NM LM_REAL(1e9)
+#define COMPLIANCE_MAX LM_REAL(1e6)
+#define TWIST_MAX LM_REAL(1)
 
 /* --- eq (1) --- */
 
@@ -491,7 +493,7 @@ static lm_status let_preload_in(path *p, lm_real relief, lm_fault *fault) {
   for (;;) {
     const event next = next_event(p, CLOSE_BOTH);
     lm_status status;
-    if (next.distance >= left) {
+    if (!(next.distance < left)) {
       go(p, left);
       return LM_OK;
     }
@@ -512,7 +514,7 @@ static lm_status turn_to_rest(path *p, lm_real *angle, lm_fault *fault) {
     const event next = next_event(p, way);
     const lm_real to_rest = -torque_of(p, p->w->force) / torque_of(p, p->w->rate);
     lm_status status;
-    if (next.distance >= to_rest) {
+    if (!(next.distance < to_rest)) {
       go(p, to_rest);
       *angle += sign * to_rest;
       return LM_OK;
@@ -684,7 +686,7 @@ static lm_status follow(path *p, direction way, const lm_real torque_Nm[], int f
     const lm_real torque = torque_of(p, p->w->force) - balance;
     const lm_real rate = torque_of(p, p->w->rate);
     lm_status status;
-    while (p->w->active_count > 0 && (torque_Nm[wanted] - torque) / rate <= next.distance) {
+    while (p->w->active_count > 0 && !((torque_Nm[wanted] - torque) / rate > next.distance)) {
       const lm_real distance = (torque_Nm[wanted] - torque) / rate;
       report_state(p, angle + sign * distance, distance, torque_Nm[wanted], &states[wanted]);
       if (wanted == last) {
@@ -714,17 +716,17 @@ static lm_status check_contacts(const lm_contact contacts[], int count,
   }
   for (i = 0; i < count; i++) {
     const lm_contact *c = &contacts[i];
-    const lm_real large = LM_REAL(1e6);
     const lm_real least = LM_REAL(1e-12);
     lm_status status = check_range(fault, "arm_mm", c->arm_mm, RADIUS_MIN_MM, RADIUS_MAX_MM);
     if (status == LM_OK) {
-      status = check_range(fault, "wedge", c->wedge, LM_REAL(0), large);
+      status = check_range(fault, "wedge", c->wedge, LM_REAL(0), LM_REAL(1e6));
     }
     if (status == LM_OK) {
       status = check_range(fault, "gap_rad", c->gap_rad, -LM_PI, LM_PI);
     }
     if (status == LM_OK) {
-      status = check_range(fault, "compliance_mm_per_N", c->compliance_mm_per_N, least, large);
+      status =
+          check_range(fault, "compliance_mm_per_N", c->compliance_mm_per_N, least, COMPLIANCE_MAX);
     }
     if (status == LM_OK) {
       status = check_range(fault, "tooth", LM_REAL(c->tooth), LM_REAL(0),
@@ -777,23 +779,20 @@ static void range_of_teeth(path *p) {
 /* What the contacts use of the foundation. */
 static lm_status check_foundation(const path *p, lm_fault *fault) {
   const lm_foundation *f = p->foundation;
+  lm_status status = LM_OK;
   int i;
   int j;
-  for (i = 0; i <= p->last_tooth - p->first_tooth; i++) {
-    if (!real_isfinite(f->yield_mm_per_N[i])) {
-      return refuse_range(fault, "yield_mm_per_N", f->yield_mm_per_N[i], -REAL_INFINITY,
-                          REAL_INFINITY);
-    }
+  for (i = 0; status == LM_OK && i <= p->last_tooth - p->first_tooth; i++) {
+    status =
+        check_range(fault, "yield_mm_per_N", f->yield_mm_per_N[i], -COMPLIANCE_MAX, COMPLIANCE_MAX);
   }
   for (i = 0; i < f->sections; i++) {
-    for (j = 0; j < f->sections; j++) {
-      if (!real_isfinite(f->twist_rad_per_Nmm[i][j])) {
-        return refuse_range(fault, "twist_rad_per_Nmm", f->twist_rad_per_Nmm[i][j], -REAL_INFINITY,
-                            REAL_INFINITY);
-      }
+    for (j = 0; status == LM_OK && j < f->sections; j++) {
+      status = check_range(fault, "twist_rad_per_Nmm", f->twist_rad_per_Nmm[i][j], -TWIST_MAX,
+                           TWIST_MAX);
     }
   }
-  return LM_OK;
+  return status;
 }
 
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,

@@ -90,16 +90,29 @@ static void the_chains_are_filled_from_the_size(void) {
 
 static void a_cam_engages_to_seventy_degrees(void) {
   drive.generator.type = LM_COSINE;
+  drive.generator.contact_half_angle_rad = LM_REAL(0.1); /* of no use to a cam */
   complete();
   ASSERT_DIGITS(70 * 3.14159265358979 / 180, drive.support.engagement_limit_rad);
   assert_accepted();
   drive = reference_a();
   drive.generator.type = LM_ELLIPSE;
+  drive.generator.contact_half_angle_rad = LM_REAL(0.1);
   complete();
   ASSERT_DIGITS(70 * 3.14159265358979 / 180, drive.support.engagement_limit_rad);
   /* The patch of a cam on the circular spline counts as 30 deg. */
   ASSERT_NEAR(2e-8, 0.0624 * pow(27.5, 3) / (2.1e5 * 10 * pow(5, 3) / 12) / 3,
               drive.radial_laws[0].coefficient_mm_per_Nn);
+}
+
+/* E I of rim and race grows with the fourth power of the size, the foundation does not. */
+static void a_larger_ring_is_stiffer(void) {
+  drive.teeth.module_mm *= 2;
+  drive.generator.deflection_mm *= 2;
+  drive.flexspline.rim_thickness_mm = 0;
+  complete();
+  ASSERT_DIGITS(16 * 3.5e5, drive.support.ring_stiffness_N_mm2);
+  ASSERT_DIGITS(2600, drive.support.foundation_N_per_mm2);
+  assert_accepted();
 }
 
 static void no_tooth_engages_beyond_ninety_degrees(void) {
@@ -501,6 +514,7 @@ int main(void) {
   RUN_TEST(a_drive_is_completed_in_proportion_to_its_size);
   RUN_TEST(the_chains_are_filled_from_the_size);
   RUN_TEST(a_cam_engages_to_seventy_degrees);
+  RUN_TEST(a_larger_ring_is_stiffer);
   RUN_TEST(no_tooth_engages_beyond_ninety_degrees);
   RUN_TEST(a_cup_is_in_proportion_to_its_face);
   RUN_TEST(given_values_are_kept);

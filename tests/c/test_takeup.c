@@ -984,6 +984,21 @@ static void more_active_pairs_are_refused(void) {
                                           &workspace, &fault));
 }
 
+/* As many sections, lobes and teeth as there may be. */
+static void the_largest_numbers_are_accepted(void) {
+  static const double torque[] = {1};
+  lm_take_up states[1];
+  foundation.sections = LM_SECTIONS_MAX;
+  foundation.lobes = 2;
+  put_contact(26, 0.4, 1e-4, 4e-6, LM_LOBE_TEETH_MAX - 1, 1);
+  put_contact(26, 0.4, 1e-4, 4e-6, 0, -1);
+  contacts[0].section = LM_SECTIONS_MAX - 1;
+  contacts[0].lobe = 1;
+  take_up(torque, 1, states);
+  TEST_ASSERT_EQUAL(0, states[0].forward_teeth); /* of lobe 0 */
+  ASSERT_NEAR(1e-9, 1e-4 + 1000 * 4e-6 / (26 * 26), states[0].angle_rad);
+}
+
 /* --- refusals --- */
 
 static lm_take_up untouched[3];
@@ -1099,12 +1114,15 @@ static void coupled_pairs_refuse_a_wrong_foundation(void) {
   foundation.lobes = 1;
   contacts[1].tooth = 8;
   foundation.yield_mm_per_N[3] = nan;
-  assert_refused_range(LM_NOT_FINITE, "yield_mm_per_N", nan, -inf, inf,
+  assert_refused_range(LM_NOT_FINITE, "yield_mm_per_N", nan, -LM_REAL(1e6), LM_REAL(1e6),
                        refused_take_up(2, torque, 1));
   foundation.yield_mm_per_N[3] = 0;
   foundation.yield_mm_per_N[4] = nan; /* beyond the teeth that are used */
   foundation.twist_rad_per_Nmm[1][0] = inf;
-  assert_refused_range(LM_NOT_FINITE, "twist_rad_per_Nmm", inf, -inf, inf,
+  assert_refused_range(LM_NOT_FINITE, "twist_rad_per_Nmm", inf, -1, 1,
+                       refused_take_up(2, torque, 1));
+  foundation.twist_rad_per_Nmm[1][0] = LM_REAL(2e21); /* float32 overflows on the way to rest */
+  assert_refused_range(LM_OUT_OF_RANGE, "twist_rad_per_Nmm", LM_REAL(2e21), -1, 1,
                        refused_take_up(2, torque, 1));
   foundation.twist_rad_per_Nmm[1][0] = 0;
   foundation.twist_rad_per_Nmm[2][2] = inf; /* beyond the sections that are used */
@@ -1368,6 +1386,7 @@ int main(void) {
   RUN_TEST(the_events_stand_on_the_curve_in_their_order);
   RUN_TEST(all_active_pairs_may_carry_and_the_first_events_are_kept);
   RUN_TEST(more_active_pairs_are_refused);
+  RUN_TEST(the_largest_numbers_are_accepted);
   RUN_TEST(coupled_pairs_refuse_null);
   RUN_TEST(coupled_pairs_refuse_counts_and_torques);
   RUN_TEST(coupled_pairs_refuse_a_wrong_contact);

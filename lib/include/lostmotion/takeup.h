@@ -68,11 +68,12 @@ typedef struct lm_contact {
  * axial sections act together; lobes do not feel each other. */
 typedef struct lm_foundation {
   lm_real yield_mm_per_N[LM_LOBE_TEETH_MAX]; /* radial give of the rim at that many teeth from a
-                                                radial unit force */
+                                                radial unit force, -1e6 .. 1e6 */
   int sections;                              /* 1 .. LM_SECTIONS_MAX */
   int lobes; /* lobes listed one by one: 1 (then both are alike and count twice) or 2 */
   lm_real twist_rad_per_Nmm[LM_SECTIONS_MAX][LM_SECTIONS_MAX]; /* turn of one section by a torque
-                                                in another; 0 in the planar model */
+                                                in another, -1 .. 1, symmetric; 0 in the planar
+                                                model */
 } lm_foundation;
 
 /* Beam on an elastic foundation: the give at distance s from a unit force is
@@ -135,7 +136,8 @@ typedef struct lm_take_up_workspace {
  * factor), from rest up and from rest down. Preload (gaps that add up to less than zero) starts
  * from the equilibrium of both flanks. contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks;
  * torque_Nm[torques]: rising within -1e9 .. 1e9, at least one; states[torques]; rest may be null.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact), LM_NOT_MONOTONE
+ * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact or of the foundation),
+ * LM_NOT_MONOTONE
  * ("torque_Nm"), LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than
  * LM_ACTIVE_MAX carry, LM_NOT_CONVERGED when rounding defeats the factor or lets pairs join and
  * leave for ever (compliances of the pairs too small against the ring's, or a twist that is not
