@@ -141,6 +141,24 @@ def test_recordings_beyond_any_drive_are_refused(
         read_campaign(tmp_path / name)
 
 
+@pytest.mark.parametrize("label", ["1e300", "-1e20", "9007199254740993"])
+def test_run_labels_beyond_integers_stay_what_they_are(tmp_path: Path, label: str) -> None:
+    (tmp_path / "a.csv").write_text(f"run,{HEADER}{label},0,1,0\n1.0,0,1,0\n")
+    assert len(read_campaign(tmp_path / "a.csv").runs) == 2
+
+
+def test_runs_whose_torque_never_moves_are_compared_without_a_warning(tmp_path: Path) -> None:
+    table = damaged_inputs.recording()
+    for row in table[1:82]:
+        row[2] = "-1.0"
+    drive = damaged_inputs.bought()
+    (tmp_path / "drive.toml").write_text(format_toml(drive))
+    (tmp_path / "data.csv").write_text(damaged_inputs.csv_text(table))
+    words = ["compare", str(tmp_path / "drive.toml"), str(tmp_path / "data.csv"), "-q"]
+    outcome = damaged_inputs.run_here(words)
+    assert (outcome.status, outcome.warnings, outcome.error) == (0, [], "")
+
+
 def test_a_gzip_with_a_turned_bit_is_refused(tmp_path: Path) -> None:
     packed = bytearray(gzip.compress((HEADER + "0,1,2\n" * 99).encode(), mtime=0))
     for bit in range(8 * len(packed)):

@@ -62,3 +62,11 @@ def test_a_start_outside_the_box_is_brought_in() -> None:
 
     found = bounded_least_squares(evaluate, np.array([99.0]), np.zeros(1), np.full(1, 2.0))
     assert found.x[0] == 2.0
+
+
+def test_samples_that_see_no_unknown_leave_the_start_where_it_is() -> None:
+    found = bounded_least_squares(
+        lambda x: (np.ones(9), np.zeros((9, 2))), np.array([0.3, 5.0]), np.zeros(2), np.ones(2)
+    )
+    np.testing.assert_array_equal(found.x, [0.3, 1.0])
+    assert found.steps == 1

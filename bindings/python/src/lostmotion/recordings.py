@@ -84,6 +84,10 @@ GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording."""
 
 
+WHOLE_MAX = 2.0**53
+"""Below this a float holds every integer, and a run label that is a whole number stays one."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """Something about the data that the reader should know.
@@ -479,7 +483,8 @@ def _run_codes(
     if np.any(missing):
         row = int(np.flatnonzero(missing)[0]) + 1
         raise InputError(file, column, f"no label in row {row}", "an integer or text")
-    if values.dtype.kind == "f" and np.all(values == np.round(values)):
+    whole = values.dtype.kind == "f" and bool(np.all(values == np.round(values)))
+    if whole and np.max(np.abs(values)) < WHOLE_MAX:
         values = values.astype(np.int64)
     unique, first, inverse = np.unique(values, return_index=True, return_inverse=True)
     order = np.argsort(first, kind="stable")

@@ -76,7 +76,8 @@ def bounded_least_squares(
     damping = FIRST_DAMPING
     used = 1
     small_falls = 0
-    while used < steps and damping < GREATEST_DAMPING and cost > 0:
+    # Where the samples see no unknown at all (a torque that never moves), the start stays.
+    while used < steps and damping < GREATEST_DAMPING and cost > 0 and np.any(gradient):
         move = _step(normal, gradient, damping, low - x, high - x)
         predicted = -float(move @ (2.0 * gradient + normal @ move))
         if predicted <= tolerance * cost:
