@@ -305,6 +305,27 @@ static void the_smallest_torque_keeps_to_its_side_of_the_play(void) {
   }
 }
 
+/* Both flanks of both lobes of the largest drive. */
+static void as_many_springs_as_a_drive_has_are_accepted(void) {
+  static lm_spring springs[1204];
+  static lm_real clearance[1204];
+  static lm_real radius[1204];
+  static lm_real increment[1204];
+  static int order[1204];
+  lm_real angle;
+  int engaged;
+  int i;
+  for (i = 0; i < 1204; i++) {
+    put_spring(&springs[i], 1000, 1e-7 * (1204 - i), 1);
+    clearance[i] = LM_REAL(1204 - i);
+    radius[i] = 1;
+  }
+  TEST_ASSERT_EQUAL(LM_OK, lm_independent_take_up(springs, 1204, 1000, &angle, &engaged, &fault));
+  TEST_ASSERT_EQUAL(1204, engaged);
+  TEST_ASSERT_EQUAL(LM_OK, lm_stage_increments(clearance, radius, 1204, increment, order, &fault));
+  TEST_ASSERT_EQUAL(1203, order[0]);
+}
+
 static void springs_refuse_nonsense_and_write_nothing(void) {
   const lm_real nan = LM_REAL(NAN);
   const lm_real inf = LM_REAL(INFINITY);
@@ -1367,6 +1388,7 @@ int main(void) {
   RUN_TEST(preloaded_springs_are_twice_as_stiff_until_one_lifts_off);
   RUN_TEST(springs_of_one_side_carry_only_its_torque);
   RUN_TEST(the_smallest_torque_keeps_to_its_side_of_the_play);
+  RUN_TEST(as_many_springs_as_a_drive_has_are_accepted);
   RUN_TEST(springs_refuse_nonsense_and_write_nothing);
   RUN_TEST(the_foundation_carries_the_whole_force);
   RUN_TEST(the_rim_bends_as_a_beam);
