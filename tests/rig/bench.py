@@ -43,6 +43,7 @@ LEAST_SCALE, LARGEST_SCALE = 0.05, 5.0
 LEAST_GAIN = 0.01
 TANGENT_REACH = 0.4
 SIZE_TOLERANCE = 0.03
+LARGEST_MISS = 0.1
 CACHED = ("torque_Nm", "_starts", "plain", "tangents", "scatter_tangents", "_weight", "thinned")
 
 
@@ -287,11 +288,15 @@ class TestBench:
         wanted = sigma * SIGMA_ARCSEC
         limit = hidden.limit * hidden.scale(self.drive)
         low, high = 0.0, np.inf
+        nearest: tuple[float, float, Residual] | None = None
         for _ in range(SEARCH_STEPS):
             residual = self.absorb({name: magnitude}, start=start)
             found = residual.arcsec
-            if abs(found / wanted - 1) < SIZE_TOLERANCE:
+            miss = abs(found / wanted - 1)
+            if miss < SIZE_TOLERANCE:
                 return magnitude, residual
+            if nearest is None or miss < nearest[0]:
+                nearest = miss, magnitude, residual
             if found < wanted:
                 low = magnitude
                 if magnitude >= limit:
@@ -305,6 +310,9 @@ class TestBench:
             share = min(guess / magnitude, 2.0)
             start = replace(residual, moves=np.maximum(residual.moves * share, LEAST_SCALE - 1))
             magnitude = guess
+        # Friction slips or holds, and a refit may end in one of two ways: residuals can jump.
+        if nearest and nearest[0] < LARGEST_MISS:
+            return nearest[1:]
         raise TooSmallError(
             f"{name}: {magnitude:.3g} {hidden.unit} leaves {found:.2g} arcsec after a refit, "
             f"wanted {wanted:.2g} arcsec; the plan `{self.plan.name}` cannot show it"
