@@ -238,6 +238,17 @@ lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
   return clearance;
 }
 
+static lm_status check_pointers(const lm_mesh *mesh, const lm_clearance clearances[],
+                                const int *count, lm_fault *fault) {
+  if (mesh == 0) {
+    return refuse(fault, LM_NULL, "mesh");
+  }
+  if (clearances == 0) {
+    return refuse(fault, LM_NULL, "clearances");
+  }
+  return count == 0 ? refuse(fault, LM_NULL, "count") : LM_OK;
+}
+
 /* A tooth within a hair of 90 deg counts as standing on it, and is then listed at both ends. */
 #define HAIR_PITCHES LM_REAL(1e-4)
 
@@ -250,14 +261,15 @@ static lm_real within_lobe(lm_real angle_rad) {
 
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],
                              int capacity, int *count, lm_fault *fault) {
+  const lm_status status = check_pointers(mesh, clearances, count, fault);
   lm_real quarter;
   lm_real turns;
   lm_real shift; /* pitches */
   int first;
   int last;
   int k;
-  if (mesh == 0 || clearances == 0 || count == 0) {
-    return refuse(fault, LM_NULL, mesh == 0 ? "mesh" : clearances == 0 ? "clearances" : "count");
+  if (status != LM_OK) {
+    return status;
   }
   if (!real_isfinite(phase_rad)) {
     return refuse_range(fault, "phase_rad", phase_rad, -REAL_INFINITY, REAL_INFINITY);
@@ -286,10 +298,11 @@ lm_status lm_sweep_clearances(const lm_mesh *mesh, int phases, lm_clearance clea
   lm_real step;
   int middle;
   int k;
-  if (mesh == 0 || clearances == 0 || count == 0) {
-    return refuse(fault, LM_NULL, mesh == 0 ? "mesh" : clearances == 0 ? "clearances" : "count");
+  status = check_pointers(mesh, clearances, count, fault);
+  if (status == LM_OK) {
+    status =
+        check_range(fault, "phases", LM_REAL(phases), LM_REAL(1), LM_REAL(LM_SWEEP_PHASES_MAX));
   }
-  status = check_range(fault, "phases", LM_REAL(phases), LM_REAL(1), LM_REAL(LM_SWEEP_PHASES_MAX));
   if (status != LM_OK) {
     return status;
   }
