@@ -34,10 +34,16 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute
     const lm_real radius = low_mm + table->step_mm * LM_REAL(i);
     const lm_involute_point at = lm_evaluate_involute(own, radius);
     const lm_real angle = at.pressure_angle_rad - at.half_angle_rad + pitch_half_rad;
+    const lm_real half =
+        pitch_half_rad > LM_REAL(0) ? pitch_half_rad - at.half_angle_rad : at.half_angle_rad;
     lm_tooth_compliance tilt;
     lm_real rim;
-    lm_status status =
-        lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
+    lm_status status;
+    if (!(half > LM_REAL(0))) { /* pointed before its tip */
+      return refuse_contradiction(fault, "teeth.tooth_height", LM_REAL(2) * half * radius,
+                                  LM_REAL(0), REAL_INFINITY);
+    }
+    status = lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
     if (status == LM_OK) {
       status =
           lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &rim, fault);

@@ -1,9 +1,8 @@
 #include "lostmotion/checks.h"
 
+#include "half_turn.h"
 #include "real_math.h"
 #include "refuse.h"
-
-#define HALF_PI (LM_PI / LM_REAL(2))
 
 /* Limits in modules, model.md section 2.5. */
 #define TIP_THICKNESS LM_REAL(0.25)

@@ -470,6 +470,22 @@ static void pairs_without_a_compliance_are_refused(void) {
   }
 }
 
+/* A tooth that runs to a point below its tip: margin of the tip thickness negative, no compliance.
+ */
+static void pointed_teeth_are_refused_by_their_height(void) {
+  const lm_real torque[] = {1};
+  lm_drive drive = reference_a();
+  drive.teeth.flexspline_shift = LM_REAL(6);
+  drive.teeth.rigid_shift = LM_REAL(5.957);
+  drive.teeth.tooth_height = LM_REAL(2.4);
+  drive = complete(drive);
+  TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT,
+                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
+  TEST_ASSERT_EQUAL_STRING("teeth.tooth_height", fault.input);
+  TEST_ASSERT_TRUE(fault.found <= 0);
+}
+
 /* --- compact curve -------------------------------------------------------------------------------
  */
 
@@ -586,6 +602,7 @@ int main(void) {
   RUN_TEST(refusals_of_the_parts_come_through);
   RUN_TEST(too_many_pairs_are_refused);
   RUN_TEST(pairs_without_a_compliance_are_refused);
+  RUN_TEST(pointed_teeth_are_refused_by_their_height);
   RUN_TEST(knots_of_a_straight_line_are_free);
   RUN_TEST(knots_follow_the_characteristic);
   RUN_TEST(samples_that_make_no_curve_are_refused);
