@@ -95,9 +95,10 @@ lm_status lm_create_journal(const char *path, const char *spec, lm_journal **jou
   return wrap(file, journal);
 }
 
-/* The found designs beyond found_count are not stored. */
+/* The places of found[] that hold nothing are not stored. */
 static size_t answer_length(const lm_answer *answer) {
-  return offsetof(lm_answer, found) + (size_t)answer->found_count * sizeof answer->found[0];
+  return offsetof(lm_answer, found) +
+         (size_t)(answer->found_count + answer->member_count) * sizeof answer->found[0];
 }
 
 /* The next whole record; 0 at the end or at a torn one. */
@@ -108,7 +109,8 @@ static int read_record(FILE *file, lm_answer *answer) {
          head.length >= offsetof(lm_answer, found) && head.length <= sizeof *answer &&
          fread(answer, 1, head.length, file) == head.length &&
          lm_crc32(0, answer, head.length) == head.crc && answer->found_count >= 0 &&
-         answer->found_count <= LM_FOUND_MAX && answer_length(answer) == head.length;
+         answer->found_count <= LM_FOUND_MAX && answer->member_count >= 0 &&
+         answer->member_count <= LM_PARENT_MAX && answer_length(answer) == head.length;
 }
 
 /* Read the header; the file stands behind it. */

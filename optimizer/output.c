@@ -283,7 +283,8 @@ void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
 }
 
 void lm_write_progress(FILE *file, const lm_progress *p, double seconds, double left) {
-  static const char *const stages[] = {"screen", "race", "polish", "spread", "settle", "done"};
+  static const char *const stages[] = {"screen", "evolve", "race", "polish",
+                                       "spread", "settle", "done"};
   fprintf(file, "{\"stage\": \"%s\", \"evaluations\": %d, \"budget\": %d, \"tasks\": %d, ",
           stages[p->stage], p->evaluations, p->budget, p->tasks_done);
   write_json(file, "best", p->has_best ? p->best_value : HUGE_VAL, ", ");

@@ -7,13 +7,12 @@
 #include <string.h>
 
 #include "evaluate.h"
+#include "found.h"
 #include "lostmotion/tolerance.h"
 #include "workspace.h"
 
 #define DEGREE (3.14159265358979323846 / 180.0)
-
-/* Violation of a point that the model refuses: worse than any that it computes. */
-#define REFUSED 1e3
+#define ARCMIN (DEGREE / 60.0)
 
 /* Name of a key, its default and the range that a spec may give it. A default of 0 stands for what
  * lm_complete_drive fills in. */
@@ -453,14 +452,6 @@ void lm_free_workspace(lm_workspace *workspace) {
   }
 }
 
-/* Every word decides every bit. */
-static uint64_t mix(uint64_t x) {
-  x += UINT64_C(0x9e3779b97f4a7c15);
-  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-  return x ^ (x >> 31);
-}
-
 /* Whether a test of the search wants this point to fail; depends on the point alone. */
 static int is_damaged(const lm_problem *problem, int combination, const double unit[]) {
   uint64_t hash = (uint64_t)combination;
@@ -471,7 +462,7 @@ static int is_damaged(const lm_problem *problem, int combination, const double u
   for (i = 0; i < problem->range_count; i++) {
     uint64_t bits;
     memcpy(&bits, &unit[i], sizeof bits);
-    hash = mix(hash ^ bits);
+    hash = lm_mix(hash ^ bits);
   }
   return (double)(hash >> 11) / 9007199254740992.0 < problem->damaged_share;
 }
@@ -590,32 +581,26 @@ static double largest_gap_row(const lm_layout *layout, const double result[]) {
   return largest;
 }
 
-void lm_close_gap(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
-                  int combination, double unit[], double result[], lm_workspace *workspace) {
+/* Turn of a flank by a shift of one module, 2 tan(alpha) / z on either side (involute.h). */
+int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
+                 const double result[], double unit[]) {
   const int range = closing_range(problem, combination);
-  double moved[LM_FREE_MAX];
-  double before;
-  double after;
-  double step = 0.05;
-  if (range < 0 || lm_evaluate_point(problem, scan, layout, combination, unit, result, workspace,
-                                     NULL) != LM_OK) {
-    return;
+  const double row = largest_gap_row(layout, result);
+  double value[LM_KEY_COUNT];
+  double moved;
+  double teeth;
+  if (range < 0) {
+    return 0;
   }
-  before = largest_gap_row(layout, result);
-  memcpy(moved, unit, (size_t)problem->range_count * sizeof moved[0]);
-  moved[range] = unit[range] + step <= 1.0 ? unit[range] + step : unit[range] - step;
-  step = moved[range] - unit[range];
-  if (lm_evaluate_point(problem, scan, layout, combination, moved, result, workspace, NULL) !=
-      LM_OK) {
-    return;
+  lm_fill_values(problem, combination, unit, value);
+  teeth = value[LM_KEY_FLEXSPLINE_TEETH] + (value[LM_KEY_DEFORMATION] > 0.5 ? 0 : 2);
+  moved = unit[range] + row * ARCMIN * teeth /
+                            (2 * tan(value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE)) /
+                            (problem->range[range].high - problem->range[range].low);
+  moved = moved < 0.0 ? 0.0 : moved > 1.0 ? 1.0 : moved;
+  if (fabs(moved - unit[range]) < 1e-9) {
+    return 0;
   }
-  after = largest_gap_row(layout, result);
-  if (after == before) {
-    return;
-  }
-  /* The gaps are straight in this shift, eq in lostmotion/mesh.h, so one secant is exact but for a
-   * change of the tightest pair. */
-  moved[range] = unit[range] - before * step / (after - before);
-  moved[range] = moved[range] < 0.0 ? 0.0 : moved[range] > 1.0 ? 1.0 : moved[range];
-  unit[range] = moved[range];
+  unit[range] = moved;
+  return 1;
 }

@@ -91,10 +91,11 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
 
 /* Move the shift that moves all side clearances alike (rigid gear, internal deformation;
- * flexspline, external) until the smallest gap of the scan is the smallest allowed one, within its
- * range. Leaves the point as it is where that shift does not vary. Two evaluations. */
-void lm_close_gap(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
-                  int combination, double unit[], double result[], lm_workspace *workspace);
+ * flexspline, external) by what brings the smallest gap of result[], evaluated at this point, to
+ * the smallest allowed one. 0: nothing to move, or no such range. Exact for internal deformation
+ * where the smallest gap stays the same pair's and no bound of the range is met. */
+int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
+                 const double result[], double unit[]);
 
 #ifdef __cplusplus
 }

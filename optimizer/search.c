@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "evaluate.h"
+#include "found.h"
 #include "lostmotion/checks.h"
 
 #define BATCH_MAX 256 /* tasks that are out at the same time */
@@ -13,15 +14,19 @@
 #define POLISHED 4      /* combinations that are polished */
 #define SETTLED_MAX 24  /* designs of the front that are settled */
 #define SCREEN_POINTS 4 /* of a combination */
-#define POINT_CHARGE 3  /* of a screened point: two for closing the gap, one for itself */
+#define POINT_CHARGE 2  /* of a screened point: itself, and with its gap closed */
 #define RUNG_SLOPES 12  /* evaluations with derivatives of the first rung */
 #define LEVELS_MAX 12   /* of one round of the trade-off */
 #define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
 
 /* Shares of the budget. */
-#define SCREEN_SHARE 0.25
-#define RACE_SHARE_ALONE 0.5 /* one objective */
-#define RACE_SHARE 0.3
+#define SCREEN_SHARE 0.15
+#define EVOLVE_SHARE 0.85 /* up to here */
+#define RACE_SHARE 0.1
+
+#define ISLANDS_MAX 4
+#define ISLAND_BUDGET 200     /* evaluations of one island between two exchanges */
+#define FEW_EVALUATIONS 10000 /* below, two islands */
 
 typedef struct combination_state {
   int fate;
@@ -62,6 +67,8 @@ struct lm_search {
   int missing;
   lm_found archive[ARCHIVE_MAX];
   int archive_count;
+  lm_found population[ISLANDS_MAX * LM_PARENT_MAX];
+  int population_count;
   lm_found settled[SETTLED_MAX];
   int settled_count;
 };
@@ -71,17 +78,10 @@ const char *lm_fate_name(int fate) {
   return fate >= 0 && fate < LM_FATE_COUNT ? names[fate] : "";
 }
 
-static uint64_t mix(uint64_t x) {
-  x += UINT64_C(0x9e3779b97f4a7c15);
-  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-  return x ^ (x >> 31);
-}
-
 /* Number number `which` of the stream of a task, 0 .. 1. */
 static double draw(const lm_search *search, int id, int which) {
-  const uint64_t seed = mix((uint64_t)search->problem.seed ^ mix((uint64_t)id));
-  return (double)(mix(seed + (uint64_t)which) >> 11) / 9007199254740992.0;
+  const uint64_t seed = lm_mix((uint64_t)search->problem.seed ^ lm_mix((uint64_t)id));
+  return (double)(lm_mix(seed + (uint64_t)which) >> 11) / 9007199254740992.0;
 }
 
 static int slope_charge(const lm_search *search) {
@@ -171,79 +171,6 @@ static void prune(lm_search *search, int combination) {
   }
 }
 
-/* --- archive ------------------------------------------------------------------------------------
- */
-
-static int dominates(const lm_problem *p, const double a[], const double b[]) {
-  int j;
-  for (j = 0; j < p->objective_count; j++) {
-    if (a[j] > b[j]) {
-      return 0;
-    }
-  }
-  return 1;
-}
-
-/* Distance between two designs in shares of their objectives. */
-static double distance(const lm_problem *p, const double a[], const double b[]) {
-  double sum = 0;
-  int j;
-  for (j = 0; j < p->objective_count; j++) {
-    sum += fabs(a[j] - b[j]) / (fabs(a[j]) + fabs(b[j]) + 1e-12);
-  }
-  return sum;
-}
-
-/* Insert into a list of designs none of which is better than another. A full list gives up the
- * design nearest to the new one. */
-static void insert(const lm_problem *p, lm_found list[], int *count, int capacity,
-                   const lm_found *found) {
-  int kept = 0;
-  int place;
-  int i;
-  for (i = 0; i < *count; i++) {
-    if (dominates(p, list[i].objective, found->objective)) {
-      return;
-    }
-  }
-  for (i = 0; i < *count; i++) {
-    if (!dominates(p, found->objective, list[i].objective)) {
-      list[kept++] = list[i];
-    }
-  }
-  *count = kept;
-  place = kept;
-  if (kept == capacity) {
-    double nearest = HUGE_VAL;
-    for (i = 0; i < kept; i++) {
-      const double apart = distance(p, list[i].objective, found->objective);
-      if (apart < nearest) {
-        nearest = apart;
-        place = i;
-      }
-    }
-  } else {
-    *count = kept + 1;
-  }
-  list[place] = *found;
-}
-
-/* By the objectives in turn, then by the point, so that the order is unique. */
-static int by_objectives(const void *a, const void *b) {
-  const lm_found *x = (const lm_found *)a;
-  const lm_found *y = (const lm_found *)b;
-  int i;
-  for (i = 0; i < LM_OBJECTIVE_MAX; i++) {
-    if (x->objective[i] != y->objective[i]) {
-      return x->objective[i] > y->objective[i] ? 1 : -1;
-    }
-  }
-  if (x->combination != y->combination) {
-    return x->combination > y->combination ? 1 : -1;
-  }
-  return memcmp(x->unit, y->unit, sizeof x->unit);
-}
-
 /* --- tasks --------------------------------------------------------------------------------------
  */
 
@@ -255,7 +182,7 @@ static lm_task *add_task(lm_search *search, int kind, int combination, int budge
   task->kind = kind;
   task->combination = combination;
   task->budget = budget;
-  task->seed = mix((uint64_t)search->problem.seed ^ mix((uint64_t)task->id));
+  task->seed = lm_mix((uint64_t)search->problem.seed ^ lm_mix((uint64_t)task->id));
   lm_lead_aim(&task->aim);
   if (unit != NULL) {
     memcpy(task->unit, unit, sizeof task->unit);
@@ -343,11 +270,46 @@ static void rank(lm_search *search, int count) {
   }
 }
 
+/* Islands start from the screened designs, the best combinations first. */
+static void start_population(lm_search *search) {
+  int screened = 0;
+  int i;
+  for (i = 0; i < search->combinations; i++) {
+    if (search->state[i].screened) {
+      search->order[screened++] = i;
+    }
+  }
+  rank(search, screened);
+  search->population_count = 0;
+  for (i = 0; i < screened && i < ISLANDS_MAX * LM_PARENT_MAX / 2; i++) {
+    const combination_state *state = &search->state[search->order[i]];
+    if (state->pool_count > 0) {
+      search->population[search->population_count++] = state->pool[0];
+    }
+  }
+}
+
+/* Islands exchange by dealing the population out anew, best first in turn. */
+static void plan_evolve(lm_search *search) {
+  const int islands = search->problem.evaluations < FEW_EVALUATIONS ? ISLANDS_MAX / 2 : ISLANDS_MAX;
+  int i;
+  int k;
+  if (search->used + islands * ISLAND_BUDGET / 2 > EVOLVE_SHARE * search->problem.evaluations) {
+    return;
+  }
+  for (i = 0; i < islands; i++) {
+    lm_task *task = add_task(search, LM_TASK_EVOLVE, 0, ISLAND_BUDGET, NULL);
+    for (k = i; k < search->population_count && task->parent_count < LM_PARENT_MAX; k += islands) {
+      task->parent[task->parent_count++] = search->population[k];
+    }
+  }
+}
+
 /* How many combinations the share of the race carries through all rungs: each rung costs the same,
  * as the runners halve and their budget doubles. */
 static void start_race(lm_search *search) {
-  const double share = search->problem.objective_count > 1 ? RACE_SHARE : RACE_SHARE_ALONE;
-  const double budget = share * search->problem.evaluations / (RUNG_SLOPES * slope_charge(search));
+  const double budget =
+      RACE_SHARE * search->problem.evaluations / (RUNG_SLOPES * slope_charge(search));
   int screened = 0;
   int runners = 1;
   int i;
@@ -674,6 +636,9 @@ static void plan(lm_search *search) {
       case LM_STAGE_SCREEN:
         plan_screen(search);
         break;
+      case LM_STAGE_EVOLVE:
+        plan_evolve(search);
+        break;
       case LM_STAGE_RACE:
         plan_race(search);
         break;
@@ -698,7 +663,9 @@ static void plan(lm_search *search) {
       search->stage++;
       search->round = 0;
       search->quiet = 0;
-      if (search->stage == LM_STAGE_RACE) {
+      if (search->stage == LM_STAGE_EVOLVE) {
+        start_population(search);
+      } else if (search->stage == LM_STAGE_RACE) {
         start_race(search);
       }
     }
@@ -707,9 +674,36 @@ static void plan(lm_search *search) {
   search->missing = search->batch_count;
 }
 
+/* A combination's own best is by the first objective. */
+static void improve_state(combination_state *state, double value, double violation,
+                          const double unit[]) {
+  combination_state now = *state;
+  now.screened = 1;
+  now.value = value;
+  now.violation = violation;
+  if (!state->screened || is_ahead(&now, state)) {
+    state->value = value;
+    state->violation = violation;
+    memcpy(state->unit, unit, sizeof state->unit);
+  }
+  state->screened = 1;
+}
+
+/* Members of the islands gather until the batch is complete. */
+static void gather_members(lm_search *search, const lm_answer *answer) {
+  int i;
+  for (i = 0; i < answer->member_count; i++) {
+    const lm_found *member = &answer->found[answer->found_count + i];
+    improve_state(&search->state[member->combination], member->objective[0], member->violation,
+                  member->unit);
+    if (search->population_count < ISLANDS_MAX * LM_PARENT_MAX) {
+      search->population[search->population_count++] = *member;
+    }
+  }
+}
+
 static void reduce_answer(lm_search *search, const lm_task *task, const lm_answer *answer) {
   const lm_problem *p = &search->problem;
-  combination_state *state = &search->state[answer->combination];
   int i;
   search->plain += answer->plain;
   search->slopes += answer->slopes;
@@ -718,34 +712,22 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
   search->tasks_done++;
   if (task->kind == LM_TASK_SETTLE) {
     for (i = 0; i < answer->found_count; i++) {
-      insert(p, search->settled, &search->settled_count, SETTLED_MAX, &answer->found[i]);
+      lm_insert_found(p, search->settled, &search->settled_count, SETTLED_MAX, &answer->found[i]);
     }
     return;
   }
   search->used += lm_charge_of(p, answer);
   for (i = 0; i < answer->found_count; i++) {
-    insert(p, search->archive, &search->archive_count, ARCHIVE_MAX, &answer->found[i]);
-    insert(p, state->pool, &state->pool_count, POOL_MAX, &answer->found[i]);
+    const lm_found *found = &answer->found[i];
+    combination_state *state = &search->state[found->combination];
+    lm_insert_found(p, search->archive, &search->archive_count, ARCHIVE_MAX, found);
+    lm_insert_found(p, state->pool, &state->pool_count, POOL_MAX, found);
+    improve_state(state, found->objective[0], 0, found->unit);
   }
-  /* The combination's own best is by the first objective; trade-off tasks aim elsewhere. */
-  if (search->stage != LM_STAGE_SPREAD && answer->computed) {
-    combination_state now = *state;
-    now.screened = 1;
-    now.value = answer->value;
-    now.violation = answer->violation;
-    if (!state->screened || is_ahead(&now, state)) {
-      state->value = answer->value;
-      state->violation = answer->violation;
-      memcpy(state->unit, answer->unit, sizeof state->unit);
-    }
-    state->screened = 1;
-  }
-  for (i = 0; i < answer->found_count && search->stage == LM_STAGE_SPREAD; i++) {
-    if (answer->found[i].objective[0] < state->value || state->violation > LM_FEASIBLE) {
-      state->value = answer->found[i].objective[0];
-      state->violation = 0;
-      memcpy(state->unit, answer->found[i].unit, sizeof state->unit);
-    }
+  gather_members(search, answer);
+  if (answer->computed && answer->violation > LM_FEASIBLE) {
+    improve_state(&search->state[answer->combination], answer->value, answer->violation,
+                  answer->unit);
   }
 }
 
@@ -754,17 +736,24 @@ static void reduce(lm_search *search) {
   double best = HUGE_VAL;
   int screened = 0;
   int i;
+  if (search->stage == LM_STAGE_EVOLVE) {
+    search->population_count = 0;
+  }
   for (i = 0; i < search->batch_count; i++) {
     reduce_answer(search, &search->batch[i], &search->answer[i]);
   }
-  qsort(search->archive, (size_t)search->archive_count, sizeof search->archive[0], by_objectives);
-  qsort(search->settled, (size_t)search->settled_count, sizeof search->settled[0], by_objectives);
+  lm_sort_found(search->archive, search->archive_count);
+  lm_sort_found(search->settled, search->settled_count);
   if (search->archive_count > 0) {
     best = search->archive[0].objective[0];
   }
   search->quiet = best < search->round_best - 1e-4 * fabs(best) ? 0 : search->quiet + 1;
   search->round_best = best;
   search->round++;
+  if (search->stage == LM_STAGE_EVOLVE) {
+    lm_select_found(&search->problem, search->population, search->population_count,
+                    search->population_count);
+  }
   if (search->stage == LM_STAGE_RACE) {
     rank(search, search->runners);
     search->runners = (search->runners + 1) / 2;

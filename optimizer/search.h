@@ -10,10 +10,11 @@
  * from a journal end in the same bytes.
  *
  * Stages: bounds prune combinations without any evaluation; a screen looks at a few points of each;
- * a race halves them while it doubles their budget; the last ones are polished; then the budget
- * goes into the trade-off (two objectives: levels of the second one; more: directions) or, for one
- * objective, into restarts; in the end the designs of the front are settled (whole grades, no
- * violation between the angles of the scan), which is not charged to the budget.
+ * populations over all combinations find the regions worth a visit; a race halves them while it
+ * doubles their budget; the last ones are polished; then the budget goes into the trade-off (two
+ * objectives: levels of the second one; more: directions) or, for one objective, into restarts; in
+ * the end the designs of the front are settled (whole grades, no violation between the angles of
+ * the scan), which is not charged to the budget.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.
@@ -40,6 +41,7 @@ const char *lm_fate_name(int fate); /* "not reached", ... */
 
 typedef enum lm_search_stage {
   LM_STAGE_SCREEN = 0,
+  LM_STAGE_EVOLVE,
   LM_STAGE_RACE,
   LM_STAGE_POLISH,
   LM_STAGE_SPREAD, /* trade-off or restarts */

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "evolve.h"
+#include "found.h"
 #include "lostmotion/checks.h"
 #include "workspace.h"
 
@@ -100,59 +102,11 @@ static double violation_of(const solver *s, const double objective[]) {
   return largest;
 }
 
-static int dominates(const lm_problem *problem, const double a[], const double b[]) {
-  int j;
-  for (j = 0; j < problem->objective_count; j++) {
-    if (a[j] > b[j]) {
-      return 0;
-    }
-  }
-  return 1;
-}
-
-/* Keep a feasible point unless one that is kept is as good in everything; when the list is full, in
- * place of the nearest one. */
 static void keep_found(solver *s, const double unit[], const double objective[], int settled) {
-  lm_answer *a = s->answer;
-  const lm_problem *problem = s->problem;
-  int count = 0;
-  int place;
-  int i;
-  for (i = 0; i < a->found_count; i++) {
-    if (dominates(problem, a->found[i].objective, objective)) {
-      return;
-    }
-  }
-  for (i = 0; i < a->found_count; i++) {
-    if (!dominates(problem, objective, a->found[i].objective)) {
-      a->found[count++] = a->found[i];
-    }
-  }
-  a->found_count = count;
-  place = count;
-  if (count == LM_FOUND_MAX) {
-    double nearest = HUGE_VAL;
-    for (i = 0; i < count; i++) {
-      double distance = 0;
-      int j;
-      for (j = 0; j < problem->objective_count; j++) {
-        distance += fabs(a->found[i].objective[j] - objective[j]) / (fabs(objective[j]) + 1e-12);
-      }
-      if (distance < nearest) {
-        nearest = distance;
-        place = i;
-      }
-    }
-  } else {
-    a->found_count++;
-  }
-  a->found[place].combination = s->combination;
-  a->found[place].settled = settled;
-  memset(a->found[place].unit, 0, sizeof a->found[place].unit);
-  memcpy(a->found[place].unit, unit, (size_t)problem->range_count * sizeof unit[0]);
-  memset(a->found[place].objective, 0, sizeof a->found[place].objective);
-  memcpy(a->found[place].objective, objective,
-         (size_t)problem->objective_count * sizeof objective[0]);
+  lm_found found;
+  lm_fill_found(s->problem, &found, s->combination, unit, objective, s->violation);
+  found.settled = settled;
+  lm_insert_found(s->problem, s->answer->found, &s->answer->found_count, LM_FOUND_MAX, &found);
 }
 
 /* Feasible before infeasible, then the smaller value (violation). */
@@ -499,33 +453,25 @@ static void run_plain(solver *s, const double start[], nlopt_algorithm algorithm
 /* --- tasks --------------------------------------------------------------------------------------
  */
 
-static uint64_t mix(uint64_t x) {
-  x += UINT64_C(0x9e3779b97f4a7c15);
-  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-  return x ^ (x >> 31);
-}
-
 /* Scattered points: a Sobol net turned by the seed, the shift that closes the gaps put right. */
 static void screen(solver *s, const lm_task *task) {
-  const int points = task->budget / 3 > 0 ? task->budget / 3 : 1;
+  const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   uint32_t net[256];
   double unit[256][LM_FREE_MAX];
   const int count = points < 256 ? points : 256;
   int i;
   int k;
   for (k = 0; k < s->problem->range_count; k++) {
-    (void)lm_sobol_points(k, (uint32_t)(mix(task->seed + (uint64_t)k) | 1u), count, net, NULL);
+    (void)lm_sobol_points(k, (uint32_t)(lm_mix(task->seed + (uint64_t)k) | 1u), count, net, NULL);
     for (i = 0; i < count; i++) {
       unit[i][k] = ((double)net[i] + 0.5) / 4294967296.0;
     }
   }
   for (i = 0; i < count && !s->interrupted; i++) {
-    s->answer->plain += 2;
-    lm_close_gap(s->problem, &s->scan, &s->layout, s->combination, unit[i], s->result,
-                 s->workspace);
-    s->known = 0;
-    (void)evaluate(s, unit[i], 0);
+    if (evaluate(s, unit[i], 0) &&
+        lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit[i])) {
+      (void)evaluate(s, unit[i], 0);
+    }
   }
 }
 
@@ -684,6 +630,9 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
   memset(answer, 0, sizeof *answer);
   answer->id = task->id;
   answer->combination = task->combination;
+  if (task->kind == LM_TASK_EVOLVE) {
+    return lm_evolve(problem, task, answer, workspace, stop);
+  }
   status = open_solver(&s, problem, task->combination, task->budget, &task->aim, answer, workspace,
                        stop);
   if (status != LM_OK) {

@@ -20,9 +20,13 @@ extern "C" {
 /* Designs that one task reports besides its best. */
 #define LM_FOUND_MAX 48
 
+/* Population of an evolving task. */
+#define LM_PARENT_MAX 40
+
 typedef struct lm_found {
   int combination;
   int settled; /* 1: rounded to whole grades and checked on the fine scan */
+  double violation;
   double unit[LM_FREE_MAX];
   double objective[LM_OBJECTIVE_MAX];
 } lm_found;
@@ -42,6 +46,7 @@ typedef enum lm_task_kind {
   LM_TASK_SLSQP,      /* gradients, epigraph form */
   LM_TASK_COBYLA,     /* no gradients, largest limits of each group */
   LM_TASK_ISRES,      /* population of 60 */
+  LM_TASK_EVOLVE,     /* a population over all combinations */
   LM_TASK_SETTLE      /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;
 
@@ -53,6 +58,8 @@ typedef struct lm_task {
   uint64_t seed;
   lm_aim aim;
   double unit[LM_FREE_MAX]; /* start */
+  int parent_count;
+  lm_found parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE */
 } lm_task;
 
 typedef struct lm_answer {
@@ -64,11 +71,14 @@ typedef struct lm_answer {
   int refused;  /* of both, that the model refused or that gave no number */
   int feasible; /* of both, that broke no limit */
   int found_count;
+  int member_count;
   double value; /* of the aim */
   double violation;
   double unit[LM_FREE_MAX];
   double figure[LM_FIGURE_COUNT];
-  lm_found found[LM_FOUND_MAX]; /* feasible, none better than another in every objective */
+  /* found_count feasible designs, none better than another in every objective; then, of an evolving
+   * task, the member_count members of its population */
+  lm_found found[LM_FOUND_MAX + LM_PARENT_MAX];
 } lm_answer;
 
 /* Charge of an answer against the budget. */

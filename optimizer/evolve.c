@@ -1,0 +1,210 @@
+#include "evolve.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "found.h"
+
+#define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
+#define MUTATION_INDEX 20.0
+#define DIFFERENCE_SHARE 0.5 /* of the children; the others are crossed */
+#define CHOICE_MUTATION 0.04
+
+typedef struct breeder {
+  const lm_problem *problem;
+  lm_answer *answer;
+  lm_workspace *workspace;
+  const volatile int *stop;
+  uint64_t state; /* of the generator */
+  int left;
+  int combinations;
+  lm_scan scan;
+  lm_layout layout;
+  double result[LM_RESULT_MAX];
+  lm_found population[2 * LM_PARENT_MAX];
+  int count;
+} breeder;
+
+static double draw(breeder *b) {
+  b->state += UINT64_C(0x9e3779b97f4a7c15);
+  return (double)(lm_mix(b->state) >> 11) / 9007199254740992.0;
+}
+
+static int pick(breeder *b, int count) {
+  return (int)(draw(b) * count);
+}
+
+static double clip(double x) {
+  return x < 0 ? 0 : x > 1 ? 1 : x;
+}
+
+/* Violation, or 1e3 where the model refuses. */
+static double evaluate(breeder *b, int combination, const double unit[], double objective[]) {
+  double violation;
+  int j;
+  b->answer->plain++;
+  b->left--;
+  if (lm_evaluate_point(b->problem, &b->scan, &b->layout, combination, unit, b->result,
+                        b->workspace, NULL) != LM_OK) {
+    b->answer->refused++;
+    for (j = 0; j < b->problem->objective_count; j++) {
+      objective[j] = 1e3;
+    }
+    return 1e3;
+  }
+  for (j = 0; j < b->problem->objective_count; j++) {
+    objective[j] = lm_figure_of(&b->layout, b->result, b->problem->objective[j]);
+  }
+  violation = lm_violation_of(b->problem, &b->layout, b->result);
+  b->answer->feasible += violation <= LM_FEASIBLE;
+  return violation;
+}
+
+/* Judge a point, close its gap and judge it again; the better of both joins the population. */
+static void admit(breeder *b, int combination, double unit[]) {
+  lm_found *place = &b->population[b->count++];
+  double objective[LM_OBJECTIVE_MAX] = {0};
+  double violation = evaluate(b, combination, unit, objective);
+  lm_fill_found(b->problem, place, combination, unit, objective, violation);
+  if (violation <= LM_FEASIBLE) {
+    lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, place);
+  }
+  if (violation < 1e3 && lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
+    lm_found closed;
+    violation = evaluate(b, combination, unit, objective);
+    lm_fill_found(b->problem, &closed, combination, unit, objective, violation);
+    if (violation <= LM_FEASIBLE) {
+      lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, &closed);
+    }
+    if (violation <= LM_FEASIBLE || violation < place->violation) {
+      *place = closed;
+    }
+  }
+}
+
+/* A parent: the better of two drawn ones; the population is sorted best first. */
+static const lm_found *choose_parent(breeder *b, int parents) {
+  const int x = pick(b, parents);
+  const int y = pick(b, parents);
+  return &b->population[x < y ? x : y];
+}
+
+static int cross_combinations(breeder *b, int x, int y) {
+  const lm_problem *p = b->problem;
+  int combination = 0;
+  int factor = 1;
+  int i;
+  for (i = 0; i < p->choice_count; i++) {
+    const int count = p->choice[i].count;
+    int digit = draw(b) < 0.5 ? x % count : y % count;
+    if (draw(b) < CHOICE_MUTATION) {
+      digit = pick(b, count);
+    }
+    combination += factor * digit;
+    factor *= count;
+    x /= count;
+    y /= count;
+  }
+  return combination;
+}
+
+static void cross(breeder *b, const double x[], const double y[], double child[]) {
+  int k;
+  for (k = 0; k < b->problem->range_count; k++) {
+    child[k] = x[k];
+    if (draw(b) < 0.5) {
+      const double u = draw(b);
+      const double spread = u < 0.5 ? pow(2 * u, 1 / (CROSSING_INDEX + 1))
+                                    : pow(1 / (2 * (1 - u)), 1 / (CROSSING_INDEX + 1));
+      const double side = draw(b) < 0.5 ? spread : -spread;
+      child[k] = clip((x[k] + y[k] + side * (x[k] - y[k])) / 2);
+    }
+  }
+}
+
+/* Towards a better design and along the difference of two others. */
+static void differ(breeder *b, const double x[], const double better[], const double p[],
+                   const double q[], double child[]) {
+  const double width = 0.3 + 0.6 * draw(b);
+  const double towards = draw(b) * 0.5;
+  int k;
+  for (k = 0; k < b->problem->range_count; k++) {
+    child[k] = x[k];
+    if (draw(b) < 0.9) {
+      child[k] = clip(x[k] + towards * (better[k] - x[k]) + width * (p[k] - q[k]));
+    }
+  }
+}
+
+static void mutate(breeder *b, double child[]) {
+  int k;
+  for (k = 0; k < b->problem->range_count; k++) {
+    if (draw(b) * b->problem->range_count < 1) {
+      const double u = draw(b);
+      const double step = u < 0.5 ? pow(2 * u, 1 / (MUTATION_INDEX + 1)) - 1
+                                  : 1 - pow(2 * (1 - u), 1 / (MUTATION_INDEX + 1));
+      child[k] = clip(child[k] + step);
+    }
+  }
+}
+
+static void breed(breeder *b, int parents) {
+  while (b->count < 2 * parents && b->left > 0 && !(b->stop != NULL && *b->stop)) {
+    const lm_found *x = choose_parent(b, parents);
+    const lm_found *y = choose_parent(b, parents);
+    double child[LM_FREE_MAX] = {0};
+    int combination;
+    if (draw(b) < DIFFERENCE_SHARE) {
+      const lm_found *p = &b->population[pick(b, parents)];
+      const lm_found *q = &b->population[pick(b, parents)];
+      differ(b, x->unit, y->unit, p->unit, q->unit, child);
+      combination = cross_combinations(b, x->combination, x->combination);
+    } else {
+      cross(b, x->unit, y->unit, child);
+      combination = cross_combinations(b, x->combination, y->combination);
+    }
+    mutate(b, child);
+    admit(b, combination, child);
+  }
+}
+
+lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *answer,
+                    lm_workspace *workspace, const volatile int *stop) {
+  breeder *b = (breeder *)calloc(1, sizeof *b);
+  int size;
+  int i;
+  if (b == NULL) {
+    return LM_TOO_SMALL;
+  }
+  b->problem = problem;
+  b->answer = answer;
+  b->workspace = workspace;
+  b->stop = stop;
+  b->state = task->seed;
+  b->left = task->budget;
+  b->combinations = lm_count_combinations(problem);
+  lm_default_scan(&b->scan);
+  lm_lay_out(problem, &b->scan, &b->layout);
+  b->count = task->parent_count;
+  memcpy(b->population, task->parent, (size_t)task->parent_count * sizeof b->population[0]);
+  while (b->count < LM_PARENT_MAX && b->left > 0 && !(stop != NULL && *stop)) {
+    double unit[LM_FREE_MAX] = {0};
+    for (i = 0; i < problem->range_count; i++) {
+      unit[i] = draw(b);
+    }
+    admit(b, pick(b, b->combinations), unit);
+  }
+  size = b->count < LM_PARENT_MAX ? b->count : LM_PARENT_MAX;
+  lm_select_found(problem, b->population, b->count, size);
+  while (b->left > 0 && !(stop != NULL && *stop)) {
+    b->count = size;
+    breed(b, size);
+    lm_select_found(problem, b->population, b->count, size);
+  }
+  answer->member_count = size;
+  memcpy(answer->found + answer->found_count, b->population,
+         (size_t)size * sizeof b->population[0]);
+  free(b);
+  return stop != NULL && *stop ? LM_NOT_CONVERGED : LM_OK;
+}

@@ -1,0 +1,22 @@
+/* A population of designs of all combinations, improved by crossing, differences and mutation. The
+ * gap of every child is closed before it is judged.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_EVOLVE_H
+#define LOSTMOTION_OPTIMIZER_EVOLVE_H
+
+#include "solve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Task of kind LM_TASK_EVOLVE: from task->parent[] (filled up with drawn designs) to a population
+ * of the same size in answer->found[found_count ..]. Called by lm_run_task. */
+lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *answer,
+                    lm_workspace *workspace, const volatile int *stop);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,183 @@
+#include "found.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+uint64_t lm_mix(uint64_t x) {
+  x += UINT64_C(0x9e3779b97f4a7c15);
+  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+  return x ^ (x >> 31);
+}
+
+void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
+                   const double objective[], double violation) {
+  memset(found, 0, sizeof *found);
+  found->combination = combination;
+  found->violation = violation;
+  memcpy(found->unit, unit, (size_t)problem->range_count * sizeof unit[0]);
+  memcpy(found->objective, objective, (size_t)problem->objective_count * sizeof objective[0]);
+}
+
+int lm_dominates(const lm_problem *problem, const double a[], const double b[]) {
+  int j;
+  for (j = 0; j < problem->objective_count; j++) {
+    if (a[j] > b[j]) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
+/* Distance between two designs in shares of their objectives. */
+static double distance(const lm_problem *problem, const double a[], const double b[]) {
+  double sum = 0;
+  int j;
+  for (j = 0; j < problem->objective_count; j++) {
+    sum += fabs(a[j] - b[j]) / (fabs(a[j]) + fabs(b[j]) + 1e-12);
+  }
+  return sum;
+}
+
+void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
+                     const lm_found *found) {
+  int kept = 0;
+  int place;
+  int i;
+  for (i = 0; i < *count; i++) {
+    if (lm_dominates(problem, list[i].objective, found->objective)) {
+      return;
+    }
+  }
+  for (i = 0; i < *count; i++) {
+    if (!lm_dominates(problem, found->objective, list[i].objective)) {
+      list[kept++] = list[i];
+    }
+  }
+  *count = kept;
+  place = kept;
+  if (kept == capacity) {
+    double nearest = HUGE_VAL;
+    for (i = 0; i < kept; i++) {
+      const double apart = distance(problem, list[i].objective, found->objective);
+      if (apart < nearest) {
+        nearest = apart;
+        place = i;
+      }
+    }
+  } else {
+    *count = kept + 1;
+  }
+  list[place] = *found;
+}
+
+static int in_order(const void *a, const void *b) {
+  const lm_found *x = (const lm_found *)a;
+  const lm_found *y = (const lm_found *)b;
+  int i;
+  for (i = 0; i < LM_OBJECTIVE_MAX; i++) {
+    if (x->objective[i] != y->objective[i]) {
+      return x->objective[i] > y->objective[i] ? 1 : -1;
+    }
+  }
+  if (x->combination != y->combination) {
+    return x->combination > y->combination ? 1 : -1;
+  }
+  return memcmp(x->unit, y->unit, sizeof x->unit);
+}
+
+void lm_sort_found(lm_found list[], int count) {
+  qsort(list, (size_t)count, sizeof list[0], in_order);
+}
+
+/* --- selection ----------------------------------------------------------------------------------
+ */
+
+/* Feasible before infeasible, less violation before more, then by the objectives. */
+static int beats(const lm_problem *problem, const lm_found *a, const lm_found *b) {
+  const int feasible_a = a->violation <= LM_FEASIBLE;
+  const int feasible_b = b->violation <= LM_FEASIBLE;
+  if (feasible_a && feasible_b) {
+    return lm_dominates(problem, a->objective, b->objective) &&
+           !lm_dominates(problem, b->objective, a->objective);
+  }
+  return feasible_a || (!feasible_b && a->violation < b->violation);
+}
+
+/* Crowding distance within list[first .. last - 1]: for each objective, the width between both
+ * neighbours in shares of the front's; ends count as infinitely far. */
+static void crowd(const lm_problem *problem, const lm_found list[], int first, int last,
+                  double crowding[]) {
+  int order[LM_POPULATION_MAX];
+  int i;
+  int j;
+  for (i = first; i < last; i++) {
+    crowding[i] = 0;
+  }
+  for (j = 0; j < problem->objective_count; j++) {
+    double width;
+    for (i = first; i < last; i++) {
+      int k = i - first;
+      while (k > 0 && list[order[k - 1]].objective[j] > list[i].objective[j]) {
+        order[k] = order[k - 1];
+        k--;
+      }
+      order[k] = i;
+    }
+    width = list[order[last - first - 1]].objective[j] - list[order[0]].objective[j];
+    crowding[order[0]] = HUGE_VAL;
+    crowding[order[last - first - 1]] = HUGE_VAL;
+    for (i = 1; i < last - first - 1 && width > 0; i++) {
+      crowding[order[i]] +=
+          (list[order[i + 1]].objective[j] - list[order[i - 1]].objective[j]) / width;
+    }
+  }
+}
+
+static void swap_found(lm_found list[], double crowding[], int a, int b) {
+  const lm_found moved = list[a];
+  const double distance_moved = crowding[a];
+  list[a] = list[b];
+  list[b] = moved;
+  crowding[a] = crowding[b];
+  crowding[b] = distance_moved;
+}
+
+void lm_select_found(const lm_problem *problem, lm_found list[], int count, int wanted) {
+  double crowding[LM_POPULATION_MAX] = {0};
+  int first = 0;
+  int i;
+  int k;
+  lm_sort_found(list, count);
+  /* Copies of a design would crowd out the others. */
+  k = 0;
+  for (i = 0; i < count; i++) {
+    if (k == 0 || in_order(&list[k - 1], &list[i]) != 0) {
+      swap_found(list, crowding, k++, i);
+    }
+  }
+  count = k;
+  while (first < count && first < wanted) {
+    int last = first;
+    for (i = first; i < count; i++) {
+      int beaten = 0;
+      for (k = first; k < count && !beaten; k++) {
+        beaten = k != i && beats(problem, &list[k], &list[i]);
+      }
+      crowding[i] = beaten;
+    }
+    for (i = first; i < count; i++) {
+      if (crowding[i] == 0) {
+        swap_found(list, crowding, last++, i);
+      }
+    }
+    crowd(problem, list, first, last, crowding);
+    for (i = first + 1; i < last; i++) {
+      for (k = i; k > first && crowding[k] > crowding[k - 1]; k--) {
+        swap_found(list, crowding, k, k - 1);
+      }
+    }
+    first = last;
+  }
+}

@@ -1,0 +1,39 @@
+/* Lists of designs none of which is better than another in every objective. */
+#ifndef LOSTMOTION_OPTIMIZER_FOUND_H
+#define LOSTMOTION_OPTIMIZER_FOUND_H
+
+#include "solve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A design of a point; the rest of the arrays is zero, so that equal designs are equal bytes. */
+void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
+                   const double objective[], double violation);
+
+/* 1 when a is as good as b in every objective. */
+int lm_dominates(const lm_problem *problem, const double a[], const double b[]);
+
+/* Insert unless a design of the list is as good in everything; designs that the new one beats
+ * leave. A full list gives up the design nearest to the new one. */
+void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
+                     const lm_found *found);
+
+/* Sort by the objectives in turn, then by the point: a unique order. */
+void lm_sort_found(lm_found list[], int count);
+
+/* Choose `wanted` members of a population: feasible before infeasible, then front by front, then
+ * the least crowded (Deb's NSGA-II). The chosen ones stand first, best first. count <=
+ * LM_POPULATION_MAX. */
+#define LM_POPULATION_MAX 256
+void lm_select_found(const lm_problem *problem, lm_found list[], int count, int wanted);
+
+/* 64 bits in which every bit of x decides (splitmix64's finaliser). */
+uint64_t lm_mix(uint64_t x);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,305 @@
+"""The design search beside pymoo's NSGA-II and scipy's differential evolution, on the real model.
+
+Every method gets the same evaluator and the same number of evaluations; a gradient counts as
+``LM_GRADIENT_CHARGE`` plain evaluations for every eight variables. Every feasible point that a
+method evaluates counts for its front, so nothing depends on how a method reports.
+
+    python bench_search.py BUILD [--seeds N] [--evaluations 5000 20000 ...] [--spec NAME]
+
+BUILD is a build folder with the static libraries. Prints one table a spec and budget: hypervolume of
+the front (two objectives) or the best objective (one), and seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes as c
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+SPECS = Path(__file__).parents[1] / "data" / "specs"
+FREE_MAX = 24
+OBJECTIVE_MAX = 4
+RESULT_MAX = 4096
+STAGE_SETTLE = 5
+SINGLE_ROWS = 12
+FIGURES = {
+    "lost_motion": 0,
+    "tolerance_lost_motion": 1,
+    "stiffness": 2,
+    "kinematic_error": 3,
+    "stress": 4,
+    "cost": 5,
+}
+Vector = NDArray[np.float64]
+
+
+class Found(c.Structure):
+    """`lm_found`."""
+
+    _fields_ = [
+        ("combination", c.c_int),
+        ("settled", c.c_int),
+        ("violation", c.c_double),
+        ("unit", c.c_double * FREE_MAX),
+        ("objective", c.c_double * OBJECTIVE_MAX),
+    ]
+
+
+class Layout(c.Structure):
+    """`lm_layout`."""
+
+    _fields_ = [
+        ("figure_start", c.c_int * 6),
+        ("figure_count", c.c_int * 6),
+        ("single_start", c.c_int),
+        ("gap_start", c.c_int),
+        ("gap_count", c.c_int),
+        ("count", c.c_int),
+    ]
+
+
+def load(build: Path) -> c.CDLL:
+    """Link the static libraries into one that Python can load."""
+    shared = Path(tempfile.mkdtemp()) / "optimizer.so"
+    subprocess.run(
+        ["cc", "-shared", "-o", shared, "-Wl,--whole-archive"]
+        + [build / "optimizer/liblostmotion_optimizer.a", build / "lib/liblostmotion.a"]
+        + ["-Wl,--no-whole-archive", "-lnlopt", "-lm", "-lpthread"],
+        check=True,
+    )
+    lib = c.CDLL(str(shared))
+    lib.lm_create_workspace.restype = c.c_void_p
+    lib.lm_open_search.restype = c.c_void_p
+    lib.lm_open_pool.restype = c.c_void_p
+    lib.lm_figure_of.restype = c.c_double
+    lib.lm_violation_of.restype = c.c_double
+    lib.lm_chosen_value.restype = c.c_double
+    return lib
+
+
+class Problem:
+    """A spec as every method sees it: unit variables, then one for each choice."""
+
+    def __init__(self, lib: c.CDLL, text: str) -> None:
+        self.lib = lib
+        self.memory = c.create_string_buffer(1 << 20)
+        error = c.create_string_buffer(256)
+        if lib.lm_read_spec(text.encode(), self.memory, error) != 0:
+            raise ValueError(error.raw[4:].split(b"\0")[0].decode())
+        words = [line.split("#")[0].split() for line in text.splitlines()]
+        words = [w for w in words if w]
+        self.ranges = sum(w[0] in ("range", "whole") for w in words)
+        self.objectives = [FIGURES[w[1]] for w in words if w[0] == "objective"]
+        self.combinations = lib.lm_count_combinations(self.memory)
+        self.sizes = self._choice_sizes(words)
+        self.workspace = c.c_void_p(lib.lm_create_workspace())
+        self.scan = c.create_string_buffer(1 << 14)
+        self.layout = Layout()
+        lib.lm_default_scan(self.scan)
+        lib.lm_lay_out(self.memory, self.scan, c.byref(self.layout))
+        self.result = (c.c_double * RESULT_MAX)()
+        self.variables = self.ranges + len(self.sizes)
+        self.start()
+
+    def _choice_sizes(self, words: list[list[str]]) -> list[int]:
+        sizes = []
+        for w in words:
+            if w[0] == "choose":
+                sizes.append(len(w) - 2)
+            elif w[0] == "ratio":
+                known = int(np.prod([s for s in sizes])) if sizes else 1
+                others = [len(v) - 2 for v in words if v[0] == "choose"]
+                rest = int(np.prod(others)) // known if others else 1
+                sizes.append(self.combinations // known // rest)
+        return sizes
+
+    def start(self) -> None:
+        """Forget all evaluations."""
+        self.evaluations = 0
+        self.points: list[Vector] = []
+
+    def evaluate(self, x: Vector) -> tuple[Vector, Vector]:
+        """Objectives and limits (12 single ones and the worst gap, g <= 0) of a point."""
+        combination, factor = 0, 1
+        for size, value in zip(self.sizes, x[self.ranges :]):
+            combination += factor * min(int(value * size), size - 1)
+            factor *= size
+        unit = (c.c_double * FREE_MAX)(*np.clip(x[: self.ranges], 0, 1))
+        self.evaluations += 1
+        status = self.lib.lm_evaluate_point(
+            self.memory, self.scan, c.byref(self.layout), combination, unit, self.result,
+            self.workspace, None,
+        )  # fmt: skip
+        if status != 0:
+            return np.full(len(self.objectives), 1e3), np.full(SINGLE_ROWS + 1, 1e3)
+        layout = c.byref(self.layout)
+        f = np.array([self.lib.lm_figure_of(layout, self.result, j) for j in self.objectives])
+        all_results = np.ctypeslib.as_array(self.result)
+        single = all_results[self.layout.single_start :][:SINGLE_ROWS]
+        gaps = all_results[self.layout.gap_start :][: self.layout.gap_count]
+        if self.lib.lm_violation_of(self.memory, layout, self.result) <= 1e-6:
+            self.points.append(f)
+        return f, np.append(single, gaps.max())
+
+
+def hypervolume(points: list[Vector], front: Vector) -> float:
+    """Area that two-objective points dominate, with the ends of a front as unit and 1.1 as corner.
+
+    The unit square reaches from the best to the worst value of each objective on `front`.
+    """
+    low, high = front.min(axis=0), front.max(axis=0)
+    scaled = sorted(tuple((p - low) / (high - low)) for p in points)
+    area, top = 0.0, 1.1
+    for x, y in scaled:
+        if x < 1.1 and y < top:
+            area += (1.1 - x) * (top - max(y, 0.0))
+            top = y
+    return area
+
+
+def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
+    """Run ours on one thread, without the settling."""
+    lines = [w for w in text.splitlines() if not w.startswith(("seed", "evaluations"))]
+    problem = Problem(lib, "\n".join([*lines, f"seed {seed}", f"evaluations {evaluations}"]))
+    search = c.c_void_p(lib.lm_open_search(problem.memory))
+    pool = c.c_void_p(lib.lm_open_pool(1))
+    sink_type = c.CFUNCTYPE(None, c.c_void_p, c.c_void_p)
+    sink = sink_type(lambda _, answer: lib.lm_accept_answer(search, c.c_void_p(answer)) and None)
+    progress = (c.c_double * 64)()
+    stage = c.cast(progress, c.POINTER(c.c_int))
+    tasks = c.c_void_p()
+    while True:
+        count = lib.lm_next_tasks(search, c.byref(tasks))
+        lib.lm_read_progress(search, progress)
+        if count == 0 or stage[0] >= STAGE_SETTLE:
+            break
+        lib.lm_run_tasks(pool, problem.memory, tasks, count, None, sink, None, None)
+    front = (Found * 2048)()
+    count = lib.lm_read_front(search, front, 2048)
+    lib.lm_close_pool(pool)
+    lib.lm_close_search(search)
+    return [np.array(front[i].objective[: len(problem.objectives)]) for i in range(count)]
+
+
+def run_nsga2(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
+    """Run pymoo's NSGA-II, population 100."""
+    from pymoo.algorithms.moo.nsga2 import NSGA2
+    from pymoo.core.problem import ElementwiseProblem
+    from pymoo.optimize import minimize
+
+    problem = Problem(lib, text)
+
+    class Wrapped(ElementwiseProblem):
+        def __init__(self) -> None:
+            super().__init__(
+                n_var=problem.variables, n_obj=len(problem.objectives),
+                n_ieq_constr=SINGLE_ROWS + 1, xl=0.0, xu=1.0,
+            )  # fmt: skip
+
+        def _evaluate(self, x: Vector, out: dict[str, Vector], *_: object, **__: object) -> None:
+            out["F"], out["G"] = problem.evaluate(x)
+
+    minimize(Wrapped(), NSGA2(pop_size=100), ("n_eval", evaluations), seed=seed, verbose=False)
+    return problem.points
+
+
+def run_differential_evolution(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
+    """Run scipy's differential evolution with an exact penalty, for one objective."""
+    from scipy.optimize import differential_evolution
+
+    problem = Problem(lib, text)
+
+    def penalised(x: Vector) -> float:
+        if problem.evaluations >= evaluations:
+            return 1e6
+        f, g = problem.evaluate(x)
+        violation = np.maximum(g, 0).sum()
+        return float(f[0]) if violation <= 1e-6 else 100.0 + float(violation)
+
+    population = 15
+    generations = evaluations // (population * problem.variables) + 1
+    differential_evolution(
+        penalised, [(0.0, 1.0)] * problem.variables, maxiter=generations, popsize=population,
+        seed=seed, polish=False, tol=0,
+    )  # fmt: skip
+    return problem.points
+
+
+METHODS: dict[str, Callable[[c.CDLL, str, int, int], list[Vector]]] = {
+    "lostmotion": run_search,
+    "NSGA-II": run_nsga2,
+    "differential evolution": run_differential_evolution,
+}
+
+
+def compare(lib: c.CDLL, text: str, evaluations: int, seeds: int) -> None:
+    """Print one table."""
+    alone = text.count("\nobjective") == 1
+    fronts: dict[str, list[list[Vector]]] = {}
+    seconds = {}
+    for name, method in METHODS.items():
+        if name == "differential evolution" and not alone:
+            continue
+        began = time.perf_counter()
+        fronts[name] = [method(lib, text, evaluations, seed) for seed in range(1, seeds + 1)]
+        seconds[name] = (time.perf_counter() - began) / seeds
+    if alone:
+        scores = {
+            name: [min((p[0] for p in points), default=np.inf) for points in runs]
+            for name, runs in fronts.items()
+        }
+    else:
+        every = np.array([p for runs in fronts.values() for points in runs for p in points])
+        front = _front(every)
+        scores = {
+            name: [hypervolume(points, front) for points in runs] for name, runs in fronts.items()
+        }
+    print(f"  {evaluations} evaluations, {seeds} seeds: "
+          f"{'best objective (less is better)' if alone else 'hypervolume (more is better)'}")  # fmt: skip
+    for name, values in scores.items():
+        print(
+            f"    {name:24s} median {np.median(values):.4f}  "
+            f"({min(values):.4f} to {max(values):.4f})  {seconds[name]:.1f} s a run"
+        )
+
+
+def _front(points: Vector) -> Vector:
+    """Non-dominated points of two objectives."""
+    kept, top = [], np.inf
+    for p in points[np.lexsort((points[:, 1], points[:, 0]))]:
+        if p[1] < top:
+            kept.append(p)
+            top = p[1]
+    return np.array(kept)
+
+
+def main() -> None:
+    """Read the arguments and print all tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("build", type=Path)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--evaluations", type=int, nargs="+", default=[5000, 20000])
+    parser.add_argument("--spec", default="robot_joint")
+    options = parser.parse_args()
+    lib = load(options.build)
+    text = (SPECS / f"{options.spec}.search").read_text()
+    single = "\n".join(
+        line
+        for i, line in enumerate(text.splitlines())
+        if not line.startswith("objective") or "tolerance_lost_motion" in line
+    )
+    for title, spec in (("trade-off", text), ("one objective", single)):
+        print(f"{options.spec}, {title}")
+        for evaluations in options.evaluations:
+            compare(lib, spec, evaluations, options.seeds)
+
+
+if __name__ == "__main__":
+    main()
