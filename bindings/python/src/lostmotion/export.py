@@ -521,7 +521,10 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
+        "/* clang-format off */",
+        "#ifndef LOSTMOTION_RUNTIME_H",
         '#include "lostmotion/runtime.h"',
+        "#endif",
         "",
         f"#if LM_PARAMETERS_FORMAT != {FORMAT}",
         '#error "lostmotion: these parameters were written for another version: export again"',
@@ -577,7 +580,8 @@ def _plays_text(controller: Controller, gap: bool) -> list[str]:
 def _curve_text(controller: Controller) -> list[str]:
     """The three arrays; stores are 17, 33 or 65 long and repeat the last knot behind the others."""
     c = core(32)
-    curve = build(controller, c).curve
+    made = build(controller, c)
+    curve = made.curve  # lives in `made`
     count = controller.torque_Nm.size
     text = [f"    {{{count},"]
     names = ("torque_Nm", "angle_rad", "slope_rad_per_Nm")

@@ -1,0 +1,57 @@
+/* Two motor drives in miniature, each with the structure of a well-known one, to show where the
+ * calls of the library go. */
+#ifndef GLUE_H
+#define GLUE_H
+
+#include "lostmotion/runtime.h"
+
+#define GLUE_RATIO 100.0f
+
+/* --- A drive in the manner of SimpleFOC: the user's own loop calls "run the phases", then "go to
+ * this angle"; angles are those of the motor's shaft, in rad; units of the gear are the user's
+ * business. */
+typedef struct foc_motor {
+  float shaft_angle_rad; /* measured */
+  float shaft_velocity_rad_s;
+  float velocity_limit_rad_s;
+  float position_gain; /* 1/s */
+} foc_motor;
+
+typedef struct foc_joint {
+  foc_motor motor;
+  lm_compensator compensator;
+  float correction_rad; /* in the angle that the shaft was last sent to */
+} foc_joint;
+
+lm_status foc_start(foc_joint *joint, const lm_parameters *parameters);
+void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s);
+float foc_output(const foc_joint *joint);
+
+/* --- A drive in the manner of moteus: one interrupt does everything, angles are turns of the
+ * output, the drive plans its own ramp to a position within a velocity and an acceleration, and
+ * commands carry a feed-forward torque. */
+typedef enum servo_mode { SERVO_STOPPED, SERVO_POSITION } servo_mode;
+
+typedef struct servo_command {
+  servo_mode mode;
+  float position_rev;
+  float velocity_limit_rev_s;
+  float acceleration_rev_s2;
+  float feedforward_torque_Nm; /* what the drive has to make for the load */
+} servo_command;
+
+typedef struct servo {
+  float measured_rev; /* motor encoder over the ratio */
+  float control_position_rev;
+  float control_velocity_rev_s;
+  float reported_position_rev;
+  float period_s;
+  lm_compensator compensator;
+  lm_correction correction;
+} servo;
+
+lm_status servo_start(servo *drive, const lm_parameters *parameters, float period_s);
+/* The torque for the current loop. */
+float servo_interrupt(servo *drive, const servo_command *command);
+
+#endif

@@ -1,0 +1,67 @@
+#include <string.h>
+
+#include "glue.h"
+
+#define TURN_RAD 6.28318531f
+#define POSITION_GAIN 4000.0f /* N*m/rev */
+#define VELOCITY_GAIN 40.0f   /* N*m*s/rev */
+
+lm_status servo_start(servo *drive, const lm_parameters *parameters, float period_s) {
+  memset(drive, 0, sizeof *drive);
+  drive->period_s = period_s;
+  return lm_start_compensator(&drive->compensator, parameters, 0, 0);
+}
+
+/* The drive's own ramp: at most the velocity from which it can still stop. */
+static void advance_ramp(servo *drive, const servo_command *command) {
+  float left_rev = command->position_rev - drive->control_position_rev;
+  float change = command->acceleration_rev_s2 * drive->period_s;
+  float v = drive->control_velocity_rev_s;
+  float stopping_rev = v * (v < 0 ? -v : v) / (2 * command->acceleration_rev_s2);
+  v += left_rev > stopping_rev ? change : -change;
+  v = v > command->velocity_limit_rev_s    ? command->velocity_limit_rev_s
+      : v < -command->velocity_limit_rev_s ? -command->velocity_limit_rev_s
+                                           : v;
+  if (left_rev < change * drive->period_s && left_rev > -change * drive->period_s &&
+      v <= 2 * change && v >= -2 * change) {
+    drive->control_position_rev = command->position_rev;
+    v = 0;
+  }
+  drive->control_velocity_rev_s = v;
+  drive->control_position_rev += v * drive->period_s;
+}
+
+/* What the ramp leaves of the velocity that the command allows: the correction may use it. */
+static void share_velocity(servo *drive, const servo_command *command) {
+  lm_headroom room = {1, 0, 1e9f, 1e9f};
+  float used = drive->control_velocity_rev_s;
+  room.velocity_rad_s = (command->velocity_limit_rev_s - (used < 0 ? -used : used)) * TURN_RAD;
+  lm_set_headroom(&drive->compensator, &room);
+}
+
+float servo_interrupt(servo *drive, const servo_command *command) {
+  lm_conditions at = {0};
+  float error_rev;
+  float rate_rev_s;
+
+  /* The load's torque on the output is the opposite of what the drive makes for it. The model
+   * steps in every mode, so that a stop loses nothing; the correction rests while stopped. */
+  at.torque_Nm = -command->feedforward_torque_Nm;
+  lm_set_mode(&drive->compensator, command->mode == SERVO_POSITION ? LM_MODE_RUN : LM_MODE_HOLD);
+  if (command->mode == SERVO_POSITION) {
+    advance_ramp(drive, command);
+    share_velocity(drive, command);
+  }
+
+  /* Here: behind the ramp, before the loop; and in what is reported. */
+  drive->correction = lm_step_compensator(&drive->compensator, &at);
+  drive->reported_position_rev = drive->measured_rev - drive->correction.correction_rad / TURN_RAD;
+  if (command->mode == SERVO_STOPPED) {
+    drive->control_position_rev = drive->reported_position_rev;
+    drive->control_velocity_rev_s = 0;
+    return 0;
+  }
+  error_rev = drive->control_position_rev - drive->reported_position_rev;
+  rate_rev_s = drive->control_velocity_rev_s + drive->correction.velocity_rad_s / TURN_RAD;
+  return command->feedforward_torque_Nm + POSITION_GAIN * error_rev + VELOCITY_GAIN * rate_rev_s;
+}

@@ -1,0 +1,33 @@
+#include <string.h>
+
+#include "glue.h"
+
+/* Stands for the two calls of the user's loop: phases, then motion. The shaft follows at once
+ * within its velocity limit. */
+static void move(foc_motor *motor, float target_rad, float period_s) {
+  float velocity = motor->position_gain * (target_rad - motor->shaft_angle_rad);
+  float most = motor->velocity_limit_rad_s;
+  motor->shaft_velocity_rad_s = velocity > most ? most : velocity < -most ? -most : velocity;
+  motor->shaft_angle_rad += motor->shaft_velocity_rad_s * period_s;
+}
+
+lm_status foc_start(foc_joint *joint, const lm_parameters *parameters) {
+  memset(joint, 0, sizeof *joint);
+  joint->motor.velocity_limit_rad_s = 200;
+  joint->motor.position_gain = 100;
+  return lm_start_compensator(&joint->compensator, parameters, 0, 0);
+}
+
+void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s) {
+  lm_conditions at = {0};
+  at.torque_Nm = torque_Nm;
+
+  /* Here: between the user's target and the call that moves the motor. */
+  joint->correction_rad = lm_step_compensator(&joint->compensator, &at).correction_rad;
+  move(&joint->motor, (output_rad + joint->correction_rad) * GLUE_RATIO, period_s);
+}
+
+/* And here: wherever the shaft angle is turned into an angle of the output. */
+float foc_output(const foc_joint *joint) {
+  return joint->motor.shaft_angle_rad / GLUE_RATIO - joint->correction_rad;
+}

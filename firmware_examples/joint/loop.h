@@ -1,0 +1,65 @@
+/* The joint's position loop as a drive runs it: encoder on the motor, position and velocity loop
+ * in cascade, feed-forward. The compensation is added to the commanded angle, and taken off the
+ * angle that is reported upwards, so that command and feedback agree. */
+#ifndef JOINT_LOOP_H
+#define JOINT_LOOP_H
+
+#include "lostmotion/runtime.h"
+#include "motion.h"
+
+typedef enum method {
+  METHOD_NONE,
+  METHOD_CONSTANT, /* half a constant width by the sign of the commanded velocity */
+  METHOD_MODEL     /* the library */
+} method;
+
+/* Where the model gets the torque on the output from. */
+typedef enum torque_source {
+  TORQUE_FROM_COMMAND, /* gravity, inertia and friction of the commanded motion */
+  TORQUE_WITHOUT_FRICTION,
+  TORQUE_FROM_CURRENT
+} torque_source;
+
+typedef struct constant_width {
+  float half_rad;
+  float correction_rad;
+  float velocity_rad_s;
+  float side; /* -1, 0, 1 */
+} constant_width;
+
+typedef struct loop {
+  method how;
+  torque_source source;
+  plant_load load; /* as the controller knows it */
+  lm_compensator compensator;
+  lm_load_guess bearing; /* friction of the load, as the controller knows it */
+  float resisting_Nm;
+  float last_angle_rad;
+  constant_width constant;
+  float due_rad;     /* where the motor ought to be at the next tick */
+  float due_off_rad; /* the correction in it */
+  float angle_rad;   /* of the motor at the last tick */
+  float off_rad;     /* the correction that was due with it */
+  float error_rad;
+  float speed_error_rad_s;
+  float speed_rad_s;
+  float change_rad_s2;
+  float current_Nm; /* torque from the current, filtered */
+  float motor_Nm;   /* what the current makes, on the output's side */
+  float sum_Nm;
+  lm_correction correction;
+} loop;
+
+/* `load` as it is; what the controller knows of it is off by a few percent. Returns 0 where the
+ * library accepts the parameters. */
+int loop_start(loop *joint, method how, torque_source source, const lm_parameters *parameters,
+               plant_load load, float constant_half_rad);
+
+/* One tick: the motor's torque [N*m, on the output's side] from the encoder now and the command for
+ * the next tick, when that torque acts. */
+float loop_tick(loop *joint, int32_t counts, const motion *next);
+
+/* Where the output is, as reported upwards. */
+float loop_position(const loop *joint);
+
+#endif

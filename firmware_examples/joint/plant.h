@@ -1,0 +1,60 @@
+/* The simulated joint: motor, reducer, load, encoders. It knows nothing of the library.
+ *
+ * The reducer is angle-driven, as a real one is: its torque follows from how far the output has
+ * been turned against the motor, and from how it got there.
+ *
+ *     torque = spring(x) + sum F_i + damping x'      x = output angle - motor angle / ratio
+ *     F_i    = clip(F_i + k_i dx, -limit_i, limit_i) Maxwell elements: spring and slider
+ *     spring: soft while the radial gap closes, then a hardening cubic
+ *
+ * The library models the same thing the other way round, torque-driven, with play operators and
+ * straight lines, and is told none of the numbers below: it gets what a test bench measures.
+ *
+ * Single precision throughout, no libm, semi-implicit Euler steps of PLANT_STEP_S.
+ */
+#ifndef JOINT_PLANT_H
+#define JOINT_PLANT_H
+
+#include <stdint.h>
+
+#define PLANT_RATIO 100
+#define PLANT_ENCODER_COUNTS 131072 /* of one motor turn: 17 bits */
+#define PLANT_STEP_S 1.25e-4f
+#define PLANT_SLIPS 6
+
+typedef struct plant_load {
+  float gravity_Nm;   /* weight times lever, with the arm level */
+  float inertia_kgm2; /* of the arm with payload */
+} plant_load;
+
+typedef struct plant {
+  plant_load load;
+  float motor_rad; /* motor angle over the ratio */
+  float motor_rad_s;
+  float twist_rad; /* x: kept as a state of its own, or its digits would drown in the angle's */
+  float output_rad_s;
+  float slip_Nm[PLANT_SLIPS];
+  float bearing_Nm; /* friction of the output bearing and seals */
+  float rotor_Nm;   /* friction of rotor and wave generator, on the output's side */
+} plant;
+
+/* At rest, arm hanging, nothing wound up. */
+void plant_start(plant *joint, plant_load load);
+
+/* Somebody leans on the arm until the reducer is wound by twist_rad, and lets go slowly: the same
+ * place, another history. */
+void plant_disturb(plant *joint, float twist_rad);
+
+/* One step with the motor's torque [N*m, on the output's side]. */
+void plant_step(plant *joint, float motor_Nm);
+
+/* One step with the motor locked and a torque [N*m] on the arm: the test bench. */
+void plant_step_locked(plant *joint, float external_Nm);
+
+/* What the controller sees. */
+int32_t plant_read_encoder(const plant *joint);
+
+/* The truth, for the scores only. */
+float plant_output(const plant *joint);
+
+#endif
