@@ -21,8 +21,8 @@
 
 /* Shares of the budget. */
 #define SCREEN_SHARE 0.15
-#define EVOLVE_SHARE 0.85 /* up to here */
-#define RACE_SHARE 0.1
+#define EVOLVE_SHARE 0.8 /* up to here */
+#define RACE_SHARE 0.05
 
 #define ISLANDS_MAX 4
 #define ISLAND_BUDGET 200     /* evaluations of one island between two exchanges */
@@ -348,22 +348,23 @@ static void plan_race(lm_search *search) {
   }
 }
 
+/* Half of what is left of the budget, on as many combinations as it carries. */
 static void plan_polish(lm_search *search) {
-  const int slopes = 40 * slope_charge(search);
-  int polished = search->runners > POLISHED ? search->runners : POLISHED;
+  const int left = (search->problem.evaluations - search->used) / 2;
+  int slopes = 40 * slope_charge(search);
+  int polished = left / (3 * 10 * slope_charge(search));
   int screened = 0;
   int i;
   for (i = 0; i < search->combinations; i++) {
     screened += search->state[i].screened;
   }
+  polished = polished < POLISHED ? polished : POLISHED;
+  polished = polished < 1 ? 1 : polished;
   polished = polished < screened ? polished : screened;
-  polished = polished < BATCH_MAX / 3 ? polished : BATCH_MAX / 3;
   for (i = 0; i < polished; i++) {
     combination_state *state = &search->state[search->order[i]];
     lm_task *task;
-    if (search->used + (i + 1) * 3 * slopes > search->problem.evaluations && i > 0) {
-      break;
-    }
+    slopes = left / (3 * polished) < slopes ? left / (3 * polished) : slopes;
     state->fate = LM_FATE_SOLVED;
     (void)add_task(search, LM_TASK_SLSQP, search->order[i], slopes, state->unit);
     (void)add_task(search, LM_TASK_COBYLA, search->order[i], slopes, state->unit);
@@ -627,6 +628,20 @@ static void plan_settle(lm_search *search) {
 /* --- the sequence -------------------------------------------------------------------------------
  */
 
+/* Share what is left of the budget when a batch asks for more. */
+static void keep_budget(lm_search *search) {
+  const double left = search->problem.evaluations - search->used;
+  double wanted = 0;
+  int i;
+  for (i = 0; i < search->batch_count; i++) {
+    wanted += search->batch[i].budget;
+  }
+  for (i = 0; i < search->batch_count && wanted > left; i++) {
+    const int budget = (int)(search->batch[i].budget * left / wanted);
+    search->batch[i].budget = budget > 1 ? budget : 1;
+  }
+}
+
 /* Fill the next batch; leaves it empty when the search has ended. */
 static void plan(lm_search *search) {
   search->batch_count = 0;
@@ -669,6 +684,9 @@ static void plan(lm_search *search) {
         start_race(search);
       }
     }
+  }
+  if (search->stage < LM_STAGE_SETTLE) {
+    keep_budget(search);
   }
   memset(search->answered, 0, sizeof search->answered);
   search->missing = search->batch_count;
