@@ -51,7 +51,9 @@ PACKAGE = (
 CHECKOUT = ("CMakeLists.txt", "LICENSE", "lib", "optimizer", "tests/data")
 """What of the checkout goes along."""
 
-LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", "*.so", "*.pyd", "demo_inputs", ".*")
+LEFT_OUT = shutil.ignore_patterns(
+    "__pycache__", "*.pyc", "*.so", "*.pyd", "demo_inputs", "generated", "_build", ".*"
+)
 
 
 def build_sdist(sdist_directory: str, config_settings: dict[str, Any] | None = None) -> str:

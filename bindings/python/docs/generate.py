@@ -1,0 +1,280 @@
+"""Pages of the reference that come from the sources: headers, commands and keys of drive files."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import textwrap
+from pathlib import Path
+
+from lostmotion import cli, drives, structs
+from lostmotion.keys import Key
+from lostmotion.recordings import QUANTITIES
+from lostmotion.units import describe
+
+GROUPS = {
+    "For everybody": ("real", "status"),
+    "Design model: geometry to characteristic": (
+        *("drive", "shape", "involute", "mesh", "takeup", "compliance", "tolerance", "checks"),
+        "characteristic",
+    ),
+    "Runtime: what a motor controller links": (
+        *("runtime", "compensator", "model", "parameters", "curve", "play", "effects", "torque"),
+        *("elementary", "profile"),
+    ),
+}
+"""Headers in the order in which one reads them."""
+
+COMMENT = re.compile(r"/\*(.*?)\*/", re.DOTALL)
+
+
+def write_pages(checkout: Path, folder: Path) -> None:
+    """Write all generated pages; pages that are as they were keep their time stamps."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pages = {
+        "commands.md": commands_page(),
+        "drive_file.md": drive_file_page(),
+        "recordings.md": recordings_page(),
+        "headers.md": headers_page(checkout),
+    }
+    for name in sorted({name for group in GROUPS.values() for name in group}):
+        header = checkout / "lib" / "include" / "lostmotion" / f"{name}.h"
+        pages[f"{name}_h.md"] = header_page(header)
+    for name, text in pages.items():
+        target = folder / name
+        if not target.exists() or target.read_text(encoding="utf-8") != text:
+            target.write_text(text, encoding="utf-8")
+    for stale in folder.glob("*.md"):
+        if stale.name not in pages:
+            stale.unlink()
+
+
+# --- headers -------------------------------------------------------------------------------------
+
+
+def headers_page(checkout: Path) -> str:
+    """List the headers with the first sentence of each."""
+    lines = ["# The C library", ""]
+    for group, names in GROUPS.items():
+        lines += [f"## {group}", ""]
+        for name in names:
+            text = (checkout / "lib" / "include" / "lostmotion" / f"{name}.h").read_text()
+            first = plain(COMMENT.search(text)[1]).split("\n\n")[0]  # type: ignore[index]
+            sentence = re.split(r"(?<=[.:])\s", " ".join(first.split()))[0].rstrip(":")
+            lines.append(f"- [`{name}.h`]({name}_h.md): {escape(sentence)}")
+        lines.append("")
+    lines += ["```{toctree}", ":hidden:", ""]
+    lines += [f"{name}_h" for names in GROUPS.values() for name in names]
+    return "\n".join([*lines, "```", ""])
+
+
+def header_page(header: Path) -> str:
+    """Turn a header into a page: its comments as text, its declarations as code."""
+    text = header.read_text(encoding="utf-8")
+    head = COMMENT.match(text)
+    assert head is not None, header
+    lines = [f"# {header.name}", "", prose(head[1]), ""]
+    body = text[head.end() :]
+    body = re.sub(r"^#(?:ifndef|define) LOSTMOTION_\w+_H$", "", body, flags=re.MULTILINE)
+    body = re.sub(r"^(?:LM_BEGIN_DECLS|LM_END_DECLS)$", "", body, flags=re.MULTILINE)
+    for comment, code in pieces(body):
+        name = title(code)
+        if name:
+            lines += [f"## {name}", ""]
+        if comment:
+            lines += [prose(comment), ""]
+        if code:
+            lines += ["```c", code, "```", ""]
+    return "\n".join(lines)
+
+
+def pieces(body: str) -> list[tuple[str, str]]:
+    """Split the text of a header into comments and the code that follows each."""
+    found: list[tuple[str, str]] = []
+    for paragraph in re.split(r"\n\s*\n", body):
+        chunk = paragraph.strip("\n")
+        if not chunk.strip() or chunk.strip() == "#endif" or chunk.startswith("#include"):
+            continue
+        comment = ""
+        match = re.match(r"\s*/\*(.*?)\*/", chunk, re.DOTALL)
+        if match:
+            comment, chunk = match[1], chunk[match.end() :].strip("\n")
+        if found and not comment and depth(found[-1][1]) > 0:
+            found[-1] = (found[-1][0], f"{found[-1][1]}\n\n{chunk}")
+        else:
+            found.append((comment, chunk))
+    return found
+
+
+def depth(code: str) -> int:
+    """Braces and preprocessor conditions that are still open."""
+    bare = COMMENT.sub("", code)
+    conditions = len(re.findall(r"^#\s*if", bare, re.MULTILINE))
+    return bare.count("{") - bare.count("}") + conditions - bare.count("#endif")
+
+
+def title(code: str) -> str:
+    """Name what a piece of code declares; several functions name the first."""
+    bare = COMMENT.sub("", code)
+    for pattern in (
+        r"^\}\s*(lm_\w+);",
+        r"\b(lm_\w+)\(",
+        r"^#\s*define\s+(LM_\w+)",
+        r"\b(lm_\w+)\[",
+    ):
+        match = re.search(pattern, bare, re.MULTILINE)
+        if match:
+            return match[1]
+    return ""
+
+
+def plain(comment: str) -> str:
+    """Take the stars off a comment."""
+    lines = [
+        re.sub(r"^\s*\*? ?", "", line) if i else line for i, line in enumerate(comment.split("\n"))
+    ]
+    return "\n".join(line.rstrip() for line in lines).strip()
+
+
+def prose(comment: str) -> str:
+    """Turn a comment into Markdown: indented lines, which are formulas and tables, stay as set."""
+    out: list[str] = []
+    for paragraph in re.split(r"\n\s*\n", plain(comment)):
+        block: list[str] = []
+        kind = False
+        for line in paragraph.split("\n"):
+            indented = line.startswith("  ")
+            if block and indented != kind:
+                out.append(show(block, kind))
+                block = []
+            kind = indented
+            block.append(line)
+        out.append(show(block, kind))
+    return "\n\n".join(out)
+
+
+def show(lines: list[str], code: bool) -> str:
+    """Format lines of a comment."""
+    if code:
+        return "```none\n" + textwrap.dedent("\n".join(lines)) + "\n```"
+    heading = re.fullmatch(r"-{2,} (.*?) -{2,}", " ".join(lines))
+    return f"**{escape(heading[1])}**" if heading else escape("\n".join(lines))
+
+
+def escape(text: str) -> str:
+    """Escape what Markdown would take for its own."""
+    return re.sub(r"([\\`*_{}\[\]<>#|$~])", r"\\\1", text)
+
+
+# --- commands ------------------------------------------------------------------------------------
+
+
+def commands_page() -> str:
+    """Show the help of every command."""
+    parser = cli.make_parser()
+    lines = [
+        "# Commands",
+        "",
+        "Exit status: 0 done; 1 the work failed; 2 bad input or usage, with one line on standard "
+        "error that says which file, key or column, what was found and what was expected, and "
+        "nothing written; 130 interrupted. Output files appear whole or not at all.",
+        "",
+    ]
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, command in action.choices.items():
+                lines += [f"## lostmotion {name}", "", "```none"]
+                lines += [command.format_help().rstrip(), "```", ""]
+    return "\n".join(lines)
+
+
+# --- files ---------------------------------------------------------------------------------------
+
+
+def table(head: list[str], rows: list[list[str]]) -> list[str]:
+    """Format a table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(line) + " |" for line in lines] + [""]
+
+
+def key_rows(keys: tuple[Key, ...]) -> list[list[str]]:
+    """Rows of a table of keys."""
+    rows = []
+    for key in keys:
+        if key.kind == "choice":
+            value = "one of " + ", ".join(f"`{choice}`" for choice in key.choices)
+        else:
+            value = {"switch": "`true` or `false`", "text": "text"}.get(
+                key.kind, "an integer" if key.kind == "integer" else "a number"
+            )
+        rows.append([f"`{key.written}`", value, "yes" if key.required else ""])
+    return rows
+
+
+def drive_file_page() -> str:
+    """List the keys of a drive file from the tables that read it."""
+    head = ["key", "value", "required"]
+    lines = [
+        "# Drive files",
+        "",
+        "TOML with `[drive]` and exactly one of `[catalogue]` (a drive that was bought) and "
+        "`[design]` (one that is being made). The unit is a suffix of the key; any unit of the "
+        "same dimension will do, `rated_torque_mNm` for `rated_torque_Nm`. An unknown key, a wrong "
+        "unit, a wrong type or an impossible value is refused. What a design leaves out gets a "
+        "default in proportion to its size, and `lostmotion predict` lists it; the ranges stand in "
+        "[`drive.h`](drive_h.md).",
+        "",
+        "## [drive]",
+        "",
+        *table(head, key_rows(drives.DRIVE_KEYS)),
+        "## [catalogue]",
+        "",
+        *table(head, key_rows(drives.CATALOGUE_KEYS)),
+    ]
+    for section, keys in structs.FIELDS.items():
+        lines += [f"## [design.{section}]" if section else "## [design]", ""]
+        lines += table(head, key_rows(keys))
+    for chain, kinds in drives.CHAINS.items():
+        lines += [f"## [[design.{chain}]]", ""]
+        lines += ["Each entry has a `kind`, may have a `name`, and besides:", ""]
+        for kind, keys in kinds.items():
+            lines += [f'`kind = "{kind}"`', "", *table(head, key_rows(keys))]
+    lines += [
+        "## [columns]",
+        "",
+        "A map from the columns of a foreign recording to `NAME_UNIT`; `-NAME_UNIT` turns the sign "
+        "round.",
+        "",
+        "## [fit] and [[effect]]",
+        "",
+        "What a fit found, and the effects at work with their parameters. Names of effects: "
+        + ", ".join(f"`{name}`" for name in drives.EFFECTS)
+        + ".",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def recordings_page() -> str:
+    """List the columns of a recording from the table that reads them."""
+    rows = [
+        [
+            f"`{q.column}`",
+            describe(q.dimension) if q.unit else "no unit",
+            f"{q.low:g} to {q.high:g}",
+        ]
+        for q in QUANTITIES.values()
+        if q.name != "run"
+    ]
+    lines = [
+        "# Recordings",
+        "",
+        "CSV (`.csv`, `.csv.gz`) or Parquet, one row a sample. Several files or folders make one "
+        "campaign. `run` (integer or text) numbers the uninterrupted recordings of a file; without "
+        "it a file is one run. Needed are time, torque, and either the lost motion or both angles. "
+        "A column without a unit needs one by `--map COLUMN=NAME_UNIT`; columns that name nothing "
+        "known are listed and left alone.",
+        "",
+        *table(["column", "any unit of", "range in the unit of the name"], rows),
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,74 @@
+"""The documentation: it builds without a warning, and every block does what the page says."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import blocks
+
+NEEDED = ("sphinx", "myst_parser", "furo", "latex2mathml")
+
+
+@pytest.mark.parametrize("page", blocks.pages(), ids=lambda page: page.stem)
+def test_the_blocks_of_a_page_run_and_print_what_it_says(tmp_path: Path, page: Path) -> None:
+    runner = blocks.Runner(tmp_path)
+    for block in blocks.read_blocks(page):
+        try:
+            printed = runner.run(block)
+        except Exception as error:
+            raise AssertionError(f"{block.name}: {error}") from error
+        wanted = block.expected.code if block.expected is not None else ""
+        if block.expected is not None or block.language == "python":
+            assert not (found := blocks.differs(printed, wanted)), f"{block.name}: {found}"
+
+
+def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)}; pip install 'lostmotion[docs]'")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"),
+            *("-d", str(tmp_path / "trees"), str(blocks.DOCS), str(tmp_path / "html")),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    index = (tmp_path / "html" / "index.html").read_text()
+    assert "lostmotion" in index
+    theory = (tmp_path / "html" / "theory" / "index.html").read_text()
+    assert "<math" in theory
+    for page in (tmp_path / "html").rglob("*.html"):
+        outside = re.findall(
+            r'(?:src|href)="(https?://[^"]+\.(?:js|css|woff2?))"', page.read_text()
+        )
+        assert not outside, f"{page.name} needs the network: {outside}"
+
+
+def test_the_runner_sees_what_is_wrong(tmp_path: Path) -> None:
+    assert not blocks.differs("a 1.23\nb\nc\n", "a 1.24\n...\nc\n")
+    assert "expected" in blocks.differs("a 1.23\n", "a 1.25\n")
+    assert "expected" in blocks.differs("a 7\n", "a 8\n")
+    assert "more than expected" in blocks.differs("a\nb\n", "a\n")
+    page = tmp_path / "page.md"
+    page.write_text(
+        "```python\nprint(1)\n```\n\n```text\n1\n```\n"
+        "```{code-block} toml\n:caption: a.toml\n\nb = 1\n```\n```sh\ncat a.toml\n```\n"
+        "```c\nint main(void) { return 3; }\n```\n"
+    )
+    found = blocks.read_blocks(page)
+    assert [block.language for block in found] == ["python", "toml", "sh", "c"]
+    assert found[0].expected is not None
+    runner = blocks.Runner(tmp_path)
+    assert [runner.run(block) for block in found[:3]] == ["1\n", "", "b = 1\n"]
+    with pytest.raises(AssertionError, match="ended with 3"):
+        runner.run(found[3])
