@@ -68,7 +68,8 @@ class Block:
 
 def pages() -> list[Path]:
     """All pages that stand in the tree."""
-    return sorted(p for p in DOCS.rglob("*.md") if "generated" not in p.parts)
+    found = {p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.parts)}
+    return sorted(found | {DOCS.parent / "README.md"})
 
 
 def read_blocks(page: Path) -> list[Block]:
