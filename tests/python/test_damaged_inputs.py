@@ -116,7 +116,7 @@ def test_a_design_whose_teeth_end_before_they_meet_is_bad_input(
     file = write(DRAWN | {"design": {**DRAWN["design"], "teeth": teeth}})
     assert main(["predict", str(file)]) == 2
     error = capsys.readouterr().err
-    assert f"{file}: design: found " in error
+    assert f"{file}: design.teeth.tooth_height: found " in error
     assert error.count("\n") == 1
 
 
