@@ -243,6 +243,25 @@ def test_the_module_runs_as_a_command_and_survives_a_closed_pipe(drawn_file: str
     assert closed.stderr == ""
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_a_full_disk_behind_standard_output_is_one_line_and_status_1(drawn_file: str) -> None:
+    command = [sys.executable, "-m", "lostmotion", "predict", drawn_file]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "lostmotion: No space left on device\n")
+
+
+def test_too_little_memory_is_one_line_and_status_1(
+    capsys: Capture, bought_file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(cli, "predict", fail)
+    assert main(["predict", bought_file]) == 1
+    assert capsys.readouterr().err == "lostmotion: not enough memory\n"
+
+
 def test_an_interrupted_process_leaves_with_130_and_no_file(tmp_path: Path) -> None:
     out = tmp_path / "a.json"
     drive = tmp_path / "drive.toml"

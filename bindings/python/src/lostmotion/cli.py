@@ -22,7 +22,7 @@ from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.export import PROFILES, export, make_controller, read_settings, show_export
-from lostmotion.files import check_place, write_whole
+from lostmotion.files import check_place, reason, write_whole
 from lostmotion.model import make_backbone
 from lostmotion.predict import clearances, predict
 from lostmotion.recordings import parse_map, read_campaign, recording_files
@@ -90,6 +90,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         # Nobody reads any more; keep the interpreter from complaining about it on its way out.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except (OSError, MemoryError) as error:
+        # A full disk behind standard output, a machine that is too small: no fault of the input.
+        print(f"lostmotion: {one_line(reason(error))}", file=sys.stderr)
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     return DONE
 
