@@ -34,7 +34,8 @@ typedef struct program {
   lm_search *search;
   lm_journal *journal;
   FILE *history;
-  int failed; /* the journal could not be written */
+  int written; /* tasks of the last row of the history */
+  int failed;  /* the journal could not be written */
   double started;
   double shown;
 } program;
@@ -192,8 +193,10 @@ static void take(program *p, const lm_answer *answer) {
   lm_progress progress;
   (void)lm_accept_answer(p->search, answer);
   lm_read_progress(p->search, &progress);
-  if (p->history != NULL) {
-    fprintf(p->history, "%d,%d,%s%.17g,%d\n", answer->id, progress.evaluations,
+  /* One row a batch: within it the order of the answers is a matter of time. */
+  if (p->history != NULL && progress.tasks_done != p->written) {
+    p->written = progress.tasks_done;
+    fprintf(p->history, "%d,%d,%s%.17g,%d\n", progress.tasks_done, progress.evaluations,
             progress.has_best ? "" : "nan", progress.has_best ? progress.best_value : 0.0,
             progress.front_size);
   }
@@ -403,7 +406,7 @@ int main(int count, char **argument) {
   p.search = lm_open_search(&p.problem);
   p.history = begin_file(&p, "history.csv");
   if (p.history != NULL) {
-    fprintf(p.history, "task,evaluations,best,front\n");
+    fprintf(p.history, "tasks,evaluations,best,front\n");
   }
   status = p.search == NULL ? 1 : open_journal(&p, spec);
   if (status == 0) {
