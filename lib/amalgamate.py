@@ -2,8 +2,10 @@
 """Write the run-time code as two files: lostmotion.h and lostmotion.c.
 
     python lib/amalgamate.py OUTPUT_FOLDER
+    python lib/amalgamate.py --arduino OUTPUT_FOLDER
 
-For projects that would rather add two files than a folder. The header holds every public header of
+For projects that would rather add two files than a folder; the second form makes a library for
+Arduino of them, which compiles src/ and nothing else. The header holds every public header of
 the run-time code, the source every file of lib/runtime/ and lib/status.c. Names that are static in
 more than one file get the file's name as a prefix; nothing else is changed.
 """
@@ -11,6 +13,7 @@ more than one file get the file's name as a prefix; nothing else is changed.
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -70,11 +73,8 @@ def prefixed(name: str, stem: str) -> str:
 
 
 def licence() -> str:
-    """The licence as a comment, where it lies beside the library."""
-    file = LIB.parent / "LICENSE"
-    if not file.is_file():
-        return "/* Licence: MIT. */\n"
-    lines = file.read_text(encoding="utf-8").strip().splitlines()
+    """The licence as a comment."""
+    lines = (LIB / "LICENSE").read_text(encoding="utf-8").strip().splitlines()
     return "/*\n" + "\n".join(f" * {line}".rstrip() for line in lines) + "\n */\n"
 
 
@@ -90,6 +90,16 @@ def make_header(seen: set[str]) -> str:
         f"{licence()}/* Made by lib/amalgamate.py from the public headers of lib/runtime. */\n"
         f"#ifndef {guard}\n#define {guard}\n\n{includes}\n{top}\n{body}\n#endif\n"
     )
+
+
+# A build system that takes two files seldom lets them bring compiler flags along.
+NO_CONTRACTION = """\
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#endif
+"""
 
 
 def make_source(seen: set[str]) -> str:
@@ -108,21 +118,28 @@ def make_source(seen: set[str]) -> str:
         place = file.relative_to(LIB).as_posix()
         parts.append(f"/* --- {place} --- */\n{expand(text, seen, systems)}{undefined}")
     includes = "".join(f"#include {name}\n" for name in sorted(systems))
-    head = "/* Made by lib/amalgamate.py: compile with -ffp-contract=off. */\n"
+    head = "/* Made by lib/amalgamate.py from lib/runtime and lib/status.c. */\n" + NO_CONTRACTION
     own = '#include "lostmotion.h"\n'
     return f"{licence()}{head}{own}\n{includes}\n" + "\n".join(parts)
 
 
 def main() -> int:
-    """Write both files."""
-    if len(sys.argv) != 2:
-        print("usage: amalgamate.py OUTPUT_FOLDER", file=sys.stderr)
+    """Write the files."""
+    arguments = sys.argv[1:]
+    arduino = "--arduino" in arguments
+    places = [argument for argument in arguments if argument != "--arduino"]
+    if len(places) != 1 or places[0].startswith("-"):
+        print("usage: amalgamate.py [--arduino] OUTPUT_FOLDER", file=sys.stderr)
         return 2
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = Path(places[0])
+    place = folder / "src" if arduino else folder
+    place.mkdir(parents=True, exist_ok=True)
     seen: set[str] = set()
-    (folder / "lostmotion.h").write_text(make_header(seen), encoding="utf-8")
-    (folder / "lostmotion.c").write_text(make_source(seen), encoding="utf-8")
+    (place / "lostmotion.h").write_text(make_header(seen), encoding="utf-8")
+    (place / "lostmotion.c").write_text(make_source(seen), encoding="utf-8")
+    if arduino:
+        for name in ("library.properties", "LICENSE"):
+            shutil.copy(LIB / name, folder / name)
     return 0
 
 
