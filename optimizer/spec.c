@@ -332,17 +332,19 @@ static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_
     p->level = name;
     return LM_OK;
   }
+  if (strcmp(word, "seed") != 0 && single_number(p, word) == NULL &&
+      single_integer(p, word) == NULL) {
+    return complain(error, line, "unknown statement", word);
+  }
   if (!read_number(s->word[1], &value)) {
     return complain(error, line, "expected a number", s->word[1]);
   }
-  if (strcmp(word, "seed") == 0) {
-    p->seed = (unsigned int)value;
-  } else if (single_number(p, word) != NULL) {
+  if (single_number(p, word) != NULL) {
     *single_number(p, word) = value;
   } else if (single_integer(p, word) != NULL) {
     *single_integer(p, word) = (int)value;
   } else {
-    return complain(error, line, "unknown statement", word);
+    p->seed = (unsigned int)value;
   }
   return LM_OK;
 }

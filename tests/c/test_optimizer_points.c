@@ -1,0 +1,223 @@
+/* Specs, names and points of the search. */
+#include <stdio.h>
+
+#include "certificate.h"
+#include "output.h"
+#include "reference_drives.h"
+#include "spec.h"
+#include "unity.h"
+#include "workspace.h"
+
+static lm_problem problem;
+static lm_scan scan;
+static lm_layout layout;
+static lm_workspace *workspace;
+static double result[LM_RESULT_MAX];
+
+void setUp(void) {
+  workspace = lm_create_workspace();
+  TEST_ASSERT_NOT_NULL(workspace);
+}
+
+void tearDown(void) {
+  lm_free_workspace(workspace);
+}
+
+/* Reference drive A of model.md 2.7 in the middle of its ranges. */
+static const char reference_spec[] =
+    "# a comment\n"
+    "rated_torque_Nm 40   # and another\n"
+    "torque_Nm 1.6\n"
+    "objective lost_motion\n"
+    "phases 1\n"
+    "fixed generator.type discs\n"
+    "fixed teeth.module_mm 0.25\n"
+    "fixed teeth.flexspline_teeth 200\n"
+    "fixed teeth.face_width_mm 10\n"
+    "fixed flexspline.rim_thickness_mm 0.6\n"
+    "fixed generator.contact_half_angle_deg 30\n"
+    "range teeth.flexspline_shift 2 4\n"
+    "range teeth.shift_difference -0.143 0.057\n"
+    "range generator.deflection_modules 0.9 1\n";
+
+static const double middle[LM_FREE_MAX] = {0.5, 0.5, 0.5};
+
+static void read_reference(void) {
+  lm_spec_error error = {0, ""};
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(reference_spec, &problem, &error), error.text);
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+}
+
+/* The point builds the drive that a drive file with the same words gives. */
+static void test_a_point_is_the_drive_that_its_values_say(void) {
+  lm_drive expected = reference_a();
+  lm_drive drive;
+  lm_fault fault;
+  read_reference();
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_point_drive(&problem, 0, middle, &drive, &fault));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_complete_drive(&expected, &fault));
+  ASSERT_NEAR(1e-12, expected.teeth.rigid_shift, drive.teeth.rigid_shift);
+  ASSERT_NEAR(1e-12, expected.generator.deflection_mm, drive.generator.deflection_mm);
+  ASSERT_NEAR(1e-12, expected.ratio, drive.ratio);
+  ASSERT_NEAR(1e-9, expected.flexspline.length_mm, drive.flexspline.length_mm);
+  TEST_ASSERT_EQUAL_INT(expected.teeth.rigid_teeth, drive.teeth.rigid_teeth);
+}
+
+/* model.md 2.7, two discs: 0.174, 0.069 and 0.780 arcmin at 0, 10 and 20 deg, forward. */
+static void test_gap_rows_are_the_published_clearances(void) {
+  lm_fault fault;
+  read_reference();
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, middle, result, workspace, &fault));
+  ASSERT_NEAR(0.003, -0.174, result[layout.gap_start]);
+  ASSERT_NEAR(0.003, -0.069, result[layout.gap_start + 2 * 5]);
+  ASSERT_NEAR(0.003, -0.780, result[layout.gap_start + 2 * 10]);
+}
+
+/* The figure is what lm_reversal_lost_motion says of the same drive. */
+static void test_lost_motion_is_the_models(void) {
+  lm_drive drive;
+  lm_fault fault;
+  lm_real reversal = 0;
+  read_reference();
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, middle, result, workspace, &fault));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_point_drive(&problem, 0, middle, &drive, &fault));
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_prepare_meshes(&drive, LM_NEUTRAL_LINE_NODES, &workspace->design, &fault));
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_reversal_lost_motion(&drive, 0, 1.6, &reversal, &workspace->design, &fault));
+  /* 24 nodes in the search, 64 here */
+  ASSERT_NEAR(1e-3, in_arcmin(reversal), lm_figure_of(&layout, result, LM_FIGURE_LOST_MOTION));
+}
+
+/* Closing the gap moves the rigid shift until the smallest gap of the scan is zero. */
+static void test_closing_the_gap_is_exact(void) {
+  double unit[LM_FREE_MAX] = {0.4, 0.9, 0.7};
+  double largest = -HUGE_VAL;
+  lm_fault fault;
+  int i;
+  read_reference();
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, result, workspace, &fault));
+  TEST_ASSERT_EQUAL_INT(1, lm_close_gap(&problem, &layout, 0, result, unit));
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, result, workspace, &fault));
+  for (i = 0; i < layout.gap_count; i++) {
+    largest = fmax(largest, result[layout.gap_start + i]);
+  }
+  ASSERT_NEAR(1e-9, 0, largest);
+}
+
+/* What differs from the reference in one line, and the line that is named. */
+static void assert_refused(const char *line, int at, const char *word) {
+  lm_spec_error error = {-1, ""};
+  char text[2048];
+  snprintf(text, sizeof text, "%s\n%s", line, reference_spec);
+  TEST_ASSERT_TRUE_MESSAGE(lm_read_spec(text, &problem, &error) != LM_OK, line);
+  TEST_ASSERT_EQUAL_INT_MESSAGE(at, error.line, line);
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, word), error.text);
+}
+
+static void test_refusals_name_line_and_word(void) {
+  assert_refused("fixd teeth.module_mm 1", 1, "fixd");
+  assert_refused("fixed teeth.modul_mm 1", 1, "teeth.modul_mm");
+  assert_refused("fixed teeth.module_mm one", 1, "one");
+  assert_refused("fixed teeth.module_mm 1 2", 1, "teeth.module_mm");
+  assert_refused("objective beauty", 1, "beauty");
+  assert_refused("level sometimes", 1, "sometimes");
+  assert_refused("limit beauty 1", 1, "beauty");
+  assert_refused("limit safety_factor_min", 1, "safety_factor_min");
+  assert_refused("link 1 2 3", 1, "link");
+  assert_refused("link 1 2 3 4 x normal teeth", 1, "x");
+  assert_refused("link 1 2 3 4 5 even teeth", 1, "even");
+  assert_refused("link 1 2 3 4 5 normal nowhere", 1, "nowhere");
+  assert_refused("torsion 1", 1, "torsion");
+  assert_refused("radial 1 2 x 3", 1, "x");
+  assert_refused("cost beauty 3", 1, "beauty");
+  assert_refused("cost size", 1, "size");
+  assert_refused("ratio 100.2 100.3", 1, "ratio");
+  assert_refused("seed", 1, "seed");
+  assert_refused("seed one", 1, "one");
+}
+
+static void test_values_out_of_range_name_their_key(void) {
+  assert_refused("range generator.deflection_mm 0.3 0.2", 0, "generator.deflection_mm");
+  assert_refused("range teeth.face_width_mm 1 1000", 0, "teeth.face_width_mm");
+  assert_refused("range teeth.flexspline_shift 1 2", 0, "teeth.flexspline_shift");
+  assert_refused("range generator.type 1 2", 0, "generator.type");
+  assert_refused("choose axial_sections 1 3", 0, "axial_sections");
+  assert_refused("objective kinematic_error", 0, "phases");
+  assert_refused("limit gap_min_arcmin 100", 0, "gap_min_arcmin");
+  assert_refused("limit safety_factor_min -1", 0, "safety_factor_min");
+  assert_refused("link 1 5000 0 0 1 normal teeth", 0, "tolerance.diameter_mm");
+}
+
+static void test_names_go_both_ways(void) {
+  char text[LM_KEY_NAME_MAX];
+  int i;
+  for (i = 0; i < LM_KEY_COUNT; i++) {
+    lm_write_key(i, text);
+    TEST_ASSERT_EQUAL_INT(i, lm_find_key(text));
+  }
+  lm_write_key(-1, text);
+  TEST_ASSERT_EQUAL_STRING("", text);
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    TEST_ASSERT_EQUAL_INT(i, lm_find_figure(lm_figure_name(i)));
+  }
+  TEST_ASSERT_EQUAL_INT(LM_FIGURE_COMPLIANCE, lm_find_figure("stiffness"));
+  TEST_ASSERT_EQUAL_STRING("", lm_limit_name(LM_LIMIT_COUNT));
+  TEST_ASSERT_EQUAL_STRING("", lm_generator_name(9));
+}
+
+/* Ratio of the gear that turns: 98 .. 102 are the flexsplines of 196 .. 204 teeth; of a turning
+ * rigid gear, two more, 194 .. 202. */
+static void test_teeth_follow_from_the_ratio(void) {
+  lm_fault fault;
+  lm_start_problem(&problem);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_choose_teeth_by_ratio(&problem, 98, 102, &fault));
+  TEST_ASSERT_EQUAL_INT(5, problem.choice[0].count);
+  ASSERT_NEAR(0, 196, problem.choice[0].value[0]);
+  lm_start_problem(&problem);
+  problem.rigid_gear_turns = 1;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_choose_teeth_by_ratio(&problem, 98, 102, &fault));
+  ASSERT_NEAR(0, 194, problem.choice[0].value[0]);
+  TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE, lm_choose_teeth_by_ratio(&problem, 1, 2, &fault));
+  TEST_ASSERT_EQUAL_INT(LM_TOO_SMALL, lm_choose_teeth_by_ratio(&problem, 15, 300, &fault));
+}
+
+static void test_the_shipped_specs_are_read(void) {
+  static const char *const names[] = {"robot_joint", "instrument", "ring_generator"};
+  static const int combinations[] = {15, 5, 5};
+  int i;
+  for (i = 0; i < 3; i++) {
+    char path[512];
+    char text[8192];
+    lm_spec_error error = {0, ""};
+    size_t length;
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s.search", LM_SPEC_DIR, names[i]);
+    file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL_MESSAGE(file, path);
+    length = fread(text, 1, sizeof text - 1, file);
+    fclose(file);
+    text[length] = '\0';
+    TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(text, &problem, &error), error.text);
+    TEST_ASSERT_EQUAL_INT(combinations[i], lm_count_combinations(&problem));
+  }
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_point_is_the_drive_that_its_values_say);
+  RUN_TEST(test_gap_rows_are_the_published_clearances);
+  RUN_TEST(test_lost_motion_is_the_models);
+  RUN_TEST(test_closing_the_gap_is_exact);
+  RUN_TEST(test_refusals_name_line_and_word);
+  RUN_TEST(test_values_out_of_range_name_their_key);
+  RUN_TEST(test_names_go_both_ways);
+  RUN_TEST(test_teeth_follow_from_the_ratio);
+  RUN_TEST(test_the_shipped_specs_are_read);
+  return UNITY_END();
+}
