@@ -517,10 +517,8 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
 
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
     """Print clearances as a table."""
-    print(
-        f"{one_line(answer['drive'])}: side clearance in arcmin, - where the teeth do not overlap\n",
-        file=out,
-    )
+    name = one_line(answer["drive"])
+    print(f"{name}: side clearance in arcmin, - where the teeth do not overlap\n", file=out)
     rows = [
         [
             str(answer["section"][i]),
