@@ -230,6 +230,32 @@ def test_flank_friction_of_a_design_makes_a_loop_that_grows_with_the_torque() ->
     assert 0 < narrow < wide
 
 
+def test_fitted_drive_brings_its_own_backbone_and_friction(
+    write: Write, bought: dict[str, Any]
+) -> None:
+    bought["fit"] = {
+        "friction": "inside",
+        "values": {
+            "knot_1_Nm": 2.0,
+            "knot_2_Nm": 20.0,
+            "slope_1_rad_per_Nm": 1e-4,
+            "slope_2_rad_per_Nm": 5e-5,
+            "slope_3_rad_per_Nm": 2e-5,
+            "play_radius_1_Nm": 1.0,
+            "play_share_1": 0.25,
+            "play_radius_2_Nm": 3.0,
+            "play_share_2": 0.0,
+        },
+    }
+    controller = make_controller(read_drive(write(bought)))
+    assert controller.torque_Nm.tolist() == [-134, -20, -2, 0, 2, 20, 134]
+    assert list(controller.plays) == list(controller.inside) == [Play(1.0, 0.0, 0.25)]
+    # Torque up to 40 leaves the play 1 behind: 0.25 of it is missing from what winds up.
+    wound = 40 - 0.25 * 1.0
+    expected = 2 * 1e-4 + 18 * 5e-5 + (wound - 20) * 2e-5
+    assert evaluate(build(controller), [40.0]) == pytest.approx([expected], rel=1e-5)
+
+
 def test_effects_of_the_file_arrive_in_order_with_their_units(
     write: Write, bought: dict[str, Any]
 ) -> None:

@@ -218,11 +218,14 @@ def _backbone(
     drive: Drive, limit_Nm: float, most: int, notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
     """Knots of the backbone up to the torque limit, thinned out where there are too many."""
-    backbone = make_backbone(drive, limit_Nm)
-    if backbone.torque_Nm.size <= most:
-        return backbone.torque_Nm, backbone.angle_rad
+    fitted = _fitted_backbone(drive, limit_Nm)
+    if fitted is None:
+        backbone = make_backbone(drive, limit_Nm)
+        fitted = backbone.torque_Nm, backbone.angle_rad
+    if fitted[0].size <= most:
+        return fitted
     c = core(64)
-    torque, angle = c.array(backbone.torque_Nm), c.array(backbone.angle_rad)
+    torque, angle = c.array(fitted[0]), c.array(fitted[1])
     chosen = c.ffi.new("int[]", most)
     error = c.ffi.new("lm_real *")
     fault = c.fault()
@@ -240,8 +243,42 @@ def _backbone(
     return torque[index], angle[index]
 
 
+def _fit_values(drive: Drive, pattern: str) -> FloatArray:
+    """Numbered values of a fit in their order: ``knot_{}_Nm`` gives all knots."""
+    values = (drive.fit or {}).get("values", {})
+    found: list[float] = []
+    while pattern.format(len(found) + 1) in values:
+        found.append(float(values[pattern.format(len(found) + 1)]))
+    return np.array(found)
+
+
+def _fitted_backbone(drive: Drive, limit_Nm: float) -> tuple[FloatArray, FloatArray] | None:
+    """The odd backbone of a fit: knots, and the slope of the stretch that ends at each."""
+    knots = _fit_values(drive, "knot_{}_Nm")
+    slopes = _fit_values(drive, "slope_{}_rad_per_Nm")
+    if knots.size == 0 or slopes.size != knots.size + 1:
+        return None
+    ends = np.append(knots, max(limit_Nm, 1.1 * knots[-1]))
+    rise = np.cumsum(slopes * np.diff(ends, prepend=0.0))
+    return (
+        np.concatenate((-ends[::-1], [0.0], ends)),
+        np.concatenate((-rise[::-1], [0.0], rise)),
+    )
+
+
+def _fitted_plays(drive: Drive) -> list[Play]:
+    """The plays of a fit, which sit inside the elasticity; those without a share are left out."""
+    radii = _fit_values(drive, "play_radius_{}_Nm")
+    shares = _fit_values(drive, "play_share_{}")
+    pairs = zip(radii, shares, strict=False)
+    return [Play(float(radius), 0.0, float(share)) for radius, share in pairs if share > 0]
+
+
 def _friction(drive: Drive, notes: list[str]) -> tuple[list[Play], list[Play]]:
     """Plays outside and inside the elasticity."""
+    fitted = _fitted_plays(drive)
+    if fitted:
+        return [], fitted
     if drive.catalogue is not None:
         bank = drive.catalogue.plays(drive.rated_torque_Nm)
         if bank is None:
