@@ -19,6 +19,7 @@ from lostmotion import __version__, units
 from lostmotion.compare import Comparison, compare
 from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
+from lostmotion.discover.commands import add_commands
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.export import PROFILES, export, make_controller, read_settings, show_export
@@ -175,6 +176,8 @@ def make_parser() -> argparse.ArgumentParser:
     add_map(added)
     added.add_argument("--seed", default="1", help="of the tests for chance (default: 1)")
     add_report(added)
+
+    add_commands(command, add_map)
 
     added = command(
         "export",

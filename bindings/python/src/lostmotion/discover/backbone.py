@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -123,7 +124,7 @@ class Base:
         y = self.conditions.lost_motion
         c = self.conditions
         t = torque - c.run_mean(torque)[c.run_of]
-        mean = float(t @ (y - c.run_mean(y)[c.run_of]) / max(t @ t, 1e-300))
+        mean = float(t @ (y - c.run_mean(y)[c.run_of]) / max(float(t @ t), 1e-300))
         self.mean_slope = abs(mean) if mean else 1.0
         ends = np.concatenate(([0.0], self.knots_Nm, [max(1.2 * self.largest, self.knots_Nm[-1])]))
         self.prior_slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
@@ -152,7 +153,7 @@ class Base:
         z = c.array(first)
         out = c.zeros(torque.size, PLAYS)
         zero = c.zeros(PLAYS)
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True):
+        for a, b in pairwise(bounds):
             c.lib.lm_run_plays(
                 c.pointer(c.array(self.radius_Nm * width[a])),
                 c.pointer(zero),

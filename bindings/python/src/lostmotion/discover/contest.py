@@ -58,6 +58,10 @@ class Result:
         Of the scaled columns.
     covariance : ndarray
     omega : ndarray
+    fixed_step : ndarray
+        Of the base's scaled columns.
+    block : str
+        The columns that were judged: all of the candidate's, or those of one start.
     """
 
     name: str
@@ -71,6 +75,7 @@ class Result:
     covariance: FloatArray
     omega: FloatArray
     fixed_step: FloatArray
+    block: str
 
 
 @dataclass
@@ -168,7 +173,7 @@ class Contest:
             bounds=[LOG_OMEGA] * b.size,
             options={"maxiter": 40, "ftol": 1e-9, "gtol": 1e-2},
         )
-        return np.asarray(np.exp(found.x)), float(found.fun)
+        return np.asarray(np.exp(found.x), dtype=np.float64), float(found.fun)
 
     def deviations(self, index: IntArray, omega: FloatArray, delta: FloatArray) -> FloatArray:
         """Predicted deviations of every run (BLUP), in scaled units."""
@@ -283,7 +288,8 @@ class Contest:
         sums = self.signs @ score
         statistic = np.einsum("ek,kl,el->e", sums, weight, sums, optimize=True)
         flip_p = float(np.mean(statistic >= statistic[0] * (1 - 1e-12)))
-        freedom = max(self.runs - 3, 1)
+        # Under REML every direction of a candidate costs the variances a run.
+        freedom = max(self.runs - 2 - rank, 1)
         p = float(stats.f.sf(max(wald, 0.0) / rank, rank, freedom))
         coefficients = turn @ delta[n0:]
         covariance = turn @ inverse[n0:, n0:] @ turn.T
@@ -299,6 +305,7 @@ class Contest:
             covariance,
             omega,
             delta[:n0],
+            name,
         )
 
     @property

@@ -27,6 +27,7 @@ from lostmotion.discover.selection import (
     select,
 )
 from lostmotion.discover.study import Field, Settled, clean_outliers, columns_of
+from lostmotion.discover.threads import one_thread
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
 
@@ -110,9 +111,21 @@ def diagnose(
     -------
     Diagnosis
     """
-    chosen_from = dict(library() if effects is None else effects)
-    if base is None:
-        base = Base(Conditions(campaign), rated_torque_Nm, backbone)
+    with one_thread():
+        return _diagnose(
+            base or Base(Conditions(campaign), rated_torque_Nm, backbone),
+            dict(library() if effects is None else effects),
+            ratio,
+            progress,
+        )
+
+
+def _diagnose(
+    base: Base,
+    chosen_from: dict[str, Effect],
+    ratio: float,
+    progress: Callable[[str], None] | None,
+) -> Diagnosis:
     base.fit()
     outliers = clean_outliers(base)
     if outliers:
@@ -166,10 +179,12 @@ def conclude(
     )
     within = noise_rms(selection.noise, base)
     floor = noise_floor(final, within)
-    ladder, bases = make_ladder(selection)
+    ladder = make_ladder(selection)
     rivals = sorted({name for step in chosen for name in step.rivals if name not in names})
     depends = [
-        describe(step) for step in chosen if step.chosen is not None and not step.chosen.candidate.named
+        describe(step)
+        for step in chosen
+        if step.chosen is not None and not step.chosen.candidate.named
     ]
     if leftover is not None and not leftover.candidate.named:
         depends.append(describe(steps[-1]))
@@ -256,15 +271,13 @@ def noise_floor(settled: Settled, within: float) -> float:
     return float(np.sqrt(within**2 + np.mean(scatter**2 @ variance)))
 
 
-def make_ladder(selection: Selection) -> tuple[list[dict[str, Any]], list[Base]]:
+def make_ladder(selection: Selection) -> list[dict[str, Any]]:
     """Fitted and held-out error of the base and after each term."""
     rungs = []
-    bases = []
     for settled in selection.settled:
         base = settled.base.copy()
         base.deviations[:] = 0.0
         base.fit(steps=8)
-        bases.append(base)
         held = held_out_rms(base)
         rungs.append(
             {
@@ -274,7 +287,7 @@ def make_ladder(selection: Selection) -> tuple[list[dict[str, Any]], list[Base]]
                 "rms_heldout_arcsec": held,
             }
         )
-    return rungs, bases
+    return rungs
 
 
 def held_out_rms(base: Base) -> float:
@@ -354,7 +367,9 @@ def list_candidates(
             shown.add(name)
             term = present[name]
             rung = ladder[min(number + 1, len(ladder) - 1)]
-            values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+            values = {
+                v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)
+            }
             out.append(
                 {
                     "name": name,
@@ -416,9 +431,7 @@ def list_candidates(
     return out
 
 
-def twins(
-    stage: Field, name: str, rivals: list[str], present: Mapping[str, Any]
-) -> list[str]:
+def twins(stage: Field, name: str, rivals: list[str], present: Mapping[str, Any]) -> list[str]:
     """Effects that the selection could not tell from this one."""
     if name in rivals:
         return sorted(present)
@@ -456,13 +469,15 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
         information = contest.projected([block])
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
         rank = information.shape[0]
-        needed = noncentrality(rank, max(contest.runs - 3, 1), P_LIMIT / count)
+        needed = noncentrality(rank, max(contest.runs - 2 - rank, 1), P_LIMIT / count)
         info = float(np.mean(np.diag(information)))
         if not info > 1e-12:
             continue
         amplitude = math.sqrt(needed / info)
         columns = candidate.columns[:, : min(rank, candidate.columns.shape[1])]
-        rms = amplitude * float(np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]]))
+        rms = amplitude * float(
+            np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]])
+        )
         if rms < SIZE_LEAST * within:
             amplitude *= SIZE_LEAST * within / max(rms, 1e-300)
             rms = SIZE_LEAST * within
@@ -499,9 +514,7 @@ def advise(
 ) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
-        return (
-            f"{runs} runs cannot carry a name: repeat the plan until there are {RUNS_LEAST} or more."
-        )
+        return f"{runs} runs cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
     if verdict == "ambiguous":
         first = [effects[name].experiment for name in (*names, *rivals) if effects[name].experiment]
         pair = " and ".join((*names[:1], *rivals))
@@ -513,5 +526,9 @@ def advise(
         )
     blind = sorted(name for name, why in stage.closed.items() if why.startswith("not visible"))
     if blind:
-        return "Nothing is left above the noise. This plan could not have shown: " + ", ".join(blind) + "."
+        return (
+            "Nothing is left above the noise. This plan could not have shown: "
+            + ", ".join(blind)
+            + "."
+        )
     return "Nothing is left above the noise."

@@ -6,6 +6,7 @@ conditions of a recording. The library's are the C functions that the controller
 
 from __future__ import annotations
 
+import ctypes
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ import numpy.typing as npt
 
 from lostmotion.core import core
 from lostmotion.discover.conditions import CONDITIONS, NEUTRAL, Conditions
-from lostmotion.errors import InputError, did_you_mean
+from lostmotion.errors import InputError, did_you_mean, one_line
 
 FloatArray = npt.NDArray[np.float64]
 Kind = Literal["torque", "width", "angle"]
@@ -311,3 +312,38 @@ def load_python(file: str | Path) -> dict[str, Effect]:
     if not found:
         raise InputError(path, "", "no effect", "a function decorated with lostmotion's @effect")
     return found
+
+
+def load_shared_object(file: str | Path) -> dict[str, Effect]:
+    """Load a user's own effect in C: a shared object with an `lm_effect` named lm_user_effect.
+
+    It must be compiled with LM_REAL_BITS=64 and with its card; the same source goes to the
+    controller.
+    """
+    c = core(64)
+    path = Path(file)
+    if not path.is_file():
+        raise InputError(path, "", "no such file", "a shared object")
+    try:
+        handle = ctypes.CDLL(str(path.resolve()))
+    except OSError as error:
+        raise InputError(path, "", one_line(str(error)), "a shared object") from None
+    try:
+        address = ctypes.addressof(ctypes.c_char.in_dll(handle, "lm_user_effect"))
+    except ValueError:
+        raise InputError(path, "lm_user_effect", "no such symbol", "const lm_effect") from None
+    pointer = c.ffi.cast("const lm_effect *", address)
+    if pointer.card == c.ffi.NULL:
+        raise InputError(path, "lm_user_effect", "no card", "LM_EFFECT_CARDS not set to 0")
+    KEPT.append(handle)
+    found = from_c(pointer)
+    return {found.name: found}
+
+
+KEPT: list[Any] = []
+"""Shared objects stay loaded: their functions are called later."""
+
+
+def load(file: str | Path) -> dict[str, Effect]:
+    """Load a user's own effects from Python or from a shared object."""
+    return load_python(file) if str(file).endswith(".py") else load_shared_object(file)

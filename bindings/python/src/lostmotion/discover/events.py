@@ -39,7 +39,9 @@ class Event:
     score: float
 
 
-def scan_run(base: Base, noise: Noise, run: int, columns: FloatArray, response: FloatArray) -> Event:
+def scan_run(
+    base: Base, noise: Noise, run: int, columns: FloatArray, response: FloatArray
+) -> Event:
     """Find the likeliest step of one run, with the run's own base parameters free."""
     c = base.conditions
     at = c.slices()[run]

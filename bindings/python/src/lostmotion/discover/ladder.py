@@ -75,9 +75,7 @@ class FittedModel:
             "ladder": self.ladder,
             "noise_floor_arcsec": self.noise_floor_arcsec,
             "values": dict(zip(self.names, map(float, self.values), strict=True)),
-            "standard_errors": dict(
-                zip(self.names, map(float, self.standard_errors), strict=True)
-            ),
+            "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
             "effects": [effect_table(term) for term in self.base.terms],
             "inseparable": self.inseparable,
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
@@ -97,9 +95,7 @@ class FittedModel:
             "samples": self.base.conditions.rows,
             "covariance": [[float(x) for x in row] for row in self.covariance],
             "values": dict(zip(self.names, map(float, self.values), strict=True)),
-            "standard_errors": dict(
-                zip(self.names, map(float, self.standard_errors), strict=True)
-            ),
+            "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
         }
         document["effect"] = [effect_table(term) for term in self.base.terms]
         if not document["effect"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -71,7 +72,7 @@ class Noise:
 def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
     """Number the runs by their sampling rate."""
     steps = []
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
+    for a, b in pairwise(starts):
         step = np.diff(time_s[a:b])
         # A clock with coarse ticks repeats itself: the mean step is what counts.
         steps.append(max(float(np.mean(step)), 1e-9) if step.size else 1.0)

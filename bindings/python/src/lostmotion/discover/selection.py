@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from dataclasses import field as made
 
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.backbone import Additive, Base, Term
 from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
-from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.study import (
     Field,
     Settled,
@@ -33,8 +34,8 @@ GAIN_LEAST = 2.0
 """Least leave-one-run-out gain, nats."""
 
 SIZE_LEAST = 0.1
-"""Least size of what is called missing, rms over the noise: a model that is a tenth of the noise off
-is as good as the recordings can tell in practice."""
+"""Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
+noise is as good as recordings can tell in practice."""
 
 REFITS_NAMED, REFITS_SHAPES = 3, 2
 """How many of the strongest are refitted."""
@@ -63,8 +64,8 @@ REFIT_STEPS = 12
 """Evaluations of a joint refit."""
 
 WANDERING = 2.0
-"""Noise whose spread is this many times its innovations wanders so slowly that it may be a missing
-effect: the strongest candidates are then refitted before the noise is believed."""
+"""Noise whose spread is this many times its innovations wanders so slowly that it may be a
+missing effect: the strongest candidates are then refitted before the noise is believed."""
 
 CALMER = 0.9
 """Share of the spread below which the noise after such a refit is the one that is believed."""
@@ -96,7 +97,7 @@ class Step:
     results: list[Result]
     chosen: Contender | None
     contenders: list[Contender]
-    rivals: list[str] = field(default_factory=list)
+    rivals: list[str] = made(default_factory=list)
 
 
 @dataclass
@@ -111,11 +112,14 @@ class Selection:
 def judge_all(stage: Field) -> list[Result]:
     """Judge every candidate; a failed one never stops the others."""
     results = []
-    for name in stage.candidates:
-        try:
-            result = stage.contest.test(name)
-        except np.linalg.LinAlgError:
-            result = None
+    for name, candidate in stage.candidates.items():
+        result = judge(stage, name)
+        numbers = sorted(set(candidate.start_of))
+        for number in numbers if len(numbers) > 1 and result is not None else []:
+            # All starts together have more directions than few runs can carry.
+            one = judge(stage, f"{name}#{number}")
+            if one is not None and result is not None and one.gain > result.gain:
+                result = replace(one, name=name)
         if result is None:
             if stage.candidates[name].named:
                 stage.closed[name] = "not visible with this plan: the base takes it up"
@@ -123,6 +127,14 @@ def judge_all(stage: Field) -> list[Result]:
         results.append(result)
     results.sort(key=lambda r: (-r.gain, r.name))
     return results
+
+
+def judge(stage: Field, block: str) -> Result | None:
+    """Judge one block; None where it cannot be seen."""
+    try:
+        return stage.contest.test(block)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def accepted(result: Result, count: int) -> bool:
@@ -151,12 +163,19 @@ class Projector:
 
 def size_of(stage: Field, result: Result) -> float:
     """Root mean square, arc seconds, of what a candidate explains beside the base."""
-    candidate = stage.candidates[result.name]
     evidence = stage.contest.evidence
-    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.name]]
+    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
     if stage.projector is None:
         stage.projector = Projector(stage.settled.base)
-    return float(stage.projector.size(candidate.columns @ coefficients))
+    return float(stage.projector.size(columns_judged(stage, result) @ coefficients))
+
+
+def columns_judged(stage: Field, result: Result) -> FloatArray:
+    """Columns of the block that was judged."""
+    columns = stage.candidates[result.name].columns
+    evidence = stage.contest.evidence
+    whole = list(evidence.blocks[result.name])
+    return columns[:, [whole.index(place) for place in evidence.blocks[result.block]]]
 
 
 def term_of(stage: Field, result: Result) -> Term:
@@ -217,7 +236,7 @@ def refit(stage: Field, result: Result) -> Contender:
     candidate = stage.candidates[result.name]
     base = settled.base.copy()
     evidence = stage.contest.evidence
-    index = evidence.index(result.name)
+    index = evidence.index(result.block)
     delta = np.concatenate((result.fixed_step, result.coefficients))
     own = stage.contest.deviations(index, result.omega, delta)
     fixed = evidence.fixed.size
@@ -274,7 +293,7 @@ def choose(stage: Field, results: list[Result], least: float) -> Step:
     least : float
         Least size that counts, arc seconds.
     """
-    count = len(results)
+    count = tests_made(stage)
     passed = [r for r in results if accepted(r, count)]
     passed = [r for r in passed if size_of(stage, r) >= least]
     if not passed:
@@ -319,6 +338,13 @@ def choose(stage: Field, results: list[Result], least: float) -> Step:
     if chosen is not None and chosen.candidate.named:
         step.rivals = rivals(stage, results, contenders, chosen)
     return step
+
+
+def tests_made(stage: Field) -> int:
+    """Number of tests of a round, for Bonferroni."""
+    return sum(
+        1 + len(set(c.start_of)) * (len(set(c.start_of)) > 1) for c in stage.candidates.values()
+    )
 
 
 def rivals(

@@ -127,14 +127,14 @@ def waves(base: Base) -> list[Candidate]:
         angle = c.columns.get(f"{channel}_rad")
         if angle is None or np.ptp(angle) < 0.02:
             continue
-        for k in ANGLE_ORDERS:
+        for order in ANGLE_ORDERS:
             out.append(
                 Candidate(
-                    f"order {k:g} of {channel}",
+                    f"order {order:g} of {channel}",
                     False,
-                    np.column_stack((np.cos(k * angle), np.sin(k * angle))),
+                    np.column_stack((np.cos(order * angle), np.sin(order * angle))),
                     channel,
-                    f"{k:g} per revolution",
+                    f"{order:g} per revolution",
                 )
             )
     return out

@@ -1,0 +1,382 @@
+"""The commands of discovery: diagnose, fit, effects, check, forecast, next."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from lostmotion.base import Backbone
+from lostmotion.discover.diagnosis import Diagnosis, diagnose
+from lostmotion.discover.effects import Effect, find_effect, library, load
+from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.plans import check, forecast, next_runs, read_plan
+from lostmotion.discover.template import template
+from lostmotion.discover.threads import one_thread
+from lostmotion.drives import Drive, format_toml, read_drive
+from lostmotion.errors import InputError
+from lostmotion.files import write_whole
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign, parse_map, read_campaign
+
+Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
+Option = Callable[[argparse.ArgumentParser], None]
+
+ROUNDS = 12
+"""Pieces of work that a diagnosis usually has, for the progress bar."""
+
+
+def add_commands(command: Command, add_map: Option) -> None:
+    """Add the commands of discovery to the parser."""
+    added = command(
+        "diagnose",
+        run_diagnose,
+        "Which physical effect is missing.",
+        "lostmotion diagnose drive.toml recordings/ --json diagnosis.json",
+    )
+    add_inputs(added, add_map)
+    add_effects(added)
+
+    added = command(
+        "fit",
+        run_fit,
+        "Refit with effects added; prints how the error falls.",
+        "lostmotion fit drive.toml recordings/ --add thermal_gap -o fitted.toml",
+    )
+    add_inputs(added, add_map)
+    added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
+    added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
+    add_effects(added)
+
+    added = command(
+        "effects",
+        run_effects,
+        "The library of effects, one of them, or a template of your own (effects new NAME).",
+        "lostmotion effects thermal_gap",
+    )
+    added.add_argument("name", metavar="NAME", nargs="*", help="an effect; or: new NAME")
+    added.add_argument("--c", action="store_true", help="the template in C")
+    add_effects(added)
+
+    added = command(
+        "check",
+        run_check,
+        "Are the recordings sound, and what can this plan tell apart.",
+        "lostmotion check recordings/",
+    )
+    added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
+    added.add_argument("--ratio", type=float, help="where only the two angles were recorded")
+    add_map(added)
+
+    added = command(
+        "forecast",
+        run_forecast,
+        "Before measuring: which effects a plan would find, and which it could not separate.",
+        "lostmotion forecast drive.toml plan.csv",
+    )
+    added.add_argument("drive", metavar="DRIVE", help="drive file")
+    added.add_argument("data", metavar="PLAN", nargs="+", help="planned runs, as recordings")
+    add_map(added)
+    add_effects(added)
+
+    added = command(
+        "next",
+        run_next,
+        "Which run to do next to decide between the effects that are still open.",
+        "lostmotion next drive.toml recordings/ --plan options.csv",
+    )
+    add_inputs(added, add_map)
+    added.add_argument("--plan", action="append", required=True, metavar="OPTIONS", help="runs")
+    add_effects(added)
+
+
+def add_inputs(parser: argparse.ArgumentParser, add_map: Option) -> None:
+    """Add drive and recordings."""
+    parser.add_argument("drive", metavar="DRIVE", help="drive file")
+    parser.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
+    add_map(parser)
+
+
+def add_effects(parser: argparse.ArgumentParser) -> None:
+    """Add the option for the user's own effects."""
+    parser.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="your own effects: a Python file, or a shared object made from C",
+    )
+
+
+def effects_of(arguments: argparse.Namespace) -> dict[str, Effect]:
+    """Return the library's effects and the user's own."""
+    found = dict(library())
+    for file in arguments.effects:
+        for name, effect in load(file).items():
+            if name in found:
+                raise InputError(file, name, "the name of another effect", "a name of its own")
+            found[name] = effect
+    return found
+
+
+def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
+    """Read drive and recordings."""
+    drive = read_drive(arguments.drive)
+    mapping = {**drive.columns, **parse_map(arguments.map)}
+    campaign = read_campaign(
+        [Path(path) for path in arguments.data], ratio=drive.ratio, mapping=mapping
+    )
+    torque = campaign.column("torque")
+    if np.ptp(torque) == 0:
+        raise InputError(
+            campaign.runs[0].file, "torque_Nm", f"a constant {torque[0]:.6g} Nm", "one that varies"
+        )
+    return drive, campaign, make_backbone(drive, float(np.max(np.abs(torque))))
+
+
+def run_diagnose(arguments: argparse.Namespace) -> None:
+    """``lostmotion diagnose``."""
+    from lostmotion.cli import deliver
+
+    _, result, findings = diagnosis_of(arguments)
+    answer = {**result.answer(), "findings": findings}
+    deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
+
+
+def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[str]]:
+    """Diagnose what the arguments name."""
+    from lostmotion.cli import Progress
+
+    effects = effects_of(arguments)
+    drive, campaign, backbone = read_inputs(arguments)
+    done = 0
+    with Progress("diagnosing", quiet=arguments.quiet) as bar, one_thread():
+
+        def step(_: str) -> None:
+            nonlocal done
+            done = min(done + 1, ROUNDS - 1)
+            bar(done, ROUNDS)
+
+        base = make_base(drive, campaign, backbone, effects)
+        result = diagnose(
+            campaign,
+            ratio=drive.ratio,
+            rated_torque_Nm=drive.rated_torque_Nm,
+            backbone=backbone,
+            effects=effects,
+            base=base,
+            progress=step,
+        )
+    return drive, result, [str(finding) for finding in campaign.findings]
+
+
+def run_fit(arguments: argparse.Namespace) -> None:
+    """``lostmotion fit``."""
+    from lostmotion.cli import Progress, deliver
+
+    effects = effects_of(arguments)
+    drive, campaign, backbone = read_inputs(arguments)
+    with Progress("fitting", quiet=arguments.quiet) as bar, one_thread():
+        model = fit_model(drive, campaign, backbone, arguments.add, effects, progress=bar)
+    write_whole(arguments.output, format_toml(model.document(drive)))
+    deliver(model.answer(), arguments, lambda out: show_fit(model, arguments.output, out))
+
+
+def run_effects(arguments: argparse.Namespace) -> None:
+    """``lostmotion effects``."""
+    from lostmotion.cli import deliver
+
+    words = arguments.name
+    if words and words[0] == "new":
+        if len(words) != 2:
+            raise InputError("effects new", "", "no name", "one name, e.g. effects new cable_pull")
+        files = template(words[1], in_c=arguments.c)
+        for file in files:
+            if Path(file).exists():
+                raise InputError(file, "", "a file that exists", "a new name")
+        for file, text in files.items():
+            write_whole(file, text)
+        answer: dict[str, Any] = {"schema": "lostmotion.template/1", "files": list(files)}
+        deliver(answer, arguments, lambda out: print("\n".join(files), file=out))
+        return
+    effects = effects_of(arguments)
+    if len(words) > 1:
+        raise InputError("effects", words[1], "a second name", "one")
+    chosen = [find_effect(words[0], effects)] if words else list(effects.values())
+    answer = {"schema": "lostmotion.effects/1", "effects": [card(effect) for effect in chosen]}
+    deliver(answer, arguments, lambda out: show_effects(chosen, out, whole=bool(words)))
+
+
+def run_check(arguments: argparse.Namespace) -> None:
+    """``lostmotion check``."""
+    from lostmotion.cli import deliver
+
+    campaign = read_campaign(
+        [Path(path) for path in arguments.data],
+        ratio=arguments.ratio if arguments.ratio is not None else 1.0,
+        mapping=parse_map(arguments.map),
+    )
+    answer = check(campaign, library())
+    deliver(answer, arguments, lambda out: show_check(answer, out))
+
+
+def run_forecast(arguments: argparse.Namespace) -> None:
+    """``lostmotion forecast``."""
+    from lostmotion.cli import deliver
+
+    drive = read_drive(arguments.drive)
+    mapping = {**drive.columns, **parse_map(arguments.map)}
+    plan = read_plan(arguments.data, drive.ratio, mapping)
+    largest = float(np.max(np.abs(plan.column("torque"))))
+    with one_thread():
+        answer = forecast(drive, plan, make_backbone(drive, largest), effects_of(arguments))
+    deliver(answer, arguments, lambda out: show_forecast(answer, out))
+
+
+def run_next(arguments: argparse.Namespace) -> None:
+    """``lostmotion next``."""
+    from lostmotion.cli import deliver
+
+    drive, result, _ = diagnosis_of(arguments)
+    mapping = {**drive.columns, **parse_map(arguments.map)}
+    options = read_plan(arguments.plan, drive.ratio, mapping)
+    with one_thread():
+        answer = next_runs(result, options, effects_of(arguments), drive.ratio)
+    deliver(answer, arguments, lambda out: show_next(answer, out))
+
+
+def card(effect: Effect) -> dict[str, Any]:
+    """Everything that is known of an effect."""
+    return {
+        "name": effect.name,
+        "kind": effect.kind,
+        "mechanism": effect.mechanism,
+        "equation": effect.equation,
+        "parameters": [
+            {"name": v.name, "role": v.role, "typical": v.typical, "low": v.low, "high": v.high}
+            for v in effect.values
+        ],
+        "needs": sorted(effect.needs),
+        "typical_size": effect.typical_size,
+        "confused_with": list(effect.confused_with),
+        "separating_experiment": effect.experiment,
+    }
+
+
+def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Print a diagnosis."""
+    sentence = {
+        "complete": "Nothing is missing beyond the noise.",
+        "missing-effect": "Missing: " + ", ".join(answer["effects"]) + ".",
+        "ambiguous": "These data cannot tell apart: " + ", ".join(answer["effects"]) + ".",
+        "unexplained": "Something systematic remains that no effect of the library explains.",
+    }[answer["verdict"]]
+    print(sentence, file=out)
+    print(f"\nnoise floor {answer['noise_floor_arcsec']:.2f} arcsec", file=out)
+    for rung in answer["ladder"]:
+        what = " + ".join(["base", *rung["effects"]])
+        print(
+            f"  {what:<48} {rung['rms_arcsec']:8.2f}  held out {rung['rms_heldout_arcsec']:8.2f}",
+            file=out,
+        )
+    for one in answer["unexplained"]["depends_on"]:
+        print(f"depends on {one['covariate']}: {one['shape']} (p = {one['p']:.2g})", file=out)
+    for event in answer["events"]:
+        print(
+            f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
+            f"{event['size_arcsec']:.3g} arcsec",
+            file=out,
+        )
+    print("\nstrongest candidates:", file=out)
+    for candidate in [c for c in answer["candidates"] if c["testable"]][:5]:
+        twins = ", ".join(candidate["confused_with"])
+        print(
+            f"  {candidate['name']:<26} {candidate['evidence']:10.1f} nats  p = "
+            f"{candidate['p']:.2g}" + (f"  like {twins}" if twins else ""),
+            file=out,
+        )
+    print(f"\nnext: {answer['next_experiment']}", file=out)
+    for finding in answer.get("findings", []):
+        print(f"  {finding}", file=out)
+
+
+def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
+    """Print how the error fell."""
+    for rung in model.ladder:
+        what = " + ".join(["base", *rung["effects"]])
+        print(
+            f"{what:<48} {rung['rms_arcsec']:8.2f} arcsec  held out "
+            f"{rung['rms_heldout_arcsec']:8.2f}",
+            file=out,
+        )
+    print(f"{'noise floor':<48} {model.noise_floor_arcsec:8.2f} arcsec\n", file=out)
+    for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True):
+        if "." in name:
+            print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
+    for pair in model.inseparable:
+        print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
+    print(f"\nwritten: {file}", file=out)
+
+
+def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
+    """Print effects: one line each, or all about one."""
+    for effect in effects:
+        if not whole:
+            print(f"{effect.name:<26} {effect.mechanism}", file=out)
+            continue
+        print(f"{effect.name}: {effect.mechanism}\n\n  {effect.equation}\n", file=out)
+        for v in effect.values:
+            print(
+                f"  {v.name:<28} {v.role:<7} typical {v.typical:.3g}, {v.low:.3g} to {v.high:.3g}",
+                file=out,
+            )
+        print(f"\ntypical: {effect.typical_size}", file=out)
+        print(f"needs: {', '.join(sorted(effect.needs))}", file=out)
+        print(f"confused with: {', '.join(effect.confused_with) or 'nothing known'}", file=out)
+        print(f"told apart by: {effect.experiment}", file=out)
+
+
+def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Print what is odd about recordings, and what they cannot show."""
+    print(f"{answer['runs']} runs, {answer['samples']} samples", file=out)
+    for finding in answer["findings"] or ["nothing odd"]:
+        print(f"  {finding}", file=out)
+    for pair in answer["aliased"]:
+        a, b = pair["columns"]
+        print(
+            f"{a} and {b} change together ({pair['rank_correlation']:+.2f}): vary one alone",
+            file=out,
+        )
+    for name, why in answer["not_testable"].items():
+        print(f"{name}: {why}", file=out)
+
+
+def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Print a forecast."""
+    for effect in answer["effects"]:
+        if effect["testable"]:
+            print(
+                f"{effect['name']:<26} from {effect['value']:.3g} {effect['unit']} "
+                f"({effect['rms_arcsec']:.2f} arcsec rms)",
+                file=out,
+            )
+        else:
+            print(f"{effect['name']:<26} {effect['reason']}", file=out)
+    for pair in answer["confusable"]:
+        a, b = pair["effects"]
+        how = "hard to separate" if pair["separable"] else "cannot be separated"
+        print(f"{a} and {b}: {how} ({pair['angle_deg']:.0f} deg)", file=out)
+
+
+def show_next(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Print the ranking of runs."""
+    print("to decide between " + ", ".join(answer["between"]), file=out)
+    for run in answer["runs"]:
+        print(
+            f"  run {run['run']}: {run['separation_nats']:.2f} nats, "
+            f"{run['per_minute']:.3g} a minute",
+            file=out,
+        )

@@ -1,0 +1,110 @@
+"""``lostmotion effects new``: a working template of a user's own effect, with its test."""
+
+from __future__ import annotations
+
+import keyword
+
+from lostmotion.errors import InputError
+
+PYTHON = '''"""A user's own effect: {name}. To use it:
+
+lostmotion diagnose DRIVE DATA --effects {name}.py
+"""
+
+import numpy as np
+
+from lostmotion.discover import Value, effect
+
+
+@effect(
+    values=[
+        # The result is proportional to a linear value; a shape enters in another way.
+        Value("size_rad_per_K", role="linear", typical=5e-6, low=-1e-3, high=1e-3),
+        Value("closing_Nm", role="shape", typical=1.0, low=1e-3, high=1e4),
+    ],
+    needs=["torque_Nm", "temperature_C"],
+    kind="angle",  # rad on top of the lost motion; "torque": N m; "width": factor on the friction
+    mechanism="says in one sentence what happens in the drive",
+    equation="size (temperature - 20 C) tanh(torque / closing)",
+)
+def {name}(p, at):
+    """Return one number a sample; p has the values, at the columns of one recording."""
+    return p.size_rad_per_K * (at.temperature_C - 20.0) * np.tanh(at.torque_Nm / p.closing_Nm)
+'''
+
+PYTHON_TEST = '''"""Test of {name}: run with pytest."""
+
+import numpy as np
+
+from {name} import {name}
+
+
+def test_{name}_is_proportional_to_its_linear_values():
+    run = {{name: np.linspace(-1.0, 1.0, 11) for name in {name}.needs}}
+    run["torque_Nm"] = np.linspace(-10.0, 10.0, 11)
+    run["elastic_rad"] = 1e-5 * run["torque_Nm"]
+    values = {name}.typical
+    once = {name}.function(values, run, np.zeros(1))
+    twice = values.copy()
+    twice[{name}.indices("linear")] *= 2.0
+    assert np.all(np.isfinite(once))
+    np.testing.assert_allclose({name}.function(twice, run, np.zeros(1)), 2.0 * once)
+'''
+
+C_SOURCE = """/* A user's own effect: {name}. The same file goes to the controller.
+ *
+ *   cc -std=c99 -O2 -ffp-contract=off -shared -fPIC -DLM_REAL_BITS=64 \
+ *      -I INCLUDE {name}.c -o {name}.so
+ *   lostmotion diagnose DRIVE DATA --effects {name}.so
+ */
+#include "lostmotion/effects.h"
+
+enum {{ SIZE_RAD_PER_K, CLOSING_NM, VALUES }};
+
+static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {{
+  lm_real share = at->torque_Nm / value[CLOSING_NM];
+  (void)memory;
+  share = share > 1 ? 1 : share < -1 ? -1 : share;
+  return value[SIZE_RAD_PER_K] * (at->temperature_C - LM_REFERENCE_TEMPERATURE_C) * share;
+}}
+
+#if LM_EFFECT_CARDS
+static const lm_effect_card card = {{
+    "{name}",
+    "says in one sentence what happens in the drive",
+    "size (temperature - 20 C) sat(torque/closing)",
+    "a few arc seconds",
+    "thermal_gap",
+    "soak at two temperatures",
+    {{{{"size_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6)}},
+     {{"closing_Nm", LM_VALUE_SHAPE, LM_REAL(1)}}}}}};
+#endif
+
+#ifdef __cplusplus
+extern "C"
+#endif
+extern const lm_effect lm_user_effect;
+const lm_effect lm_user_effect = {{
+    {crc}u, /* CRC-32 of the name */
+    LM_EFFECT_ANGLE,
+    VALUES,
+    0,
+    LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE,
+    run,
+    {{{{LM_REAL(-1e-3), LM_REAL(1e-3)}}, {{LM_REAL(1e-3), LM_REAL(1e4)}}}},
+    LM_EFFECT_CARD(card)}};
+"""
+
+
+def template(name: str, *, in_c: bool) -> dict[str, str]:
+    """Return the files of a template by name."""
+    import zlib
+
+    if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
+        raise InputError("NAME", "", f"'{name}'", "a lower case name such as cable_pull")
+    if in_c:
+        return {f"{name}.c": C_SOURCE.format(name=name, crc=hex(zlib.crc32(name.encode())))}
+    return {
+        f"{name}.py": PYTHON.format(name=name),
+        f"test_{name}.py": PYTHON_TEST.format(name=name),
+    }

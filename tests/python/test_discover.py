@@ -1,0 +1,395 @@
+"""Discovery from recordings to the answer, on small campaigns made here."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lostmotion.base import run_plays
+from lostmotion.cli import main
+from lostmotion.discover import Value, diagnose, effect, library
+from lostmotion.discover.backbone import Base
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.effects import load_python, load_shared_object
+from lostmotion.discover.ladder import fit_model, make_base
+from lostmotion.discover.plans import check, next_runs
+from lostmotion.discover.study import clean_outliers
+from lostmotion.discover.template import template
+from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
+from lostmotion.errors import InputError
+from lostmotion.recordings import Campaign, Run
+
+ARCSEC = np.pi / 180 / 3600
+RATED_NM = 40.0
+RATIO = 100.0
+DRIVE = """
+[drive]
+name = "small"
+ratio = 100
+rated_torque_Nm = 40
+[catalogue]
+T1_Nm = 7
+T2_Nm = 25
+K1_Nm_per_rad = 16e3
+K2_Nm_per_rad = 25e3
+K3_Nm_per_rad = 29e3
+"""
+ROOT = Path(__file__).parents[2]
+
+
+def torque_of(run, rows):
+    """Triangles of three amplitudes."""
+    t = np.arange(rows) * 0.1
+    size = RATED_NM * (0.4, 0.7, 1.0)[run % 3]
+    return size * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * t / 25.0))
+
+
+def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=None):
+    """Torque loops at several temperatures, with noise, friction and scatter from run to run."""
+    rng = np.random.default_rng(seed)
+    made = []
+    swings = [torque_of(r, rows) for r in range(runs)]
+    # What friction remembers goes on from run to run.
+    remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(
+        runs, rows
+    )
+    temperature = (
+        rng.permutation(np.linspace(10, 45, runs)) if warm else np.full(runs, 20.0)
+    )
+    for r in range(runs):
+        t = np.arange(rows) * 0.1
+        torque = swings[r]
+        stiff, wide = 1 + 0.003 * rng.normal(), 1 + 0.02 * rng.normal()
+        wound = torque + 0.5 * wide * remembered[r]
+        backbone = stiff * (wound * 7.0 + 25.0 * np.tanh(wound / 8.0))
+        columns = {
+            "time": t,
+            "torque": torque,
+            "temperature": temperature[r] + 0.02 * t,
+            "input_angle": np.full(rows, 0.7 * r),
+            "output_angle": np.full(rows, 0.007 * r),
+        }
+        y = backbone + noise * rng.normal(size=rows) + 5.0 * rng.normal()
+        if add is not None:
+            y = y + add(columns, wound)
+        if slip is not None and slip[0] == r:
+            y = y + slip[2] * (t >= slip[1])
+        columns["lost_motion"] = y * ARCSEC
+        made.append(Run(r + 1, "made.csv", columns))
+    return Campaign(made)
+
+
+def gap(columns, wound):
+    """A gap that opens with temperature: 1 arcsec a K in all."""
+    return 0.3 * (columns["temperature"] - 20.0) * np.tanh(wound / 0.2)
+
+
+def ripple(columns, wound):
+    """What no drive has."""
+    return 3.0 * np.cos(2 * np.pi * columns["torque"] / 5.0)
+
+
+@pytest.fixture(scope="module")
+def warm_gap():
+    return diagnose(campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
+
+
+def answer_of(data, **more):
+    return diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM, **more).answer()
+
+
+def test_nothing_is_missing_when_nothing_is():
+    found = answer_of(campaign(seed=2))
+    assert found["verdict"] == "complete"
+    assert found["effects"] == []
+    # 1 arcsec of noise and scatter of 0.3 % and 2 %
+    assert 0.95 < found["noise_floor_arcsec"] < 1.6
+
+
+def test_the_missing_effect_is_named_and_the_error_falls(warm_gap):
+    found = warm_gap.answer()
+    assert found["verdict"] == "missing-effect"
+    assert found["effects"] == ["thermal_gap"]
+    rms = [rung["rms_arcsec"] for rung in found["ladder"]]
+    assert rms[1] < 0.6 * rms[0]
+    assert rms[1] < 1.2 * found["noise_floor_arcsec"]
+    first = found["candidates"][0]
+    assert first["name"] == "thermal_gap"
+    assert first["parameters"]["gap_rad_per_K"] == pytest.approx(0.3 * ARCSEC, rel=0.1)
+
+
+def test_the_answer_has_every_key_of_the_interface(warm_gap):
+    found = json.loads(json.dumps(warm_gap.answer(), allow_nan=False))
+    assert found["schema"] == "lostmotion.diagnosis/1"
+    wanted = {
+        "verdict",
+        "noise_floor_arcsec",
+        "effects",
+        "ladder",
+        "candidates",
+        "events",
+        "smallest_detectable",
+        "unexplained",
+        "next_experiment",
+    }
+    assert wanted <= set(found)
+    for candidate in found["candidates"]:
+        assert {
+            "name",
+            "heldout_rms_arcsec",
+            "evidence",
+            "parameters",
+            "confused_with",
+            "plausible",
+            "testable",
+        } <= set(candidate)
+    assert {c["name"] for c in found["candidates"]} == set(library())
+
+
+def test_the_same_recordings_give_the_same_answer(warm_gap):
+    assert answer_of(campaign(add=gap)) == warm_gap.answer()
+
+
+def test_what_no_effect_explains_is_said_to_hang_on_torque():
+    found = answer_of(campaign(seed=3, add=ripple))
+    assert found["verdict"] == "unexplained"
+    assert found["unexplained"]["depends_on"][0]["covariate"] == "torque"
+    period = float(found["unexplained"]["depends_on"][0]["shape"].split()[2])
+    assert period == pytest.approx(5.0, rel=0.01)
+
+
+def test_a_slip_is_placed_in_its_run_and_second():
+    found = answer_of(campaign(seed=4, slip=(6, 23.0, 8.0)))
+    assert found["verdict"] == "unexplained"
+    event = found["events"][0]
+    assert event["run"] == 7
+    assert event["time_s"] == pytest.approx(23.0, abs=0.5)
+    assert event["size_arcsec"] == pytest.approx(8.0, abs=1.0)
+
+
+def test_few_runs_give_no_names():
+    found = answer_of(campaign(runs=5, add=gap))
+    assert found["effects"] == []
+    assert "runs" in found["next_experiment"]
+
+
+def test_missing_columns_close_their_effects():
+    data = campaign(seed=2)
+    for run in data.runs:
+        del run.columns["temperature"]
+    found = answer_of(data)
+    assert "no temperature_C" in found["not_testable"]["thermal_gap"]
+    assert "no cycles" in found["not_testable"]["wear"]
+
+
+def test_a_constant_column_is_not_visible():
+    data = campaign(seed=2, warm=False)
+    for run in data.runs:
+        run.columns["temperature"][:] = 20.0
+    assert "not visible" in answer_of(data)["not_testable"]["thermal_gap"]
+
+
+def test_wild_samples_are_counted_and_do_not_name_anything():
+    data = campaign(seed=5)
+    rng = np.random.default_rng(0)
+    for run in data.runs:
+        run.columns["lost_motion"][rng.choice(np.arange(5, 495), 5, replace=False)] += (
+            60 * ARCSEC
+        )
+    base = Base(Conditions(data), RATED_NM)
+    base.fit()
+    assert clean_outliers(base) > 50
+    assert answer_of(data)["verdict"] == "complete"
+
+
+def test_an_effect_in_python_is_found_like_one_of_the_library():
+    @effect(
+        values=[Value("pull_rad", "linear", 1e-5, -1e-2, 1e-2)],
+        needs=["torque_Nm"],
+    )
+    def cable_pull(p, at):
+        return p.pull_rad * np.cos(2 * np.pi * at.torque_Nm / 5.0)
+
+    data = campaign(
+        seed=3, add=lambda columns, wound: 3.0 * np.cos(2 * np.pi * wound / 5.0)
+    )
+    found = answer_of(data, effects={**library(), "cable_pull": cable_pull})
+    assert found["effects"] == ["cable_pull"]
+    assert found["candidates"][0]["parameters"]["pull_rad"] == pytest.approx(
+        3 * ARCSEC, rel=0.1
+    )
+
+
+def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
+    for name, text in template("cable_pull", in_c=False).items():
+        (tmp_path / name).write_text(text)
+    assert set(load_python(tmp_path / "cable_pull.py")) == {"cable_pull"}
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "test_cable_pull.py",
+    ]
+    subprocess.run(command, cwd=tmp_path, check=True)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_the_c_template_compiles_and_is_loaded_without_rebuilding(tmp_path):
+    source = tmp_path / "cable_pull.c"
+    source.write_text(template("cable_pull", in_c=True)["cable_pull.c"])
+    made = tmp_path / "cable_pull.so"
+    command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
+    command += [
+        "-DLM_REAL_BITS=64",
+        f"-I{ROOT / 'lib/include'}",
+        str(source),
+        "-o",
+        str(made),
+    ]
+    subprocess.run(command, check=True)
+    own = load_shared_object(made)["cable_pull"]
+    conditions = Conditions(campaign(runs=2, rows=20))
+    out = own.run(
+        np.array([1e-6, 1.0]), conditions, conditions.torque, conditions.torque * 0
+    )
+    wanted = (
+        1e-6
+        * (conditions.columns["temperature_C"] - 20)
+        * np.clip(conditions.torque, -1, 1)
+    )
+    np.testing.assert_allclose(out, wanted, atol=1e-18)
+
+
+@pytest.mark.parametrize("name", ["Bad", "1st", "class", "a-b"])
+def test_templates_refuse_names_that_are_no_identifiers(name):
+    with pytest.raises(InputError, match="lower case"):
+        template(name, in_c=False)
+
+
+def test_a_fitted_file_reads_back_as_the_same_model():
+    drive = parse_drive(tomllib.loads(DRIVE))
+    data = campaign(add=gap)
+    model = fit_model(drive, data, None, ["thermal_gap"], library())
+    again = parse_drive(tomllib.loads(format_toml(model.document(drive))))
+    base = make_base(again, data, None, library())
+    base.start = model.base.start
+    np.testing.assert_allclose(base.at().angle, model.base.at().angle, atol=1e-9)
+    falls = [rung["rms_heldout_arcsec"] for rung in model.ladder]
+    assert falls[1] < falls[0]
+    place = model.names.index("thermal_gap.gap_rad_per_K")
+    error = model.standard_errors[place]
+    assert abs(model.values[place] - 0.3 * ARCSEC) < 5 * error + 0.03 * ARCSEC
+
+
+def test_an_effect_without_its_column_cannot_be_added():
+    drive = parse_drive(tomllib.loads(DRIVE))
+    with pytest.raises(InputError, match="cycles"):
+        fit_model(drive, campaign(), None, ["wear"], library())
+
+
+def test_columns_that_change_together_are_told():
+    data = campaign(seed=1)
+    for r, run in enumerate(data.runs):
+        run.columns["temperature"][:] = 20.0 + r
+        run.columns["cycles"] = np.full(len(run), 1000.0 * r)
+    pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
+    assert {"temperature_C", "cycles"} in pairs
+
+
+def test_the_next_run_is_the_one_that_differs_most():
+    def both(columns, wound):
+        return gap(columns, wound)
+
+    data = campaign(seed=6, add=both)
+    order = np.argsort([run.columns["temperature"][0] for run in data.runs])
+    data.runs = [data.runs[i] for i in order]
+    for r, run in enumerate(data.runs):
+        run.columns["cycles"] = np.full(len(run), 1e5 * r)
+    found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM)
+    options = []
+    for label, temperature in (("again", 44.0), ("cold", 10.0)):
+        columns = {k: v.copy() for k, v in data.runs[-1].columns.items()}
+        columns["temperature"][:] = temperature
+        options.append(Run(label, "plan.csv", columns))
+    found.effects = ["thermal_gap", "wear"]
+    answer = next_runs(found, Campaign(options), library(), RATIO)
+    assert answer["suggested"] == "cold"
+
+
+def write(data, file):
+    """Write a campaign as CSV."""
+    names = [
+        "time",
+        "torque",
+        "lost_motion",
+        "temperature",
+        "input_angle",
+        "output_angle",
+    ]
+    heads = ["time_s", "torque_Nm", "lost_motion_rad", "temperature_C"]
+    heads += ["input_angle_rad", "output_angle_rad"]
+    lines = [",".join(["run", *heads])]
+    for run in data.runs:
+        table = np.column_stack([run.columns[n] for n in names])
+        lines += [f"{run.label}," + ",".join(f"{x:.9g}" for x in row) for row in table]
+    file.write_text("\n".join(lines) + "\n")
+
+
+def test_commands_from_diagnosis_to_fitted_file(tmp_path, capsys):
+    drive, data = tmp_path / "drive.toml", tmp_path / "data.csv"
+    drive.write_text(DRIVE)
+    write(campaign(add=gap), data)
+    assert main(["diagnose", str(drive), str(data), "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["effects"] == ["thermal_gap"]
+    fitted = tmp_path / "fitted.toml"
+    words = ["fit", str(drive), str(data), "--add", "thermal_gap", "-o", str(fitted)]
+    assert main(words) == 0
+    assert "thermal_gap" in capsys.readouterr().out
+    assert read_drive(fitted).effects[0]["name"] == "thermal_gap"
+    assert main(["diagnose", str(fitted), str(data), "--json", "-"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["ladder"][0]["effects"] == ["thermal_gap"]
+    assert again["verdict"] in ("complete", "missing-effect")
+
+
+def test_commands_about_effects_recordings_and_plans(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    drive, data = tmp_path / "drive.toml", tmp_path / "data.csv"
+    drive.write_text(DRIVE)
+    write(campaign(), data)
+    assert main(["effects"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 27
+    assert main(["effects", "wear"]) == 0
+    assert "cycles" in capsys.readouterr().out
+    assert main(["effects", "wera"]) == 2
+    assert "wear" in capsys.readouterr().err
+    assert main(["effects", "new", "cable_pull"]) == 0
+    assert (tmp_path / "cable_pull.py").exists()
+    assert main(["effects", "new", "cable_pull"]) == 2
+    assert main(["check", str(data)]) == 0
+    capsys.readouterr()
+    assert main(["forecast", str(drive), str(data), "--json", "-"]) == 0
+    forecast = json.loads(capsys.readouterr().out)
+    assert forecast["schema"] == "lostmotion.forecast/1"
+    rows = {row["name"]: row for row in forecast["effects"]}
+    assert rows["thermal_gap"]["testable"]
+    assert not rows["wear"]["testable"]
+
+
+def test_effects_of_c_and_their_cards():
+    for name, one in library().items():
+        assert one.name == name
+        assert one.mechanism
+        assert one.equation
+        assert all(v.low <= v.typical <= v.high for v in one.values)
+        assert dataclasses.is_dataclass(one)

@@ -1,0 +1,228 @@
+"""The statistical routines of discovery on data whose truth is known: nulls and recoveries."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lostmotion.discover.contest import Contest
+from lostmotion.discover.diagnosis import noncentrality
+from lostmotion.discover.evidence import gather, load, merge
+from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups
+from lostmotion.errors import InputError
+from scipy import stats
+from scipy.signal import lfilter
+
+RUNS, ROWS = 14, 120
+
+
+def white(runs: int) -> Noise:
+    """Noise of unit size without colour."""
+    return Noise([np.zeros(0)] * runs, np.ones(runs))
+
+
+def data(seed: int, *, scatter: float = 0.5, effect: float = 0.0):
+    """Linear data: two fixed columns, a slope that scatters, and a candidate that varies by run."""
+    rng = np.random.default_rng(seed)
+    rows = RUNS * ROWS
+    starts = np.arange(RUNS + 1) * ROWS
+    run_of = np.repeat(np.arange(RUNS), ROWS)
+    x = np.tile(np.linspace(-1, 1, ROWS), RUNS)
+    fixed = np.column_stack((x, np.ones(rows)))
+    random = np.column_stack((x, np.ones(rows)))
+    between = np.repeat(rng.normal(size=RUNS), ROWS)
+    blocks = [
+        ("between", (x * between)[:, None]),
+        ("within", np.sin(9 * x + run_of)[:, None]),
+    ]
+    own = scatter * rng.normal(size=(RUNS, 2))
+    y = 3 * x + np.einsum("nk,nk->n", random, own[run_of]) + rng.normal(size=rows)
+    y += effect * blocks[0][1][:, 0]
+    return gather(fixed, np.zeros(2), random, blocks, y, white(RUNS), starts)
+
+
+@pytest.mark.parametrize("block", ["between", "within"])
+def test_f_test_keeps_its_level_when_runs_scatter(block):
+    # 120 data sets without an effect: at 5 %, 14 or more have a chance of 0.3 % (binomial).
+    p = [Contest(data(seed)).test(block).p for seed in range(120)]
+    assert np.count_nonzero(np.array(p) < 0.05) < 14
+
+
+def test_without_scatter_in_the_model_the_same_test_cries_wolf():
+    wrong = 0
+    for seed in range(40):
+        contest = Contest(data(seed))
+        contest.null_omega = np.full(2, 1e-12)
+        result = contest.test("between", refit_scatter=False)
+        wrong += result.p < 0.05
+    assert wrong > 10
+
+
+def test_sign_flips_keep_their_level_and_count_the_true_pattern():
+    p = np.array([Contest(data(seed)).test("between").flip_p for seed in range(100)])
+    assert np.count_nonzero(p <= 0.05) < 13  # binomial(100, 0.05): 0.15 % beyond
+    assert p.min() >= 1 / 4096
+
+
+def test_leave_one_run_out_gain_is_negative_on_average_without_an_effect():
+    gains = [Contest(data(seed)).test("between").gain for seed in range(50)]
+    assert np.mean(gains) < 0
+
+
+def test_an_effect_between_runs_is_found_and_estimated():
+    for seed in range(5):
+        evidence = data(seed, effect=2.0)
+        result = Contest(evidence).test("between")
+        assert result.p < 1e-3
+        assert result.gain > 2
+        size = result.coefficients[0] / evidence.scale[evidence.blocks["between"]][0]
+        error = (
+            np.sqrt(result.covariance[0, 0])
+            / evidence.scale[evidence.blocks["between"]][0]
+        )
+        assert abs(size - 2.0) < 4 * error
+
+
+def test_reml_recovers_the_scatter():
+    found = []
+    for seed in range(60):
+        evidence = data(seed, scatter=0.5)
+        contest = Contest(evidence)
+        found.append(np.sqrt(contest.null_omega) / evidence.scale[evidence.scatter])
+    # REML is unbiased for the variance; 60 x 13 degrees of freedom give 5 %.
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(
+        [0.5, 0.5], rel=0.12
+    )
+
+
+def test_reml_slope_is_the_derivative_of_its_objective():
+    # The gradient is analytic: a wrong one shows as an optimum that is none.
+    evidence = data(3)
+    contest = Contest(evidence)
+    index = evidence.index()
+    best = contest.null_objective
+    for k in range(2):
+        for factor in (0.7, 1.4):
+            omega = contest.null_omega.copy()
+            omega[k] *= factor
+            _, nearby = objective_at(contest, index, omega)
+            assert nearby >= best - 1e-6
+
+
+def objective_at(contest: Contest, index, omega):
+    """REML objective by its definition, with dense matrices."""
+    e = contest.evidence
+    total, log_det = 0.0, 0.0
+    for gram in e.gram:
+        b = e.scatter
+        k = np.eye(b.size) + gram[np.ix_(b, b)] * omega
+        log_det += np.linalg.slogdet(k)[1]
+        total = (
+            total
+            + gram[np.ix_(index, index)]
+            - gram[np.ix_(index, b)]
+            @ np.diag(omega)
+            @ np.linalg.solve(k, gram[np.ix_(b, index)])
+        )
+    h = total[:-1, :-1] + np.diag(contest.ridge(index))
+    q = total[-1, -1] - total[:-1, -1] @ np.linalg.solve(h, total[:-1, -1])
+    return omega, 0.5 * (log_det + q + np.linalg.slogdet(h)[1])
+
+
+def test_merged_evidence_gives_what_all_runs_together_give():
+    whole = data(1, effect=1.0)
+    halves = []
+    for part in (slice(0, 7), slice(7, RUNS)):
+        half = data(1, effect=1.0)
+        half.gram = half.gram[part]
+        halves.append(half)
+    a, b = Contest(whole).test("between"), Contest(merge(halves)).test("between")
+    assert b.wald == pytest.approx(a.wald, rel=1e-9)
+    assert b.gain == pytest.approx(a.gain, rel=1e-9)
+
+
+def test_saved_evidence_reads_back_the_same(tmp_path):
+    evidence = data(2)
+    evidence.save(tmp_path / "e.npz")
+    again = load(tmp_path / "e.npz")
+    assert np.array_equal(again.gram, evidence.gram)
+    assert list(again.blocks) == list(evidence.blocks)
+
+
+def test_foreign_files_are_refused_as_evidence(tmp_path):
+    np.savez(tmp_path / "x.npz", a=np.zeros(3))
+    with pytest.raises(InputError, match="evidence"):
+        load(tmp_path / "x.npz")
+
+
+def test_evidence_with_other_columns_does_not_merge():
+    a, b = data(1), data(1)
+    b.blocks = {"other": b.blocks["between"]}
+    with pytest.raises(InputError, match="other columns"):
+        merge([a, b])
+
+
+def test_a_step_of_a_scattering_column_needs_no_new_data():
+    evidence = data(4)
+    evidence.step_block(0, 5, "step")
+    place = evidence.blocks["step"][0]
+    assert np.all(evidence.gram[:5, place] == 0)
+    assert np.array_equal(evidence.gram[5:, place, place], evidence.gram[5:, 2, 2])
+
+
+@pytest.mark.parametrize("phi", [(0.0,), (0.6,), (0.5, 0.3)])
+def test_autoregression_finds_coefficients_and_innovations(phi):
+    rng = np.random.default_rng(5)
+    x = lfilter(
+        [1.0], np.concatenate(([1.0], -np.array(phi))), 2.0 * rng.normal(size=40000)
+    )
+    covariance = np.array([x[k:] @ x[: x.size - k] for k in range(9)]) / x.size
+    found, variance = autoregression(covariance, x.size)
+    assert np.sqrt(variance) == pytest.approx(2.0, rel=0.02)
+    wanted = np.zeros(8)
+    wanted[: len(phi)] = phi
+    have = np.zeros(8)
+    have[: found.size] = found
+    assert have == pytest.approx(wanted, abs=0.03)
+
+
+def test_white_noise_needs_no_autoregression():
+    # BIC takes an order too many in few cases only.
+    orders = []
+    for seed in range(100):
+        x = np.random.default_rng(seed).normal(size=2000)
+        covariance = np.array([x[k:] @ x[: x.size - k] for k in range(9)]) / x.size
+        orders.append(autoregression(covariance, x.size)[0].size)
+    assert np.count_nonzero(orders) < 10
+
+
+def test_whitened_noise_is_white_and_of_unit_size():
+    rng = np.random.default_rng(6)
+    x = lfilter([1.0], [1.0, -0.8], rng.normal(size=30000))
+    starts = np.array([0, 10000, 30000])
+    noise = fit_noise(
+        x, np.concatenate((np.arange(10000), np.arange(20000))) * 0.1, starts, 0
+    )
+    e = np.concatenate([noise.whiten(x[:10000], 0), noise.whiten(x[10000:], 1)])
+    assert np.std(e) == pytest.approx(1.0, rel=0.02)
+    assert abs(np.corrcoef(e[1:], e[:-1])[0, 1]) < 4 / np.sqrt(e.size)
+    assert noise.spread(0) == pytest.approx(1 / 0.6, rel=0.05)  # 1 / sqrt(1 - 0.8^2)
+
+
+def test_a_drift_is_not_taken_for_noise():
+    x = np.cumsum(np.random.default_rng(7).normal(size=20000))
+    noise = fit_noise(x - x.mean(), np.arange(20000.0), np.array([0, 20000]), 0)
+    assert noise.phi[0].sum() <= 0.95 + 1e-12
+
+
+def test_runs_are_grouped_by_their_sampling_rate():
+    time = np.concatenate(
+        (np.arange(50) * 0.1, np.arange(50) * 0.01, np.arange(50) * 0.105)
+    )
+    groups = rate_groups(time, np.array([0, 50, 100, 150]))
+    assert groups[0] == groups[2] != groups[1]
+
+
+def test_smallest_detectable_has_the_power_it_states():
+    size = noncentrality(2, 20, 0.001)
+    limit = stats.f.isf(0.001, 2, 20)
+    assert stats.ncf.sf(limit, 2, 20, size) == pytest.approx(0.8, abs=1e-3)
