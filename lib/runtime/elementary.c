@@ -97,7 +97,8 @@ static int32_t nearest(lm_real value) {
 
 /* The sine of the angle a whole number of quarter turns further on. */
 static lm_real sine_of_quadrant(lm_real angle_rad, int32_t quarters) {
-  lm_real known_rad = absolute(angle_rad) <= LM_TURN_MAX_RAD ? angle_rad : 0;
+  lm_real known_rad =
+      (angle_rad >= -LM_TURN_MAX_RAD && angle_rad <= LM_TURN_MAX_RAD) ? angle_rad : 0;
   int32_t quarter = nearest(known_rad * TWO_OVER_PI);
   lm_real count = LM_REAL(quarter);
   lm_real rest = ((known_rad - count * HALF_PI_1) - count * HALF_PI_2) - count * HALF_PI_3;

@@ -26,14 +26,18 @@ static inline lm_real absolute(lm_real value) {
 /* 1 where the sign bit is set, else 0: an integer shift where a comparison would take five
  * instructions. It calls -0 negative. */
 static inline int32_t is_negative(lm_real value) {
-#if LM_REAL_BITS == 64
-  uint64_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return (int32_t)(bits >> 63);
-#else
+#if defined(__GNUC__) && LM_REAL_BITS == 32
+  return __builtin_signbitf(value) != 0;
+#elif defined(__GNUC__)
+  return __builtin_signbit(value) != 0;
+#elif LM_REAL_BITS == 32
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
   return (int32_t)(bits >> 31);
+#else
+  uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return (int32_t)(bits >> 63);
 #endif
 }
 
@@ -80,8 +84,10 @@ static inline lm_real greatest(lm_real a, lm_real b) {
 
 /* value, or the bound it passes; NaN gives `low`, so that no NaN comes out of finite bounds. */
 static inline lm_real clamp(lm_real value, lm_real low, lm_real high) {
-  lm_real floored = value > low ? value : low;
-  return floored < high ? floored : high;
+  if (!(value > low)) {
+    return low;
+  }
+  return value < high ? value : high;
 }
 
 #endif

@@ -138,18 +138,19 @@ lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault) 
 /* The binary form is read and written byte by byte, so that the host's own order does not matter.
  */
 typedef struct reader {
-  const uint8_t *byte;
-  size_t left;
+  const uint8_t *bytes;
+  size_t at;
+  size_t end;
 } reader;
 
 /* Past the end it gives zeros; the lengths have been compared before anything is believed. */
 static uint32_t read_word(reader *from) {
   uint32_t word = 0;
-  if (from->left >= 4) {
-    word = (uint32_t)from->byte[0] | (uint32_t)from->byte[1] << 8 | (uint32_t)from->byte[2] << 16 |
-           (uint32_t)from->byte[3] << 24;
-    from->byte += 4;
-    from->left -= 4;
+  if (from->at + 4 <= from->end) {
+    const uint8_t *byte = from->bytes + from->at;
+    word = (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 |
+           (uint32_t)byte[3] << 24;
+    from->at += 4;
   }
   return word;
 }
@@ -164,15 +165,15 @@ static lm_real read_real(reader *from) {
 static lm_status check_header(const uint8_t *bytes, size_t length, lm_fault *fault) {
   reader from;
   uint32_t word;
-  from.byte = bytes;
-  from.left = length;
+  from.bytes = bytes;
+  from.at = 4;
+  from.end = length;
   if (length < HEADER_BYTES + CRC_BYTES) {
     return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), HEADER_BYTES + CRC_BYTES, 0);
   }
   if (memcmp(bytes, "LMP1", 4) != 0) {
     return lm_refuse(fault, LM_CORRUPT, "magic", LM_REAL(bytes[0]), LM_REAL('L'), LM_REAL('L'));
   }
-  (void)read_word(&from);
   word = read_word(&from);
   if (word != ENDIANNESS_MARK) {
     return lm_refuse(fault, LM_CORRUPT, "endianness", LM_REAL(word), LM_REAL(ENDIANNESS_MARK),
@@ -229,6 +230,7 @@ static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
   if (status != LM_OK) {
     return status;
   }
+  memset(play, 0, sizeof play);
   for (i = 0; i < count; ++i) {
     play[i].radius_Nm = read_real(from);
     play[i].widening = read_real(from);
@@ -297,16 +299,18 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   if (status != LM_OK) {
     return status;
   }
-  last.byte = bytes + (length - CRC_BYTES);
-  last.left = CRC_BYTES;
+  last.bytes = bytes;
+  last.at = length - CRC_BYTES;
+  last.end = length;
   crc = read_word(&last);
   if (crc != lm_find_crc(0, bytes, length - CRC_BYTES)) {
     return lm_refuse(fault, LM_CORRUPT, "crc", LM_REAL(crc), 0, 0);
   }
   parameters->format = 0;
   parameters->fingerprint = crc;
-  from.byte = bytes + HEADER_BYTES;
-  from.left = length - HEADER_BYTES - CRC_BYTES;
+  from.bytes = bytes;
+  from.at = HEADER_BYTES;
+  from.end = length - CRC_BYTES;
   parameters->torque_limit_Nm = read_real(&from);
   status = load_curve(parameters, &from, fault);
   if (status == LM_OK) {
@@ -319,7 +323,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
     return status;
   }
   load_limits(&parameters->limits, &parameters->watch, &from);
-  if (from.left != 0) {
+  if (from.at != from.end) {
     return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), 0, 0);
   }
   parameters->format = LM_PARAMETERS_FORMAT;

@@ -138,9 +138,8 @@ void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory) {
   int32_t i;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
-    memory->z_Nm[i] = clamp(memory->z_Nm[i],
-                            slot->edge_slope[lower_slope(torque_Nm)] * torque_Nm - slot->radius_Nm,
-                            slot->edge_slope[upper_slope(torque_Nm)] * torque_Nm + slot->radius_Nm);
+    memory->z_Nm[i] =
+        clamp(memory->z_Nm[i], lower_edge(slot, torque_Nm), upper_edge(slot, torque_Nm));
   }
 }
 

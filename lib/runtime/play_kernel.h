@@ -4,18 +4,7 @@
 
 #include "lostmotion/play.h"
 #include "runtime/number.h"
-
-/* Index into edge_slope of the lower and the upper edge. Away from zero the band widens, so the
- * edge on the far side of the torque is the steep one. Both edges are straight lines that meet at
- * zero torque in -+radius; a product and a sum with constants are monotone in floating point too,
- * therefore a rising torque can only push the lower edge and a falling one the upper, exactly. */
-static inline int32_t lower_slope(lm_real torque_Nm) {
-  return is_negative(torque_Nm);
-}
-
-static inline int32_t upper_slope(lm_real torque_Nm) {
-  return 1 - is_negative(torque_Nm);
-}
+#include "runtime/play_edge.h"
 
 /* Written out, the eight steps cost 14 instructions each on a Cortex-M4F, in a loop 18; where size
  * counts (-Os) the loop stays. */
@@ -44,22 +33,20 @@ static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory
   int32_t i;
   partial[0] = 0;
   if (!is_greater(memory->torque_Nm, torque_Nm)) {
-    int32_t side = lower_slope(torque_Nm);
     UNROLL
     for (i = 0; i < LM_PLAYS_MAX; ++i) {
       const lm_play_slot *slot = &bank->slot[i];
-      lm_real edge_Nm = slot->edge_slope[side] * torque_Nm - slot->radius_Nm;
+      lm_real edge_Nm = lower_edge(slot, torque_Nm);
       lm_real z_Nm = greatest(memory->z_Nm[i], edge_Nm);
       memory->z_Nm[i] = z_Nm;
       sum += slot->weight * z_Nm;
       partial[i + 1] = sum;
     }
   } else {
-    int32_t side = upper_slope(torque_Nm);
     UNROLL
     for (i = 0; i < LM_PLAYS_MAX; ++i) {
       const lm_play_slot *slot = &bank->slot[i];
-      lm_real edge_Nm = slot->edge_slope[side] * torque_Nm + slot->radius_Nm;
+      lm_real edge_Nm = upper_edge(slot, torque_Nm);
       lm_real z_Nm = least(memory->z_Nm[i], edge_Nm);
       memory->z_Nm[i] = z_Nm;
       sum += slot->weight * z_Nm;

@@ -220,7 +220,14 @@ def emulate(target: Target, program: Path, plugin: list[str]) -> subprocess.Comp
             target.emulator,
             *target.machine,
             "-nographic",
-            *["-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native"],
+            *[
+                "-monitor",
+                "none",
+                "-serial",
+                "none",
+                "-semihosting-config",
+                "enable=on,target=native",
+            ],
             "-kernel",
             str(program),
             *plugin,
@@ -318,7 +325,9 @@ def check_size(target: Target, folder: Path) -> tuple[bool, str]:
         run([target.compiler, *target.flags, *FLAGS, *options])
     nm = target.compiler.replace("gcc", "nm")
     undefined = set(re.findall(r"^\s+U (\w+)$", run([nm, "-u", *objects]), re.MULTILINE))
-    defined = set(re.findall(r"^\S+ [A-Z] (\w+)$", run([nm, "--defined-only", *objects]), re.MULTILINE))
+    defined = set(
+        re.findall(r"^\S+ [A-Z] (\w+)$", run([nm, "--defined-only", *objects]), re.MULTILINE)
+    )
     foreign = sorted(undefined - defined - {"memcpy", "memset", "memmove", "memcmp"})
     probe = folder / "sizes.c"
     probe.write_text(
@@ -327,7 +336,10 @@ def check_size(target: Target, folder: Path) -> tuple[bool, str]:
     )
     run([target.compiler, *target.flags, *FLAGS, "-c", probe, "-o", folder / "sizes.o"])
     table = run([nm, "-S", folder / "sizes.o"])
-    held = {name: int(size, 16) for size, name in re.findall(r"^\S+ (\S+) \w (\w+)$", table, re.MULTILINE)}
+    held = {
+        name: int(size, 16)
+        for size, name in re.findall(r"^\S+ (\S+) \w (\w+)$", table, re.MULTILINE)
+    }
     good = held["instance"] <= RAM_MAX and (not foreign or "-mfpu" not in " ".join(target.flags))
     cells = []
     for _, called, limit in FLASH:

@@ -4,11 +4,15 @@
 
 enum { LAG_S, VALUES };
 
+/* A lag below this is none. */
+#define SHORTEST_S LM_REAL(1e-9)
+#define LONGEST_S LM_REAL(10)
+
 /* Torque and angle are not sampled at the same instant: the angle follows with a first-order lag,
  * or, where the lag is negative, is ahead by as much. Memory: the lagging angle, and whether it has
  * started. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
-  lm_real way = lm_relaxation(at->elapsed_s / absolute(value[LAG_S]));
+  lm_real way = lm_relaxation(at->elapsed_s / clamp(absolute(value[LAG_S]), SHORTEST_S, LONGEST_S));
   lm_real behind_rad;
   if (!(memory[1] > 0)) {
     memory[0] = at->elastic_rad;
@@ -35,5 +39,5 @@ const lm_effect lm_effect_sensor_lag = {0xf7c267b4u,
                                         2,
                                         LM_NEEDS_TORQUE | LM_NEEDS_TIME,
                                         run,
-                                        {{LM_REAL(-10), LM_REAL(10)}},
+                                        {{-LONGEST_S, LONGEST_S}},
                                         LM_EFFECT_CARD(card)};
