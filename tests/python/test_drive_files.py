@@ -13,8 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conftest import BOUGHT, DRAWN
-from lostmotion.drives import format_toml, parse_drive, read_drive, write_drive
+from lostmotion.core import core
+from lostmotion.drives import EFFECTS, format_toml, parse_drive, read_drive, write_drive
 from lostmotion.errors import InputError
+from lostmotion.export import library_effects, make_controller
+from lostmotion.keys import Key, read_table
 from lostmotion.model import design_model
 from lostmotion.predict import predict
 from lostmotion.structs import make_drive
@@ -459,3 +462,35 @@ def test_defaults_follow_the_values_that_the_file_gives() -> None:
     assert design is not None
     drive = make_drive(design)
     assert drive.flexspline.wall_thickness_mm == pytest.approx(0.6 * 0.7, rel=1e-12)
+
+
+def test_keys_of_one_name_are_told_apart_by_their_dimension() -> None:
+    keys = (Key("gap", "rad_per_K"), Key("gap", "rad", required=True))
+    found = read_table("f", "", {"gap_arcmin": 1, "gap_arcsec_per_K": 60}, keys)
+    assert found["gap_rad"].value == pytest.approx(found["gap_rad_per_K"].value)
+    for table, message in (
+        ({"gap_rad_per_K": 1}, "f: gap_rad: found nothing"),
+        ({"gap_Nm": 1}, "expected a unit of dimension rad^1 K^-1 or an angle"),
+        ({"gap": 1}, "gap: found no unit"),
+        ({"gap_rad": 1, "gap_deg": 1}, "gap_deg: found gap_rad as well"),
+    ):
+        with pytest.raises(InputError) as caught:
+            read_table("f", "", table, keys)
+        assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_of_the_library_can_be_exported_from_a_drive_file(
+    tmp_path: Path, bought: dict[str, Any], name: str
+) -> None:
+    c = core()
+    effect = library_effects(c)[name]
+    table: dict[str, Any] = {"name": name}
+    for i in range(effect.value_count):
+        low, high = effect.bound[i]
+        key = c.ffi.string(effect.card.value[i].name).decode()
+        table[key] = min(max(effect.card.value[i].typical, low), high)
+    bought["effect"] = [table]
+    controller = make_controller(parse_drive(bought), {})
+    assert [used for used, _ in controller.effects] == [name]
+    assert controller.effects[0][1] == pytest.approx([v for k, v in table.items() if k != "name"])

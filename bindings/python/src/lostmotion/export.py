@@ -23,7 +23,7 @@ from lostmotion.core import Core, core
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
-from lostmotion.keys import Key, read_table
+from lostmotion.keys import Key, label, read_table
 from lostmotion.model import design_model, make_backbone, reversal_torque
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -330,7 +330,7 @@ def _effects(drive: Drive) -> list[tuple[str, list[float]]]:
             keys.append(Key(name, symbol, required=True, low=low, high=high))
         rest = {key: value for key, value in table.items() if key != "name"}
         values = read_table(drive.file, f"effect[{index}]", rest, keys)
-        found.append((effect, table["name"], [values[key.name].value for key in keys]))
+        found.append((effect, table["name"], [values[label(key, keys)].value for key in keys]))
     found.sort(key=lambda entry: int(entry[0].kind))
     return [(name, values) for _, name, values in found]
 

@@ -117,11 +117,13 @@ def read_table(
     Returns
     -------
     dict
-        From the name of a key (without unit) to its value; keys that are not there are left out.
+        From the `label` of a key to its value; keys that are not there are left out.
     """
     if not isinstance(table, Mapping):
         raise InputError(file, place, show(table), "a table")
-    by_name = {key.name: key for key in keys}
+    by_name: dict[str, list[Key]] = {}
+    for key in keys:
+        by_name.setdefault(key.name, []).append(key)
     known = [key.written for key in keys] + list(tables)
     found: dict[str, Value] = {}
     for written, value in table.items():
@@ -129,49 +131,53 @@ def read_table(
             continue
         at = f"{place}.{written}" if place else written
         key, unit = _identify(file, at, written, by_name, known)
-        if key.name in found:
-            raise InputError(file, at, f"{found[key.name].place} as well", "the quantity once")
-        found[key.name] = Value(
-            _convert(file, at, key, unit, value), at, unit.symbol if unit else ""
-        )
+        name = label(key, keys)
+        if name in found:
+            raise InputError(file, at, f"{found[name].place} as well", "the quantity once")
+        found[name] = Value(_convert(file, at, key, unit, value), at, unit.symbol if unit else "")
     for key in keys:
-        if key.required and key.name not in found:
+        if key.required and label(key, keys) not in found:
             at = f"{place}.{key.written}" if place else key.written
             raise InputError(file, at, "nothing", f"this key, {key.expected}")
     return found
 
 
+def label(key: Key, keys: Sequence[Key]) -> str:
+    """Name under which `read_table` returns a key: its own, with the unit where two share it."""
+    shared = sum(other.name == key.name for other in keys) > 1
+    return key.written if shared else key.name
+
+
 def _identify(
-    file: str, at: str, written: str, by_name: Mapping[str, Key], known: Sequence[str]
+    file: str, at: str, written: str, by_name: Mapping[str, Sequence[Key]], known: Sequence[str]
 ) -> tuple[Key, units.Unit | None]:
     """Find the key and the unit that a name stands for."""
     if written in by_name:
-        key = by_name[written]
-        if key.unit:
-            dimension = units.unit(key.unit).dimension
-            raise InputError(
-                file, at, "no unit", f"{units.describe(dimension)} as a suffix, e.g. {key.written}"
-            )
-        return key, None
+        keys = by_name[written]
+        for key in keys:
+            if not key.unit:
+                return key, None
+        raise InputError(
+            file, at, "no unit", f"{_dimensions(keys)} as a suffix, e.g. {keys[0].written}"
+        )
     base, unit = units.split_unit(written)
     if unit is not None and base in by_name:
-        key = by_name[base]
-        dimension = units.unit(key.unit).dimension if key.unit else units.DIMENSIONLESS
-        if unit.dimension != dimension:
-            raise InputError(
-                file,
-                at,
-                f"unit '{unit.symbol}', {units.describe(unit.dimension)}",
-                units.describe(dimension),
-            )
-        return key, unit
-    for name, key in by_name.items():
+        for key in by_name[base]:
+            if unit.dimension == _kept(key).dimension:
+                return key, unit
+        found = f"unit '{unit.symbol}', {units.describe(unit.dimension)}"
+        raise InputError(file, at, found, _dimensions(by_name[base]))
+    for name, keys in by_name.items():
         suffix = written.removeprefix(f"{name}_")
-        if key.unit and suffix != written and "_" not in suffix:
-            dimension = units.unit(key.unit).dimension
-            raise InputError(file, at, f"unknown unit '{suffix}'", units.describe(dimension))
+        if keys[0].unit and suffix != written and "_" not in suffix:
+            raise InputError(file, at, f"unknown unit '{suffix}'", _dimensions(keys))
     hint = did_you_mean(written, known) or f": {', '.join(known)}"
     raise InputError(file, at, "an unknown key", f"a key of this table{hint}")
+
+
+def _dimensions(keys: Sequence[Key]) -> str:
+    """Say what the units of keys of one name may be."""
+    return " or ".join(units.describe(_kept(key).dimension) for key in keys)
 
 
 def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) -> Any:
