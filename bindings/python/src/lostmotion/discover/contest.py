@@ -173,7 +173,7 @@ class Contest:
             bounds=[LOG_OMEGA] * b.size,
             options={"maxiter": 40, "ftol": 1e-9, "gtol": 1e-2},
         )
-        return np.asarray(np.exp(found.x), dtype=np.float64), float(found.fun)
+        return np.exp(np.asarray(found.x, dtype=np.float64)), float(found.fun)
 
     def deviations(self, index: IntArray, omega: FloatArray, delta: FloatArray) -> FloatArray:
         """Predicted deviations of every run (BLUP), in scaled units."""
@@ -190,7 +190,7 @@ class Contest:
         """Fixed coefficients and the quadratic form that they leave."""
         h = matrix[:-1, :-1] + np.diag(self.ridge(index))
         delta = np.linalg.solve(h, matrix[:-1, -1])
-        return delta, float(matrix[-1, -1] - matrix[:-1, -1] @ delta)
+        return np.asarray(delta), float(matrix[-1, -1] - matrix[:-1, -1] @ delta)
 
     # --- judging ---------------------------------------------------------------------------------
 
