@@ -108,10 +108,7 @@ def test_small_examples_run(tmp_path: Path, target: Target, sources: list[Path])
 
 
 def test_example_of_the_readme_is_the_minimal_example() -> None:
-    text = README.read_text() if README.exists() else ""
-    if "<!-- minimal example -->" not in text:
-        pytest.skip("README.md has no markers of the minimal example")
-    found = re.search(MARKERS, text, re.DOTALL)
+    found = re.search(MARKERS, README.read_text(), re.DOTALL)
     assert found is not None
     assert found[1] == MINIMAL[0].read_text()
 
