@@ -58,6 +58,8 @@ def test_the_runner_sees_what_is_wrong(tmp_path: Path) -> None:
     assert not blocks.differs("a 1.23\nb\nc\n", "a 1.24\n...\nc\n")
     assert "expected" in blocks.differs("a 1.23\n", "a 1.25\n")
     assert "expected" in blocks.differs("a 7\n", "a 8\n")
+    assert not blocks.differs("0xe2e17731 1.50.\n", "0xe2e17731 1.51.\n")
+    assert "expected" in blocks.differs("0xe2e17731\n", "0xe2e17732\n")
     assert "more than expected" in blocks.differs("a\nb\n", "a\n")
     page = tmp_path / "page.md"
     page.write_text(
