@@ -13,8 +13,9 @@ from lostmotion.discover.study import columns_of
 
 FloatArray = npt.NDArray[np.float64]
 
-SCORE_LEAST = 6.0
-"""Least score of a step, in standard deviations, for Gaussian noise ..."""
+SCORE_LEAST = 8.0
+"""Least score of a step, in standard deviations: Gaussian noise alone reaches 5 in 1e5 samples, and
+what is left of an effect whose form is not exactly right a little more ..."""
 
 TAIL_FACTOR = 1.5
 """... and over the largest score that the other runs reach, where the noise has long tails."""

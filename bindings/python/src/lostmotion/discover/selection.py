@@ -46,6 +46,10 @@ REFIT_SHARE = 0.25
 CLEAR_SHARE = 0.6
 """A shape with less than this share of the leading named effect's gain is not refitted."""
 
+SHAPE_AFTER_NAMED = 0.25
+"""Least size over the noise of a shape that is called missing beside a named effect: below it the
+named effect explains the misfit, only not in every detail."""
+
 LEFTOVER_SHARE = 0.12
 """What is left of a named effect because its form is not exactly right counts as missing from this
 share of its size on."""
@@ -285,17 +289,26 @@ def paired_t(a: FloatArray, b: FloatArray) -> float:
     return float(difference.mean() / spread * np.sqrt(difference.size))
 
 
-def choose(stage: Field, results: list[Result], least: float) -> Step:
+def choose(
+    stage: Field, results: list[Result], least: float, least_shape: float | None = None
+) -> Step:
     """Find the candidate that is missing most, or none.
 
     Parameters
     ----------
     least : float
         Least size that counts, arc seconds.
+    least_shape : float, optional
+        The same for shapes without a name.
     """
     count = tests_made(stage)
     passed = [r for r in results if accepted(r, count)]
-    passed = [r for r in passed if size_of(stage, r) >= least]
+    passed = [
+        r
+        for r in passed
+        if size_of(stage, r)
+        >= (least if stage.candidates[r.name].named or least_shape is None else least_shape)
+    ]
     if not passed:
         return Step(stage, results, None, [])
     near = [r for r in passed if r.gain >= REFIT_SHARE * passed[0].gain]
@@ -407,7 +420,9 @@ def select(
         say("contest")
         largest = max((s.chosen.size for s in steps if s.chosen is not None), default=0.0)
         least = max(SIZE_LEAST * noise_rms(noise, base), LEFTOVER_SHARE * largest)
-        step = choose(stage, results, least)
+        named_before = any(s.chosen is not None and s.chosen.candidate.named for s in steps)
+        shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if named_before else least
+        step = choose(stage, results, least, shape)
         steps.append(step)
         if step.chosen is None or len(steps) > limit:
             break
