@@ -128,6 +128,7 @@ step_with "$clang" "Tests under ASan and UBSan, clang" sanitize clang "$clang"
 if [ -n "$gcc" ]; then
   step_with "$gcovr" "Coverage of lib (gcovr)" coverage
 fi
+step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh
 
 say "Summary"
 [ -z "$left_out" ] || printf 'Left out: %s\n' "${left_out#; }"
