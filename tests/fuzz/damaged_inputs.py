@@ -211,7 +211,7 @@ UNITS = (
 
 def odd_value(dice: random.Random, old: Any = None) -> Any:
     """Return a value that may well be wrong; now and then one near the old."""
-    number = isinstance(old, (int, float)) and not isinstance(old, bool)
+    number = isinstance(old, (int, float)) and not isinstance(old, bool) and abs(old) < 1e300
     if number and dice.random() < 0.35:
         factor = dice.choice([-1, 0, 0.5, 0.9, 0.99, 1.01, 1.1, 2, 10, 1000, 1e-3])
         return int(old * factor) if isinstance(old, int) else old * factor
