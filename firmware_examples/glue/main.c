@@ -18,7 +18,7 @@ static int is_close(float a, float b) {
 
 static float wind_up(void) {
   static lm_memory memory;
-  lm_conditions at = {0};
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = LOAD_NM;
   lm_start_model(&memory, 0);
   lm_settle_model(&joint_parameters, &memory);

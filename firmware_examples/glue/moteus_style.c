@@ -40,7 +40,7 @@ static void share_velocity(servo *drive, const servo_command *command) {
 }
 
 float servo_interrupt(servo *drive, const servo_command *command) {
-  lm_conditions at = {0};
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
   float error_rev;
   float rate_rev_s;
 

@@ -19,7 +19,7 @@ lm_status foc_start(foc_joint *joint, const lm_parameters *parameters) {
 }
 
 void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s) {
-  lm_conditions at = {0};
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = torque_Nm;
 
   /* Here: between the user's target and the call that moves the motor. */

@@ -115,8 +115,9 @@ static void follow_constant(constant_width *c, float velocity_rad_s) {
 
 static void compensate(loop *joint, float torque_Nm, const motion *command) {
   if (joint->how == METHOD_MODEL) {
-    lm_conditions at = {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, TICK_S, 0};
+    lm_conditions at = LM_CONDITIONS_UNKNOWN;
     at.torque_Nm = torque_Nm;
+    at.elapsed_s = TICK_S;
     joint->correction = lm_step_compensator(&joint->compensator, &at);
   } else if (joint->how == METHOD_CONSTANT) {
     follow_constant(&joint->constant, command->velocity_rad_s);

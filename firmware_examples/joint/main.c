@@ -99,7 +99,7 @@ static float run(const trial *what, method how, float half_rad) {
 }
 
 static float load_slowly(lm_memory *memory, float *torque_Nm, float to_Nm) {
-  lm_conditions at = {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0};
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
   float angle_rad;
   do {
     float left_Nm = to_Nm - *torque_Nm;

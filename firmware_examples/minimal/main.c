@@ -5,7 +5,7 @@ static lm_compensator joint;
 
 /* Every tick: what the output shall do goes in, what the position loop shall do comes out. */
 static float compensate(float command_rad, float torque_Nm) {
-  lm_conditions at = {0};
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = torque_Nm; /* on the output, by gravity, inertia and friction of the load */
   return command_rad + lm_step_compensator(&joint, &at).correction_rad;
 }

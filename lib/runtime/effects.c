@@ -2,36 +2,6 @@
 
 #include "runtime/number.h"
 
-const lm_effect *const lm_effects[LM_EFFECT_COUNT] = {
-    &lm_effect_asymmetric_stiffness,
-    &lm_effect_axial_shift,
-    &lm_effect_creep,
-    &lm_effect_free_play,
-    &lm_effect_inertia,
-    &lm_effect_input_coupling_play,
-    &lm_effect_input_lock_compliance,
-    &lm_effect_kinematic_error,
-    &lm_effect_kinematic_sideband,
-    &lm_effect_load_dependent_friction,
-    &lm_effect_lobe_eccentricity,
-    &lm_effect_output_eccentricity,
-    &lm_effect_output_tilt,
-    &lm_effect_ratcheting,
-    &lm_effect_sensor_lag,
-    &lm_effect_soft_windup,
-    &lm_effect_stiffening,
-    &lm_effect_stiffness_modulation,
-    &lm_effect_stribeck_friction,
-    &lm_effect_thermal_drift,
-    &lm_effect_thermal_friction,
-    &lm_effect_thermal_gap,
-    &lm_effect_thermal_stiffness,
-    &lm_effect_torque_offset,
-    &lm_effect_torque_scale,
-    &lm_effect_viscous_friction,
-    &lm_effect_wear,
-};
-
 const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, uint32_t id) {
   int32_t i;
   for (i = 0; i < count; ++i) {
@@ -75,6 +45,7 @@ lm_conditions lm_read_conditions(const lm_recording *recording, int64_t k) {
   at.axial_force_N = read(recording->axial_force_N, k, 0);
   at.elapsed_s = read(recording->elapsed_s, k, 0);
   at.elastic_rad = read(recording->elastic_rad, k, 0);
+  at.wound_Nm = read(recording->wound_Nm, k, at.torque_Nm);
   return at;
 }
 

@@ -92,6 +92,7 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
 #endif
   keep_known(&at);
   at.torque_Nm = torque_Nm;
+  at.wound_Nm = torque_Nm;
   at.elastic_rad = 0;
   for (; use < end && use->effect->kind == LM_EFFECT_TORQUE; ++use) {
     torque_Nm += use->effect->run(use->value, own, &at);
@@ -99,6 +100,7 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
   }
   torque_Nm = believe(torque_Nm, at.torque_Nm, parameters->torque_limit_Nm);
   at.torque_Nm = torque_Nm;
+  at.wound_Nm = torque_Nm;
   for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {
     width_scale *= use->effect->run(use->value, own, &at);
     own += use->effect->memory_count;
@@ -106,7 +108,8 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
   width_scale = clamp(width_scale, 0, LM_WIDTH_SCALE_MAX);
   memory->width_scale = greatest(memory->width_scale, width_scale);
   sum = lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
-  angle_rad = lm_evaluate_curve(&parameters->curve, torque_Nm + sum.inside_Nm) + sum.outside_rad;
+  at.wound_Nm = torque_Nm + sum.inside_Nm;
+  angle_rad = lm_evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;
   at.elastic_rad = angle_rad;
   for (; use < end; ++use) {
     angle_rad += use->effect->run(use->value, own, &at);

@@ -179,7 +179,8 @@ void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm
 }
 
 void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t operators,
-                  lm_real *z_Nm, const lm_real *torque_Nm, int64_t count, lm_real *difference_Nm) {
+                  lm_real *z_Nm, const lm_real *torque_Nm, const lm_real *width_scale,
+                  int64_t count, lm_real *difference_Nm) {
   int64_t k;
   int32_t i;
   for (k = 0; k < count; ++k) {
@@ -188,10 +189,18 @@ void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t ope
     lm_real *row = difference_Nm + k * operators;
     for (i = 0; i < operators; ++i) {
       lm_real widen = side * held_widening(widening[i]);
-      lm_real z =
-          clamp(z_Nm[i], (1 - widen) * now_Nm - radius_Nm[i], (1 + widen) * now_Nm + radius_Nm[i]);
-      z_Nm[i] = z;
-      row[i] = z - now_Nm;
+      lm_real low_Nm;
+      lm_real high_Nm;
+      if (width_scale) {
+        lm_real half_Nm = width_scale[k] * (radius_Nm[i] + widen * now_Nm);
+        low_Nm = now_Nm - half_Nm;
+        high_Nm = now_Nm + half_Nm;
+      } else {
+        low_Nm = (1 - widen) * now_Nm - radius_Nm[i];
+        high_Nm = (1 + widen) * now_Nm + radius_Nm[i];
+      }
+      z_Nm[i] = clamp(z_Nm[i], low_Nm, high_Nm);
+      row[i] = z_Nm[i] - now_Nm;
     }
   }
 }

@@ -25,6 +25,12 @@ static lm_real draw(lm_real low, lm_real high) {
   return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
 }
 
+/* A torque of which friction takes nothing. */
+static void load(lm_real torque_Nm) {
+  at.torque_Nm = torque_Nm;
+  at.wound_Nm = torque_Nm;
+}
+
 static void assert_near(double expected, lm_real found) {
   double difference = fabs((double)found - expected);
   TEST_ASSERT_TRUE(difference <= ROUNDING * (fabs(expected) + 1e-5));
@@ -109,7 +115,7 @@ static void without_amplitude_an_effect_is_nothing(void) {
     }
     memset(memory, 0, sizeof memory);
     for (trial = 0; linear > 0 && trial < 50; ++trial) {
-      at.torque_Nm = draw(-50, 50);
+      load(draw(-50, 50));
       at.input_angle_rad = draw(-3, 3);
       at.output_angle_rad = draw(-3, 3);
       at.input_velocity_rad_s = draw(-100, 100);
@@ -149,7 +155,7 @@ static void linear_values_are_linear(void) {
     }
     memset(memory, 0, sizeof memory);
     for (trial = 0; trial < 20; ++trial) {
-      at.torque_Nm = draw(-50, 50);
+      load(draw(-50, 50));
       at.input_angle_rad = draw(-3, 3);
       at.output_angle_rad = draw(-3, 3);
       at.input_velocity_rad_s = draw(-100, 100);
@@ -178,7 +184,7 @@ static void the_periodic_effects_follow_their_equations(void) {
     at.input_angle_rad = LM_REAL(w);
     at.output_angle_rad = LM_REAL(o);
     at.elastic_rad = LM_REAL(-8e-4);
-    at.torque_Nm = -20;
+    load(-20);
     w = (double)at.input_angle_rad;
     o = (double)at.output_angle_rad;
     ASSERT_RUNS_TO(3e-5 * cos(2 * w) - 2e-5 * sin(2 * w) + 1e-5 * cos(4 * w) + 5e-6 * sin(4 * w),
@@ -199,9 +205,9 @@ static void the_gaps_close_within_their_torque(void) {
   static const lm_real coupling[] = {LM_REAL(0.0044), 100, LM_REAL(0.5)};
   static const lm_real thermal[] = {LM_REAL(5e-6), LM_REAL(3e-5), LM_REAL(0.5)};
   static const lm_real wear[] = {LM_REAL(7e-5), LM_REAL(0.5), LM_REAL(0.5)};
-  at.torque_Nm = LM_REAL(0.25);
+  load(LM_REAL(0.25));
   ASSERT_RUNS_TO(1e-5, free_play, gap);
-  at.torque_Nm = -9;
+  load(-9);
   ASSERT_RUNS_TO(-2e-5, free_play, gap);
   /* Catalogue: 900 arcsec at the input of a size 20 drive of ratio 100 are +-4.5 at the output. */
   ASSERT_RUNS_TO(-0.0044 / 200, input_coupling_play, coupling);
@@ -240,7 +246,7 @@ static void the_wind_ups_follow_their_equations(void) {
   for (t = -60; t <= 60; t += 7.3) {
     double size = fabs(t);
     double expected = 1e-5 * (pow(1 + size / 5, 2.0 / 3.0) - 1) - 2e-5 * pow(size / 40, 3);
-    at.torque_Nm = LM_REAL(t);
+    load(LM_REAL(t));
     at.elastic_rad = LM_REAL(t / 20e3);
     ASSERT_RUNS_TO(5e-5 * tanh(t / 2), soft_windup, soft);
     ASSERT_RUNS_TO(t < 0 ? -expected : expected, stiffening, stiff);
@@ -302,19 +308,56 @@ static void load_dependent_friction_makes_a_bow_tie(void) {
   lm_real up;
   lm_real t;
   for (t = 0; t <= 40; t += 1) {
-    at.torque_Nm = t;
+    load(t);
     up = lm_effect_load_dependent_friction.run(value, memory, &at);
     assert_near(-0.2e-6 * (double)t, up);
   }
   for (t = 40; t >= 0; t -= 1) {
-    at.torque_Nm = t;
+    load(t);
     up = lm_effect_load_dependent_friction.run(value, memory, &at);
   }
   TEST_ASSERT_TRUE(up == 0);
-  at.torque_Nm = 20;
+  load(20);
   lm_effect_load_dependent_friction.run(value, memory, &at);
-  at.torque_Nm = 10;
+  load(10);
   assert_near(0.2e-6 * 10, lm_effect_load_dependent_friction.run(value, memory, &at));
+}
+
+/* Gaps and springs in the mesh are wound by what its friction leaves of the torque; the input side
+ * is in line with the mesh, and teeth slip over at the torque that the whole mesh carries. */
+static void effects_in_the_mesh_see_what_friction_leaves(void) {
+  static const lm_effect *const mesh[] = {
+      &lm_effect_axial_shift, &lm_effect_free_play,  &lm_effect_load_dependent_friction,
+      &lm_effect_soft_windup, &lm_effect_stiffening, &lm_effect_lobe_eccentricity,
+      &lm_effect_thermal_gap, &lm_effect_wear};
+  int i;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const lm_effect *effect = lm_effects[i];
+    lm_real typical[LM_EFFECT_VALUES_MAX];
+    lm_real other[16] = {0};
+    int in_mesh = 0;
+    int k;
+    for (k = 0; k < (int)(sizeof mesh / sizeof mesh[0]); ++k) {
+      in_mesh |= mesh[k] == effect;
+    }
+    for (k = 0; k < effect->value_count; ++k) {
+      typical[k] = effect->card->value[k].typical;
+    }
+    memset(memory, 0, sizeof memory);
+    at.temperature_C = 30;
+    at.axial_force_N = 10;
+    at.cycles = LM_REAL(1e6);
+    load(LM_REAL(0.1));
+    if (effect == &lm_effect_ratcheting) {
+      load(300);
+    }
+    {
+      lm_real all = effect->run(typical, memory, &at);
+      at.wound_Nm = LM_REAL(0.05);
+      TEST_ASSERT_EQUAL_MESSAGE(in_mesh, effect->run(typical, other, &at) != all,
+                                effect->card->name);
+    }
+  }
 }
 
 /* A ramp of rate r lags by r * lag; the mirror image is ahead by as much. */
@@ -322,7 +365,7 @@ static void sensor_lag_shifts_a_ramp(void) {
   static const lm_real late[] = {LM_REAL(0.005)};
   static const lm_real early[] = {LM_REAL(-0.005)};
   static const lm_real none[] = {0};
-  lm_real other[2] = {0};
+  lm_real other[3] = {0};
   lm_real behind = 0;
   lm_real ahead = 0;
   int i;
@@ -336,12 +379,41 @@ static void sensor_lag_shifts_a_ramp(void) {
     behind = lm_effect_sensor_lag.run(late, memory, &at);
     ahead = lm_effect_sensor_lag.run(early, other, &at);
   }
-  TEST_ASSERT_TRUE(fabs((double)behind + 5e-6) < 1.5e-7); /* half a tick of 0.1 ms */
+  assert_near(-5e-6, behind);
   TEST_ASSERT_TRUE(ahead == -behind);
   memset(memory, 0, sizeof memory);
   TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(none, memory, &at) == 0);
   at.elapsed_s = 0;
   TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(none, memory, &at) == 0);
+}
+
+/* A lag of a hundredth of a sample shows as much of itself as one of a hundred samples. */
+static void a_lag_below_one_sample_is_seen_in_full(void) {
+  static const lm_real lag_s[] = {LM_REAL(1e-5), LM_REAL(1e-3), LM_REAL(0.1)};
+  int k;
+  for (k = 0; k < 3; ++k) {
+    lm_real behind = 0;
+    int i;
+    memset(memory, 0, sizeof memory);
+    at.elapsed_s = LM_REAL(1e-3);
+    for (i = 0; i < 4000; ++i) {
+      at.elastic_rad = LM_REAL(1e-6) * LM_REAL(i);
+      behind = lm_effect_sensor_lag.run(&lag_s[k], memory, &at);
+    }
+    TEST_ASSERT_TRUE(fabs((double)(behind / lag_s[k]) + 1e-3) < (LM_REAL_BITS == 64 ? 1e-9 : 1e-6));
+  }
+}
+
+/* A jump without time is behind in full, and then fades with the lag's time constant. */
+static void a_jump_fades_with_the_lag(void) {
+  static const lm_real lag_s[] = {LM_REAL(0.02)};
+  at.elapsed_s = LM_REAL(0.01);
+  (void)lm_effect_sensor_lag.run(lag_s, memory, &at);
+  at.elastic_rad = LM_REAL(1e-3);
+  at.elapsed_s = 0;
+  assert_near(-1e-3, lm_effect_sensor_lag.run(lag_s, memory, &at));
+  at.elapsed_s = LM_REAL(0.01);
+  assert_near(-1e-3 * exp(-0.5), lm_effect_sensor_lag.run(lag_s, memory, &at));
 }
 
 static void ratcheting_counts_every_peak_once_and_stays(void) {
@@ -350,7 +422,7 @@ static void ratcheting_counts_every_peak_once_and_stays(void) {
   static const int teeth[] = {0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1};
   int i;
   for (i = 0; i < 11; ++i) {
-    at.torque_Nm = torque_Nm[i];
+    load(torque_Nm[i]);
     assert_near(0.0311 * teeth[i], lm_effect_ratcheting.run(value, memory, &at));
   }
 }
@@ -407,6 +479,30 @@ static void columns_that_are_missing_are_not_known(void) {
   recording.cycles = column;
   moment = lm_read_conditions(&recording, 1);
   TEST_ASSERT_TRUE(moment.temperature_C == 2 && moment.cycles == 2);
+  recording.torque_Nm = column;
+  TEST_ASSERT_TRUE(lm_read_conditions(&recording, 1).wound_Nm == 2);
+  recording.wound_Nm = column;
+  TEST_ASSERT_TRUE(lm_read_conditions(&recording, 0).wound_Nm == 1);
+}
+
+static void unknown_conditions_switch_the_effects_off(void) {
+  static const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
+  int i;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const lm_effect *effect = lm_effects[i];
+    lm_real typical[LM_EFFECT_VALUES_MAX];
+    int k;
+    for (k = 0; k < effect->value_count; ++k) {
+      typical[k] = effect->card->value[k].typical;
+    }
+    memset(memory, 0, sizeof memory);
+    /* What hangs on an angle keeps its value at zero: there is no angle that means none. */
+    if (!(effect->covariates & (LM_NEEDS_INPUT_ANGLE | LM_NEEDS_OUTPUT_ANGLE)) &&
+        effect != &lm_effect_torque_offset) {
+      TEST_ASSERT_TRUE(effect->run(typical, memory, &unknown) ==
+                       (effect->kind == LM_EFFECT_WIDTH ? 1 : 0));
+    }
+  }
 }
 
 int main(void) {
@@ -422,10 +518,14 @@ int main(void) {
   RUN_TEST(speed_moment_and_acceleration_act);
   RUN_TEST(creep_follows_the_logarithm_and_comes_back);
   RUN_TEST(load_dependent_friction_makes_a_bow_tie);
+  RUN_TEST(effects_in_the_mesh_see_what_friction_leaves);
   RUN_TEST(sensor_lag_shifts_a_ramp);
+  RUN_TEST(a_lag_below_one_sample_is_seen_in_full);
+  RUN_TEST(a_jump_fades_with_the_lag);
   RUN_TEST(ratcheting_counts_every_peak_once_and_stays);
   RUN_TEST(values_out_of_bounds_are_refused_by_name);
   RUN_TEST(a_users_own_effect_runs_like_the_librarys);
   RUN_TEST(columns_that_are_missing_are_not_known);
+  RUN_TEST(unknown_conditions_switch_the_effects_off);
   return UNITY_END();
 }

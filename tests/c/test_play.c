@@ -163,7 +163,7 @@ static void one_edge_does_what_both_edges_do(void) {
     lm_play_sum sum = lm_advance_plays(&bank, &trial, torque_Nm);
     lm_play_sum scaled = lm_advance_scaled_plays(&bank, &memory, torque_Nm, 1);
     lm_real h = 0;
-    lm_run_plays(radius, widening, S20_COUNT, z, &torque_Nm, 1, row);
+    lm_run_plays(radius, widening, S20_COUNT, z, &torque_Nm, 0, 1, row);
     for (i = 0; i < S20_COUNT; ++i) {
       TEST_ASSERT_TRUE(trial.z_Nm[i] == z[i]);
       TEST_ASSERT_TRUE(distance(memory.z_Nm[i], z[i]) <= 4 * ROUNDING * 60);
@@ -173,6 +173,30 @@ static void one_edge_does_what_both_edges_do(void) {
     TEST_ASSERT_TRUE(distance(sum.outside_rad, scaled.outside_rad) <=
                      8 * ROUNDING * LM_REAL(1.6e-3));
     memory = trial;
+  }
+}
+
+/* For fitting: every band wider by a factor that changes from sample to sample. */
+static void columns_of_wider_bands_are_the_wider_bank(void) {
+  lm_real radius[S20_COUNT];
+  lm_real widening[S20_COUNT];
+  lm_real z[S20_COUNT];
+  int i;
+  int k;
+  for (i = 0; i < S20_COUNT; ++i) {
+    radius[i] = s20[i].radius_Nm;
+    widening[i] = s20[i].widening;
+    z[i] = 0;
+  }
+  for (k = 0; k < 2000; ++k) {
+    lm_real torque_Nm = draw(-60, 60);
+    lm_real scale = draw(0, 3);
+    lm_real row[S20_COUNT];
+    (void)lm_advance_scaled_plays(&bank, &memory, torque_Nm, scale);
+    lm_run_plays(radius, widening, S20_COUNT, z, &torque_Nm, &scale, 1, row);
+    for (i = 0; i < S20_COUNT; ++i) {
+      TEST_ASSERT_TRUE(z[i] == memory.z_Nm[i] && row[i] == z[i] - torque_Nm);
+    }
   }
 }
 
@@ -353,6 +377,7 @@ int main(void) {
   RUN_TEST(the_steps_do_not_matter);
   RUN_TEST(a_larger_swing_wipes_out_what_went_before);
   RUN_TEST(one_edge_does_what_both_edges_do);
+  RUN_TEST(columns_of_wider_bands_are_the_wider_bank);
   RUN_TEST(the_bands_hold_and_a_second_step_changes_nothing);
   RUN_TEST(a_wider_band_widens_the_loop_in_proportion);
   RUN_TEST(inside_friction_takes_its_part_of_the_torque);

@@ -266,7 +266,7 @@ def test_arduino_library_compiles_into_a_sketch(tmp_path: Path) -> None:
         "static lm_compensator joint;\n"
         "void setup() { lm_start_compensator(&joint, &joint_parameters, 0, nullptr); }\n"
         "void loop() {\n"
-        "  lm_conditions at = {};\n"
+        "  lm_conditions at = LM_CONDITIONS_UNKNOWN;\n"
         "  (void)lm_step_compensator(&joint, &at);\n"
         "}\n"
         "int main() { setup(); loop(); return 0; }\n"

@@ -148,6 +148,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         at.axial_force_N = next_number(&from, 100);
         at.elapsed_s = next_number(&from, LM_REAL(0.01));
         at.elastic_rad = 0;
+        at.wound_Nm = 0;
         now = lm_step_compensator(&one, &at);
         again = lm_step_compensator(&two, &at);
         require(memcmp(&now, &again, sizeof now) == 0);

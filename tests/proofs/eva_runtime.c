@@ -74,6 +74,7 @@ static lm_conditions any_conditions(void) {
   at.axial_force_N = any();
   at.elapsed_s = any();
   at.elastic_rad = any();
+  at.wound_Nm = any();
   return at;
 }
 
@@ -103,6 +104,7 @@ static void run_effects(void) {
     at.axial_force_N = Frama_C_float_interval(-1e12f, 1e12f);
     at.elapsed_s = Frama_C_float_interval(0.0f, 1e6f);
     at.elastic_rad = Frama_C_float_interval(-1e3f, 1e3f);
+    at.wound_Nm = Frama_C_float_interval(-1e6f, 1e6f);
     (void)effect->run(value, own, &at);
   }
 }

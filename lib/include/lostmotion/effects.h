@@ -40,8 +40,8 @@ LM_BEGIN_DECLS
 #define LM_EFFECT_COUNT 27                     /* effects of the library */
 #define LM_REFERENCE_TEMPERATURE_C LM_REAL(20) /* where thermal effects are nothing */
 
-/* The moment, as far as the host knows it. All finite. What is not known stays at zero (the
- * temperature at LM_REFERENCE_TEMPERATURE_C), which switches the effects that need it off. */
+/* The moment, as far as the host knows it. All finite. What is not known stays as in
+ * LM_CONDITIONS_UNKNOWN, which switches the effects that need it off. */
 typedef struct lm_conditions {
   lm_real torque_Nm;        /* external torque on the output shaft */
   lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn where it turns far */
@@ -54,7 +54,13 @@ typedef struct lm_conditions {
   lm_real axial_force_N;
   lm_real elapsed_s;   /* since the sample before */
   lm_real elastic_rad; /* backbone and friction at the torque; the model fills it in */
+  lm_real wound_Nm;    /* what friction inside the elasticity leaves of the torque to wind the drive
+                        * up, with which gaps in the mesh close; the model fills it in */
 } lm_conditions;
+
+/* To start from: `lm_conditions at = LM_CONDITIONS_UNKNOWN;`. All zero but the temperature, for
+ * which {0} would mean 0 degrees Celsius. */
+#define LM_CONDITIONS_UNKNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
 
 /* Bits of `covariates`: the conditions an effect needs beside the torque. */
 #define LM_NEEDS_TORQUE 1u
@@ -172,9 +178,11 @@ typedef struct lm_recording {
   const lm_real *axial_force_N;
   const lm_real *elapsed_s;
   const lm_real *elastic_rad;
+  const lm_real *wound_Nm;
 } lm_recording;
 
-/* The moment at sample k; columns that are null give zero, the temperature its reference. */
+/* The moment at sample k; columns that are null give zero, the temperature its reference, the wound
+ * torque the torque. */
 lm_conditions lm_read_conditions(const lm_recording *recording, int64_t k);
 
 /* An effect over a whole recording: result[count] in the effect's own unit. memory carries its

@@ -4,6 +4,9 @@
  *     T_e, h = plays(T, memory)                 friction inside and outside the elasticity
  *     angle  = backbone(T_e) + h + angle effects
  *
+ * Effects that sit in the mesh, beside its friction, see T_e (wound_Nm); those in line with it, on
+ * the input or at the output, see T (torque_Nm).
+ *
  * Sign: a positive external torque on the output gives a positive lost motion,
  * lost_motion = output_angle - input_angle / ratio.
  *
@@ -76,8 +79,8 @@ lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memo
 #endif
 
 /* A whole recording, sample by sample; the memory carries the history in and out. Columns of the
- * recording that are null count as not measured, elastic_rad is not read. Writes angle_rad[count].
- */
+ * recording that are null count as not measured, elastic_rad and wound_Nm are not read. Writes
+ * angle_rad[count]. */
 void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_recording *recording,
                   lm_real *angle_rad);
 

@@ -117,9 +117,12 @@ void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm
 
 /* For fitting the weights: z_i - T of any number of operators over a recording.
  * radius_Nm[operators], widening[operators]; z_Nm[operators] carries the state in and out and need
- * not be settled; difference_Nm[count][operators] is written row by row. Same bits as the bank. */
+ * not be settled; width_scale[count], or null, is a factor on all bands at each sample, from 0;
+ * difference_Nm[count][operators] is written row by row. Same bits as lm_advance_plays without, as
+ * lm_advance_scaled_plays with a width_scale. */
 void lm_run_plays(const lm_real *radius_Nm, const lm_real *widening, int32_t operators,
-                  lm_real *z_Nm, const lm_real *torque_Nm, int64_t count, lm_real *difference_Nm);
+                  lm_real *z_Nm, const lm_real *torque_Nm, const lm_real *width_scale,
+                  int64_t count, lm_real *difference_Nm);
 
 LM_END_DECLS
 

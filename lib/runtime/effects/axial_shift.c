@@ -7,7 +7,7 @@ enum { GAP_RAD_PER_N, TAKEUP_NM, VALUES };
 /* An axial force shifts the generator along the cup and changes the deflection there. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  return value[GAP_RAD_PER_N] * at->axial_force_N * closed_share(at->torque_Nm, value[TAKEUP_NM]);
+  return value[GAP_RAD_PER_N] * at->axial_force_N * closed_share(at->wound_Nm, value[TAKEUP_NM]);
 }
 
 #if LM_EFFECT_CARDS

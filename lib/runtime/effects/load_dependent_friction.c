@@ -7,9 +7,9 @@ enum { COMPLIANCE_RAD_PER_NM, WIDENING, VALUES };
 /* Friction in the mesh grows with the load: one more play whose band is `widening` |torque| wide
  * (its memory is the operator's z). */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
-  lm_real radius_Nm = value[WIDENING] * absolute(at->torque_Nm);
-  memory[0] = clamp(memory[0], at->torque_Nm - radius_Nm, at->torque_Nm + radius_Nm);
-  return value[COMPLIANCE_RAD_PER_NM] * (memory[0] - at->torque_Nm);
+  lm_real radius_Nm = value[WIDENING] * absolute(at->wound_Nm);
+  memory[0] = clamp(memory[0], at->wound_Nm - radius_Nm, at->wound_Nm + radius_Nm);
+  return value[COMPLIANCE_RAD_PER_NM] * (memory[0] - at->wound_Nm);
 }
 
 #if LM_EFFECT_CARDS

@@ -21,9 +21,9 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
   lm_real cosine = lm_cosine(at->input_angle_rad);
   lm_real sine = lm_sine(at->input_angle_rad);
   lm_real runout_rad = absolute(value[RUNOUT_COSINE_RAD] * cosine + value[RUNOUT_SINE_RAD] * sine);
-  lm_real left_rad = runout_rad - value[COMPLIANCE_RAD_PER_NM] * absolute(at->torque_Nm);
+  lm_real left_rad = runout_rad - value[COMPLIANCE_RAD_PER_NM] * absolute(at->wound_Nm);
   return value[COSINE_RAD] * cosine + value[SINE_RAD] * sine -
-         closed_share(at->torque_Nm, value[TAKEUP_NM]) * greatest(left_rad, 0);
+         closed_share(at->wound_Nm, value[TAKEUP_NM]) * greatest(left_rad, 0);
 }
 
 #if LM_EFFECT_CARDS

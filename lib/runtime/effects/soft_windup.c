@@ -5,7 +5,7 @@ enum { WINDUP_RAD, TORQUE_NM, VALUES };
 /* More wind-up at low torque than the base model has. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  return value[WINDUP_RAD] * lm_hyperbolic_tangent(at->torque_Nm / value[TORQUE_NM]);
+  return value[WINDUP_RAD] * lm_hyperbolic_tangent(at->wound_Nm / value[TORQUE_NM]);
 }
 
 #if LM_EFFECT_CARDS

@@ -7,11 +7,11 @@ enum { HERTZ_RAD, PRELOAD_NM, CUBIC_RAD, REFERENCE_NM, VALUES };
 /* Contacts stiffen with load: Hertz's 2/3 power above a preload, and a cubic part. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  lm_real load_Nm = absolute(at->torque_Nm);
+  lm_real load_Nm = absolute(at->wound_Nm);
   lm_real share = load_Nm / value[REFERENCE_NM];
   lm_real hertz = lm_power(1 + load_Nm / value[PRELOAD_NM], LM_REAL(2.0 / 3.0)) - 1;
   lm_real size_rad = value[HERTZ_RAD] * hertz - value[CUBIC_RAD] * share * share * share;
-  return at->torque_Nm >= 0 ? size_rad : -size_rad;
+  return at->wound_Nm >= 0 ? size_rad : -size_rad;
 }
 
 #if LM_EFFECT_CARDS

@@ -11,7 +11,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
   (void)memory;
   lm_real warmer_K = at->temperature_C - LM_REFERENCE_TEMPERATURE_C;
   lm_real opened_rad = greatest(value[GAP_RAD_PER_K] * warmer_K, -value[GAP_RAD]);
-  return opened_rad * closed_share(at->torque_Nm, value[TAKEUP_NM]);
+  return opened_rad * closed_share(at->wound_Nm, value[TAKEUP_NM]);
 }
 
 #if LM_EFFECT_CARDS

@@ -8,7 +8,7 @@ enum { GAP_RAD, EXPONENT, TAKEUP_NM, VALUES };
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real worn = lm_power(at->cycles * LM_REAL(1e-6), value[EXPONENT]);
-  return value[GAP_RAD] * worn * closed_share(at->torque_Nm, value[TAKEUP_NM]);
+  return value[GAP_RAD] * worn * closed_share(at->wound_Nm, value[TAKEUP_NM]);
 }
 
 #if LM_EFFECT_CARDS

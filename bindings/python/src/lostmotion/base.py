@@ -317,6 +317,7 @@ def run_plays(radius_Nm: FloatArray, torque_Nm: FloatArray, state: float = 0.0) 
         radius_Nm.size,
         c.pointer(z, write=True),
         c.pointer(c.array(torque_Nm)),
+        c.ffi.NULL,
         torque_Nm.size,
         c.pointer(out, write=True),
     )

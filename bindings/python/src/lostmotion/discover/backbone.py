@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -141,28 +140,18 @@ class Base:
 
     def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:
         """Differences ``z_i - T`` through the whole campaign; `width` scales the half widths."""
-        first = np.full(PLAYS, torque[0])
-        edges = np.flatnonzero(np.diff(width) != 0) + 1
-        bounds = np.concatenate(([0], edges, [torque.size]))
-        if bounds.size > 2 + 4 * self.conditions.runs:
-            # Widths that change all the time are taken in steps of a thousandth.
-            width = np.round(width * 1000.0) / 1000.0
-            edges = np.flatnonzero(np.diff(width) != 0) + 1
-            bounds = np.concatenate(([0], edges, [torque.size]))
         c = core(64)
-        z = c.array(first)
         out = c.zeros(torque.size, PLAYS)
-        zero = c.zeros(PLAYS)
-        for a, b in pairwise(bounds):
-            c.lib.lm_run_plays(
-                c.pointer(c.array(self.radius_Nm * width[a])),
-                c.pointer(zero),
-                PLAYS,
-                c.pointer(z, write=True),
-                c.pointer(c.array(torque[a:b])),
-                int(b - a),
-                c.pointer(out[a:b], write=True),
-            )
+        c.lib.lm_run_plays(
+            c.pointer(c.array(self.radius_Nm)),
+            c.pointer(c.zeros(PLAYS)),
+            PLAYS,
+            c.pointer(c.array(np.full(PLAYS, torque[0])), write=True),
+            c.pointer(c.array(torque)),
+            c.pointer(c.array(width)),
+            torque.size,
+            c.pointer(out, write=True),
+        )
         return out
 
     def start_columns(self) -> FloatArray:
@@ -210,8 +199,7 @@ class Base:
         angle = elastic.copy()
         for term in self.terms:
             if term.effect.kind == "angle":
-                # What sits in the mesh feels the torque that friction leaves.
-                angle += term.effect.run(term.values, c, wound, elastic * ARCSEC) / ARCSEC
+                angle += term.effect.run(term.values, c, torque, elastic * ARCSEC, wound) / ARCSEC
         for shape in self.additives:
             angle += shape.columns @ shape.coefficients
         return Point(torque, width, plays, wound, ramps, stiff * slope, backbone, elastic, angle)
@@ -254,8 +242,8 @@ class Base:
         if term.effect.kind == "angle":
             c = self.conditions
             elastic = point.elastic * ARCSEC
-            up = term.effect.run(high, c, point.wound, elastic)
-            down = term.effect.run(low, c, point.wound, elastic)
+            up = term.effect.run(high, c, point.torque, elastic, point.wound)
+            down = term.effect.run(low, c, point.torque, elastic, point.wound)
             return np.asarray((up - down) / ARCSEC / (high[index] - low[index]))
         try:
             term.values = high

@@ -165,7 +165,7 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
                 unit = values.copy()
                 unit[linear] = 0.0
                 unit[i] = unit_size(effect, i)
-                columns.append(effect.run(unit, c, point.wound, elastic) / ARCSEC / unit[i])
+                columns.append(effect.run(unit, c, point.torque, elastic, point.wound) / ARCSEC / unit[i])
                 start_of.append(number)
     else:
         values = starts[0]
@@ -175,7 +175,7 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
                 for threshold in grid(effect, i, base):
                     slipped = values.copy()
                     slipped[i] = threshold
-                    columns.append(effect.run(slipped, c, point.wound, elastic) / ARCSEC)
+                    columns.append(effect.run(slipped, c, point.torque, elastic, point.wound) / ARCSEC)
                     start_of.append(len(starts))
                     starts.append(slipped)
                 continue
@@ -216,8 +216,8 @@ def difference(
     if effect.kind == "angle":
         c = base.conditions
         elastic = point.elastic * ARCSEC
-        up = effect.run(high, c, point.wound, elastic)
-        down = effect.run(low, c, point.wound, elastic)
+        up = effect.run(high, c, point.torque, elastic, point.wound)
+        down = effect.run(low, c, point.torque, elastic, point.wound)
         return np.asarray((up - down) / ARCSEC / (2 * step))
     model = base.copy()
     term = Term(effect, high, [index])
@@ -238,7 +238,7 @@ def lobe_columns(
         unit = values.copy()
         unit[2:4] = 0.0
         unit[i] = unit_size(effect, i) or 1e-5
-        columns.append(effect.run(unit, c, point.wound, elastic) / ARCSEC / unit[i])
+        columns.append(effect.run(unit, c, point.torque, elastic, point.wound) / ARCSEC / unit[i])
     starts = []
     size = 2e-5
     compliance = float(np.median(point.slope)) * ARCSEC
@@ -248,7 +248,7 @@ def lobe_columns(
         start[2], start[3] = size * np.cos(angle), size * np.sin(angle)
         start[4] = max(min(compliance, 20.0 * size / base.rated_torque_Nm), 1e-9)
         starts.append(start)
-        columns.append(effect.run(start, c, point.wound, elastic) / ARCSEC / size)
+        columns.append(effect.run(start, c, point.torque, elastic, point.wound) / ARCSEC / size)
     return columns, starts
 
 

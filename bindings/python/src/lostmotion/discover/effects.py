@@ -80,7 +80,7 @@ class Effect:
         Conditions without which it cannot be tested.
     function : callable
         ``function(values, run)`` with `run` a mapping from conditions to arrays of one recording
-        (elastic_rad among them) and ``memory`` an array to carry state from run to run.
+        (elastic_rad and wound_Nm among them) and ``memory`` an array to carry state from run to run.
     memory : int
         Numbers of memory.
     """
@@ -103,9 +103,11 @@ class Effect:
         conditions: Conditions,
         torque_Nm: FloatArray,
         elastic_rad: FloatArray,
+        wound_Nm: FloatArray | None = None,
     ) -> FloatArray:
         """Evaluate over a campaign, run by run, in the effect's own unit.
 
+        What sits in the mesh sees `wound_Nm`, the torque that friction leaves; by default all.
         Memory goes on from run to run, except for effects that live on elapsed time: the rest
         between two recordings was not recorded.
         """
@@ -122,6 +124,7 @@ class Effect:
                 run["input_angle_rad"] = wrapped[at]
             run["torque_Nm"] = torque_Nm[at]
             run["elastic_rad"] = elastic_rad[at]
+            run["wound_Nm"] = (torque_Nm if wound_Nm is None else wound_Nm)[at]
             out[at] = self.function(values, run, memory)
         return out
 
@@ -151,7 +154,7 @@ def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArra
         recording = c.ffi.new("lm_recording *")
         recording.count = run["torque_Nm"].size
         keep = []
-        for name in (*CONDITIONS, "elastic_rad"):
+        for name in (*CONDITIONS, "elastic_rad", "wound_Nm"):
             if name in run:
                 keep.append(c.pointer(c.array(run[name])))
                 setattr(recording, name, keep[-1])
