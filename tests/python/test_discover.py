@@ -214,7 +214,7 @@ def test_an_effect_in_python_is_found_like_one_of_the_library():
         needs=["torque_Nm"],
     )
     def cable_pull(p, at):
-        return p.pull_rad * np.cos(2 * np.pi * at.torque_Nm / 5.0)
+        return p.pull_rad * np.cos(2 * np.pi * at.wound_Nm / 5.0)
 
     data = campaign(
         seed=3, add=lambda columns, wound: 3.0 * np.cos(2 * np.pi * wound / 5.0)

@@ -231,7 +231,9 @@ def effect(
     """Make an effect of a Python function ``f(p, at)``.
 
     `p` has the values as attributes, `at` the conditions of one recording as arrays
-    (``at.torque_Nm``, ``at.temperature_C``, ``at.elastic_rad`` ...); the function returns an array.
+    (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``, the
+    angle of backbone and friction, and ``at.wound_Nm``, the torque that friction leaves to wind up
+    the mesh); the function returns an array.
 
     Parameters
     ----------
