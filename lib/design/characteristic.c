@@ -182,7 +182,7 @@ typedef struct builder {
 } builder;
 
 /* Turn of the rigid gear's flank towards the pair by the eccentricity of a fixed generator,
- * model.md 3.4: one lobe comes nearer by what the other one recedes. */
+ * One lobe comes nearer by what the other one recedes. */
 static lm_real eccentric_shift(const lm_generator *g, const lm_gap *gap, int side) {
   return g->eccentricity_mm *
          (LM_REAL(side) * real_sin(g->eccentricity_angle_rad) +

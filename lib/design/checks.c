@@ -4,7 +4,7 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* Limits in modules, model.md section 2.5. */
+/* Limits in modules: theory/check_values.md, limits of a design. */
 #define TIP_THICKNESS LM_REAL(0.25)
 #define RADIAL_CLEARANCE LM_REAL(0.15)
 #define SAFETY LM_REAL(1.5)

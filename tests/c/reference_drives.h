@@ -1,4 +1,5 @@
-/* The two drives that model.md gives check values for, and the words the design tests share. */
+/* The two drives of bindings/python/docs/theory/check_values.md, and the words the design tests
+ * share. */
 #ifndef LOSTMOTION_TESTS_REFERENCE_DRIVES_H
 #define LOSTMOTION_TESTS_REFERENCE_DRIVES_H
 
@@ -33,7 +34,8 @@ static inline double draw(uint32_t *seed, double low, double high) {
   return low + (high - low) * (double)(*seed >> 8) / 16777216.0;
 }
 
-/* model.md section 2.7: size 20, ratio 100, two discs at 30 deg. Only what is given there is set.
+/* check_values.md, reference drive A: size 20, ratio 100, two discs at 30 deg. Only what is given
+ * there is set.
  */
 static inline lm_drive reference_a(void) {
   lm_drive drive;
@@ -60,7 +62,7 @@ static inline lm_drive reference_a(void) {
   return drive;
 }
 
-/* model.md section 2.4: external deformation, ring generator at 30 deg. */
+/* check_values.md, reference drive E: external deformation, ring generator at 30 deg. */
 static inline lm_drive reference_e(void) {
   lm_drive drive = reference_a();
   drive.teeth.deformation = LM_EXTERNAL;

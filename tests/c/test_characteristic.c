@@ -22,7 +22,8 @@ static lm_drive complete(lm_drive drive) {
   return drive;
 }
 
-/* model.md section 5: the two constants fitted to the catalogue of size 20, and C_t of the pairs.
+/* check_values.md, coupled teeth: the two constants fitted to the catalogue of size 20, and C_t of
+ * the pairs.
  */
 static lm_drive calibrated(void) {
   lm_drive drive = reference_a();
@@ -54,7 +55,7 @@ static lm_real sum_of_parts(const lm_contributions *c) {
          c->tooth_bending_rad;
 }
 
-/* model.md section 5: catalogue size 20 above ratio 50: 1.504, 3.979, 10.499 arcmin at T1, T2, 2
+/* check_values.md, catalogue: size 20 above ratio 50: 1.504, 3.979, 10.499 arcmin at T1, T2, 2
  * T_N. Bars: a factor of 4 from first principles, 3 % with the two constants. */
 static void characteristic_against_the_catalogue(void) {
   const lm_real torque[] = {7, 25, 80};

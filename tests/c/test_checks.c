@@ -34,13 +34,14 @@ static void run(const lm_drive *drive, int sections) {
   TEST_ASSERT_EQUAL(LM_OK, lm_check_design(drive, meshes, sections, &smallest, checks, &fault));
 }
 
-/* model.md 2.7: r_l1 = 25.5370 for z = 200, x = 3, m = 0.25. */
+/* check_values.md, reference drive A: r_l1 = 25.5370 for z = 200, x = 3, m = 0.25. */
 static void rack_form_radius_of_the_reference(void) {
   const lm_drive a = reference_a();
   ASSERT_NEAR(5e-5, 25.5370, lm_rack_form_radius(&a.teeth, 200, a.teeth.flexspline_shift));
 }
 
-/* Radii of model.md 2.7: r_a1 25.85, r_a2 25.7875, r_f1 25.4125, w0 0.2375, |w(90 deg)| 1.04376. */
+/* Radii of check_values.md, reference drive A: r_a1 25.85, r_a2 25.7875, r_f1 25.4125, w0 0.2375,
+ * |w(90 deg)| 1.04376. */
 static void radial_margins_of_the_reference(void) {
   const lm_drive a = complete(reference_a());
   run(&a, 1);
@@ -72,8 +73,9 @@ static void tip_thickness_of_both_gears(void) {
   ASSERT_NEAR(1e-6, 0.25 * 0.25, checks[LM_CHECK_RIGID_TIP].limit);
 }
 
-/* tau = 30 MPa at 40 N m with a wall of 0.35 (model.md 2.5, r_m 24.7 there; at r_m 25.1125 by the
- * same formula 28.8). sigma of two discs by the formula with |k|max = 3.165 at 90 deg. */
+/* tau = 30 MPa at 40 N m with a wall of 0.35 (check_values.md, limits of a design, r_m 24.7 there;
+ * at r_m 25.1125 by the same formula 28.8). sigma of two discs by the formula with |k|max = 3.165
+ * at 90 deg. */
 static void stresses_of_the_reference(void) {
   lm_drive a = reference_a();
   double sigma;
@@ -193,8 +195,8 @@ static void smallest_gap_may_lie_on_the_backward_flank(void) {
   ASSERT_NEAR(BOUND(2e-5, 1e-3) * (double)ARCMIN, least, smallest.gap_rad);
 }
 
-/* model.md 2.6: the open end, where the wave is higher by 11 %, collides by 1.33 arcmin near the
- * axis, the inner end by 1.04 near 53 deg. */
+/* check_values.md, axial sections: the open end, where the wave is higher by 11 %, collides by 1.33
+ * arcmin near the axis, the inner end by 1.04 near 53 deg. */
 static void ends_of_a_short_cup_collide(void) {
   lm_drive a = reference_a();
   a.flexspline.length_mm = LM_REAL(10 / 0.22);
@@ -223,7 +225,8 @@ static void spatial_margins_are_the_narrowest(void) {
   TEST_ASSERT_TRUE(checks[LM_CHECK_DISENGAGEMENT].margin < planar[LM_CHECK_DISENGAGEMENT].margin);
 }
 
-/* model.md 2.4, reference E: r_ar = r_fr + h m, r_af = r_ar + w0 - h_d m, r_ff = r_ar + w0 + 0.2 m.
+/* check_values.md, reference drive E: r_ar = r_fr + h m, r_af = r_ar + w0 - h_d m, r_ff = r_ar + w0
+ * + 0.2 m.
  */
 static void external_margins(void) {
   const lm_drive e = complete(reference_e());

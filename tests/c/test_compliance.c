@@ -62,7 +62,7 @@ static lm_real approach(lm_real force, const lm_radial_law *laws, int count) {
 }
 
 static void a_ball_of_3_97_mm_approaches_4_220_um_at_60_N(void) {
-  /* model.md section 4: diameter 3.97 mm, Q = 60 N, Palmgren. */
+  /* check_values.md, radial chain: diameter 3.97 mm, Q = 60 N, Palmgren. */
   ACCEPTED(lm_make_ball_law(LM_REAL(3.97), 0, LM_REAL(LM_BALL_PALMGREN), 1, 0, &law, &fault));
   close_to(4.220e-3, approach(60, &law, 1), 1.2e-4);
 }
@@ -75,7 +75,8 @@ static void a_contact_angle_divides_by_its_cosine(void) {
 }
 
 static void ball_part_of_a_size_20_at_rated_torque_is_4_to_5_um(void) {
-  /* model.md section 4: Q = 90 .. 120 N above a preload of 15 N gives 3.9 .. 5.0 um, diameter 4 mm.
+  /* check_values.md, radial chain: Q = 90 .. 120 N above a preload of 15 N gives 3.9 .. 5.0 um,
+   * diameter 4 mm.
    */
   ACCEPTED(lm_make_ball_law(4, 0, LM_REAL(LM_BALL_PALMGREN), 1, 15, &law, &fault));
   close_to(3.9e-3, approach(90 - 15, &law, 1), 0.03);
@@ -83,7 +84,7 @@ static void ball_part_of_a_size_20_at_rated_torque_is_4_to_5_um(void) {
 }
 
 static void hertz_coefficients_are_those_of_the_table_and_straight_between(void) {
-  /* model.md section 4, Hertz solution by groove conformity. */
+  /* check_values.md, radial chain, Hertz solution by groove conformity. */
   static const double f[] = {0.515, 0.52, 0.53, 0.54, 0.5175, 0.525, 0.535};
   static const double c[] = {4.24e-4, 4.53e-4, 4.97e-4, 5.29e-4, 4.385e-4, 4.75e-4, 5.13e-4};
   int i;
@@ -98,7 +99,8 @@ static void hertz_coefficients_are_those_of_the_table_and_straight_between(void)
 }
 
 static void roller_laws_are_the_published_powers(void) {
-  /* model.md section 4: 7.68e-5 Q^0.9 l^-0.8 and 1.81e-4 Q^(3/4) l^(-1/2) at Q = 1000, l = 10. */
+  /* check_values.md, radial chain: 7.68e-5 Q^0.9 l^-0.8 and 1.81e-4 Q^(3/4) l^(-1/2) at Q = 1000, l
+   * = 10. */
   ACCEPTED(lm_make_roller_law(10, 1, 0, &law, &fault));
   close_to(7.68e-5 * 501.187233627272 / 6.30957344480193, approach(1000, &law, 1), 1e-12);
   ACCEPTED(lm_make_crowned_roller_law(16, 1, 0, &law, &fault));
@@ -120,8 +122,8 @@ static void a_shaft_bends_as_a_beam_on_two_supports(void) {
 }
 
 static void the_rim_ovalises_25_times_as_much_as_it_widens(void) {
-  /* model.md section 4: size 20 (bore 52, outer 70, width 10) at 400 N: 0.2 um by Lame, 5 .. 6 um
-   * by ovalisation of the free ring. */
+  /* check_values.md, radial chain: size 20 (bore 52, outer 70, width 10) at 400 N: 0.2 um by Lame,
+   * 5 .. 6 um by ovalisation of the free ring. */
   double widening;
   ACCEPTED(lm_make_rim_widening_law(26, 35, 10, STEEL_E, LM_REAL(0.3), &law, &fault));
   widening = (double)approach(400, &law, 1);
@@ -137,7 +139,7 @@ static void the_rim_ovalises_25_times_as_much_as_it_widens(void) {
 }
 
 static void ovalisation_factors_are_those_published(void) {
-  /* Four digits: model.md section 4. All digits: the series summed to n = 4000. */
+  /* Four digits: check_values.md, radial chain. All digits: the series summed to n = 4000. */
   static const double angle[] = {0, 15, 30, 40, 60};
   static const double published[] = {0.0744, 0.0711, 0.0624, 0.0544, 0.0346746490346};
   static const double series[] = {0.0743891955133, 0.0711002081129, 0.0624406506814,
@@ -154,7 +156,7 @@ static void ovalisation_factors_are_those_published(void) {
 }
 
 static void the_most_loaded_element_carries_the_published_share(void) {
-  /* model.md section 4: 4.37 / (Z cos a) balls, 5 with clearance, 4.08 rollers. */
+  /* check_values.md, radial chain: 4.37 / (Z cos a) balls, 5 with clearance, 4.08 rollers. */
   ACCEPTED(lm_bearing_share(LM_BEARING_BALLS, 19, 0, &out, &fault));
   close_to(4.37 / 19, out, 0);
   ACCEPTED(lm_bearing_share(LM_BEARING_BALLS_CLEARANCE, 20, LM_REAL(60 * DEG), &out, &fault));
@@ -379,7 +381,8 @@ static void a_lobe_carries_half_the_torque_and_the_wedge_gives_its_force(void) {
 }
 
 static void friction_lowers_the_force_while_loading_and_raises_it_while_unloading(void) {
-  /* model.md section 6: half width / centre = 0.135, 0.270, 0.405 at mu = 0.05, 0.10, 0.15, 24 deg.
+  /* check_values.md, friction: half width / centre = 0.135, 0.270, 0.405 at mu = 0.05, 0.10, 0.15,
+   * 24 deg.
    */
   static const double mu[] = {0.05, 0.10, 0.15};
   static const double share[] = {0.135, 0.270, 0.405};
@@ -410,7 +413,7 @@ static void lobe_force_refuses_self_locking_angles(void) {
 }
 
 static void radial_travel_becomes_rotation_by_the_flank_angle(void) {
-  /* model.md section 0: 1 um radial = 3.81 arcsec at r = 26.4 mm, 26 deg. */
+  /* check_values.md, radial chain: 1 um radial = 3.81 arcsec at r = 26.4 mm, 26 deg. */
   ACCEPTED(lm_radial_to_tangential(LM_REAL(1e-3), LM_REAL(26 * DEG), &out, &fault));
   close_to(1e-3 * tan(26 * DEG), out, 0);
   ACCEPTED(
@@ -455,8 +458,8 @@ static lm_real wind_up(lm_real torque) {
 }
 
 static void the_ratio_counts_twice(void) {
-  /* model.md section 5: input shaft d 8 x 30, u = 100, 40 N m: 0.77 arcsec; one factor forgotten
-   * 77 arcsec. */
+  /* check_values.md, torsion chain: input shaft d 8 x 30, u = 100, 40 N m: 0.77 arcsec; one factor
+   * forgotten 77 arcsec. */
   ACCEPTED(lm_make_shaft_torsion(8, 0, 30, STEEL_G, 100, &element, &fault));
   close_to(1072.330292425, element.stiffness_Nm_per_rad, 1e-11);
   close_to(0.7694077 * ARCSEC, wind_up(40), 1e-7);
@@ -465,7 +468,7 @@ static void the_ratio_counts_twice(void) {
 }
 
 static void an_output_shaft_winds_up_1_79_arcmin(void) {
-  /* model.md section 5: d 25 x 40 solid, 40 N m. */
+  /* check_values.md, torsion chain: d 25 x 40 solid, 40 N m. */
   ACCEPTED(lm_make_shaft_torsion(25, 0, 40, STEEL_G, 1, &element, &fault));
   close_to(1.7928499747 * 60 * ARCSEC, wind_up(40), 1e-9);
 }
@@ -481,7 +484,8 @@ static void a_hollow_shaft_is_the_difference_of_two_solid_ones(void) {
 }
 
 static void cup_and_diaphragm_have_the_published_stiffness(void) {
-  /* model.md section 5: r 24.7, s 0.35, l 12: 2.21e5; hub 15, h 0.5: 1.79e5; in series 9.9e4. */
+  /* check_values.md, torsion chain: r 24.7, s 0.35, l 12: 2.21e5; hub 15, h 0.5: 1.79e5; in
+   * series 9.9e4. */
   lm_torsion_element both[2];
   ACCEPTED(lm_make_shell_torsion(LM_REAL(24.7), LM_REAL(0.35), 12, STEEL_G, &both[0], &fault));
   close_to(220937.437889, both[0].stiffness_Nm_per_rad, 1e-9);
@@ -496,7 +500,7 @@ static void cup_and_diaphragm_have_the_published_stiffness(void) {
 }
 
 static void a_locked_input_of_1_Nm_per_rad_is_ten_thousand_at_the_output(void) {
-  /* model.md section 5: K_l = 1, u = 100: 33 arcsec at 1.6 N m. */
+  /* check_values.md, torsion chain: K_l = 1, u = 100: 33 arcsec at 1.6 N m. */
   ACCEPTED(lm_make_input_lock(1, 100, &element, &fault));
   close_to(33 * ARCSEC, wind_up(LM_REAL(1.6)), 1e-3);
 }
@@ -555,7 +559,7 @@ static void parts_are(double bending, double shear, double axial, double relativ
 }
 
 static void a_rectangular_tooth_gives_the_published_parts(void) {
-  /* model.md section 3.3: 0.5 x 0.5 x 10 mm, 20 deg. */
+  /* check_values.md, tooth compliance: 0.5 x 0.5 x 10 mm, 20 deg. */
   ACCEPTED(lm_tooth_rectangle_compliance(LM_REAL(0.5), LM_REAL(0.5), 10, A20, &steel, &tc, &fault));
   close_to(1.681947e-6, tc.bending_mm_per_N, 3e-7);
   close_to(1.324533e-6, tc.shear_mm_per_N, 4e-7);
@@ -567,7 +571,7 @@ static void a_rectangular_tooth_gives_the_published_parts(void) {
 }
 
 static void bending_carries_the_factor_twelve(void) {
-  /* The printed formula, without it, gives 1.520399e-6 (model.md section 3.3). */
+  /* The printed formula, without it, gives 1.520399e-6 (check_values.md, tooth compliance). */
   ACCEPTED(lm_tooth_rectangle_compliance(LM_REAL(0.5), LM_REAL(0.5), 10, A20, &steel, &tc, &fault));
   close_to(1.520399e-6, tc.bending_mm_per_N / 12 + tc.shear_mm_per_N + tc.axial_mm_per_N, 4e-7);
 }
@@ -636,8 +640,9 @@ static void flexspline_teeth_agree_with_an_independent_quadrature(void) {
 }
 
 static void flexspline_teeth_lie_at_the_published_figures(void) {
-  /* model.md section 3.3: x1 = 5, m 0.25, b 10: 1.38e-6 + 1.34e-6 at mid depth, 3.7e-6 + 2.0e-6 at
-   * the tip. Which radii is not printed; 0.315 and 0.455 mm over the root meet both pairs. */
+  /* check_values.md, tooth compliance: x1 = 5, m 0.25, b 10: 1.38e-6 + 1.34e-6 at mid depth, 3.7e-6
+   * + 2.0e-6 at the tip. Which radii is not printed; 0.315 and 0.455 mm over the root meet both
+   * pairs. */
   lm_real rim;
   lm_real angle;
   involute(LM_TOOTH_OUTWARD, 0.25, 200, 5, 25.9125);
@@ -669,7 +674,8 @@ static void circular_spline_teeth_agree_with_an_independent_quadrature(void) {
 }
 
 static void a_pair_of_teeth_is_about_3_5e_6_mm_per_N(void) {
-  /* model.md section 3.3: pair total about 3.5e-6; circular spline 0.47 .. 1.1e-6 + foundation 0.8
+  /* check_values.md, tooth compliance: pair total about 3.5e-6; circular spline 0.47 .. 1.1e-6 +
+   * foundation 0.8
    * .. 1.2e-6 at mid height. Reference design A in contact half way up the overlap, r = 25.94. */
   const double r = 25.94;
   lm_real total;
@@ -920,8 +926,8 @@ static void line_contact_follows_hertz(void) {
 }
 
 static void tooth_deflection_turns_the_output_by_more_than_its_tangential_part(void) {
-  /* Equation (7) put right: delta / (r cos a), 18 .. 25 % more than delta cos a / r (model.md
-   * section 1) at 24 .. 26 deg. */
+  /* Equation (7) put right: delta / (r cos a), 18 .. 25 % more than delta cos a / r, at 24 ..
+   * 26 deg. */
   ACCEPTED(lm_tooth_bending_angle(LM_REAL(1e-3), 26, LM_REAL(25 * DEG), &out, &fault));
   close_to(1e-3 / 26 / cos(25 * DEG), out, 0);
   TEST_ASSERT_TRUE((double)out * 26 / (1e-3 * cos(25 * DEG)) > 1.18);
@@ -942,7 +948,8 @@ static void both_gaps_add_up_and_neither_may_be_negative(void) {
 }
 
 static void a_gap_of_20_um_is_76_arcsec(void) {
-  /* model.md section 1, eq (9): 20 um, 26 deg, 26.4 mm: 3.694944e-4 rad = 76.214 arcsec. */
+  /* check_values.md, radial gap, eq (9): 20 um, 26 deg, 26.4 mm: 3.694944e-4 rad = 76.214 arcsec.
+   */
   ACCEPTED(lm_radial_gap_angle(LM_REAL(0.02), LM_REAL(26 * DEG), LM_REAL(26.4), &out, &fault));
   close_to(3.694944e-4, out, 1.3e-7);
   close_to(76.214 * ARCSEC, out, 7e-6);
@@ -953,7 +960,8 @@ static void a_gap_of_20_um_is_76_arcsec(void) {
 }
 
 static void a_size_20_rim_needs_0_04_to_0_19_Nm_to_close_10_um(void) {
-  /* model.md section 1, (9a): rim 0.6 x 12, k = 35.5 N/mm (r_m = 25.8, not printed), stiffening 1
+  /* check_values.md, radial gap, (9a): rim 0.6 x 12, k = 35.5 N/mm (r_m = 25.8, not printed),
+   * stiffening 1
    * .. 5: 0.04 .. 0.19 N m, 38.1 arcsec at 26.4 mm, 26 deg. */
   lm_real k;
   ACCEPTED(lm_ring_stiffness(LM_REAL(25.8), LM_REAL(0.6), 12, STEEL_E, 1, &k, &fault));

@@ -70,7 +70,7 @@ static void assert_element(double stiffness, double ratio, const lm_torsion_elem
 }
 
 /* Circular spline as a ring of 0.1 d, three times stiffened (f 0.0624 at a patch of 30 deg,
- * model.md section 4); cup, diaphragm, shafts by section 5. */
+ * check_values.md, radial chain); cup, diaphragm, shafts by section 5. */
 static void the_chains_are_filled_from_the_size(void) {
   const double pi = 3.14159265358979;
   double wall;

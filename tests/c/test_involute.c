@@ -28,7 +28,7 @@ static double inv(double angle) {
   return tan(angle) - angle;
 }
 
-/* Half angle pi/(2z) + 2 x tan(alpha)/z + inv(alpha) - inv(arccos(r_b/rho)), model.md section 2.3.
+/* Half angle pi/(2z) + 2 x tan(alpha)/z + inv(alpha) - inv(arccos(r_b/rho)), by definition.
  */
 static void half_angles_are_those_of_the_involute(void) {
   int k;
@@ -121,7 +121,7 @@ static void on_and_below_the_base_circle_nothing_changes(void) {
 /* --- radii ---------------------------------------------------------------------------------------
  */
 
-/* model.md section 2.7. */
+/* check_values.md, reference drive A. */
 static void the_radii_of_reference_a(void) {
   const lm_drive drive = reference_a();
   const double bound = BOUND(5e-6, 8e-6);
@@ -142,7 +142,7 @@ static void the_radii_of_reference_a(void) {
   TEST_ASSERT_TRUE(geometry.deflection_mm == drive.generator.deflection_mm);
 }
 
-/* model.md section 2.4, external deformation: r_fr, r_ar, r_af, r_ff, r_m of reference E. */
+/* check_values.md, reference drive E: r_fr, r_ar, r_af, r_ff, r_m of reference E. */
 static void the_radii_of_reference_e(void) {
   const lm_drive drive = reference_e();
   const double bound = BOUND(1e-12, 8e-6);

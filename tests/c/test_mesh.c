@@ -40,7 +40,7 @@ typedef struct printed_gap {
   double radius_mm; /* of contact, discs */
 } printed_gap;
 
-/* model.md section 2.7, reference A. */
+/* check_values.md, reference drive A. */
 static const printed_gap reference_a_gaps[] = {
     {-10, 1.531, 1.688, 1.417, 25.788}, {-5, .642, .691, .607, 25.788},
     {0, .174, .174, .174, 25.788},      {5, .011, -.001, .020, 26.084},
@@ -81,7 +81,7 @@ static void the_gaps_of_reference_a(void) {
   }
 }
 
-/* model.md section 2.4, reference E: polygons turned until they touch. */
+/* check_values.md, reference drive E: polygons turned until they touch. */
 static void the_gaps_of_reference_e(void) {
   static const double angle[] = {-20, -10, 0, 5, 10, 20, 30, 40, 50};
   static const double gap[] = {1.893, .567, .090, .282, .905, 3.733, 9.119, 17.519, 28.646};
@@ -94,7 +94,8 @@ static void the_gaps_of_reference_e(void) {
   }
 }
 
-/* model.md section 2.6: smallest gap of an axial section, scanned in steps of 0.25 deg. */
+/* check_values.md, axial sections: smallest gap of an axial section, scanned in steps of 0.25 deg.
+ */
 static void the_smallest_gap_of_a_section(void) {
   static const double factor[] = {.89, .95, 1, 1.05, 1.11, 1.26};
   static const double printed[] = {-1.04, .21, 0, -.57, -1.33, -3.51};
@@ -111,7 +112,8 @@ static void the_smallest_gap_of_a_section(void) {
   }
 }
 
-/* model.md section 2.4: change of j per loss of the whole deformation, metal fixed. */
+/* check_values.md, reference drive A: change of j per loss of the whole deformation, metal fixed.
+ */
 static void a_smaller_wave_opens_near_teeth_and_closes_far_ones(void) {
   static const double printed[] = {.417, .268, .054, -.171, -.384};
   const lm_drive drive = reference_a();
@@ -130,7 +132,7 @@ static void a_smaller_wave_opens_near_teeth_and_closes_far_ones(void) {
   }
 }
 
-/* model.md section 2.1: the ellipse leaves the cosine by at most 6 arcsec up to 45 deg. */
+/* check_values.md, neutral line: the ellipse leaves the cosine by at most 6 arcsec up to 45 deg. */
 static void the_elliptical_cam_is_nearly_the_cosine(void) {
   lm_drive drive = reference_a();
   double gap[19];
@@ -152,7 +154,7 @@ static void the_elliptical_cam_is_nearly_the_cosine(void) {
 /* --- the definition ------------------------------------------------------------------------------
  */
 
-/* Half angle of a flank by its definition in model.md 2.3, in double. */
+/* Half angle of a flank by its definition, in double. */
 static double half_angle(const lm_involute *flank, double radius) {
   const double base = (double)flank->base_mm;
   const double pressure = radius > base ? acos(base / radius) : 0;
@@ -543,7 +545,7 @@ static void sections_stand_equally_spaced_with_both_edges(void) {
   TEST_ASSERT_TRUE(lm_section_place(4, 5) == 1);
 }
 
-/* Straight generatrix, model.md section 2.6: b = 10 at L = 22 mm gives 1 -+ 5/22. */
+/* Straight generatrix, check_values.md, axial sections: b = 10 at L = 22 mm gives 1 -+ 5/22. */
 static void the_deflection_grows_with_the_distance_from_the_cup(void) {
   lm_drive drive = reference_a();
   drive.flexspline.length_mm = 22;

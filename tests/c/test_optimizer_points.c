@@ -23,7 +23,7 @@ void tearDown(void) {
   lm_free_workspace(workspace);
 }
 
-/* Reference drive A of model.md 2.7 in the middle of its ranges. */
+/* Reference drive A of check_values.md in the middle of its ranges. */
 static const char reference_spec[] =
     "# a comment\n"
     "rated_torque_Nm 40   # and another\n"
@@ -64,7 +64,8 @@ static void test_a_point_is_the_drive_that_its_values_say(void) {
   TEST_ASSERT_EQUAL_INT(expected.teeth.rigid_teeth, drive.teeth.rigid_teeth);
 }
 
-/* model.md 2.7, two discs: 0.174, 0.069 and 0.780 arcmin at 0, 10 and 20 deg, forward. */
+/* check_values.md, reference drive A, two discs: 0.174, 0.069 and 0.780 arcmin at 0, 10 and 20 deg,
+ * forward. */
 static void test_gap_rows_are_the_published_clearances(void) {
   lm_fault fault;
   read_reference();

@@ -32,7 +32,7 @@ void tearDown(void) {
   (void)remove(path);
 }
 
-/* A size 20 with two tolerances: reference drive A of model.md 2.7 let loose. */
+/* A size 20 with two tolerances: reference drive A of check_values.md let loose. */
 static const char small_spec[] =
     "seed 3\n"
     "evaluations 2400\n"
@@ -313,7 +313,7 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
     /* worst case above the quantile of production above its median */
     TEST_ASSERT_TRUE(c->lost_motion_worst >= c->lost_motion_quantile.value);
     TEST_ASSERT_TRUE(c->lost_motion_quantile.value >= c->lost_motion_median.value);
-    /* the 256 samples of the loop against 2^14: 2 %, design-search.md 2.7 */
+    /* the 256 samples of the loop against 2^14: 2 % */
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * c->lost_motion_quantile.value, c->lost_motion_quantile.value,
                               front[i].objective[0]);
   }

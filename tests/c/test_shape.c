@@ -42,8 +42,8 @@ static void make(const kind *k) {
 /* --- wave shapes ---------------------------------------------------------------------------------
  */
 
-/* model.md section 2.1, table of check values: w, v, theta at 0, 15, .. 90 deg; curvature at 0,
- * largest |curvature|, force of the generator. */
+/* check_values.md, neutral line, table of check values: w, v, theta at 0, 15, .. 90 deg; curvature
+ * at 0, largest |curvature|, force of the generator. */
 typedef struct printed_shape {
   kind of;
   double wave[7][3];
@@ -147,7 +147,8 @@ static void curvatures_and_forces_are_the_printed_ones(void) {
   ASSERT_NEAR(0, 6, lm_shape_generator_force(&shape));
 }
 
-/* model.md section 2.1: C of discs at 20, 30, 40 deg, the constant part of w in the contact. */
+/* check_values.md, neutral line: C of discs at 20, 30, 40 deg, the constant part of w in the
+ * contact. */
 static void discs_have_the_radius_of_their_contact(void) {
   static const double c[] = {-2.816, -2.447, -2.192};
   int i;
@@ -356,7 +357,7 @@ static void make_line(lm_deformation deformation, double radius, double deflecti
       fault.input);
 }
 
-/* model.md section 2.7: c0 of reference A on discs of 30 deg. */
+/* check_values.md, reference drive A: c0 of reference A on discs of 30 deg. */
 static void the_offset_of_reference_a(void) {
   const kind discs = {LM_DISCS, 30};
   make(&discs);
@@ -548,8 +549,8 @@ static void a_larger_ring_has_the_same_angles(void) {
   }
 }
 
-/* model.md section 2.1, elliptical cam: r_m 25.11, w0 0.23, ellipse of the same perimeter minus the
- * cosine, um at 0, 15, .. 90 deg. */
+/* check_values.md, neutral line, elliptical cam: r_m 25.11, w0 0.23, ellipse of the same perimeter
+ * minus the cosine, um at 0, 15, .. 90 deg. */
 static void the_ellipse_leaves_the_cosine_as_printed(void) {
   static const double micron[] = {0, -0.9, -2.7, -3.7, -3.2, -1.8, -1.1};
   const kind ellipse = {LM_ELLIPSE, 0};

@@ -137,8 +137,9 @@ static void put_spring(lm_spring *spring, double stiffness, double gap, int side
   spring->side = side;
 }
 
-/* model.md section 3.1: gaps 0, 1e-4, 3e-4 rad and 1, 2, 3 kN m/rad give the angles below; events
- * at 0.1 and 0.7 N m, where the rotation is the next gap exactly. Springs are handed over unsorted.
+/* check_values.md, take-up: gaps 0, 1e-4, 3e-4 rad and 1, 2, 3 kN m/rad give the angles below;
+ * events at 0.1 and 0.7 N m, where the rotation is the next gap exactly. Springs are handed over
+ * unsorted.
  */
 static void the_springs_of_the_specification(void) {
   static const double torque[] = {0.05, 0.1, 0.4, 0.7, 1.0};
@@ -366,7 +367,7 @@ static void springs_refuse_nonsense_and_write_nothing(void) {
 
 /* --- the beam under the rim --- */
 
-/* model.md section 3.2, size 20: lambda = (2600 / (4 * 3.5e5))^(1/4), give under the force
+/* check_values.md, coupled teeth: lambda = (2600 / (4 * 3.5e5))^(1/4), give under the force
  * lambda / (2 k_f). The foundation carries the whole force: k_f times the integral is 1. */
 static void the_foundation_carries_the_whole_force(void) {
   lm_real yield[LM_LOBE_TEETH_MAX];
@@ -915,7 +916,7 @@ static void one_lobe_counts_for_two(void) {
   }
 }
 
-/* model.md section 3.4: lobes with gaps g + d and g - d: free play 2 (g - |d|) in all, one lobe
+/* check_values.md, take-up: lobes with gaps g + d and g - d: free play 2 (g - |d|) in all, one lobe
  * alone up to T = 2 K_L |d|, then both, on the line of equal lobes. */
 static void unequal_lobes_carry_one_after_the_other(void) {
   const double g = 2e-4;
@@ -1230,7 +1231,7 @@ static void an_endless_exchange_of_pairs_is_refused(void) {
 
 /* --- meshes of the reference drive --- */
 
-/* How model.md makes its contact lists: sections 5 and 2.6. */
+/* How check_values.md makes its contact lists: coupled teeth, axial sections. */
 typedef struct recipe {
   double rigid_shift;
   int sections;
@@ -1291,7 +1292,7 @@ static void mesh_of_reference_a(const recipe *how) {
   }
 }
 
-/* model.md section 5, row "of it mesh". */
+/* check_values.md, coupled teeth: mesh alone. */
 static void the_calibrated_mesh_of_reference_a(void) {
   static const double torque[] = {0.4, 1.6, 4, 7, 10, 16, 25, 40, 60, 80};
   static const double angle[] = {.067, .264, .612, .969, 1.235, 1.569, 2.031, 2.732, 3.597, 4.424};
@@ -1310,9 +1311,9 @@ static void the_calibrated_mesh_of_reference_a(void) {
   ASSERT_NEAR(0.005, 0.01, in_arcmin(states[7].tooth_rad) / 5.800);
 }
 
-#define TORSION 4.48e4 /* N m/rad, in series with the mesh; model.md section 5 */
+#define TORSION 4.48e4 /* N m/rad, in series with the mesh; check_values.md, coupled teeth */
 
-/* model.md section 3.2, diagnostic table: x2 varied, one flank angle for all pairs. K1 =
+/* check_values.md, coupled teeth: x2 varied, one flank angle for all pairs. K1 =
  * T1/phi(T1), K3 between T2 and 80 N m, lost motion 2 phi(1.6). */
 static void the_stiffness_ratio_shows_the_smallest_gap(void) {
   static const double torque[] = {1.6, 7, 25, 80};
@@ -1341,7 +1342,7 @@ static void the_stiffness_ratio_shows_the_smallest_gap(void) {
   }
 }
 
-/* model.md section 2.6: five sections, factors .89 .. 1.11, x2 opened by 0.11. */
+/* check_values.md, axial sections: five sections, factors .89 .. 1.11, x2 opened by 0.11. */
 static void the_spatial_mesh_of_reference_a(void) {
   static const double torque[] = {1.6, 7, 40};
   static const double five[] = {.4428, 1.4291, 6.1517};

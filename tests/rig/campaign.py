@@ -1,4 +1,4 @@
-"""Campaigns: readings with the noise of a rig, written as the files that interface.md describes."""
+"""Campaigns: readings with the noise of a rig, written as recordings are."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ try:
 except ModuleNotFoundError:
     import tomli as tomllib
 
-# The names that interface.md fixes.
+# The names of the effects; scripts depend on them.
 NAMES = {
     "kinematic_error",
     "kinematic_sideband",

@@ -1,6 +1,5 @@
-/* The checks that a designer needs before cutting metal, each with its margin: model.md
- * section 2.5.
- */
+/* The checks that a designer needs before cutting metal, each with its margin
+ * (theory/geometry.md). */
 #ifndef LOSTMOTION_CHECKS_H
 #define LOSTMOTION_CHECKS_H
 

@@ -1,4 +1,4 @@
-/* Radii and involute flanks of both gears, model.md section 2.3. */
+/* Radii and involute flanks of both gears, theory/geometry.md. */
 #ifndef LOSTMOTION_INVOLUTE_H
 #define LOSTMOTION_INVOLUTE_H
 

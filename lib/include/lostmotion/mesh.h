@@ -1,4 +1,4 @@
-/* Side clearances of the unloaded mesh, model.md section 2.4.
+/* Side clearances of the unloaded mesh, theory/geometry.md.
  *
  * A tooth of the flexspline is placed on the deformed neutral line; the rigid gear turns about the
  * axis, so every point of it keeps its radius. The turn to first contact is therefore the minimum,
@@ -65,7 +65,7 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
  * first; 0.5 for a single section. */
 lm_real lm_section_place(int section, int sections);
 
-/* Local over nominal deflection of an axial section, straight generatrix (model.md section 2.6): it
+/* Local over nominal deflection of an axial section, straight generatrix (theory/geometry.md): it
  * grows in proportion to the distance from the cup bottom and is nominal in the middle of the
  * teeth. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);

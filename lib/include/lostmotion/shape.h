@@ -35,7 +35,7 @@ typedef struct lm_wave {
   lm_real curvature;  /* -(d2w/dphi2 + w) / w0: bending of the rim in units of w0 / r_m^2 */
 } lm_wave;
 
-/* Shape of a wave generator (inextensible thin ring, model.md section 2.1):
+/* Shape of a wave generator (inextensible thin ring, theory/geometry.md):
  * cosine and ellipse (to first order the same), two discs and external ring (arc of constant
  * curvature over +-beta), four rollers at +-beta (beta = 0: two rollers).
  * contact_half_angle_rad: discs and ring 0.05 .. 1.2; rollers 0 .. 0.6109 (35 deg; the four-roller
@@ -60,7 +60,7 @@ lm_real lm_shape_curvature_amplitude(const lm_shape *shape);
  */
 lm_real lm_shape_generator_force(const lm_shape *shape);
 
-/* The neutral line of exact arc length, model.md section 2.2: polar radius
+/* The neutral line of exact arc length, theory/geometry.md: polar radius
  *   R(p) = r_m +- [(w0 - c0) w(p) + c0],  R(0) = r_m +- w0  (+ internal, - external),
  * with c0 such that the closed length stays 2 pi r_m; an ellipse (or its parallel curve at the cam
  * offset) of the same length for LM_ELLIPSE. A tooth keeps its arc length from the axis. */

@@ -1,7 +1,7 @@
 /* Staged take-up: how the side clearances close under load, one pair after the other.
  *
- * Two models. Independent pairs (model.md section 3.1) are unilateral springs side by side: the
- * closed form from which eq (1) of the paper follows. Coupled pairs (section 3.2) push the
+ * Two models. Independent pairs (theory/load.md) are unilateral springs side by side: the
+ * closed form from which eq (1) of the paper follows. Coupled pairs push the
  * flexspline rim, a beam on the elastic foundation of the wave generator, away from each other: a
  * linear complementarity problem, followed from event to event.
  */
