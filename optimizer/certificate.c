@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lostmotion/characteristic.h"
+#include "lostmotion/radial_gap.h"
 #include "solve.h"
 #include "workspace.h"
 

@@ -1,6 +1,7 @@
 #include "evaluate.h"
 
 #include "lostmotion/checks.h"
+#include "lostmotion/radial_gap.h"
 #include "lostmotion/tolerance.h"
 #include "real_math.h"
 

@@ -1,4 +1,6 @@
 #include "lostmotion/characteristic.h"
+#include "lostmotion/radial_gap.h"
+#include "lostmotion/tooth_bending.h"
 
 #include "real_math.h"
 #include "refuse.h"

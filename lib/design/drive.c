@@ -2,7 +2,9 @@
 
 #include "lostmotion/involute.h"
 #include "lostmotion/mesh.h"
+#include "lostmotion/radial_gap.h"
 #include "lostmotion/shape.h"
+#include "lostmotion/tooth_bending.h"
 #include "real_math.h"
 #include "refuse.h"
 

@@ -3,7 +3,8 @@
  *
  *   clang -g -O1 -fsanitize=fuzzer,address,undefined -ffp-contract=off -Ilib/include -Ilib
  *     tests/fuzz/fuzz_design.c lib/status.c lib/design/{drive,shape,involute,mesh,takeup}.c
- *     lib/design/{compliance,tolerance}.c -lm -o fuzz_design
+ *     lib/design/{radial_chain,radial_gap,tooth_bending,torsion_chain,tolerance}.c -lm
+ *     -o fuzz_design
  *
  * With -DLM_REAL_BITS=32 the same in float32.
  */

@@ -15,8 +15,8 @@ from lostmotion.units import describe
 GROUPS = {
     "For everybody": ("real", "status"),
     "Design model: geometry to characteristic": (
-        *("drive", "shape", "involute", "mesh", "takeup", "compliance", "tolerance", "checks"),
-        "characteristic",
+        *("drive", "shape", "involute", "mesh", "takeup", "radial_gap", "radial_chain"),
+        *("torsion_chain", "tooth_bending", "tolerance", "checks", "characteristic"),
     ),
     "Runtime: what a motor controller links": (
         *("runtime", "compensator", "model", "parameters", "curve", "play", "effects", "torque"),

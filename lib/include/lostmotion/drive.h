@@ -17,10 +17,11 @@
 #ifndef LOSTMOTION_DRIVE_H
 #define LOSTMOTION_DRIVE_H
 
-#include "lostmotion/compliance.h"
+#include "lostmotion/radial_chain.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"
 #include "lostmotion/tolerance.h"
+#include "lostmotion/torsion_chain.h"
 
 LM_BEGIN_DECLS
 

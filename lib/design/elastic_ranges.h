@@ -1,0 +1,52 @@
+/* Plausible sizes of the elastic members of a drive, with room on both sides; inside them no
+ * intermediate result leaves the range of float32. The headers of the members state them. */
+#ifndef LOSTMOTION_DESIGN_ELASTIC_RANGES_H
+#define LOSTMOTION_DESIGN_ELASTIC_RANGES_H
+
+#include "refuse.h"
+
+#define LENGTH_MIN_MM LM_REAL(1e-4)
+#define LENGTH_MAX_MM LM_REAL(1e4)
+#define FORCE_MAX_N LM_REAL(1e7)
+#define TORQUE_MAX_NM LM_REAL(1e6)
+#define DISPLACEMENT_MAX_MM LM_REAL(100)
+#define FLANK_ANGLE_MAX LM_REAL(1.4)
+#define MODULUS_MAX_MPA LM_REAL(1e7)
+#define POISSON_MAX LM_REAL(0.49)
+#define STIFFNESS_MIN LM_REAL(1e-6)
+#define STIFFNESS_MAX LM_REAL(1e15)
+#define CHAIN_MAX 64
+#define NMM_PER_NM LM_REAL(1000)
+
+#define COUNT_OF(array) ((int)(sizeof(array) / sizeof((array)[0])))
+
+typedef struct bound {
+  const char *input;
+  lm_real found;
+  lm_real low;
+  lm_real high;
+} bound;
+
+/* The first value outside its range decides. */
+static inline lm_status check_bounds(lm_fault *fault, const bound *bounds, int count) {
+  int i = 0;
+  for (i = 0; i < count; ++i) {
+    const lm_status status =
+        check_range(fault, bounds[i].input, bounds[i].found, bounds[i].low, bounds[i].high);
+    if (status != LM_OK) {
+      return status;
+    }
+  }
+  return LM_OK;
+}
+
+/* Refuse a chain that is missing or longer than CHAIN_MAX. */
+static inline lm_status check_chain(lm_fault *fault, const char *input, const void *array,
+                                    int count) {
+  if (array == 0 && count != 0) {
+    return refuse(fault, LM_NULL, input);
+  }
+  return check_range(fault, "count", (lm_real)count, LM_REAL(0), LM_REAL(CHAIN_MAX));
+}
+
+#endif

@@ -1,0 +1,43 @@
+/* What the tests of the elastic members share: numbers in degrees and arc seconds, and the words
+ * for a result and for a refusal. */
+#ifndef LOSTMOTION_TESTS_ELASTIC_H
+#define LOSTMOTION_TESTS_ELASTIC_H
+
+#include <math.h>
+#include <unity.h>
+
+#include "lostmotion/status.h"
+
+#define DEG 0.017453292519943295
+#define ARCSEC 4.84813681109536e-6
+
+/* Rounding that a result may carry: float32 by the headers' promise. */
+#define ROUNDING (LM_REAL_BITS == 64 ? 1e-13 : 2e-6)
+
+#define NAN_VALUE ((lm_real)NAN)
+#define INFINITE ((lm_real)INFINITY)
+
+static lm_fault fault;
+static lm_real out;
+
+/* Equal within a relative error. */
+static inline void close_to(double expected, lm_real found, double relative) {
+  const double allowed = (relative > ROUNDING ? relative : ROUNDING) * fabs(expected);
+  TEST_ASSERT_DOUBLE_WITHIN(allowed, expected, (double)found);
+}
+
+/* A refusal: this status, this input named in the fault, and the same without a fault to fill. */
+#define REFUSED(expected_status, expected_input, call)       \
+  do {                                                       \
+    lm_fault *fault_or_null = &fault;                        \
+    fault.input = "";                                        \
+    TEST_ASSERT_EQUAL_INT((expected_status), (call));        \
+    TEST_ASSERT_EQUAL_INT((expected_status), fault.status);  \
+    TEST_ASSERT_EQUAL_STRING((expected_input), fault.input); \
+    fault_or_null = 0;                                       \
+    TEST_ASSERT_EQUAL_INT((expected_status), (call));        \
+  } while (0)
+#define OUTSIDE(input, call) REFUSED(LM_OUT_OF_RANGE, input, call)
+#define ACCEPTED(call) TEST_ASSERT_EQUAL_INT(LM_OK, (call))
+
+#endif
