@@ -369,12 +369,12 @@ static void sensor_lag_shifts_a_ramp(void) {
   lm_real behind = 0;
   lm_real ahead = 0;
   int i;
-  at.elastic_rad = LM_REAL(3e-4);
+  at.torque_Nm = LM_REAL(3e-4);
   at.elapsed_s = 0;
   TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(late, memory, &at) == 0);
   TEST_ASSERT_TRUE(lm_effect_sensor_lag.run(early, other, &at) == 0);
   for (i = 1; i < 2000; ++i) {
-    at.elastic_rad = LM_REAL(3e-4) + LM_REAL(1e-3) * LM_REAL(1e-4) * LM_REAL(i);
+    at.torque_Nm = LM_REAL(3e-4) + LM_REAL(1e-3) * LM_REAL(1e-4) * LM_REAL(i);
     at.elapsed_s = LM_REAL(1e-4);
     behind = lm_effect_sensor_lag.run(late, memory, &at);
     ahead = lm_effect_sensor_lag.run(early, other, &at);
@@ -397,7 +397,7 @@ static void a_lag_below_one_sample_is_seen_in_full(void) {
     memset(memory, 0, sizeof memory);
     at.elapsed_s = LM_REAL(1e-3);
     for (i = 0; i < 4000; ++i) {
-      at.elastic_rad = LM_REAL(1e-6) * LM_REAL(i);
+      at.torque_Nm = LM_REAL(1e-6) * LM_REAL(i);
       behind = lm_effect_sensor_lag.run(&lag_s[k], memory, &at);
     }
     TEST_ASSERT_TRUE(fabs((double)(behind / lag_s[k]) + 1e-3) < (LM_REAL_BITS == 64 ? 1e-9 : 1e-6));
@@ -409,7 +409,7 @@ static void a_jump_fades_with_the_lag(void) {
   static const lm_real lag_s[] = {LM_REAL(0.02)};
   at.elapsed_s = LM_REAL(0.01);
   (void)lm_effect_sensor_lag.run(lag_s, memory, &at);
-  at.elastic_rad = LM_REAL(1e-3);
+  at.torque_Nm = LM_REAL(1e-3);
   at.elapsed_s = 0;
   assert_near(-1e-3, lm_effect_sensor_lag.run(lag_s, memory, &at));
   at.elapsed_s = LM_REAL(0.01);

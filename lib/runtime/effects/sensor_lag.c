@@ -4,45 +4,47 @@
 
 enum { LAG_S, VALUES };
 
-/* Memory: how far the lagging angle is behind, the angle before, and whether it has started. */
-enum { BEHIND_RAD, BEFORE_RAD, STARTED, MEMORY };
+/* Memory: how far the lagging torque is behind, the torque before, and whether it has started. */
+enum { BEHIND_NM, BEFORE_NM, STARTED, MEMORY };
 
 /* A lag below this is none. */
 #define SHORTEST_S LM_REAL(1e-9)
 #define LONGEST_S LM_REAL(10)
 
-/* Torque and angle are not sampled at the same instant: the angle follows with a first-order lag,
- * or, where the lag is negative, is ahead by as much.
+/* Torque and angle are not sampled at the same instant: the torque that the angle belongs to
+ * follows the one that was read with a first-order lag, or, where the lag is negative, is ahead of
+ * it by as much. It acts on the torque, so that friction turns round when the drive does.
  *
- * Between two samples the elastic angle x is taken to be a ramp, for which the lag has a closed
- * form whatever the length of the step: with u = elapsed / lag, the angle y - x that it is behind
+ * Between two samples the torque T is taken to be a ramp, for which the lag has a closed form
+ * whatever the length of the step: with u = elapsed / lag, the torque that it is behind
  *
- *     behind <- behind e^-u - (x - x_before) (1 - e^-u) / u
+ *     behind <- behind e^-u - (T - T_before) (1 - e^-u) / u
  *
- * so that a lag far below one sample leaves -lag dx/dt, as it should. */
+ * so that a lag far below one sample leaves -lag dT/dt, as it should. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   lm_real steps = at->elapsed_s / clamp(absolute(value[LAG_S]), SHORTEST_S, LONGEST_S);
   lm_real way = lm_relaxation(steps);
   lm_real ramp = steps > 0 ? way / steps : LM_REAL(1);
-  lm_real moved_rad = memory[STARTED] > 0 ? at->elastic_rad - memory[BEFORE_RAD] : 0;
-  memory[BEHIND_RAD] -= way * memory[BEHIND_RAD] + ramp * moved_rad;
-  memory[BEFORE_RAD] = at->elastic_rad;
+  lm_real moved_Nm = memory[STARTED] > 0 ? at->torque_Nm - memory[BEFORE_NM] : 0;
+  memory[BEHIND_NM] -= way * memory[BEHIND_NM] + ramp * moved_Nm;
+  memory[BEFORE_NM] = at->torque_Nm;
   memory[STARTED] = 1;
-  return value[LAG_S] >= 0 ? memory[BEHIND_RAD] : -memory[BEHIND_RAD];
+  return value[LAG_S] >= 0 ? memory[BEHIND_NM] : -memory[BEHIND_NM];
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"sensor_lag",
-                                    "torque and angle are not sampled at the same instant",
-                                    "the elastic angle, lagging by lag, less the elastic angle",
-                                    "rate of the elastic angle times lag",
-                                    "viscous_friction, load_dependent_friction, creep, inertia",
-                                    "the same loop at two rates",
-                                    {{"lag_s", LM_VALUE_SHAPE, LM_REAL(0.005)}}};
+static const lm_effect_card card = {
+    "sensor_lag",
+    "torque and angle are not sampled at the same instant",
+    "the torque, lagging by lag, less the torque",
+    "slope of the characteristic times rate of the torque times lag",
+    "viscous_friction, load_dependent_friction, creep, inertia",
+    "the same loop at two rates",
+    {{"lag_s", LM_VALUE_SHAPE, LM_REAL(0.005)}}};
 #endif
 
 const lm_effect lm_effect_sensor_lag = {0xf7c267b4u,
-                                        LM_EFFECT_ANGLE,
+                                        LM_EFFECT_TORQUE,
                                         VALUES,
                                         MEMORY,
                                         LM_NEEDS_TORQUE | LM_NEEDS_TIME,
