@@ -25,7 +25,9 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
   int32_t k;
   memory[GATHERED_S] += at->elapsed_s;
   memory[GATHERED_RAD_S] += at->elapsed_s * at->elastic_rad;
-  if (memory[GATHERED_S] > BATCH * first_s) {
+  /* At the tick nearest to the batch's end, so that a batch of a whole number of ticks is not
+   * decided by how their sum is rounded. */
+  if (memory[GATHERED_S] + LM_REAL(0.5) * at->elapsed_s > BATCH * first_s) {
     lm_real mean_rad = memory[GATHERED_RAD_S] / memory[GATHERED_S];
     lm_real elapsed = memory[GATHERED_S] / first_s;
     for (k = 0; k < ELEMENTS; ++k) {
