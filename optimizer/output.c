@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "output.h"
 
 #include <math.h>
@@ -12,8 +13,7 @@ static void write_number(FILE *file, const char *key, double value) {
   fprintf(file, "%s = %.17g\n", key, value);
 }
 
-void lm_write_drive(FILE *file, const lm_problem *problem, const lm_drive *drive,
-                    const char *name) {
+void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
   static const char *const distributions[] = {"normal", "normal_inspected", "triangular",
                                               "uniform"};
   static const char *const zones[] = {"generator", "teeth"};
@@ -69,14 +69,12 @@ void lm_write_drive(FILE *file, const lm_problem *problem, const lm_drive *drive
   write_number(file, "ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm);
   for (i = 0; i < drive->radial_law_count; i++) {
     const lm_radial_law *law = &drive->radial_laws[i];
-    if (law->exponent == 1 && law->coefficient_mm_per_Nn > 0) {
-      fprintf(file, "\n[[design.radial_chain]]\nkind = \"spring\"\n");
-      write_number(file, "stiffness_N_per_mm", 1 / law->coefficient_mm_per_Nn);
-      write_number(file, "share", law->share);
-    } else {
-      fprintf(file, "\n# radial law left out: %.17g F^%.17g, share %.17g, preload %.17g N\n",
-              law->coefficient_mm_per_Nn, law->exponent, law->share, law->preload_N);
-    }
+    fprintf(file, "\n[[design.radial_chain]]\nkind = \"power\"\n");
+    write_number(file, "deflection_mm", law->coefficient_mm_per_Nn);
+    fprintf(file, "force_N = 1\n");
+    write_number(file, "exponent", law->exponent);
+    write_number(file, "share", law->share);
+    write_number(file, "preload_N", law->preload_N);
   }
   for (i = 0; i < drive->torsion_count; i++) {
     fprintf(file, "\n[[design.torsion_chain]]\nkind = \"stiffness\"\n");
@@ -91,19 +89,45 @@ void lm_write_drive(FILE *file, const lm_problem *problem, const lm_drive *drive
     write_number(file, "upper_mm", link->upper_mm);
     fprintf(file, "distribution = \"%s\"\n", distributions[link->distribution]);
   }
-  (void)problem;
+}
+
+char *lm_format_drive(const lm_drive *drive, const char *name) {
+  char *text = NULL;
+  size_t length = 0;
+  FILE *file = open_memstream(&text, &length);
+  if (file == NULL) {
+    return NULL;
+  }
+  lm_write_drive(file, drive, name);
+  if (fclose(file) != 0) {
+    free(text);
+    return NULL;
+  }
+  return text;
 }
 
 /* --- front --------------------------------------------------------------------------------------
  */
 
+/* A chosen value as a drive file has it. */
+static void write_choice(FILE *file, const lm_problem *problem, int combination, int choice) {
+  const double value = lm_chosen_value(problem, combination, choice);
+  const int key = problem->choice[choice].key;
+  if (key == LM_KEY_GENERATOR_TYPE) {
+    fprintf(file, "%s", lm_generator_name((int)value));
+  } else if (key == LM_KEY_DEFORMATION) {
+    fprintf(file, "%s", value > 0 ? "external" : "internal");
+  } else {
+    fprintf(file, "%.17g", value);
+  }
+}
+
 static double range_value(const lm_range *range, double unit) {
   return range->low + (range->high - range->low) * unit;
 }
 
-/* Margin of a limit, scaled; what is not stated has 1. */
-static double margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
-                        int limit) {
+double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
+                    int limit) {
   double row = result[layout->single_start + (limit < LM_SINGLE_ROWS ? limit : 0)];
   int i;
   if (limit == LM_LIMIT_GAP) {
@@ -156,7 +180,8 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
       }
       fprintf(file, "%d", f->settled);
       for (i = 0; i < problem->choice_count; i++) {
-        fprintf(file, ",%.17g", lm_chosen_value(problem, f->combination, i));
+        fprintf(file, ",");
+        write_choice(file, problem, f->combination, i);
       }
       for (i = 0; i < problem->range_count; i++) {
         fprintf(file, ",%.17g", range_value(&problem->range[i], f->unit[i]));
@@ -165,7 +190,7 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
         fprintf(file, ",%.17g", lm_figure_of(&layout, result, i));
       }
       for (i = 0; i < LM_LIMIT_COUNT; i++) {
-        fprintf(file, ",%.17g", margin_of(problem, &layout, result, i));
+        fprintf(file, ",%.17g", lm_margin_of(problem, &layout, result, i));
       }
       fprintf(file, "\n");
     }
@@ -188,7 +213,8 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
     int limit = 0;
     const int fate = lm_read_fate(search, n, &limit);
     for (i = 0; i < problem->choice_count; i++) {
-      fprintf(file, "%.17g,", lm_chosen_value(problem, n, i));
+      write_choice(file, problem, n, i);
+      fprintf(file, ",");
     }
     fprintf(file, "%s,%s\n", lm_fate_name(fate),
             fate != LM_FATE_PRUNED ? ""

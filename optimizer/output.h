@@ -11,9 +11,16 @@
 extern "C" {
 #endif
 
-/* A drive file (TOML) that reads back as this drive. Radial laws other than springs have no form of
- * their own in a drive file; they are left out with a comment. */
-void lm_write_drive(FILE *file, const lm_problem *problem, const lm_drive *drive, const char *name);
+/* A drive file (TOML) that reads back as this drive, to the last bit: angles stand in rad, and
+ * every radial law as a deflection at 1 N and an exponent. */
+void lm_write_drive(FILE *file, const lm_drive *drive, const char *name);
+
+/* The same as text, to be freed; null: out of memory. */
+char *lm_format_drive(const lm_drive *drive, const char *name);
+
+/* Margin of a limit in an evaluated result, scaled as in evaluate.h; what is not stated has 1. */
+double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
+                    int limit);
 
 /* The trade-off, one design a row: combination, variables, figures, margins of all limits. Designs
  * that the model refuses are left out. */

@@ -1,0 +1,362 @@
+#define _POSIX_C_SOURCE 200809L
+#include "run.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "journal.h"
+#include "output.h"
+#include "pool.h"
+#include "spec.h"
+
+#define PATH_MAX_CHARACTERS 4096
+#define HOOK_SECONDS 0.2
+
+struct lm_run {
+  char folder[PATH_MAX_CHARACTERS - 80]; /* room for the names of the files */
+  lm_problem problem;
+  lm_search *search;
+  lm_journal *journal;
+  FILE *history;
+  int written; /* tasks of the last row of the history */
+  int failed;  /* errno of the journal */
+  lm_run_hook hook;
+  void *context;
+  double hooked; /* seconds, when the hook was called */
+  volatile int *stop;
+};
+
+static double seconds_now(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int say(char note[LM_NOTE_MAX], int status, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(note, LM_NOTE_MAX, format, arguments);
+  va_end(arguments);
+  return status;
+}
+
+static void join(char path[PATH_MAX_CHARACTERS], const lm_run *run, const char *name) {
+  snprintf(path, PATH_MAX_CHARACTERS, "%s/%s", run->folder, name);
+}
+
+/* Files appear whole: written beside and renamed. */
+static FILE *begin_file(const lm_run *run, const char *name) {
+  char path[PATH_MAX_CHARACTERS];
+  char part[80];
+  snprintf(part, sizeof part, "%s.part", name);
+  join(path, run, part);
+  return fopen(path, "w");
+}
+
+/* 1: the file is whole and in its place. */
+static int end_file(const lm_run *run, const char *name, FILE *file) {
+  char path[PATH_MAX_CHARACTERS];
+  char from[PATH_MAX_CHARACTERS];
+  char part[80];
+  const int failed = ferror(file);
+  snprintf(part, sizeof part, "%s.part", name);
+  join(from, run, part);
+  join(path, run, name);
+  return fclose(file) == 0 && !failed && rename(from, path) == 0;
+}
+
+const lm_problem *lm_run_problem(const lm_run *run) {
+  return &run->problem;
+}
+
+lm_search *lm_run_search(lm_run *run) {
+  return run->search;
+}
+
+/* --- answers ------------------------------------------------------------------------------------
+ */
+
+static lm_status take(lm_run *run, const lm_answer *answer) {
+  const lm_status status = lm_accept_answer(run->search, answer);
+  lm_progress progress;
+  lm_read_progress(run->search, &progress);
+  /* One row a batch: within it the order of the answers is a matter of time. */
+  if (progress.tasks_done != run->written) {
+    run->written = progress.tasks_done;
+    fprintf(run->history, "%d,%d,%s%.17g,%d\n", progress.tasks_done, progress.evaluations,
+            progress.has_best ? "" : "nan", progress.has_best ? progress.best_value : 0.0,
+            progress.front_size);
+  }
+  return status;
+}
+
+static void take_old(void *context, const lm_answer *answer) {
+  (void)take((lm_run *)context, answer);
+}
+
+lm_status lm_take_answer(lm_run *run, const lm_answer *answer) {
+  if (run == NULL || answer == NULL) {
+    return LM_NULL;
+  }
+  if (lm_append_answer(run->journal, answer) != LM_OK) {
+    run->failed = errno;
+    return LM_CORRUPT;
+  }
+  return take(run, answer);
+}
+
+/* --- begin --------------------------------------------------------------------------------------
+ */
+
+static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_NOTE_MAX]) {
+  char path[PATH_MAX_CHARACTERS];
+  lm_journal_report report;
+  lm_status status;
+  join(path, run, "journal.bin");
+  errno = 0;
+  if (!resume) {
+    if (access(path, F_OK) == 0) {
+      return say(note, LM_EXIT_BAD_INPUT,
+                 "%s: found a search that was begun, expected --resume to go on with it or another "
+                 "folder",
+                 path);
+    }
+    if ((mkdir(run->folder, 0777) != 0 && errno != EEXIST) ||
+        lm_create_journal(path, spec, &run->journal) != LM_OK) {
+      return say(note, LM_EXIT_BAD_INPUT, "%s: found %s, expected a folder to write to",
+                 run->folder, strerror(errno));
+    }
+    return LM_EXIT_DONE;
+  }
+  status = lm_resume_journal(path, spec, take_old, run, &run->journal, &report);
+  if (status == LM_INCONSISTENT) {
+    return say(note, LM_EXIT_BAD_INPUT,
+               "%s: found the journal of another spec, expected the one that began it", path);
+  }
+  if (status != LM_OK) {
+    return say(note, LM_EXIT_BAD_INPUT, "%s: found %s, expected the journal of a search", path,
+               errno != 0 ? strerror(errno) : "no journal of this build of the program");
+  }
+  if (report.torn) {
+    return say(note, LM_EXIT_DONE, "%s: the last record was torn; its task is done again", path);
+  }
+  return LM_EXIT_DONE;
+}
+
+int lm_open_run(const char *spec_name, const char *spec, const char *folder, int resume,
+                lm_run **run, char note[LM_NOTE_MAX]) {
+  lm_run *r = (lm_run *)calloc(1, sizeof *r);
+  lm_spec_error error;
+  int status = LM_EXIT_DONE;
+  *run = NULL;
+  note[0] = '\0';
+  if (r == NULL) {
+    return say(note, LM_EXIT_FAILED, "not enough memory");
+  }
+  if (strlen(folder) >= sizeof r->folder) {
+    status = say(note, LM_EXIT_BAD_INPUT, "found a path of %zu characters, expected less than %zu",
+                 strlen(folder), sizeof r->folder);
+  } else if (lm_read_spec(spec, &r->problem, &error) != LM_OK) {
+    status = say(note, LM_EXIT_BAD_INPUT, "%s: line %d: %s", spec_name, error.line, error.text);
+  } else {
+    strcpy(r->folder, folder);
+    r->search = lm_open_search(&r->problem);
+    r->history = tmpfile();
+    if (r->search == NULL || r->history == NULL) {
+      status = say(note, LM_EXIT_FAILED, "not enough memory");
+    } else {
+      fprintf(r->history, "tasks,evaluations,best,front\n");
+      status = open_journal(r, spec, resume, note);
+    }
+  }
+  if (status != LM_EXIT_DONE) {
+    lm_close_run(r);
+    return status;
+  }
+  *run = r;
+  return LM_EXIT_DONE;
+}
+
+void lm_close_run(lm_run *run) {
+  if (run != NULL) {
+    if (run->history != NULL) {
+      fclose(run->history);
+    }
+    lm_close_journal(run->journal);
+    lm_close_search(run->search);
+    free(run);
+  }
+}
+
+/* --- work ---------------------------------------------------------------------------------------
+ */
+
+static void call_hook(lm_run *run, int last) {
+  const double now = seconds_now();
+  if (run->hook != NULL && (last || now - run->hooked >= HOOK_SECONDS)) {
+    run->hooked = now;
+    run->hook(run->context);
+  }
+}
+
+static void take_new(void *context, const lm_answer *answer) {
+  lm_run *run = (lm_run *)context;
+  if (lm_take_answer(run, answer) != LM_OK) {
+    *run->stop = 1;
+    return;
+  }
+  call_hook(run, 0);
+}
+
+static int skip(void *context, int id) {
+  return lm_is_answered(((lm_run *)context)->search, id);
+}
+
+int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volatile int *stop,
+                char note[LM_NOTE_MAX]) {
+  lm_pool *pool = lm_open_pool(workers);
+  const lm_task *tasks;
+  lm_status status = pool == NULL ? LM_TOO_SMALL : LM_OK;
+  int count;
+  note[0] = '\0';
+  run->hook = hook;
+  run->context = context;
+  run->stop = stop;
+  while (status == LM_OK && (count = lm_next_tasks(run->search, &tasks)) > 0) {
+    status = lm_run_tasks(pool, &run->problem, tasks, count, skip, take_new, run, stop);
+  }
+  lm_close_pool(pool);
+  call_hook(run, 1);
+  if (run->failed) {
+    return say(note, LM_EXIT_FAILED, "%s: the journal cannot be written: %s", run->folder,
+               strerror(run->failed));
+  }
+  if (*stop) {
+    return LM_EXIT_STOPPED;
+  }
+  return status == LM_OK ? LM_EXIT_DONE
+                         : say(note, LM_EXIT_FAILED, "%s", lm_status_sentence(status));
+}
+
+/* --- results ------------------------------------------------------------------------------------
+ */
+
+/* The functions below return 1 when a file could not be written. */
+
+static int write_best(lm_run *run, const lm_found *best, lm_workspace *workspace,
+                      char note[LM_NOTE_MAX]) {
+  lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
+  int failed = 1;
+  FILE *file;
+  if (certificate != NULL && lm_certify(&run->problem, best->combination, best->unit, certificate,
+                                        workspace, NULL) == LM_OK) {
+    file = begin_file(run, "best.toml");
+    failed = file == NULL;
+    if (file != NULL) {
+      lm_write_drive(file, &certificate->drive, "best of the search");
+      failed |= !end_file(run, "best.toml", file);
+    }
+    file = begin_file(run, "certificate.json");
+    failed |= file == NULL;
+    if (file != NULL) {
+      lm_write_certificate(file, &run->problem, best->combination, certificate);
+      failed |= !end_file(run, "certificate.json", file);
+    }
+    if (!certificate->holds && best->settled) {
+      (void)say(note, 0, "the best design does not hold on the fine check; see certificate.json");
+    }
+  }
+  free(certificate);
+  return failed;
+}
+
+/* Why there is no design. */
+static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
+  double unit[LM_FREE_MAX] = {0};
+  double relax[LM_LIMIT_COUNT];
+  double violation;
+  int combination;
+  size_t length;
+  FILE *file;
+  int i;
+  if (!lm_read_nearest(run->search, &combination, unit, &violation) ||
+      lm_explain_infeasible(&run->problem, combination, unit, 4000, relax, workspace, NULL) !=
+          LM_OK) {
+    (void)say(note, 0,
+              "no design exists in these ranges: every combination is pruned or refused; see "
+              "combinations.csv");
+    return 0;
+  }
+  (void)say(note, 0, "no feasible design; relax");
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    if (relax[i] > LM_FEASIBLE) {
+      length = strlen(note);
+      snprintf(note + length, LM_NOTE_MAX - length, " %s by %.4g", lm_limit_name(i), relax[i]);
+    }
+  }
+  length = strlen(note);
+  snprintf(note + length, LM_NOTE_MAX - length, "; units in infeasible.json");
+  file = begin_file(run, "infeasible.json");
+  if (file == NULL) {
+    return 1;
+  }
+  lm_write_relaxation(file, relax);
+  return !end_file(run, "infeasible.json", file);
+}
+
+/* The history is collected out of sight and appears whole. */
+static int write_history(lm_run *run) {
+  FILE *file = begin_file(run, "history.csv");
+  int c;
+  if (file == NULL) {
+    return 1;
+  }
+  rewind(run->history);
+  while ((c = getc(run->history)) != EOF) {
+    putc(c, file);
+  }
+  return !end_file(run, "history.csv", file);
+}
+
+int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
+  lm_workspace *workspace = lm_create_workspace();
+  int failed;
+  lm_found best;
+  FILE *file;
+  if (workspace == NULL) {
+    return say(note, LM_EXIT_FAILED, "not enough memory");
+  }
+  note[0] = '\0';
+  errno = 0;
+  file = begin_file(run, "combinations.csv");
+  failed = file == NULL;
+  if (file != NULL) {
+    lm_write_combinations(file, &run->problem, run->search);
+    failed |= !end_file(run, "combinations.csv", file);
+  }
+  file = begin_file(run, "front.csv");
+  failed |= file == NULL;
+  if (file != NULL) {
+    lm_write_front(file, &run->problem, run->search, workspace);
+    failed |= !end_file(run, "front.csv", file);
+  }
+  failed |= write_history(run);
+  if (lm_read_best(run->search, &best)) {
+    failed |= write_best(run, &best, workspace, note);
+  } else if (status == LM_EXIT_DONE) {
+    failed |= explain(run, workspace, note);
+    status = LM_EXIT_FAILED;
+  }
+  lm_free_workspace(workspace);
+  if (failed) {
+    (void)say(note, 0, "%s: results cannot be written: %s", run->folder, strerror(errno));
+    status = status != LM_EXIT_DONE ? status : LM_EXIT_FAILED;
+  }
+  return status;
+}

@@ -1,0 +1,67 @@
+/* A search that lives in a folder: journal, history and what is left in the end.
+ *
+ *   status = lm_open_run("spec", text, "RUN", 0, &run, note);
+ *   status = lm_work_run(run, 2, NULL, NULL, &stop, note);      0 done, 1 failed, 130 stopped
+ *   status = lm_finish_run(run, status, note);                  writes the results
+ *   lm_close_run(run);
+ *
+ * In place of lm_work_run the tasks of lm_run_search() may be done anywhere else and handed to
+ * lm_take_answer. Files of the folder: best.toml, front.csv, combinations.csv, certificate.json (or
+ * infeasible.json), history.csv, journal.bin. All but the journal appear whole or not at all, and
+ * have the same bytes however the work was divided and however often it was interrupted.
+ *
+ * Exit statuses are those of the commands: 0 done; 1 the work failed; 2 bad input; 130 stopped.
+ * note[] gets one line without a line end, or nothing.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_RUN_H
+#define LOSTMOTION_OPTIMIZER_RUN_H
+
+#include "certificate.h"
+#include "search.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define LM_NOTE_MAX 1024
+
+#define LM_EXIT_DONE 0
+#define LM_EXIT_FAILED 1
+#define LM_EXIT_BAD_INPUT 2
+#define LM_EXIT_STOPPED 130
+
+typedef struct lm_run lm_run;
+
+/* Begin a search in a folder, which is made, or go on with the one that is there. The spec is a
+ * text of spec.h; its name is for messages. On anything but 0 nothing was written and *run is null.
+ * With 0 the note may say that the journal's end was torn. */
+int lm_open_run(const char *spec_name, const char *spec, const char *folder, int resume,
+                lm_run **run, char note[LM_NOTE_MAX]);
+
+const lm_problem *lm_run_problem(const lm_run *run);
+lm_search *lm_run_search(lm_run *run);
+
+/* Write an answer to the journal and the history and hand it to the search. LM_CORRUPT: the journal
+ * cannot be written (errno); others as lm_accept_answer. */
+lm_status lm_take_answer(lm_run *run, const lm_answer *answer);
+
+/* Called about five times a second and once at the end, while no answer is being taken. */
+typedef void (*lm_run_hook)(void *context);
+
+/* Do all tasks with the threads of this machine (workers 0: as many as it has cores). hook and
+ * context may be null. *stop ends the work soon after it is set; the run itself sets it when the
+ * journal cannot be written. */
+int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volatile int *stop,
+                char note[LM_NOTE_MAX]);
+
+/* Write the results. Takes the exit status of the work and gives the one of the whole: when it is 0
+ * and there is no feasible design, 1 and which limits to relax. */
+int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]);
+
+void lm_close_run(lm_run *run);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
