@@ -106,6 +106,10 @@ char *lm_format_drive(const lm_drive *drive, const char *name) {
   return text;
 }
 
+void lm_free_text(char *text) {
+  free(text);
+}
+
 /* --- front --------------------------------------------------------------------------------------
  */
 

@@ -15,8 +15,9 @@ extern "C" {
  * every radial law as a deflection at 1 N and an exponent. */
 void lm_write_drive(FILE *file, const lm_drive *drive, const char *name);
 
-/* The same as text, to be freed; null: out of memory. */
+/* The same as text, for lm_free_text; null: out of memory. */
 char *lm_format_drive(const lm_drive *drive, const char *name);
+void lm_free_text(char *text);
 
 /* Margin of a limit in an evaluated result, scaled as in evaluate.h; what is not stated has 1. */
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],

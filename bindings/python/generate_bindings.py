@@ -13,11 +13,13 @@ import ast
 import re
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from cffi import FFI
 
-HIDDEN_HEADERS = ("stddef.h", "stdint.h", "stdbool.h", "string.h", "math.h", "limits.h", "float.h")
+HIDDEN_HEADERS = ("stddef.h", "stdint.h", "stdbool.h", "string.h", "math.h", "limits.h", "float.h",
+    "stdio.h")
 """Headers whose types cffi knows by itself."""
 
 RENAMING_GUARD = "LOSTMOTION_NAMES_F32_H"
@@ -28,8 +30,12 @@ PROFILE = "LM_PROFILE=LM_PROFILE_FULL"
 """Largest sizes of the runtime's structs: Python reads what any controller may carry."""
 
 
-def preprocess(compiler: str, include: Path, bits: int, source: str) -> str:
-    """Run the C preprocessor over `source` with the public headers in reach."""
+HOOK = 'extern "Python" void lm_hook(void *);'
+"""What the search calls from time to time; Python defines it."""
+
+
+def preprocess(compiler: str, include: Sequence[Path], bits: int, source: str) -> str:
+    """Run the C preprocessor over `source` with the headers of `include` in reach."""
     with tempfile.TemporaryDirectory() as folder:
         for header in HIDDEN_HEADERS:
             (Path(folder) / header).touch()
@@ -42,7 +48,7 @@ def preprocess(compiler: str, include: Path, bits: int, source: str) -> str:
                 compiler,
                 *flags,
                 f"-I{folder}",
-                f"-I{include}",
+                *(f"-I{path}" for path in include),
                 f"-DLM_REAL_BITS={bits}",
                 f"-D{RENAMING_GUARD}",
                 f"-D{PROFILE}",
@@ -78,10 +84,12 @@ def constant(expression: str) -> int | float | None:
     return float(value) if "lm_real" in expression else value
 
 
-def constants(compiler: str, include: Path, bits: int, includes: str) -> list[str]:
-    """Declare the object-like LM_ macros that are numbers."""
+def constants(
+    compiler: str, include: Sequence[Path], bits: int, includes: str, headers: Sequence[Path]
+) -> list[str]:
+    """Declare the object-like LM_ macros of `headers` that are numbers."""
     names = set()
-    for header in sorted((include / "lostmotion").glob("*.h")):
+    for header in headers:
         names.update(re.findall(r"^#\s*define\s+(LM_\w+)[ \t]+\S", header.read_text(), re.M))
     # Inside a string literal a macro's own name is not replaced.
     probe = includes + "".join(f'\nlm_probe "{name}" {name};' for name in sorted(names))
@@ -96,7 +104,7 @@ def constants(compiler: str, include: Path, bits: int, includes: str) -> list[st
     return lines
 
 
-def declarations(compiler: str, include: Path, bits: int, includes: str) -> str:
+def declarations(compiler: str, include: Sequence[Path], bits: int, includes: str) -> str:
     """Return what the headers declare, with every macro expanded."""
     text = preprocess(compiler, include, bits, includes)
     return re.sub(r"_Static_assert\s*\(.*?\)\s*;", "", text, flags=re.S)
@@ -107,20 +115,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--compiler", required=True)
     parser.add_argument("--include", type=Path, required=True, help="folder that holds lostmotion/")
+    parser.add_argument("--optimizer", type=Path, help="its folder: bind the search instead")
     parser.add_argument("--bits", type=int, choices=(32, 64), required=True)
     parser.add_argument("--module", required=True)
     parser.add_argument("--output", type=Path, required=True)
     arguments = parser.parse_args()
 
-    skipped = {"names_f32.h"}
-    headers = sorted((arguments.include / "lostmotion").glob("*.h"))
-    includes = "\n".join(
-        f'#include "lostmotion/{header.name}"' for header in headers if header.name not in skipped
-    )
-    where = (arguments.compiler, arguments.include, arguments.bits, includes)
+    if arguments.optimizer is None:
+        skipped = {"names_f32.h"}
+        headers = sorted((arguments.include / "lostmotion").glob("*.h"))
+        names = [f"lostmotion/{header.name}" for header in headers if header.name not in skipped]
+        folders = [arguments.include]
+    else:
+        names = ["spec.h", "run.h", "output.h"]
+        headers = sorted(arguments.optimizer.glob("*.h"))
+        folders = [arguments.include, arguments.optimizer]
+    includes = "\n".join(f'#include "{name}"' for name in names)
+    where = (arguments.compiler, folders, arguments.bits, includes)
     ffi = FFI()
     ffi.cdef(declarations(*where))
-    ffi.cdef("".join(constants(*where)))
+    ffi.cdef("".join(constants(*where, headers)))
+    if arguments.optimizer is not None:
+        ffi.cdef(HOOK)
     ffi.set_source(arguments.module, includes)
     ffi.emit_c_code(str(arguments.output))
 

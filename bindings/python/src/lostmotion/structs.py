@@ -115,6 +115,13 @@ RADIAL_KINDS: dict[str, tuple[Key, ...]] = {
         PRELOAD,
     ),
     "spring": (Key("stiffness", "N_per_mm", required=True), SHARE),
+    "power": (
+        Key("deflection", "mm", required=True, low=0),
+        Key("force", "N", required=True, above=0, high=1e9),
+        Key("exponent", required=True, low=0.25, high=2),
+        SHARE,
+        PRELOAD,
+    ),
     "shaft": (
         Key("diameter", "mm", required=True),
         Key("a", "mm", required=True),
@@ -444,6 +451,14 @@ def _radial_law(design: Design, c: Core, drive: Any, entry: Entry, law: Any, fau
         status = make(entry.get("roller_length"), share, preload, law, fault)
     elif entry.kind == "spring":
         status = lib.lm_make_spring_law(entry.get("stiffness"), share, law, fault)
+    elif entry.kind == "power":
+        # deflection (F / force)^exponent; a force of 1 N keeps every bit of the coefficient
+        exponent = entry.get("exponent")
+        law.coefficient_mm_per_Nn = entry.get("deflection") / entry.get("force") ** exponent
+        law.exponent = exponent
+        law.share = share
+        law.preload_N = preload
+        status = lib.lm_check_radial_laws(law, 1, fault)
     elif entry.kind == "shaft":
         status = lib.lm_make_shaft_bending_law(
             entry.get("diameter"), entry.get("a"), entry.get("b"), youngs, law, fault

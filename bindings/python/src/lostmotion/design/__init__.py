@@ -1,0 +1,10 @@
+"""The design search: from a spec to drives with the least lost motion.
+
+The search is the C library of the folder ``optimizer``, bound as ``lostmotion._search``; a package
+that was built without NLopt has everything but this.
+"""
+
+from lostmotion.design.result import Result
+from lostmotion.design.running import search
+
+__all__ = ["Result", "search"]

@@ -1,0 +1,85 @@
+"""The optimizer's C library: whether it is there, and what it calls things."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from lostmotion.errors import LostMotionError
+
+MISSING = (
+    "the design search is not in this installation: NLopt (Debian, Ubuntu: libnlopt-dev) or a C++ "
+    "compiler was missing when lostmotion was built; install both and build the package again"
+)
+
+STAGES = ("screen", "evolve", "race", "polish", "spread", "settle", "done")
+"""By the value of `lm_search_stage`."""
+
+FATES = ("not_reached", "pruned", "dominated", "solved")
+"""By the value of `lm_fate`."""
+
+ARCMIN_PER_RAD = 10_800 / 3.141592653589793
+"""arcmin in a radian: turns a compliance in arcmin/(N m) into a stiffness in N m/rad."""
+
+
+@cache
+def engine() -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of the optimizer.
+
+    Raises
+    ------
+    LostMotionError
+        When the package was built without it.
+    """
+    try:
+        from lostmotion import _search
+    except ImportError:
+        raise LostMotionError(MISSING) from None
+    return _search.ffi, _search.lib
+
+
+def text_of(cdata: Any) -> str:
+    """Return a C string."""
+    ffi, _ = engine()
+    found: str = ffi.string(cdata).decode(errors="replace")
+    return found
+
+
+@cache
+def figures() -> tuple[tuple[str, str], ...]:
+    """Names and units of what is computed of a design, by `lm_figure`.
+
+    The third one is a stiffness here and a compliance inside the search.
+    """
+    _, lib = engine()
+    found = [
+        (text_of(lib.lm_figure_name(i)), text_of(lib.lm_figure_unit(i)))
+        for i in range(lib.LM_FIGURE_COUNT)
+    ]
+    found[lib.LM_FIGURE_COMPLIANCE] = ("stiffness", "Nm_per_rad")
+    return tuple(found)
+
+
+def figure_value(figure: int, value: float) -> float:
+    """Turn a figure of the search into the one of `figures`."""
+    _, lib = engine()
+    return ARCMIN_PER_RAD / value if figure == lib.LM_FIGURE_COMPLIANCE else value
+
+
+@cache
+def limits() -> tuple[str, ...]:
+    """Names of the limits, by `lm_limit`."""
+    _, lib = engine()
+    return tuple(text_of(lib.lm_limit_name(i)) for i in range(lib.LM_LIMIT_COUNT))
+
+
+@cache
+def keys() -> dict[str, int]:
+    """The dotted keys that can be fixed, varied or chosen, with the unit the search counts in."""
+    ffi, lib = engine()
+    text = ffi.new("char[]", lib.LM_KEY_NAME_MAX)
+    found = {}
+    for key in range(lib.LM_KEY_GRADE):
+        lib.lm_write_key(key, text)
+        found[text_of(text)] = key
+    return found

@@ -1,0 +1,174 @@
+"""What a search leaves: designs, their numbers, and how sure they are."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lostmotion.design.engine import engine, figure_value, figures, limits
+from lostmotion.design.spec import Spec
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+@dataclass
+class Result:
+    """The end of a search, or how far it came.
+
+    Attributes
+    ----------
+    best : dict or None
+        Drive file of the design with the best first objective; None when there is none.
+    front : list of dict
+        Designs none of which is better than another in every objective, the best in the first
+        one first. Each has ``objectives`` (list, in the order of `objectives`), ``figures`` (all
+        that was computed, by name), ``margins`` (by limit; below zero it is broken), ``drive``
+        (a drive file's tables), ``settled`` (whole grades, checked between the angles).
+    objectives, units : tuple of str
+        What was made small, or large where `larger_is_better` says so.
+    larger_is_better : tuple of bool
+    finished : bool
+        False when it was stopped; ``resume`` goes on.
+    certificate : dict or None
+        The best design looked at once more, finer: ``holds``, ``limits``, ``checks``,
+        ``lost_motion_arcmin`` and so on.
+    infeasible : dict or None
+        When no design exists: which limits to relax, and by how much.
+    note : str
+        One line that a user should read, or nothing.
+    combinations : dict
+        How many ended how.
+    folder : Path
+    """
+
+    best: dict[str, Any] | None
+    front: list[dict[str, Any]]
+    objectives: tuple[str, ...]
+    units: tuple[str, ...]
+    larger_is_better: tuple[bool, ...]
+    finished: bool
+    certificate: dict[str, Any] | None
+    infeasible: dict[str, Any] | None
+    note: str
+    combinations: dict[str, int]
+    folder: Path
+    assumed: dict[str, Any] = field(default_factory=dict)
+
+    def answer(self) -> dict[str, Any]:
+        """Return the result as JSON can hold it."""
+        return {
+            "schema": "lostmotion.design/1",
+            "folder": str(self.folder),
+            "finished": self.finished,
+            "objectives": list(self.objectives),
+            "units": list(self.units),
+            "larger_is_better": list(self.larger_is_better),
+            "best": self.best,
+            "front": self.front,
+            "certificate": self.certificate,
+            "infeasible": self.infeasible,
+            "combinations": self.combinations,
+            "assumed": self.assumed,
+            "note": self.note,
+        }
+
+
+class Designs:
+    """Reads designs of one search: from the optimizer's structs to drive files and numbers."""
+
+    def __init__(self, problem: Any, spec: Spec) -> None:
+        self.ffi, self.lib = engine()
+        self.problem = problem
+        self.spec = spec
+        self.names = tuple(figures()[i][0] for i in spec.objectives)
+        self.units = tuple(figures()[i][1] for i in spec.objectives)
+        stiffness = self.lib.LM_FIGURE_COMPLIANCE
+        self.larger = tuple(i == stiffness for i in spec.objectives)
+        self.scan = self.ffi.new("lm_scan *")
+        self.layout = self.ffi.new("lm_layout *")
+        self.lib.lm_default_scan(self.scan)
+        self.lib.lm_lay_out(problem, self.scan, self.layout)
+        self.result = self.ffi.new("double[]", self.layout.count)
+        self.workspace = self.ffi.gc(self.lib.lm_create_workspace(), self.lib.lm_free_workspace)
+
+    def objectives(self, found: Any) -> list[float]:
+        """Objectives of an `lm_found` as `figures` counts them."""
+        return [figure_value(f, found.objective[i]) for i, f in enumerate(self.spec.objectives)]
+
+    def drive(self, combination: int, unit: Any, name: str = "") -> dict[str, Any]:
+        """Drive file of a point."""
+        drive = self.ffi.new("lm_drive *")
+        if self.lib.lm_point_drive(self.problem, combination, unit, drive, self.ffi.NULL) != 0:
+            raise ValueError("no drive at this point")
+        text = self.lib.lm_format_drive(drive, b"")
+        if text == self.ffi.NULL:
+            raise MemoryError
+        try:
+            document: dict[str, Any] = tomllib.loads(self.ffi.string(text).decode())
+        finally:
+            self.lib.lm_free_text(text)
+        return self.named(document, name)
+
+    def named(self, document: dict[str, Any], name: str = "") -> dict[str, Any]:
+        """Add the names of the spec to a drive file."""
+        document["drive"]["name"] = name or self.spec.name
+        links = document["design"].get("tolerance", [])
+        for link, called in zip(links, self.spec.link_names, strict=False):
+            if called:
+                link["name"] = called
+        return document
+
+    def measure(self, combination: int, unit: Any) -> tuple[dict[str, float], dict[str, float]]:
+        """Figures and margins of a point as the search sees them; ValueError when it has none."""
+        lib = self.lib
+        status = lib.lm_evaluate_point(
+            self.problem,
+            self.scan,
+            self.layout,
+            combination,
+            unit,
+            self.result,
+            self.workspace,
+            self.ffi.NULL,
+        )
+        if status != 0:
+            raise ValueError("the model refuses this point")
+        values = {
+            name: figure_value(i, lib.lm_figure_of(self.layout, self.result, i))
+            for i, (name, _) in enumerate(figures())
+        }
+        margins = {
+            name: lib.lm_margin_of(self.problem, self.layout, self.result, i)
+            for i, name in enumerate(limits())
+        }
+        return values, margins
+
+    def front(self, search: Any) -> list[dict[str, Any]]:
+        """Read the front."""
+        count = self.lib.lm_read_front(search, self.ffi.NULL, 0)
+        found = self.ffi.new("lm_found[]", max(count, 1))
+        count = min(count, self.lib.lm_read_front(search, found, count))
+        out = []
+        for i in range(count):
+            one = found[i]
+            try:
+                values, margins = self.measure(one.combination, one.unit)
+                document = self.drive(one.combination, one.unit, f"{self.spec.name}, {i + 1}")
+            except ValueError:  # a point that was damaged to test the search
+                continue
+            out.append(
+                {
+                    "objectives": [values[name] for name in self.names],
+                    "figures": values,
+                    "margins": margins,
+                    "drive": document,
+                    "settled": bool(one.settled),
+                    "combination": int(one.combination),
+                }
+            )
+        return out

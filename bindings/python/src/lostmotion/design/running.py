@@ -1,0 +1,380 @@
+"""Run a search in a folder: on the threads of this machine, or by an executor."""
+
+from __future__ import annotations
+
+import json
+import queue
+import re
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from lostmotion.design.engine import FATES, STAGES, engine, figure_value, text_of
+from lostmotion.design.result import Designs, Result
+from lostmotion.design.spec import Spec, read_spec
+from lostmotion.design.tasks import build_mark, do_task
+from lostmotion.drives import format_toml
+from lostmotion.errors import InputError, LostMotionError
+from lostmotion.files import write_whole
+
+DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+
+Progress = Callable[[dict[str, Any]], None]
+
+TICK_SECONDS = 0.2
+"""Between two calls of `progress`, and how soon `stop` is seen."""
+
+FRONT_SHOWN = 500
+"""Most designs of the front in one call of `progress`."""
+
+RETRIES = 20
+"""Workers that one task of a cluster may lose."""
+
+
+def search(
+    spec_path: str | Path,
+    run_folder: str | Path,
+    *,
+    resume: bool = False,
+    workers: int | None = None,
+    executor: Any = None,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
+) -> Result:
+    """Search for designs.
+
+    Parameters
+    ----------
+    spec_path : path
+        Search spec, TOML.
+    run_folder : path
+        Gets ``best.toml``, ``front.csv``, ``history.csv``, ``report.html`` and the journal.
+    resume : bool
+        Go on with the search that is there; the result is the same as if it had never stopped.
+    workers : int, optional
+        Threads; without it what the spec says, else one for each core.
+    executor : optional
+        Anything with ``submit(function, *arguments)`` that returns a future: an executor of
+        `concurrent.futures`, a Dask client. It does the tasks in place of threads; the result has
+        the same bytes.
+    progress : callable, optional
+        Called about five times a second, and once at the end, in the thread of the caller, with a
+        dict: ``stage``, ``evaluations``, ``budget``, ``best_value`` (of the first objective, or
+        None), ``best`` (its drive file, or None), ``feasible_share``, ``refused``,
+        ``combinations`` (``solved``, ``dominated``, ``pruned``, ``not_reached``, ``total``),
+        ``front`` (a list of objectives for each design), ``seconds``, ``seconds_left`` (None while
+        unknown).
+    stop : threading.Event, optional
+        When it is set, the search saves the best so far and returns a result that is not finished.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    InputError
+        Nothing was written.
+    LostMotionError
+        The work failed, or the package has no search.
+    KeyboardInterrupt
+        After the best so far was saved.
+    """
+    spec = read_spec(spec_path)
+    with _Run(spec, Path(run_folder), resume) as run:
+        return run.work(workers or spec.workers, executor, progress, stop)
+
+
+class _Run:
+    """A search that is under way."""
+
+    def __init__(self, spec: Spec, folder: Path, resume: bool) -> None:
+        self.ffi, self.lib = engine()
+        self.spec = spec
+        self.folder = folder
+        self.resume = resume
+        self.note = self.ffi.new("char[]", self.lib.LM_NOTE_MAX)
+        self.notes: list[str] = []
+        self.stop_flag = self.ffi.new("int *")
+        self.seen: dict[str, Any] | None = None  # last snapshot, not yet shown
+        self.best_at: tuple[int, bytes] | None = None
+        self.best: dict[str, Any] | None = None
+
+    def __enter__(self) -> _Run:
+        one = self.ffi.new("lm_run **")
+        status = self.lib.lm_open_run(
+            self.spec.file.encode(),
+            self.spec.text.encode(),
+            str(self.folder).encode(errors="surrogateescape"),
+            int(self.resume),
+            one,
+            self.note,
+        )
+        said = text_of(self.note)
+        if status == BAD_INPUT:
+            match = re.fullmatch(r"(.*): found (.*), expected (.*)", said, re.S)
+            if match is None:
+                raise InputError(self.spec.file, "", said, "a search that can be done")
+            raise InputError(match[1], "", match[2], match[3])
+        if status != DONE:
+            raise LostMotionError(said)
+        self.hear(said)
+        self.run = one[0]
+        self.search = self.lib.lm_run_search(self.run)
+        self.designs = Designs(self.lib.lm_run_problem(self.run), self.spec)
+        self.started = time.monotonic()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.lib.lm_close_run(self.run)
+
+    def hear(self, said: str) -> None:
+        if said:
+            self.notes.append(said)
+
+    # --- progress ---
+
+    def snapshot(self) -> None:
+        """Note where the search stands; nothing else may touch the search meanwhile."""
+        ffi, lib = self.ffi, self.lib
+        p = ffi.new("lm_progress *")
+        lib.lm_read_progress(self.search, p)
+        found = ffi.new("lm_found[]", FRONT_SHOWN)
+        count = min(lib.lm_read_front(self.search, found, FRONT_SHOWN), FRONT_SHOWN)
+        best = ffi.new("lm_found *")
+        has_best = lib.lm_read_best(self.search, best)
+        seconds = time.monotonic() - self.started
+        left: float | None = None
+        if p.evaluations >= p.budget:
+            left = 0.0
+        elif p.evaluations >= p.budget / 50:
+            left = seconds * (p.budget - p.evaluations) / p.evaluations
+        fates = {name: int(p.fate[i]) for i, name in enumerate(FATES)}
+        lead = self.spec.objectives[0]
+        self.seen = {
+            "stage": STAGES[p.stage],
+            "evaluations": int(p.evaluations),
+            "budget": int(p.budget),
+            "best_value": figure_value(lead, p.best_value) if p.has_best else None,
+            "best": best if has_best else None,
+            "feasible_share": float(p.feasible_share),
+            "refused": int(p.refused),
+            "tasks": int(p.tasks_done),
+            "combinations": {**fates, "total": sum(fates.values())},
+            "front": [self.designs.objectives(found[i]) for i in range(count)],
+            "seconds": seconds,
+            "seconds_left": left,
+        }
+
+    def show(self, progress: Progress | None) -> None:
+        """Hand the last snapshot on, in the thread of the caller."""
+        seen, self.seen = self.seen, None
+        if progress is None or seen is None:
+            return
+        best = seen["best"]
+        if best is not None:
+            at = (int(best.combination), bytes(self.ffi.buffer(best.unit)))
+            if at != self.best_at:
+                self.best_at = at
+                self.best = self.designs.drive(best.combination, best.unit)
+            seen["best"] = self.best
+        progress(seen)
+
+    # --- work ---
+
+    def work(
+        self,
+        workers: int | None,
+        executor: Any,
+        progress: Progress | None,
+        stop: threading.Event | None,
+    ) -> Result:
+        interrupt: BaseException | None = None
+        try:
+            if executor is not None:
+                status = self.work_by(executor, progress, stop)
+            else:
+                status = self.work_here(workers or 0, progress, stop)
+        except BaseException as error:  # saved below, then raised again
+            interrupt = error
+            status = STOPPED
+        status = self.finish(status)
+        if status == FAILED and self.lib.lm_read_best(self.search, self.ffi.new("lm_found *")):
+            raise LostMotionError(self.notes[-1] if self.notes else "the search failed")
+        result = self.collect(status)
+        if interrupt is not None:
+            raise interrupt
+        self.snapshot()
+        self.show(progress)
+        return result
+
+    def in_thread(self, call: Callable[[], int], each: Callable[[], None]) -> int:
+        """Make a long call of the library while `each` runs here from time to time."""
+        done: list[int] = []
+        thread = threading.Thread(target=lambda: done.append(call()), name="lostmotion search")
+        thread.start()
+        try:
+            while thread.is_alive():
+                thread.join(TICK_SECONDS)
+                each()
+        except BaseException:
+            self.stop_flag[0] = 1
+            thread.join()
+            raise
+        if not done:
+            raise LostMotionError("the search ended without an answer")
+        return done[0]
+
+    def work_here(
+        self, workers: int, progress: Progress | None, stop: threading.Event | None
+    ) -> int:
+        """Do all tasks with threads of the library."""
+        hook = self.ffi.new_handle(self.snapshot)
+
+        def call() -> int:
+            status: int = self.lib.lm_work_run(
+                self.run, workers, self.lib.lm_hook, hook, self.stop_flag, self.note
+            )
+            return status
+
+        def each() -> None:
+            if stop is not None and stop.is_set():
+                self.stop_flag[0] = 1
+            self.show(progress)
+
+        status = self.in_thread(call, each)
+        self.hear(text_of(self.note))
+        return status
+
+    def work_by(
+        self, executor: Any, progress: Progress | None, stop: threading.Event | None
+    ) -> int:
+        """Hand all tasks to an executor."""
+        ffi, lib = self.ffi, self.lib
+        tasks = ffi.new("const lm_task **")
+        while True:
+            count = lib.lm_next_tasks(self.search, tasks)
+            if count == 0:
+                return DONE
+            waiting = {
+                int(tasks[0][i].id): bytes(ffi.buffer(ffi.addressof(tasks[0][i])))
+                for i in range(count)
+                if not lib.lm_is_answered(self.search, tasks[0][i].id)
+            }
+            if not self.do_batch(executor, waiting, progress, stop):
+                return STOPPED
+
+    def do_batch(
+        self,
+        executor: Any,
+        waiting: dict[int, bytes],
+        progress: Progress | None,
+        stop: threading.Event | None,
+    ) -> bool:
+        """Do one batch of tasks; False when it was stopped."""
+        mark = build_mark()
+        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        futures = {}
+        shown = time.monotonic()
+        try:
+            for number, task in waiting.items():
+                future = submit(executor, self.spec.text, task, mark)
+                futures[number] = future
+                future.add_done_callback(answers.put)
+            for _ in range(len(waiting)):
+                while True:
+                    if stop is not None and stop.is_set():
+                        return False
+                    try:
+                        future = answers.get(timeout=TICK_SECONDS)
+                        break
+                    except queue.Empty:
+                        self.snapshot()
+                        self.show(progress)
+                self.take(future)
+                if time.monotonic() - shown > TICK_SECONDS:
+                    shown = time.monotonic()
+                    self.snapshot()
+                    self.show(progress)
+            return True
+        finally:
+            for future in futures.values():
+                if not future.done():
+                    future.cancel()
+
+    def take(self, future: Any) -> None:
+        try:
+            data = future.result()
+        except LostMotionError:
+            raise
+        except Exception as error:
+            raise LostMotionError(
+                f"a task was lost by the executor ({type(error).__name__}: {error}); what was done "
+                f"is kept in {self.folder}, and resuming goes on with it"
+            ) from error
+        answer = self.ffi.new("lm_answer *")
+        self.ffi.buffer(answer)[: len(data)] = data
+        if self.lib.lm_take_answer(self.run, answer) != 0:
+            raise LostMotionError(f"{self.folder}: the journal cannot be written")
+
+    # --- the end ---
+
+    def finish(self, status: int) -> int:
+        def call() -> int:
+            done: int = self.lib.lm_finish_run(self.run, status, self.note)
+            return done
+
+        status = self.in_thread(call, lambda: None)
+        self.hear(text_of(self.note))
+        return status
+
+    def collect(self, status: int) -> Result:
+        """Read what the search found and finish the files of the folder."""
+        best = self.ffi.new("lm_found *")
+        document = certificate = infeasible = None
+        if self.lib.lm_read_best(self.search, best):
+            document = self.designs.drive(best.combination, best.unit)
+            write_whole(self.folder / "best.toml", format_toml(document))
+            certificate = json.loads((self.folder / "certificate.json").read_text())
+        elif status == FAILED and (self.folder / "infeasible.json").is_file():
+            infeasible = json.loads((self.folder / "infeasible.json").read_text())
+        p = self.ffi.new("lm_progress *")
+        self.lib.lm_read_progress(self.search, p)
+        return Result(
+            document,
+            self.designs.front(self.search),
+            self.designs.names,
+            self.designs.units,
+            self.designs.larger,
+            status != STOPPED,
+            certificate,
+            infeasible,
+            "; ".join(self.notes),
+            {name: int(p.fate[i]) for i, name in enumerate(FATES)},
+            self.folder,
+            self.spec.assumed,
+        )
+
+
+def submit(executor: Any, text: str, task: bytes, mark: tuple[str, int, int]) -> Any:
+    """Hand a task to an executor; a Dask cluster may lose workers over it."""
+    if type(executor).__module__.split(".")[0] == "distributed":
+        return executor.submit(do_task, text, task, mark, retries=RETRIES, pure=False)
+    return executor.submit(do_task, text, task, mark)
+
+
+def _register() -> None:
+    """Let the library call back; the handle is a function without arguments."""
+    try:
+        ffi, _ = engine()
+    except LostMotionError:
+        return
+
+    @ffi.def_extern(name="lm_hook")  # type: ignore[untyped-decorator]
+    def call(handle: Any) -> None:
+        ffi.from_handle(handle)()
+
+
+_register()

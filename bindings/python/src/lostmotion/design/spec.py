@@ -1,0 +1,621 @@
+"""Search specs: TOML that says what may vary and what must hold, as the text of the optimizer.
+
+The optimizer reads one statement a line (``optimizer/spec.h``). Every line remembers the key that
+it came from, so that what the optimizer refuses is told in the words of the file.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lostmotion import units
+from lostmotion.design.engine import engine, figures, keys, limits, text_of
+from lostmotion.drives import parse_drive, read_toml
+from lostmotion.errors import InputError, did_you_mean
+from lostmotion.keys import Key, Value, read_table, show
+from lostmotion.structs import DEFORMATIONS, DISTRIBUTIONS, GENERATORS, ZONES, make_drive
+
+SECTIONS = ("drive", "design", "search")
+TABLES = ("fixed", "range", "limits", "cost", "start")
+
+LEVELS = ("worst", "probable", "quantile")
+"""Where in production the tolerance figure is taken."""
+
+SEARCH_KEYS = (
+    Key("seed", kind="integer", low=0, high=2**31 - 1),
+    Key("evaluations", kind="integer", low=10, high=10**9),
+    Key("workers", kind="integer", low=1, high=256),
+    Key("dask", kind="text"),
+    Key("torque", "Nm", above=0, high=5e5),
+    Key("phases", kind="integer", low=1, high=8),
+    Key("level", kind="choice", choices=LEVELS),
+    Key("rigid_gear_turns", kind="switch"),
+    Key("damaged_share", low=0, high=1),
+)
+"""Keys of [search] besides its tables and the list of objectives."""
+
+DRIVE_KEYS = (
+    Key("name", kind="text"),
+    Key("ratio", low=-1000, high=1000),
+    Key("rated_torque", "Nm", low=1e-4, high=1e6),
+)
+
+COST_KEYS = (
+    Key("tolerance_exponent", above=0, high=10),
+    Key("size", low=0, high=1e6),
+    *(Key(name, low=0, high=1e6) for name in GENERATORS),
+)
+
+SWITCH_LIMITS = ("free_assembly", "gap_at_worst_corner")
+"""Limits that are on or off."""
+
+TEETH, MODULE, WIDTH = "teeth.flexspline_teeth", "teeth.module_mm", "teeth.face_width_mm"
+RIGID, DIFFERENCE = "teeth.rigid_shift", "teeth.shift_difference"
+
+NEVER = {
+    "teeth.rigid_teeth": "it follows from teeth.flexspline_teeth, two more or two fewer",
+    "generator.floating": "the generator of a search floats",
+    "generator.eccentricity": "the generator of a search runs true",
+    "generator.eccentricity_angle": "the generator of a search runs true",
+}
+
+NAMED = {"generator.type": GENERATORS, "teeth.deformation": DEFORMATIONS}
+"""Keys whose values are names."""
+
+TOOTH_COUNTS = (30, 600)
+"""Teeth that a flexspline may have."""
+
+DEFAULT_TEETH = 200
+DEFAULT_DIFFERENCE = (-0.4, 0.6)
+"""Range of x2 - x1 that holds every interference-free pair from w0/m = 0.85 to 1.2."""
+
+TORQUE_PER_D3 = 40 / 50**3
+"""Rated torque in N m over the cube of the pitch diameter in mm: 40 N m at size 20, 50 mm."""
+
+WIDTH_PER_D = 0.2
+"""Face width over pitch diameter of usual drives."""
+
+
+@dataclass
+class Spec:
+    """A search spec.
+
+    Attributes
+    ----------
+    file : str
+    name : str
+        Of the drives that the search finds.
+    text : str
+        What the optimizer reads.
+    objectives : tuple of int
+        By `lm_figure`.
+    workers, dask
+        As the file says; None where it does not.
+    assumed : dict
+        What the file leaves open, by dotted key, and what was taken for it.
+    link_names : list of str
+        Names of the tolerances, where they have one.
+    start : dict
+        [search.start], in the units of the search.
+    document : dict
+        The file itself.
+    """
+
+    file: str
+    name: str
+    text: str = ""
+    objectives: tuple[int, ...] = ()
+    workers: int | None = None
+    dask: str | None = None
+    assumed: dict[str, Any] = field(default_factory=dict)
+    link_names: list[str] = field(default_factory=list)
+    start: dict[str, float] = field(default_factory=dict)
+    document: dict[str, Any] = field(default_factory=dict)
+
+
+def read_spec(file: str | Path) -> Spec:
+    """Read a search spec.
+
+    Raises
+    ------
+    InputError
+        Unknown keys, wrong units, impossible values: file, key, found, expected.
+    """
+    return parse_spec(read_toml(file, "a search spec"), str(file))
+
+
+def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
+    """Understand the tables of a search spec; `file` is for messages."""
+    return _Reader(file, document).read()
+
+
+class _Reader:
+    """One reading of a spec."""
+
+    def __init__(self, file: str, document: Mapping[str, Any]) -> None:
+        self.file = file
+        self.document = document
+        self.lines: list[str] = []
+        self.origins: list[str] = []
+        self.values: dict[str, float] = {}  # of one drive of the search, for what is derived
+        self.said: dict[str, str] = {}  # dotted key of the search: place in the file
+        self.spec = Spec(file, Path(file).stem, document=dict(document))
+
+    def refuse(self, key: str, found: str, expected: str) -> InputError:
+        return InputError(self.file, key, found, expected)
+
+    def say(self, origin: str, *words: object) -> None:
+        """Add a statement."""
+        shown = [repr(float(w)) if isinstance(w, float) else str(w) for w in words]
+        self.lines.append(" ".join(shown))
+        self.origins.append(origin)
+
+    def table(self, name: str) -> Mapping[str, Any]:
+        table = self.search.get(name, {})
+        if not isinstance(table, Mapping):
+            raise self.refuse(f"search.{name}", show(table), f"a table [search.{name}]")
+        return table
+
+    def read(self) -> Spec:
+        for section in self.document:
+            if section not in SECTIONS:
+                hint = did_you_mean(section, SECTIONS)
+                expected = "one of the tables " + ", ".join(SECTIONS) + hint
+                raise self.refuse(section, "an unknown table", expected)
+        if not isinstance(self.document.get("search"), Mapping):
+            raise self.refuse("search", "no such table", "[search] with objectives")
+        self.search: Mapping[str, Any] = self.document["search"]
+        numbers = {k: v for k, v in self.search.items() if k != "objectives"}
+        head = read_table(self.file, "search", numbers, SEARCH_KEYS, tables=TABLES)
+        drive = read_table(self.file, "drive", self.document.get("drive", {}), DRIVE_KEYS)
+        self.read_objectives()
+        self.read_head(head, drive)
+        for name in ("fixed", "range"):
+            for key, value in self.table(name).items():
+                self.read_variable(name, key, value)
+        self.fill_open(drive)
+        self.read_tolerances()
+        self.read_limits()
+        self.read_cost()
+        self.read_chains()
+        self.read_start()
+        self.spec.text = "\n".join(self.lines) + "\n"
+        self.check()
+        return self.spec
+
+    # --- [search] and [drive] ---
+
+    def read_objectives(self) -> None:
+        names = [name for name, _ in figures()]
+        expected = f"a list of one to four of {', '.join(names)}"
+        found = self.search.get("objectives")
+        if found is None:
+            raise self.refuse("search.objectives", "nothing", expected)
+        if not isinstance(found, list) or not 1 <= len(found) <= 4 or len(set(found)) < len(found):
+            raise self.refuse("search.objectives", show(found), expected)
+        for name in found:
+            if name not in names:
+                hint = did_you_mean(name, names) if isinstance(name, str) else ""
+                raise self.refuse("search.objectives", show(name), expected + hint)
+        self.spec.objectives = tuple(names.index(name) for name in found)
+        for name in found:
+            self.say("search.objectives", "objective", name)
+
+    def read_head(self, head: Mapping[str, Value], drive: Mapping[str, Value]) -> None:
+        names = {"torque": "torque_Nm", "rigid_gear_turns": "rigid_gear_turns"}
+        for name in ("seed", "evaluations", "torque", "phases", "level", "rigid_gear_turns"):
+            if name in head:
+                value = head[name].value
+                value = int(value) if isinstance(value, bool) else value
+                self.say(f"search.{name}", names.get(name, name), value)
+        if "damaged_share" in head:
+            self.say("search.damaged_share", "damaged_share", head["damaged_share"].value)
+        if "phases" not in head and "kinematic_error" in self.search["objectives"]:
+            self.assume("search.phases", 4)
+            self.say("search.phases", "phases", 4)
+        self.turns = bool(head["rigid_gear_turns"].value) if "rigid_gear_turns" in head else False
+        self.spec.workers = head["workers"].value if "workers" in head else None
+        self.spec.dask = head["dask"].value if "dask" in head else None
+        if "name" in drive:
+            self.spec.name = drive["name"].value
+        self.sign = 1
+        if "ratio" in drive:
+            self.sign = -1 if drive["ratio"].value < 0 else 1
+            self.ratio: tuple[float, float] | None = (abs(drive["ratio"].value),) * 2
+        else:
+            self.ratio = None
+        if "ratio" in self.table("limits"):
+            self.ratio = self.read_ratio(self.table("limits")["ratio"])
+        if self.sign < 0:
+            self.say("drive.ratio", "ratio_sign", -1)
+
+    def read_ratio(self, value: Any) -> tuple[float, float]:
+        expected = "[lowest, highest], both of one sign, between 15 and 301 turns"
+        if not _is_pair(value) or not value[0] <= value[1] or value[0] * value[1] <= 0:
+            raise self.refuse("search.limits.ratio", show(value), expected)
+        low, high = sorted(abs(float(v)) for v in value)
+        self.sign = -1 if value[0] < 0 else 1
+        return low, high
+
+    def assume(self, key: str, value: Any) -> None:
+        self.spec.assumed[key] = value
+
+    # --- variables ---
+
+    def find_key(self, table: str, written: str) -> tuple[str, float]:
+        """Name of a key as the search counts it, and its unit in the file's unit."""
+        place = f"search.{table}.{written}"
+        if re.fullmatch(r"tolerance\.\d+\.(it_)?grade", written):
+            return written.replace("it_grade", "grade"), 1.0
+        base, unit = units.split_unit(written)
+        for bare, why in NEVER.items():
+            if base == bare:
+                raise self.refuse(place, "a key that cannot be set", f"none ({why})")
+        for name in keys():
+            if name == written:
+                return name, 1.0
+            known, kept = units.split_unit(name)
+            if kept is not None and known == base and unit is not None:
+                if unit.dimension != kept.dimension:
+                    found = f"unit '{unit.symbol}', {units.describe(unit.dimension)}"
+                    raise self.refuse(place, found, units.describe(kept.dimension))
+                return name, unit.scale / kept.scale
+            if kept is not None and written == known:
+                found = units.describe(kept.dimension)
+                raise self.refuse(place, "no unit", f"{found} as a suffix, e.g. {name}")
+        hint = did_you_mean(written, keys())
+        expected = f"a dotted key of a drive file's [design], such as {MODULE}{hint}"
+        raise self.refuse(place, "an unknown key", expected)
+
+    def number(self, place: str, name: str, scale: float, value: Any) -> float:
+        if name in NAMED:
+            names = NAMED[name]
+            if value not in names:
+                hint = did_you_mean(value, names) if isinstance(value, str) else ""
+                raise self.refuse(place, show(value), f"one of {', '.join(names)}{hint}")
+            return float(names.index(value))
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.refuse(place, show(value), "a number")
+        if not math.isfinite(value):
+            raise self.refuse(place, show(value), "a finite number")
+        return float(value) if scale == 1.0 else float(value) * scale
+
+    def word(self, name: str, value: float) -> object:
+        """Write a value as the optimizer reads it."""
+        if name in NAMED:
+            return NAMED[name][int(value)]
+        return int(value) if value == int(value) and abs(value) < 1e9 else value
+
+    def read_variable(self, table: str, written: str, value: Any) -> None:
+        name, scale = self.find_key(table, written)
+        place = f"search.{table}.{written}"
+        if name in self.said:
+            raise self.refuse(place, "a second value", f"one of this and {self.said[name]}")
+        self.said[name] = place
+        if table == "fixed":
+            number = self.number(place, name, scale, value)
+            self.values[name] = number
+            self.say(place, "fixed", name, self.word(name, number))
+        elif isinstance(value, Mapping):
+            self.read_choice(place, name, scale, value)
+        else:
+            self.read_range(place, name, scale, value)
+
+    def read_choice(self, place: str, name: str, scale: float, value: Mapping[str, Any]) -> None:
+        found = value.get("choose")
+        if set(value) != {"choose"} or not isinstance(found, list) or not found:
+            raise self.refuse(place, show(found if found is not None else value), _CHOICE)
+        numbers = [self.number(place, name, scale, each) for each in found]
+        if len(set(numbers)) < len(numbers):
+            raise self.refuse(place, show(found), "each value once")
+        if name == TEETH:
+            numbers = self.teeth_in_window(place, numbers)
+        self.choose(place, name, numbers)
+
+    def choose(self, place: str, name: str, numbers: Sequence[float]) -> None:
+        most = engine()[1].LM_CHOICE_VALUES_MAX
+        if len(numbers) > most:
+            raise self.refuse(place, f"{len(numbers)} values", f"at most {most}")
+        self.values[name] = numbers[len(numbers) // 2]
+        self.say(place, "choose", name, *(self.word(name, number) for number in numbers))
+
+    def read_range(self, place: str, name: str, scale: float, value: Any) -> None:
+        if name in NAMED or not _is_pair(value):
+            raise self.refuse(place, show(value), _RANGE if name not in NAMED else _CHOICE)
+        low, high = (self.number(place, name, scale, each) for each in value)
+        if not low < high:
+            raise self.refuse(place, show(value), "[low, high] with low below high")
+        if name == TEETH:
+            numbers = [float(z) for z in range(math.ceil(low), math.floor(high) + 1) if z % 2 == 0]
+            self.choose(place, name, self.teeth_in_window(place, numbers))
+            return
+        whole = ".grade" in name and all(isinstance(each, int) for each in value)
+        self.values[name] = (low + high) / 2
+        kind = "whole" if whole else "range"
+        self.say(place, kind, name, self.word(name, low), self.word(name, high))
+
+    def teeth_in_window(self, place: str, numbers: Sequence[float]) -> list[float]:
+        """Keep the numbers of teeth whose ratio lies in the window."""
+        if self.ratio is None:
+            kept = list(numbers)
+        else:
+            low, high = self.ratio
+            kept = [z for z in numbers if low <= self.turning(z) / 2 <= high]
+        if not kept:
+            window = "" if self.ratio is None else " with a ratio in the window"
+            raise self.refuse(place, "no number of teeth", f"an even number of teeth{window}")
+        return kept
+
+    def turning(self, teeth: float) -> float:
+        """Teeth of the gear that is the output."""
+        external = self.external()
+        return teeth + (-2 if external else 2) if self.turns else teeth
+
+    def external(self) -> bool:
+        table = {**self.table("fixed"), **self.table("range")}
+        return table.get("teeth.deformation") == "external"
+
+    def fill_open(self, drive: Mapping[str, Value]) -> None:
+        """State what the file leaves open and the search cannot do without."""
+        if MODULE not in self.values:
+            expected = "it in [search.fixed] or [search.range]"
+            raise self.refuse(f"search.fixed.{MODULE}", "nothing", expected)
+        if TEETH not in self.values:
+            if self.ratio is None:
+                self.assume(TEETH, DEFAULT_TEETH)
+                self.choose("search.fixed", TEETH, [float(DEFAULT_TEETH)])
+            else:
+                numbers = [float(z) for z in range(TOOTH_COUNTS[0], TOOTH_COUNTS[1] + 1, 2)]
+                place = "search.limits.ratio" if "ratio" in self.table("limits") else "drive.ratio"
+                self.choose(place, TEETH, self.teeth_in_window(place, numbers))
+        if RIGID not in self.values and DIFFERENCE not in self.values:
+            self.assume(DIFFERENCE, list(DEFAULT_DIFFERENCE))
+            self.say("search.range", "range", DIFFERENCE, *DEFAULT_DIFFERENCE)
+            self.values[DIFFERENCE] = 0.0
+        diameter = self.values[MODULE] * self.values[TEETH]
+        if WIDTH not in self.values:
+            width = WIDTH_PER_D * diameter
+            self.assume(WIDTH, width)
+            self.say("search.fixed", "fixed", WIDTH, width)
+            self.values[WIDTH] = width
+        deflections = ("generator.deflection_mm", "generator.deflection_modules")
+        if not any(name in self.values for name in deflections):
+            self.assume(deflections[1], 1.0)
+            self.say("search.fixed", "fixed", deflections[1], 1)
+            self.values[deflections[1]] = 1.0
+        if "rated_torque" in drive:
+            rated = drive["rated_torque"].value
+        else:
+            rated = TORQUE_PER_D3 * diameter**3
+            self.assume("drive.rated_torque_Nm", rated)
+        self.say("drive.rated_torque_Nm", "rated_torque_Nm", rated)
+        self.rated_Nm = rated
+
+    # --- limits, cost ---
+
+    def read_limits(self) -> None:
+        _, lib = engine()
+        names = [n for n in limits()[lib.LM_LIMIT_SAFETY :]]
+        for written, value in self.table("limits").items():
+            place = f"search.limits.{written}"
+            if written == "ratio":
+                continue
+            if written in SWITCH_LIMITS:
+                if not isinstance(value, bool):
+                    raise self.refuse(place, show(value), "true or false")
+                self.say(place, "limit", written, int(value))
+                continue
+            name, scale = self.find_limit(place, written, names)
+            self.say(place, "limit", name, self.number(place, "", scale, value))
+        given = self.table("limits")
+        for name, value in (("safety_factor_min", 1.5), ("gap_min_arcmin", 0.0)):
+            base = units.split_unit(name)[0]
+            if not any(units.split_unit(written)[0] == base for written in given):
+                self.assume(f"search.limits.{name}", value)
+
+    def find_limit(self, place: str, written: str, names: Sequence[str]) -> tuple[str, float]:
+        base, unit = units.split_unit(written)
+        for name in names:
+            known, kept = units.split_unit(name)
+            if name == written:
+                return name, 1.0
+            if kept is not None and unit is not None and known == base:
+                if unit.dimension != kept.dimension:
+                    found = f"unit '{unit.symbol}', {units.describe(unit.dimension)}"
+                    raise self.refuse(place, found, units.describe(kept.dimension))
+                return name, unit.scale / kept.scale
+        every = [*names, *SWITCH_LIMITS, "ratio"]
+        hint = did_you_mean(written, every)
+        raise self.refuse(place, "an unknown limit", f"one of {', '.join(every)}{hint}")
+
+    def read_cost(self) -> None:
+        place = "search.cost"
+        for name, value in read_table(self.file, place, self.table("cost"), COST_KEYS).items():
+            self.say(f"{place}.{name}", "cost", name, value.value)
+
+    # --- tolerances and chains ---
+
+    def read_tolerances(self) -> None:
+        design = self.document.get("design", {})
+        known = ("tolerance", "radial_chain", "torsion_chain")
+        if not isinstance(design, Mapping):
+            raise self.refuse("design", show(design), "a table [design]")
+        for name in design:
+            if name not in known:
+                expected = f"[[design.{name}]] only for {', '.join(known)}; other values stand in "
+                raise self.refuse(f"design.{name}", "a key", expected + "[search.fixed]")
+        entries = design.get("tolerance", [])
+        if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
+            raise self.refuse("design.tolerance", show(entries), "tables [[design.tolerance]]")
+        for index, entry in enumerate(entries):
+            self.read_tolerance(index, entry)
+        for name, place in self.said.items():
+            match = re.fullmatch(r"tolerance\.(\d+)\.grade", name)
+            if match and int(match[1]) >= len(entries):
+                expected = f"one of the {len(entries)} tables [[design.tolerance]], counted from 0"
+                raise self.refuse(place, f"tolerance {match[1]}", expected)
+
+    def read_tolerance(self, index: int, entry: Mapping[str, Any]) -> None:
+        place = f"design.tolerance[{index}]"
+        values = read_table(self.file, place, entry, TOLERANCE_KEYS)
+        given = {name: value.value for name, value in values.items()}
+        self.spec.link_names.append(given.get("name", ""))
+        kind = given.get("kind")
+        if kind not in POSITIONS:
+            expected = "one of " + ", ".join(POSITIONS)
+            raise self.refuse(f"{place}.kind", show(kind) if kind else "nothing", expected)
+        sign, position = POSITIONS[kind]
+        half = 0.5 if kind != "link" and given.get("diameter", True) else 1.0
+        if kind == "link" and "influence" not in given:
+            raise self.refuse(f"{place}.influence", "nothing", "this key, a number")
+        nominal = given.get("nominal", 0.0)
+        offset = given.get("fundamental_deviation", 0.0)
+        grade = f"tolerance.{index}.grade"
+        if "it_grade" in given and grade in self.said:
+            raise self.refuse(f"{place}.it_grade", "a second value", f"one of this and {grade}")
+        if "it_grade" in given:
+            self.say(f"{place}.it_grade", "fixed", grade, given["it_grade"])
+        elif "lower" in given and "upper" in given:
+            width = given["upper"] - given["lower"]
+            if not width > 0 or not nominal > 0:
+                raise self.refuse(place, "lower and upper", "lower below upper, and nominal_mm")
+            self.say(place, "fixed", grade, self.continuous_grade(place, nominal, width))
+            offset, position = (given["lower"] + given["upper"]) / 2, 0.0
+        elif grade not in self.said:
+            expected = f'it_grade here, or "tolerance.{index}.it_grade" in [search.range]'
+            raise self.refuse(place, "no grade", expected)
+        self.say(
+            place,
+            "link",
+            float(given.get("influence", sign * half)),
+            float(nominal),
+            position,
+            float(offset),
+            float(given.get("cost_weight", 1.0)),
+            given.get("distribution", "normal"),
+            given["zone"],
+        )
+
+    def continuous_grade(self, place: str, nominal: float, width: float) -> float:
+        """Grade whose field has a given width."""
+        ffi, lib = engine()
+        one = ffi.new("double *")
+        if lib.lm_it_tolerance(nominal, 7, one, ffi.NULL) != 0:
+            raise self.refuse(f"{place}.nominal_mm", show(nominal), "from 0 to 500 mm")
+        grade = 7 + 5 * math.log10(width / one[0])
+        if not 3 <= grade <= 12:
+            raise self.refuse(place, f"a field as wide as IT {grade:.1f}", "from IT 3 to IT 12")
+        return grade
+
+    def read_chains(self) -> None:
+        """Members of the chains, as numbers of the drive in the middle of the ranges."""
+        design = self.document.get("design", {})
+        chains = {n: design[n] for n in ("radial_chain", "torsion_chain") if n in design}
+        if not chains:
+            return
+        drive = make_drive(parse_drive(self.middle(chains), self.file).design)  # type: ignore[arg-type]
+        for i in range(drive.radial_law_count if "radial_chain" in chains else 0):
+            law = drive.radial_laws[i]
+            numbers = (law.coefficient_mm_per_Nn, law.exponent, law.share, law.preload_N)
+            self.say(f"design.radial_chain[{i}]", "radial", *numbers)
+        for i in range(drive.torsion_count if "torsion_chain" in chains else 0):
+            element = drive.torsion[i]
+            numbers = (element.stiffness_Nm_per_rad, element.ratio)
+            self.say(f"design.torsion_chain[{i}]", "torsion", *numbers)
+
+    def middle(self, chains: Mapping[str, Any]) -> dict[str, Any]:
+        """A drive file of the drive in the middle of all ranges."""
+        v = self.values
+        module, teeth = v[MODULE], int(v[TEETH])
+        x1 = v.get("teeth.flexspline_shift", 3.0)
+        deflection = v.get(
+            "generator.deflection_mm", module * v.get("generator.deflection_modules", 1.0)
+        )
+        design: dict[str, Any] = {
+            "teeth": {
+                "deformation": "external" if self.external() else "internal",
+                "module_mm": module,
+                "flexspline_teeth": teeth,
+                "rigid_teeth": teeth + (-2 if self.external() else 2),
+                "flexspline_shift": x1,
+                "rigid_shift": v.get(RIGID, x1 + v.get(DIFFERENCE, 0.0)),
+                "tooth_height": v.get("teeth.tooth_height", 1.75),
+                "engagement_depth": v.get("teeth.engagement_depth", 1.2),
+                "face_width_mm": v[WIDTH],
+            },
+            "generator": {
+                "type": GENERATORS[int(v.get("generator.type", 0))],
+                "deflection_mm": deflection,
+                "contact_half_angle_deg": v.get("generator.contact_half_angle_deg", 30.0),
+            },
+            **chains,
+        }
+        for section in ("material",):
+            found = {k.partition(".")[2]: x for k, x in v.items() if k.startswith(f"{section}.")}
+            if found:
+                design[section] = found
+        ratio = self.sign * self.turning(teeth) / 2
+        return {"drive": {"ratio": ratio, "rated_torque_Nm": self.rated_Nm}, "design": design}
+
+    # --- the start, and the whole ---
+
+    def read_start(self) -> None:
+        for written, value in self.table("start").items():
+            name, scale = self.find_key("start", written)
+            place = f"search.start.{written}"
+            self.spec.start[name] = self.number(place, name, scale, value)
+
+    def check(self) -> None:
+        """Let the optimizer read the text."""
+        ffi, lib = engine()
+        problem = ffi.new("lm_problem *")
+        error = ffi.new("lm_spec_error *")
+        if lib.lm_read_spec(self.spec.text.encode(), problem, error) == 0:
+            return
+        said = text_of(error.text)
+        if error.line > 0:
+            raise self.refuse(self.origins[error.line - 1], said, "what spec.h allows")
+        match = re.fullmatch(r"(\S+): (.*) \(found (\S+), expected (\S+) to (\S+)\)", said)
+        if match is None:
+            raise self.refuse("search", said, "a search that can be done")
+        key, sentence, found, low, high = match.groups()
+        places = {name.replace(".0.", "."): place for name, place in self.said.items()}
+        expected = f"{low} to {high}" if low != high else f"a value that fits ({sentence})"
+        raise self.refuse(places.get(key, key), found, expected)
+
+
+_RANGE = "[low, high]"
+_CHOICE = "{choose = [..]}"
+
+POSITIONS = {"hole": (1.0, 0.5), "shaft": (-1.0, -0.5), "link": (1.0, 0.0)}
+"""Sign of the influence, and the middle of a field that starts at zero, in fields."""
+
+TOLERANCE_KEYS = (
+    Key("kind", kind="text"),
+    Key("name", kind="text"),
+    Key("zone", kind="choice", choices=ZONES, required=True),
+    Key("it_grade", low=3, high=12),
+    Key("nominal", "mm", low=0, high=500),
+    Key("lower", "mm", low=-10, high=10),
+    Key("upper", "mm", low=-10, high=10),
+    Key("fundamental_deviation", "mm", low=-10, high=10),
+    Key("distribution", kind="choice", choices=DISTRIBUTIONS),
+    Key("diameter", kind="switch"),
+    Key("influence", low=-100, high=100),
+    Key("cost_weight", above=0, high=1e6),
+)
+"""Keys of [[design.tolerance]] in a spec: those of a drive file, and what a feature costs."""
+
+
+def _is_pair(value: Any) -> bool:
+    return (
+        isinstance(value, list)
+        and len(value) == 2
+        and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value)
+        and all(math.isfinite(v) for v in value)
+    )

@@ -1,0 +1,69 @@
+"""One task of a search as bytes, so that any executor can do it anywhere.
+
+The answer depends on the spec and the task alone. Worker and client must have the same build of the
+package, which the sizes of the structs and the version say.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from lostmotion import __version__
+from lostmotion.design.engine import engine
+from lostmotion.errors import LostMotionError
+
+
+@lru_cache(maxsize=4)
+def prepared(text: str) -> Any:
+    """Return the problem of a spec's text."""
+    ffi, lib = engine()
+    problem = ffi.new("lm_problem *")
+    error = ffi.new("lm_spec_error *")
+    if lib.lm_read_spec(text.encode(), problem, error) != 0:
+        raise LostMotionError(f"the spec is not one of this build: {ffi.string(error.text)!r}")
+    return problem
+
+
+def build_mark() -> tuple[str, int, int]:
+    """What client and worker must have in common."""
+    ffi, _ = engine()
+    return __version__, ffi.sizeof("lm_task"), ffi.sizeof("lm_answer")
+
+
+def do_task(text: str, task: bytes, mark: tuple[str, int, int]) -> bytes:
+    """Do a task.
+
+    Parameters
+    ----------
+    text : str
+        The spec as the optimizer reads it.
+    task : bytes
+        An `lm_task`.
+    mark : tuple
+        `build_mark` of the client.
+
+    Returns
+    -------
+    bytes
+        The `lm_answer`, without the places of its list that hold nothing.
+    """
+    if tuple(mark) != build_mark():
+        raise LostMotionError(
+            f"the worker has lostmotion {build_mark()}, the client {tuple(mark)}: install the same "
+            "build on both"
+        )
+    ffi, lib = engine()
+    problem = prepared(text)
+    given = ffi.new("lm_task *")
+    ffi.buffer(given)[:] = task
+    answer = ffi.new("lm_answer *")
+    workspace = ffi.gc(lib.lm_create_workspace(), lib.lm_free_workspace)
+    if workspace == ffi.NULL:
+        raise MemoryError
+    status = lib.lm_run_task(problem, given, answer, workspace, ffi.NULL)
+    if status != 0:
+        raise LostMotionError(ffi.string(lib.lm_status_sentence(status)).decode())
+    used = answer.found_count + answer.member_count
+    size = ffi.offsetof("lm_answer", "found") + used * ffi.sizeof("lm_found")
+    return bytes(ffi.buffer(answer, size))
