@@ -19,6 +19,7 @@ from lostmotion import __version__, units
 from lostmotion.compare import Comparison, compare
 from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
+from lostmotion.design.command import add_design_command
 from lostmotion.discover.commands import add_commands
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -178,6 +179,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_report(added)
 
     add_commands(command, add_map)
+    add_design_command(command)
 
     added = command(
         "export",
@@ -274,8 +276,8 @@ def check_places(arguments: argparse.Namespace) -> None:
 def input_files(arguments: argparse.Namespace) -> list[str]:
     """Files that a command line names for reading."""
     data = getattr(arguments, "data", None) or []
-    drive = getattr(arguments, "drive", None)
-    return [name for name in [drive, *data] if name and "\0" not in name]
+    named = [getattr(arguments, name, None) for name in ("drive", "spec")]
+    return [name for name in [*named, *data] if name and "\0" not in name]
 
 
 def number(option: str, text: str, limit: float) -> float:

@@ -42,6 +42,7 @@ def search(
     executor: Any = None,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
+    command: str | None = None,
 ) -> Result:
     """Search for designs.
 
@@ -68,6 +69,8 @@ def search(
         unknown).
     stop : threading.Event, optional
         When it is set, the search saves the best so far and returns a result that is not finished.
+    command : str, optional
+        Command line that asked for it, for the report.
 
     Returns
     -------

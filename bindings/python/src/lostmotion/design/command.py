@@ -1,0 +1,176 @@
+"""The command ``lostmotion design``."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any, TextIO
+
+from lostmotion.design.result import Result
+from lostmotion.design.running import search
+from lostmotion.design.spec import read_spec
+from lostmotion.errors import InputError, LostMotionError, one_line
+
+Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
+
+WORKERS_MAX = 256
+"""Most threads that the optimizer takes."""
+
+BAR_WIDTH = 20
+"""Characters of the bar."""
+
+FRONT_ROWS = 12
+"""Most designs of the front that are printed."""
+
+SHOW = ("bar", "json", "none")
+"""How progress is shown."""
+
+
+def add_design_command(command: Command) -> None:
+    """Add the command to the parser."""
+    added = command(
+        "design",
+        run_design,
+        "Search for a backlash-free design.",
+        "lostmotion design joint.toml -o joint",
+    )
+    added.add_argument("spec", metavar="SPEC.toml", help="what may vary and what must hold")
+    added.add_argument(
+        "-o", "--output", metavar="RUN", required=True, help="folder of the search and its results"
+    )
+    added.add_argument(
+        "--resume", action="store_true", help="go on with the search that is in the folder"
+    )
+    added.add_argument("--workers", metavar="N", help="threads (default: as the spec says, or all)")
+    added.add_argument("--dask", metavar="tcp://HOST:PORT", help="work on a Dask cluster")
+    added.add_argument(
+        "--progress",
+        choices=SHOW,
+        help="a bar (default on a terminal), JSON lines on standard output, or none",
+    )
+
+
+def run_design(arguments: argparse.Namespace) -> None:
+    """``lostmotion design``."""
+    from lostmotion.cli import deliver, whole_number
+
+    workers = None
+    if arguments.workers is not None:
+        workers = whole_number("--workers", arguments.workers, 1, WORKERS_MAX)
+    lines = arguments.progress == "json"
+    if lines and arguments.json == "-":
+        found = "standard output for both --progress json and --json"
+        raise InputError("--json", "", found, "a file")
+    spec = read_spec(arguments.spec)
+    address = arguments.dask or (None if workers is not None else spec.dask)
+    with shown(arguments) as progress, cluster(address) as executor:
+        try:
+            result = search(
+                arguments.spec,
+                arguments.output,
+                resume=arguments.resume,
+                workers=workers,
+                executor=executor,
+                progress=progress,
+                command=arguments.command_line,
+            )
+        except KeyboardInterrupt:
+            where = one_line(arguments.output)
+            print(f"\nthe best so far is in {where}; --resume goes on", file=sys.stderr)
+            raise
+    if not lines or arguments.json is not None:
+        deliver(result.answer(), arguments, lambda out: show_result(result, out))
+    if result.best is None:
+        raise LostMotionError(result.note)
+    if result.note and not arguments.quiet:
+        print(f"lostmotion: {one_line(result.note)}", file=sys.stderr)
+
+
+@contextlib.contextmanager
+def cluster(address: str | None) -> Iterator[Any]:
+    """Connect to a Dask cluster, or to none."""
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise LostMotionError(
+            "Dask is not installed; install it with: pip install 'lostmotion[dask]'"
+        ) from None
+    try:
+        client = Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError("--dask", "", f"'{address}' ({error})", "a scheduler that answers") from None
+    try:
+        yield client
+    finally:
+        client.close()
+
+
+@contextlib.contextmanager
+def shown(arguments: argparse.Namespace) -> Iterator[Callable[[dict[str, Any]], None] | None]:
+    """Show progress as the arguments ask for."""
+    how = arguments.progress or ("bar" if sys.stderr.isatty() else "none")
+    if arguments.quiet and how == "bar":
+        how = "none"
+    try:
+        yield {"bar": draw_bar, "json": print_line, "none": None}[how]
+    finally:
+        if how == "bar":
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def draw_bar(seen: dict[str, Any]) -> None:
+    """Draw the bar: share of the budget, best so far, feasible share, combinations, time left."""
+    full = min(BAR_WIDTH * seen["evaluations"] // max(seen["budget"], 1), BAR_WIDTH)
+    bar = "#" * full + "." * (BAR_WIDTH - full)
+    ends = seen["combinations"]
+    done = ends["total"] - ends["not_reached"]
+    best = "-" if seen["best_value"] is None else f"{seen['best_value']:.4g}"
+    left = "" if seen["seconds_left"] is None else f", {seen['seconds_left']:.0f} s left"
+    print(
+        f"\r\033[K{seen['stage']:>6} [{bar}] best {best}, feasible "
+        f"{100 * seen['feasible_share']:.0f} %, combinations {done}/{ends['total']}{left}",
+        end="",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
+def print_line(seen: dict[str, Any]) -> None:
+    """Print one line of JSON; the drive of the best design is left out."""
+    line = {"schema": "lostmotion.progress/1", **{k: v for k, v in seen.items() if k != "best"}}
+    print(json.dumps(line, allow_nan=False), flush=True)
+
+
+def show_result(result: Result, out: TextIO) -> None:
+    """Print the front and what the certificate says."""
+    from lostmotion.cli import show_table
+
+    state = "finished" if result.finished else "stopped, --resume goes on"
+    ends = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n)
+    print(f"search in {one_line(str(result.folder))}: {state}; combinations: {ends}\n", file=out)
+    if result.best is None:
+        print("no feasible design", file=out)
+        for limit in (result.infeasible or {}).get("relax", []):
+            print(f"  relax {limit['limit']} by {limit['by']:.4g} {limit['unit']}", file=out)
+        return
+    head = [f"{n} {u}" for n, u in zip(result.objectives, result.units, strict=True)]
+    step = max(1, -(-len(result.front) // FRONT_ROWS))
+    rows = [[f"{v:.5g}" for v in one["objectives"]] for one in result.front[::step]]
+    print(f"the front, {len(result.front)} designs" + (", some of them:" if step > 1 else ":"), file=out)
+    show_table(head, rows, out)
+    seen = result.certificate or {}
+    if seen:
+        word = "holds" if seen["holds"] else "does NOT hold"
+        print(f"\nbest.toml {word} on the fine check; what binds:", file=out)
+        bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
+        print("  " + (", ".join(bound) or "no limit"), file=out)
+    if result.assumed:
+        print("\ntaken by default:", file=out)
+        for key, value in result.assumed.items():
+            print(f"  {key} = {value}", file=out)
