@@ -18,8 +18,16 @@ from pathlib import Path
 
 from cffi import FFI
 
-HIDDEN_HEADERS = ("stddef.h", "stdint.h", "stdbool.h", "string.h", "math.h", "limits.h", "float.h",
-    "stdio.h")
+HIDDEN_HEADERS = (
+    "stddef.h",
+    "stdint.h",
+    "stdbool.h",
+    "string.h",
+    "math.h",
+    "limits.h",
+    "float.h",
+    "stdio.h",
+)
 """Headers whose types cffi knows by itself."""
 
 RENAMING_GUARD = "LOSTMOTION_NAMES_F32_H"

@@ -104,7 +104,9 @@ def cluster(address: str | None) -> Iterator[Any]:
     try:
         client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise InputError("--dask", "", f"'{address}' ({error})", "a scheduler that answers") from None
+        raise InputError(
+            "--dask", "", f"'{address}' ({error})", "a scheduler that answers"
+        ) from None
     try:
         yield client
     finally:
@@ -152,7 +154,9 @@ def show_result(result: Result, out: TextIO) -> None:
     from lostmotion.cli import show_table
 
     state = "finished" if result.finished else "stopped, --resume goes on"
-    ends = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n)
+    ends = ", ".join(
+        f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n
+    )
     print(f"search in {one_line(str(result.folder))}: {state}; combinations: {ends}\n", file=out)
     if result.best is None:
         print("no feasible design", file=out)
@@ -162,7 +166,10 @@ def show_result(result: Result, out: TextIO) -> None:
     head = [f"{n} {u}" for n, u in zip(result.objectives, result.units, strict=True)]
     step = max(1, -(-len(result.front) // FRONT_ROWS))
     rows = [[f"{v:.5g}" for v in one["objectives"]] for one in result.front[::step]]
-    print(f"the front, {len(result.front)} designs" + (", some of them:" if step > 1 else ":"), file=out)
+    print(
+        f"the front, {len(result.front)} designs" + (", some of them:" if step > 1 else ":"),
+        file=out,
+    )
     show_table(head, rows, out)
     seen = result.certificate or {}
     if seen:

@@ -86,18 +86,19 @@ def search(
         After the best so far was saved.
     """
     spec = read_spec(spec_path)
-    with _Run(spec, Path(run_folder), resume) as run:
+    with _Run(spec, Path(run_folder), resume, command) as run:
         return run.work(workers or spec.workers, executor, progress, stop)
 
 
 class _Run:
     """A search that is under way."""
 
-    def __init__(self, spec: Spec, folder: Path, resume: bool) -> None:
+    def __init__(self, spec: Spec, folder: Path, resume: bool, command: str | None) -> None:
         self.ffi, self.lib = engine()
         self.spec = spec
         self.folder = folder
         self.resume = resume
+        self.command = command or f"lostmotion.design.search({spec.file!r}, {str(folder)!r})"
         self.note = self.ffi.new("char[]", self.lib.LM_NOTE_MAX)
         self.notes: list[str] = []
         self.stop_flag = self.ffi.new("int *")

@@ -400,7 +400,7 @@ class _Reader:
 
     def read_limits(self) -> None:
         _, lib = engine()
-        names = [n for n in limits()[lib.LM_LIMIT_SAFETY :]]
+        names = list(limits()[lib.LM_LIMIT_SAFETY :])
         for written, value in self.table("limits").items():
             place = f"search.limits.{written}"
             if written == "ratio":
@@ -525,8 +525,8 @@ class _Reader:
             self.say(f"design.radial_chain[{i}]", "radial", *numbers)
         for i in range(drive.torsion_count if "torsion_chain" in chains else 0):
             element = drive.torsion[i]
-            numbers = (element.stiffness_Nm_per_rad, element.ratio)
-            self.say(f"design.torsion_chain[{i}]", "torsion", *numbers)
+            origin = f"design.torsion_chain[{i}]"
+            self.say(origin, "torsion", element.stiffness_Nm_per_rad, element.ratio)
 
     def middle(self, chains: Mapping[str, Any]) -> dict[str, Any]:
         """A drive file of the drive in the middle of all ranges."""

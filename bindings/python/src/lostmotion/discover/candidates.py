@@ -165,7 +165,9 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
                 unit = values.copy()
                 unit[linear] = 0.0
                 unit[i] = unit_size(effect, i)
-                columns.append(effect.run(unit, c, point.torque, elastic, point.wound) / ARCSEC / unit[i])
+                columns.append(
+                    effect.run(unit, c, point.torque, elastic, point.wound) / ARCSEC / unit[i]
+                )
                 start_of.append(number)
     else:
         values = starts[0]
@@ -175,7 +177,9 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
                 for threshold in grid(effect, i, base):
                     slipped = values.copy()
                     slipped[i] = threshold
-                    columns.append(effect.run(slipped, c, point.torque, elastic, point.wound) / ARCSEC)
+                    columns.append(
+                        effect.run(slipped, c, point.torque, elastic, point.wound) / ARCSEC
+                    )
                     start_of.append(len(starts))
                     starts.append(slipped)
                 continue
