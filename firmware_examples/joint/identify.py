@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from lostmotion.base import break_stick, run_plays, stick_jacobian
+from lostmotion.base import run_plays
 from lostmotion.export import Controller, Limits, Play, Watch, export
 from lostmotion.recordings import read_campaign
-from lostmotion.solve import bounded_least_squares
+from lostmotion.solve import bounded_least_squares, break_stick, stick_jacobian
 from lostmotion.units import ARCSEC
 
 KNOTS_NM = 40 * np.array(

@@ -347,7 +347,7 @@ def test_residual_in_the_csv_is_measured_minus_model(page):
     np.testing.assert_allclose(measured_ - model, residual, atol=1e-6)
     _, result = measured()
     rms = float(np.sqrt(np.mean(residual**2)))
-    assert rms == pytest.approx(result.fit.rms_rad / ARCMIN, rel=1e-6)
+    assert rms == pytest.approx(result.rms_rad / ARCMIN, rel=1e-6)
 
 
 def test_empty_cells_stand_for_what_is_not_finite():

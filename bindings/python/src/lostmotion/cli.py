@@ -20,7 +20,8 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.design.command import add_design_command
-from lostmotion.discover.commands import add_commands
+from lostmotion.discover.commands import add_commands, add_effects, effects_of
+from lostmotion.discover.ladder import make_base
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.export import PROFILES, export, make_controller, read_settings, show_export
@@ -175,7 +176,13 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument("drive", metavar="DRIVE", help="drive file")
     added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
     add_map(added)
+    added.add_argument(
+        "--fit-on",
+        metavar="RUN,RUN...",
+        help="fit to these runs and predict the others (default: each run is held out once)",
+    )
     added.add_argument("--seed", default="1", help="of the tests for chance (default: 1)")
+    add_effects(added)
     add_report(added)
 
     add_commands(command, add_map)
@@ -366,8 +373,17 @@ def run_compare(arguments: argparse.Namespace) -> None:
     mapping = {**drive.columns, **parse_map(arguments.map)}
     campaign = read_campaign(arguments.data, ratio=drive.ratio, mapping=mapping)
     largest = float(np.max(np.abs(campaign.column("torque"))))
+    backbone = make_backbone(drive, largest)
+    fitted = drive.fit is not None or bool(drive.effects)
     with Progress("comparing", quiet=arguments.quiet) as progress:
-        result = compare(make_backbone(drive, largest), campaign, seed=seed, progress=progress)
+        result = compare(
+            backbone,
+            campaign,
+            base=make_base(drive, campaign, backbone, effects_of(arguments)) if fitted else None,
+            fit_on=arguments.fit_on and arguments.fit_on.split(","),
+            seed=seed,
+            progress=progress,
+        )
     if arguments.report is not None:
         lead = "Recordings against the model of their drive: where it fits and where it fails."
         section = comparison_section(drive, result, recording_files(arguments.data))
@@ -556,17 +572,31 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         f"(explains {100 * answer['explained_share']:.2f} % of the variance)",
         file=out,
     )
-    print(f"held out by {answer['heldout_by']:<8}{shown(answer['heldout_rms_arcsec'])}", file=out)
+    if answer["heldout_by"] == "runs not fitted":
+        print(f"predicted           {shown(answer['heldout_rms_arcsec'])}", file=out)
+    else:
+        held = f"held out by {answer['heldout_by']}"
+        print(f"{held:<20}{shown(answer['heldout_rms_arcsec'])}", file=out)
     print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
-    print(f"\nfriction {answer['friction']} the elasticity; held out:", end="", file=out)
+    place = {"inside": "inside", "both": "inside and outside"}[answer["friction"]]
+    print(f"\nfriction {place} the elasticity; held out:", end="", file=out)
     for name, errors in answer["frictions"].items():
         print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="", file=out)
     print("\n\nerror by run:", file=out)
     rows = [
-        [str(run["run"]), fixed(run["rms_arcsec"] * scale, 2), str(run["samples"])]
+        [
+            str(run["run"]) + ("" if run["fitted"] else " *"),
+            fixed(run["rms_arcsec"] * scale, 2),
+            fixed(run["width_at_zero_arcmin"], 3),
+            fixed(run["model_width_at_zero_arcmin"], 3),
+            str(run["samples"]),
+        ]
         for run in answer["by_run"]
     ]
-    show_table(["run", f"rms {unit}", "samples"], rows, out)
+    head = ["run", f"rms {unit}", "width at 0 Nm, arcmin", "of the model", "samples"]
+    show_table(head, rows, out)
+    if not all(run["fitted"] for run in answer["by_run"]):
+        print("* predicted, not fitted", file=out)
     print("\nwhere it fails:", file=out)
     rows = [
         [failure["covariate"], f"{100 * failure['share']:.1f} %", f"{failure['p']:.4f}"]

@@ -1,41 +1,40 @@
 """Model against measurement: how well the base model fits, and where it fails.
 
-The base model of `lostmotion.base` is fitted to a campaign, tested on runs that the fit has not
-seen, and set against the noise floor. What is left is then asked of every recorded quantity: how
-much of it hangs on that quantity, and could that be chance?
+The base of `lostmotion.discover.backbone`, the one that `diagnose` starts from, is fitted to a
+campaign, tested on runs that the fit has not seen, and set against the noise floor. What is left is
+then asked of every recorded quantity: how much of it hangs on that quantity, and could that be
+chance?
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.base import (
-    FRICTIONS,
-    START_STATES,
-    Backbone,
-    BaseModel,
-    Fit,
-    Friction,
-    Parameters,
-    run_plays,
-)
+from lostmotion.base import Backbone, run_plays
+from lostmotion.discover.backbone import Base
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.held_out import held_out_residual
+from lostmotion.discover.threads import one_thread
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign
-from lostmotion.units import ARCSEC
+from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+Friction = Literal["inside", "both"]
 
-FOLDS_MAX = 8
-"""Largest number of fits that leave runs out."""
+STEPS = 25
+"""Evaluations of a fit."""
 
-CLEARLY_BETTER = 0.98
-"""A model with more parameters must bring the held-out error below this share of the simpler's."""
+CLEARLY_BETTER = 0.7
+"""Friction outside the elasticity as well must bring the held-out error below this share of what it
+is with friction inside alone: less may be an effect that is missing (load-dependent friction takes
+away a quarter on campaigns of the rig), which `diagnose` tells apart."""
 
 BINS = 16
 """Bins of a covariate; each holds the same number of samples."""
@@ -58,6 +57,15 @@ BLOCKS_LEAST = 6
 
 REPEAT_TOLERANCE = 0.05
 """Two runs repeat each other when their extreme torques agree within this share of the largest."""
+
+LOADED_SHARE = 0.1
+"""Above this share of the largest torque the drive counts as loaded."""
+
+WIDTH_SHARE = 0.05
+"""The width at zero is read from samples within this share of a run's largest torque."""
+
+WIDTH_SAMPLES = 5
+"""Fewer samples of a branch about zero show no width."""
 
 NEEDS: dict[str, tuple[str, ...]] = {
     "temperature": ("thermal_gap", "thermal_stiffness", "thermal_drift", "thermal_friction"),
@@ -119,14 +127,32 @@ class Noise:
 
 @dataclass
 class Comparison:
-    """Result of `compare`. Angles in rad; `answer` gives the JSON answer in arc seconds."""
+    """Result of `compare`. Angles in rad; `answer` gives the JSON answer in arc seconds.
+
+    Attributes
+    ----------
+    base : Base
+        As it was fitted.
+    friction : {"inside", "both"}
+        Where the friction sits: inside the elasticity, or outside as well.
+    offset_rad : ndarray
+        One a run.
+    residual_rad, heldout_rad : ndarray
+        Measured minus model of every sample, fitted and held out.
+    seen : ndarray of bool
+        Runs that were fitted.
+    frictions : dict
+        Fitted and held-out error of either form.
+    """
 
     campaign: Campaign
-    model: BaseModel
-    fit: Fit
-    heldout_rms_rad: float
+    base: Base
+    friction: Friction
+    offset_rad: FloatArray
+    residual_rad: FloatArray
     heldout_rad: FloatArray
     heldout_by: str
+    seen: npt.NDArray[np.bool_]
     frictions: dict[str, tuple[float, float]]
     as_it_stands_rms_rad: float
     noise: Noise
@@ -134,41 +160,88 @@ class Comparison:
     failures: list[Failure]
     not_testable: dict[str, list[str]]
 
+    @property
+    def starts(self) -> IntArray:
+        """Offsets of the runs."""
+        return self.base.conditions.starts
+
+    @property
+    def run_of(self) -> IntArray:
+        """Run of every sample."""
+        return self.base.conditions.run_of
+
+    @property
+    def torque_Nm(self) -> FloatArray:
+        """Torque of every sample."""
+        return self.base.conditions.torque
+
+    @property
+    def measured_rad(self) -> FloatArray:
+        """Lost motion of every sample, each run about its own zero."""
+        return self.base.conditions.lost_motion * ARCSEC - self.offset_rad[self.run_of]
+
+    @property
+    def rms_rad(self) -> float:
+        """Fitted error over the runs that were fitted."""
+        return rms_of(self.residual_rad[self.seen[self.run_of]])
+
+    @property
+    def heldout_rms_rad(self) -> float:
+        """Error over runs that the fit has not seen."""
+        unseen = ~self.seen[self.run_of]
+        return rms_of(self.heldout_rad[unseen] if unseen.any() else self.heldout_rad)
+
     def by_run(self) -> list[dict[str, Any]]:
-        """Error of each run, fitted and held out."""
+        """Error of each run, fitted and held out, and the width of its loop at zero torque."""
         rows = []
-        for i, run in enumerate(self.campaign.runs):
-            at = slice(self.model.starts[i], self.model.starts[i + 1])
+        measured = self.measured_rad
+        for i, (run, at) in enumerate(
+            zip(self.campaign.runs, self.base.conditions.slices(), strict=True)
+        ):
+            width = zero_widths(
+                self.torque_Nm[at], np.column_stack((measured[at], self.residual_rad[at]))
+            )
             rows.append(
                 {
                     "run": run.label,
-                    "rms_arcsec": _rms(self.fit.residual_rad[at]) / ARCSEC,
-                    "heldout_rms_arcsec": _rms(self.heldout_rad[at]) / ARCSEC,
+                    "rms_arcsec": rms_of(self.residual_rad[at]) / ARCSEC,
+                    "heldout_rms_arcsec": rms_of(self.heldout_rad[at]) / ARCSEC,
                     "samples": len(run),
+                    "fitted": bool(self.seen[i]),
+                    "width_at_zero_arcmin": None if width is None else float(width[0]) / ARCMIN,
+                    "model_width_at_zero_arcmin": None
+                    if width is None
+                    else float(width[0] - width[1]) / ARCMIN,
                 }
             )
         return rows
 
     def parameters(self) -> dict[str, Any]:
         """Fitted values by name, with their units."""
-        fit = self.fit
-        values: dict[str, Any] = {
-            f"compliance_{zone}": float(scale)
-            for zone, scale in zip(("low", "middle", "high"), fit.parameters.scale, strict=True)
-            if zone in fit.fitted_zones
+        base = self.base
+        outside = np.zeros(base.shares.size) if base.outside is None else base.outside
+        return {
+            "knot_Nm": [float(x) for x in base.knots_Nm],
+            "slope_rad_per_Nm": [float(x) for x in base.slopes * ARCSEC],
+            "play_radius_Nm": [float(x) for x in base.radius_Nm],
+            "play_inside_share": [float(x) for x in base.shares],
+            "play_outside_rad_per_Nm": [float(x) for x in outside * ARCSEC],
+            "start_state": [float(x) for x in base.start],
         }
-        values["play_radius_Nm"] = [float(r) for r in self.model.radius_Nm]
-        values["play_outside_rad_per_Nm"] = [float(w) for w in fit.parameters.outside]
-        values["play_inside_share"] = [float(w) for w in fit.parameters.inside]
-        values["start_state"] = fit.start_state
-        return values
+
+    @property
+    def invertible(self) -> bool:
+        """Whether the angle never falls with rising torque while every play sticks."""
+        base = self.base
+        outside = 0.0 if base.outside is None else float(base.outside.sum())
+        return bool((1.0 - base.shares.sum()) * float(base.slopes.min()) >= outside)
 
     def answer(self) -> dict[str, Any]:
         """Return the answer of the command, ready for JSON."""
         noise = self.noise
         return {
             "schema": "lostmotion.comparison/1",
-            "rms_arcsec": self.fit.rms_rad / ARCSEC,
+            "rms_arcsec": self.rms_rad / ARCSEC,
             "heldout_rms_arcsec": self.heldout_rms_rad / ARCSEC,
             "noise_floor_arcsec": noise.floor_rad / ARCSEC,
             "explained_share": self.explained_share,
@@ -178,14 +251,14 @@ class Comparison:
             ],
             "unfitted_rms_arcsec": self.as_it_stands_rms_rad / ARCSEC,
             "heldout_by": self.heldout_by,
-            "friction": self.fit.friction,
+            "friction": self.friction,
             "frictions": {
                 name: {"rms_arcsec": rms / ARCSEC, "heldout_rms_arcsec": heldout / ARCSEC}
                 for name, (rms, heldout) in self.frictions.items()
             },
+            "effects": [term.effect.name for term in self.base.terms],
             "parameters": self.parameters(),
-            "at_bound": self.fit.at_bound,
-            "invertible": self.fit.invertible,
+            "invertible": self.invertible,
             "noise": {
                 "within_runs_arcsec": noise.within_rad / ARCSEC,
                 "between_runs_arcsec": None
@@ -204,6 +277,8 @@ def compare(
     backbone: Backbone,
     campaign: Campaign,
     *,
+    base: Base | None = None,
+    fit_on: Sequence[int | str] | None = None,
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
@@ -215,6 +290,11 @@ def compare(
         The loss-free characteristic of the drive.
     campaign : Campaign
         The recordings.
+    base : Base, optional
+        A base over this campaign with the numbers and effects of a fitted drive file in it.
+    fit_on : sequence of run labels, optional
+        Fit to these runs only and predict the others; by default all are fitted, and each is held
+        out once.
     seed : int
         Of the random signs in the tests for chance.
     progress : callable, optional
@@ -227,7 +307,7 @@ def compare(
     Raises
     ------
     InputError
-        When the torque of the recordings does not vary.
+        When the torque of the recordings does not vary, or a run to fit on does not exist.
     """
     torque = campaign.column("torque")
     if np.ptp(torque) == 0:
@@ -237,102 +317,138 @@ def compare(
             f"a constant {torque[0]:.6g} Nm",
             "a torque that varies",
         )
-    model = BaseModel(backbone, campaign)
-    labels = fold_labels(model)
-    folds = list(split_folds(labels, model))
-    steps = len(FRICTIONS) * (len(folds) + 1) + 1
-    done = 0
+    with one_thread():
+        return _compare(backbone, campaign, base, fit_on, seed, progress or (lambda *_: None))
 
-    def step() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, steps)
 
-    measured = model.centre(model.angle)
-    as_it_stands = model.centre(
-        model.angle
-        - model.predict(Parameters(np.ones(3), *(np.zeros(model.radius_Nm.size) for _ in "oi")))
-    )
-    model.set_start_state(best_start_state(model))
-    step()
+def _compare(
+    backbone: Backbone,
+    campaign: Campaign,
+    given: Base | None,
+    fit_on: Sequence[int | str] | None,
+    seed: int,
+    progress: Callable[[int, int], None],
+) -> Comparison:
+    steps = 4
+    torque = campaign.column("torque")
+    inside = given or Base(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
+    c = inside.conditions
+    measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
+    stands = inside.at().angle if given is not None else backbone(torque) / ARCSEC
+    stands = measured - (stands - c.run_mean(stands)[c.run_of])
+    seen = runs_to_fit(campaign, fit_on)
+    rows = None if seen.all() else seen[c.run_of]
 
-    best: tuple[Fit, float, FloatArray] | None = None
-    frictions: dict[str, tuple[float, float]] = {}
-    for friction in FRICTIONS:
-        fit = model.fit(friction)
-        step()
-        heldout = held_out(model, friction, folds, fit, step)
-        rms = _rms(heldout)
-        frictions[friction] = (fit.rms_rad, rms)
-        if best is None or rms < CLEARLY_BETTER * best[1]:
-            best = (fit, rms, heldout)
-    assert best is not None
-    fit, heldout_rms, heldout = best
-    residual = fit.residual_rad
-    variance = float(np.sum(measured**2))
-    return Comparison(
+    inside.first_fit(steps=STEPS, rows=rows)
+    progress(1, steps)
+    heldout = held_out(inside, rows)
+    frictions = {"inside": (rms_of(inside.residual()), rms_of(heldout))}
+    best, friction = inside, "inside"
+    if inside.outside is None:
+        both = inside.copy()
+        both.allow_outside_friction()
+        both.fit(steps=STEPS, rows=rows)
+        progress(2, steps)
+        other = held_out(both, rows)
+        frictions["both"] = (rms_of(both.residual()), rms_of(other))
+        # By error on runs that were fitted, one at a time held out: the others are for the answer.
+        judged = slice(None) if rows is None else rows
+        if rms_of(other[judged]) < CLEARLY_BETTER * rms_of(heldout[judged]):
+            best, friction, heldout = both, "both", other
+    else:
+        friction = "both"
+    progress(3, steps)
+    angle = best.at().angle
+    residual = best.residual() * ARCSEC
+    variance = float(np.sum(measured**2)) * ARCSEC**2
+    result = Comparison(
         campaign,
-        model,
-        fit,
-        heldout_rms,
-        heldout,
-        "run" if len(campaign.runs) > 1 else "half of the run",
-        frictions,
-        _rms(as_it_stands),
-        noise_floor(model, campaign, residual),
+        best,
+        "both" if friction == "both" else "inside",
+        c.run_mean(best.measured - angle) * ARCSEC,
+        residual,
+        heldout * ARCSEC,
+        held_out_by(campaign, seen),
+        seen,
+        {name: (a * ARCSEC, b * ARCSEC) for name, (a, b) in frictions.items()},
+        rms_of(stands) * ARCSEC,
+        noise_floor(c, residual),
         1.0 - float(np.sum(residual**2)) / variance if variance > 0 else 0.0,
-        where_it_fails(model, campaign, residual, seed),
+        where_it_fails(c, residual, seed),
         {
             column: list(effects)
             for column, effects in NEEDS.items()
             if column not in campaign.quantities()
         },
     )
+    progress(steps, steps)
+    return result
 
 
-def best_start_state(model: BaseModel) -> float:
-    """Find the state of the plays before the first sample that fits best."""
-    scores = []
-    for state in START_STATES:
-        model.set_start_state(state)
-        scores.append(model.fit("outside").rms_rad)
-    return START_STATES[int(np.argmin(scores))]
+def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.NDArray[np.bool_]:
+    """Mark the runs that are fitted; labels are compared as text."""
+    if fit_on is None:
+        return np.ones(len(campaign.runs), dtype=bool)
+    labels = [str(run.label) for run in campaign.runs]
+    for wanted in fit_on:
+        if str(wanted) not in labels:
+            raise InputError("--fit-on", str(wanted), "no such run", "of " + ", ".join(labels))
+    wanted_labels = {str(wanted) for wanted in fit_on}
+    seen = np.array([label in wanted_labels for label in labels])
+    torque = np.concatenate(
+        [run.torque_Nm for run, chosen in zip(campaign.runs, seen, strict=True) if chosen]
+    )
+    if np.ptp(torque) == 0:
+        raise InputError("--fit-on", "", "runs of one torque", "runs whose torque varies")
+    return seen
 
 
-def fold_labels(model: BaseModel) -> IntArray:
-    """Number the pieces that are left out together: runs, or halves of a single run."""
-    if model.starts.size > 2:
-        return model.run_of
-    return (np.arange(model.torque.size) * 2 // model.torque.size).astype(np.intp)
+def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
+    """Say what was held out."""
+    if not seen.all():
+        return "runs not fitted"
+    return "run" if len(campaign.runs) > 1 else "half of the run"
 
 
-def split_folds(labels: IntArray, model: BaseModel) -> Iterator[npt.NDArray[np.bool_]]:
-    """Yield the samples that each fit may see; at most `FOLDS_MAX` splits."""
-    pieces = int(labels[-1]) + 1
-    folds = min(pieces, FOLDS_MAX)
-    group = labels * folds // pieces
-    for fold in range(folds):
-        yield group != fold
+def held_out(base: Base, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+    """Residual of every sample under a fit that has not seen its run, arc seconds.
+
+    With a single run its halves are held out. With `rows` the runs outside of them were not seen.
+    """
+    c = base.conditions
+    starts = c.starts if c.runs > 1 else np.array([0, c.rows // 2, c.rows])
+    if c.rows < 2:
+        return base.residual()
+    if rows is None:
+        return held_out_residual(base, starts)
+    out = held_out_residual(base, starts, rows)
+    out[~rows] = base.residual()[~rows]
+    return out
 
 
-def held_out(
-    model: BaseModel,
-    friction: Friction,
-    folds: list[npt.NDArray[np.bool_]],
-    whole: Fit,
-    step: Callable[[], None],
-) -> FloatArray:
-    """Residual of every sample under a fit without its run; offsets are each run's own."""
-    residual = np.zeros(model.torque.size)
-    for seen in folds:
-        fit = model.fit(friction, seen, whole.parameters)
-        unseen = ~seen
-        difference = model.angle - model.predict(fit.parameters)
-        offset = model.run_means(difference, unseen)
-        residual[unseen] = (difference - offset[model.run_of])[unseen]
-        step()
-    return residual
+def zero_widths(torque_Nm: FloatArray, angles: FloatArray) -> FloatArray | None:
+    """Width of a loop where its torque is zero, for each column of angles.
+
+    On either branch a straight line through the samples about zero is read at zero.
+
+    Returns
+    -------
+    ndarray or None
+        The falling branch minus the rising one; None where a branch does not pass through zero.
+    """
+    largest = float(np.max(np.abs(torque_Nm)))
+    if largest == 0:
+        return None
+    rising, _ = directions(torque_Nm, largest)
+    near = np.abs(torque_Nm) <= WIDTH_SHARE * largest
+    at_zero = []
+    for branch in (0, 1):
+        chosen = near & (rising == branch)
+        if np.count_nonzero(chosen) < WIDTH_SAMPLES or np.ptp(torque_Nm[chosen]) == 0:
+            return None
+        line = np.column_stack((np.ones(int(chosen.sum())), torque_Nm[chosen]))
+        at_zero.append(np.linalg.lstsq(line, angles[chosen], rcond=None)[0][0])
+    return np.asarray(at_zero[0] - at_zero[1], dtype=np.float64)
 
 
 def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray]:
@@ -358,7 +474,7 @@ def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray
     return (sign > 0).astype(np.intp), torque - torque[begin]
 
 
-def noise_floor(model: BaseModel, campaign: Campaign, residual: FloatArray) -> Noise:
+def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
     """Estimate what no model can explain.
 
     Within runs: white noise, from second differences of the residual, at least the rounding of the
@@ -366,23 +482,20 @@ def noise_floor(model: BaseModel, campaign: Campaign, residual: FloatArray) -> N
     the same place of the path.
     """
     second = np.concatenate(
-        [
-            np.diff(residual[a:b], 2)
-            for a, b in zip(model.starts[:-1], model.starts[1:], strict=True)
-        ]
+        [np.diff(residual[a:b], 2) for a, b in zip(c.starts[:-1], c.starts[1:], strict=True)]
     )
     within = 0.0
     if second.size:
         # The largest hundredth may hold slips and stick-slip jumps, which are not noise.
         calm = np.sort(np.abs(second))[: max(1, int(0.99 * second.size))]
         within = float(np.sqrt(np.mean(calm**2) / 6.0))
-    levels = np.unique(model.angle)
+    levels = np.unique(c.campaign.column("lost_motion"))
     if levels.size > 1:
         within = max(within, float(np.min(np.diff(levels))) / np.sqrt(12.0))
 
     groups: list[list[int]] = []
-    extremes = [(float(run.torque_Nm.min()), float(run.torque_Nm.max())) for run in campaign.runs]
-    slack = REPEAT_TOLERANCE * model.largest_torque_Nm
+    extremes = [(float(run.torque_Nm.min()), float(run.torque_Nm.max())) for run in c.campaign.runs]
+    slack = REPEAT_TOLERANCE * float(np.max(np.abs(c.torque)))
     for i, pair in enumerate(extremes):
         for group in groups:
             if np.allclose(pair, extremes[group[0]], rtol=0, atol=slack):
@@ -393,7 +506,7 @@ def noise_floor(model: BaseModel, campaign: Campaign, residual: FloatArray) -> N
     groups = [group for group in groups if len(group) > 1]
     squares, weights = [], []
     for group in groups:
-        means, counts = _repeat_cells(model, group, residual)
+        means, counts = _repeat_cells(c, group, residual)
         common = np.all(counts > 0, axis=0)
         if np.any(common):
             means = means[:, common]
@@ -405,22 +518,21 @@ def noise_floor(model: BaseModel, campaign: Campaign, residual: FloatArray) -> N
         between = float(
             np.sqrt(np.average(np.concatenate(squares), weights=np.concatenate(weights)))
         )
-    return Noise(within, between, [[campaign.runs[i].label for i in group] for group in groups])
+    return Noise(within, between, [[c.labels[i] for i in group] for group in groups])
 
 
 def _repeat_cells(
-    model: BaseModel, group: list[int], residual: FloatArray
+    c: Conditions, group: list[int], residual: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Mean residual of each run in cells of torque and direction."""
-    pieces = [slice(model.starts[i], model.starts[i + 1]) for i in group]
-    edges = np.quantile(
-        np.concatenate([model.torque[p] for p in pieces]), np.linspace(0, 1, BINS + 1)
-    )
+    slices, largest = c.slices(), float(np.max(np.abs(c.torque)))
+    pieces = [slices[i] for i in group]
+    edges = np.quantile(np.concatenate([c.torque[p] for p in pieces]), np.linspace(0, 1, BINS + 1))
     means = np.zeros((len(group), 2 * BINS))
     counts = np.zeros((len(group), 2 * BINS))
     for row, piece in enumerate(pieces):
-        torque = model.torque[piece]
-        direction, _ = directions(torque, model.largest_torque_Nm)
+        torque = c.torque[piece]
+        direction, _ = directions(torque, largest)
         cell = np.clip(np.searchsorted(edges, torque, "right") - 1, 0, BINS - 1) * 2 + direction
         counts[row] = np.bincount(cell, minlength=2 * BINS)
         sums = np.bincount(cell, residual[piece], 2 * BINS)
@@ -428,17 +540,15 @@ def _repeat_cells(
     return means, counts
 
 
-def where_it_fails(
-    model: BaseModel, campaign: Campaign, residual: FloatArray, seed: int
-) -> list[Failure]:
+def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failure]:
     """Rank the recorded quantities by the share of the residual that each explains."""
-    torque_bins = quantile_bins(model.torque, BINS)
-    coarse_torque = quantile_bins(model.torque, TORQUE_RANGES)
-    turns, travels = _branches(model)
+    torque_bins = quantile_bins(c.torque, BINS)
+    coarse_torque = quantile_bins(c.torque, TORQUE_RANGES)
+    turns, travels = _branches(c)
     direction, travel = np.concatenate(turns), np.concatenate(travels)
-    stretches = branch_blocks(model, direction)
-    runs = model.starts.size - 1
-    blocks = model.run_of if runs >= BLOCKS_LEAST else stretches
+    stretches = branch_blocks(c.starts, direction)
+    runs = c.runs
+    blocks = c.run_of if runs >= BLOCKS_LEAST else stretches
     generator = np.random.default_rng(seed)
     failures = []
 
@@ -448,15 +558,19 @@ def where_it_fails(
     judge("torque", torque_bins, blocks)
     judge("direction", direction, blocks)
     judge("load_history", quantile_bins(travel, BINS), blocks)
-    peak = np.maximum.accumulate(np.abs(model.torque))
+    peak = np.maximum.accumulate(np.abs(c.torque))
     judge("largest_torque_before", quantile_bins(peak, BINS), blocks)
-    judge("time_in_run", quantile_bins(_time_in_run(campaign), BINS), blocks)
+    judge("time_in_run", quantile_bins(c.time_s - c.time_s[c.starts[:-1]][c.run_of], BINS), blocks)
+    judge("time_under_load", quantile_bins(time_under_load(c), BINS), blocks)
+    speed = c.columns.get("input_velocity_rad_s")
+    if speed is not None and np.ptp(speed) > 0:
+        judge("speed", quantile_bins(speed, BINS), blocks)
     if runs > 1:
-        judge("run", model.run_of * TORQUE_RANGES + coarse_torque, stretches)
-    for name in campaign.quantities():
+        judge("run", c.run_of * TORQUE_RANGES + coarse_torque, stretches)
+    for name in c.campaign.quantities():
         if name in ("run", "time", "torque", "lost_motion"):
             continue
-        values = campaign.column(name)
+        values = c.campaign.column(name)
         known = np.isfinite(values)
         if not known.any() or np.ptp(values[known]) == 0:
             continue
@@ -465,7 +579,7 @@ def where_it_fails(
             turn = np.mod(values, 2 * np.pi)
             cells = np.minimum((turn / (2 * np.pi) * BINS).astype(np.intp), BINS - 1)
             judge(name, cells, blocks)
-        elif np.var(model.run_means(values)[model.run_of]) > 0.5 * np.var(values):
+        elif np.var(c.run_mean(values)[c.run_of]) > 0.5 * np.var(values):
             # It stands still within a run, where an offset would swallow it: look for what grows
             # with it in proportion, apart for each range of torque.
             failures.append(
@@ -476,23 +590,27 @@ def where_it_fails(
     return sorted(failures, key=lambda failure: -failure.share)
 
 
-def _branches(model: BaseModel) -> tuple[list[IntArray], list[FloatArray]]:
-    turns, travels = [], []
-    for a, b in zip(model.starts[:-1], model.starts[1:], strict=True):
-        turn, travel = directions(model.torque[a:b], model.largest_torque_Nm)
-        turns.append(turn)
-        travels.append(travel)
-    return turns, travels
+def _branches(c: Conditions) -> tuple[list[IntArray], list[FloatArray]]:
+    largest = float(np.max(np.abs(c.torque)))
+    found = [directions(c.torque[at], largest) for at in c.slices()]
+    return [turn for turn, _ in found], [travel for _, travel in found]
 
 
-def _time_in_run(campaign: Campaign) -> FloatArray:
-    return np.concatenate([run.time_s - run.time_s[0] for run in campaign.runs])
+def time_under_load(c: Conditions) -> FloatArray:
+    """Seconds since the drive was last unloaded; 0 where it is, or since the start of the run."""
+    loaded = np.abs(c.torque) > LOADED_SHARE * float(np.max(np.abs(c.torque)))
+    rest = np.where(loaded, -np.inf, c.time_s)
+    rest[c.starts[:-1]] = c.time_s[c.starts[:-1]]
+    out = np.empty(c.rows)
+    for at in c.slices():
+        out[at] = c.time_s[at] - np.maximum.accumulate(rest[at])
+    return np.maximum(out, 0.0)
 
 
-def branch_blocks(model: BaseModel, direction: IntArray) -> IntArray:
+def branch_blocks(starts: IntArray, direction: IntArray) -> IntArray:
     """Number the stretches between reversals; long ones are cut until there are enough."""
     change = np.diff(direction, prepend=direction[0]) != 0
-    change[model.starts[1:-1]] = True
+    change[starts[1:-1]] = True
     blocks = np.cumsum(change)
     pieces = int(blocks[-1]) + 1
     if pieces < BLOCKS_LEAST:
@@ -560,5 +678,6 @@ def explained(
     return max(0.0, float((observed - chance) / (1.0 - chance))) if chance < 1 else 0.0, p
 
 
-def _rms(values: FloatArray) -> float:
+def rms_of(values: FloatArray) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))

@@ -24,9 +24,6 @@ from lostmotion.structs import Design
 FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
 
-ZONE_SHARES = (0.175, 0.625)
-"""T1 and T2 of a design over its rated torque: 7 and 25 of 40 N m in the catalogue, size 20."""
-
 BACKBONE_TORQUES = 257
 """Torques at which a design is evaluated to become a backbone."""
 
@@ -314,14 +311,13 @@ def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
     """
     if drive.catalogue is not None:
         torque, angle = drive.catalogue.knots(largest_torque_Nm)
-        return Backbone(torque, angle, (drive.catalogue.T1_Nm, drive.catalogue.T2_Nm))
+        return Backbone(torque, angle)
     model = design_model(drive)
     reach = max(largest_torque_Nm, drive.rated_torque_Nm)
     torque = np.linspace(-reach, reach, BACKBONE_TORQUES)
     torque[BACKBONE_TORQUES // 2] = 0.0
     found = model.characteristic(torque)
-    low, high = (share * drive.rated_torque_Nm for share in ZONE_SHARES)
-    return Backbone(torque, np.asarray(found.total_rad, dtype=np.float64), (low, high))
+    return Backbone(torque, np.asarray(found.total_rad, dtype=np.float64))
 
 
 def reversal_torque(drive: Drive) -> float:

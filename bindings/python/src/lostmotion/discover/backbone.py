@@ -1,10 +1,12 @@
 """The base that effects are added to: an odd backbone with friction inside it, flexible enough.
 
-    T_e = T + sum w_i (z_i - T),   phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e)
+    T_e = T + sum w_i (z_i - T)
+    phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - T)
 
 `B` is odd and rises in straight stretches; the plays have fixed half widths, times (1 + f_run). A
 catalogue sheet knows three slopes, which is not enough to reach the noise of a good encoder; it
-serves as the start and as a weak prior.
+serves as the start and as a weak prior. Friction outside the elasticity (`c_i`) is off unless the
+recordings ask for it.
 """
 
 from __future__ import annotations
@@ -37,8 +39,15 @@ PLAYS = 8
 PLAY_RANGE = (1 / 200, 0.6)
 """Least and greatest half width over the largest torque."""
 
+FIRST_SHARES = (0.03, 0.1)
+"""Shares of every play that a first fit starts from: play and friction have kinks, and with strong
+effects missing either start may end in a minimum that is not the lowest."""
+
 SHARE_MAX = 0.98
 """Shares of friction sum up to at most this: the backbone has to wind up."""
+
+OUTSIDE_FIRST = 0.02
+"""Compliance of a play outside the elasticity that a fit starts from, over the mean one."""
 
 SLOPE_MAX = 50.0
 """Greatest compliance of a stretch over the mean one of the drive."""
@@ -103,6 +112,8 @@ class Base:
         Compliance of each stretch, arc seconds a N m.
     shares : ndarray
         Share of the torque that each play takes.
+    outside : ndarray or None
+        Compliance of each play outside the elasticity, arc seconds a N m; None: there is none.
     start : ndarray
         Where each play stood before the first sample, in half widths from the torque there.
     deviations : ndarray
@@ -130,11 +141,17 @@ class Base:
         if self.prior is not None:
             self.prior_slopes = np.diff(self.prior(ends)) / np.diff(ends) / ARCSEC
         self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
-        self.shares = np.full(PLAYS, 0.03)
+        self.shares = np.full(PLAYS, FIRST_SHARES[0])
+        self.outside: FloatArray | None = None
         self.start = np.zeros(PLAYS)
         self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
         self.outlier = np.zeros(c.rows, dtype=bool)
         self.measured = y.copy()
+
+    def allow_outside_friction(self) -> None:
+        """Let friction outside the elasticity take part in the fit."""
+        if self.outside is None:
+            self.outside = np.full(PLAYS, OUTSIDE_FIRST * self.mean_slope)
 
     # --- the parts -------------------------------------------------------------------------------
 
@@ -196,6 +213,10 @@ class Base:
         slope = self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
         stiff = (1.0 + self.deviations[:, 0])[c.run_of]
         elastic = stiff * backbone + self.deviations[:, 2][c.run_of] * self.closed(wound)
+        if self.outside is not None:
+            elastic += plays @ self.outside
+            if np.any(self.start):
+                elastic[:first] += self.start_columns() @ (self.outside * self.start)
         angle = elastic.copy()
         for term in self.terms:
             if term.effect.kind == "angle":
@@ -216,7 +237,10 @@ class Base:
         stiff = (1.0 + self.deviations[:, 0])[c.run_of]
         first = int(c.starts[1])
         starts = np.zeros((c.rows, PLAYS))
-        starts[:first] = (point.slope[:first, None] * self.start_columns()) * self.shares
+        moved = self.start_columns()
+        starts[:first] = (point.slope[:first, None] * moved) * self.shares
+        if self.outside is not None:
+            starts[:first] += moved * self.outside
         parts = [point.ramps * stiff[:, None], point.slope[:, None] * point.plays, starts]
         names = [f"slope_{i}" for i in range(self.slopes.size)]
         names += [f"share_{i}" for i in range(PLAYS)] + [f"start_{i}" for i in range(PLAYS)]
@@ -227,6 +251,11 @@ class Base:
         for shape in self.additives:
             parts.append(shape.columns)
             names += [f"{shape.name}_{i}" for i in range(shape.columns.shape[1])]
+        if self.outside is not None:
+            outside = point.plays.copy()
+            outside[:first] += moved * self.start
+            parts.append(outside)
+            names += [f"outside_{i}" for i in range(PLAYS)]
         return np.concatenate(parts, axis=1), names
 
     def value_column(self, term: Term, index: int, point: Point) -> FloatArray:
@@ -269,7 +298,9 @@ class Base:
         """Derivative of the angle by the logarithm of all half widths."""
         wider = self.play_columns(point.torque, point.width * (1 + RADIUS_STEP))
         closer = self.play_columns(point.torque, point.width * (1 - RADIUS_STEP))
-        return np.asarray(point.slope * ((wider - closer) @ self.shares) / (2 * RADIUS_STEP))
+        change = (wider - closer) / (2 * RADIUS_STEP)
+        column = point.slope * (change @ self.shares)
+        return np.asarray(column if self.outside is None else column + change @ self.outside)
 
     # --- fit -------------------------------------------------------------------------------------
 
@@ -290,6 +321,10 @@ class Base:
             x.append(shape.coefficients)
             low.append(np.full(shape.coefficients.size, -np.inf))
             high.append(np.full(shape.coefficients.size, np.inf))
+        if self.outside is not None:
+            x.append(self.outside)
+            low.append(np.zeros(PLAYS))
+            high.append(np.full(PLAYS, SLOPE_MAX * self.mean_slope))
         return np.concatenate(x), np.concatenate(low), np.concatenate(high)
 
     def set_vector(self, x: FloatArray) -> None:
@@ -309,6 +344,8 @@ class Base:
         for shape in self.additives:
             shape.coefficients = x[at : at + shape.coefficients.size].copy()
             at += shape.coefficients.size
+        if self.outside is not None:
+            self.outside = x[at : at + PLAYS].copy()
 
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
         """Weak prior: slopes within their own size of the sheet's, start states within one."""
@@ -369,6 +406,23 @@ class Base:
         self.set_vector(solution.x)
         return solution
 
+    def first_fit(self, steps: int = 25, rows: npt.NDArray[np.bool_] | None = None) -> Solution:
+        """Fit a base that has not been fitted, from several starts; the lowest error counts.
+
+        A base that holds numbers of a fitted drive file starts from these alone.
+        """
+        fresh = bool(np.all(self.shares == FIRST_SHARES[0]))
+        best, best_x = self.fit(steps=steps, rows=rows), self.vector()[0]
+        for share in FIRST_SHARES[1:] if fresh else ():
+            self.slopes[:] = self.mean_slope
+            self.shares[:] = share
+            self.start[:] = 0.0
+            found = self.fit(steps=steps, rows=rows)
+            if found.cost < best.cost:
+                best, best_x = found, self.vector()[0]
+        self.set_vector(best_x)
+        return best
+
     def residual(self, point: Point | None = None) -> FloatArray:
         """Measured minus model with the offset of each run taken off, arc seconds."""
         c = self.conditions
@@ -386,6 +440,7 @@ class Base:
         ]
         for name in ("slopes", "shares", "start", "deviations"):
             setattr(other, name, getattr(self, name).copy())
+        other.outside = None if self.outside is None else self.outside.copy()
         return other
 
 

@@ -18,6 +18,7 @@ from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest, Result
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, find_events, step_column
+from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.selection import (
     P_LIMIT,
     SIZE_LEAST,
@@ -26,7 +27,7 @@ from lostmotion.discover.selection import (
     noise_rms,
     select,
 )
-from lostmotion.discover.study import Field, Settled, clean_outliers, columns_of
+from lostmotion.discover.study import Field, Settled, clean_outliers
 from lostmotion.discover.threads import one_thread
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
@@ -126,7 +127,7 @@ def _diagnose(
     ratio: float,
     progress: Callable[[str], None] | None,
 ) -> Diagnosis:
-    base.fit()
+    base.first_fit()
     outliers = clean_outliers(base)
     if outliers:
         base.fit(steps=8)
@@ -288,34 +289,6 @@ def make_ladder(selection: Selection) -> list[dict[str, Any]]:
             }
         )
     return rungs
-
-
-def held_out_rms(base: Base) -> float:
-    """Error of every run under a fit, by one step, to the others; offsets are each run's own."""
-    c = base.conditions
-    point = base.at()
-    fixed, precision, _, _ = columns_of(base, point)
-    fixed = fixed[:, :-1]
-    residual = base.residual(point)
-    norm = np.sqrt(np.mean(fixed**2, axis=0))
-    norm[norm == 0] = 1.0
-    fixed = fixed / norm
-    fixed = fixed - c.run_mean(fixed)[c.run_of]
-    grams = []
-    for at in c.slices():
-        both = np.column_stack((fixed[at], residual[at]))
-        grams.append(both.T @ both)
-    gram = np.array(grams)
-    noise = float(np.mean(residual**2))
-    ridge = np.diag(precision[:-1] / norm**2 * noise + 1e-9 * c.rows)
-    rest = gram.sum(axis=0) - gram
-    delta = np.linalg.solve(rest[:, :-1, :-1] + ridge, rest[:, :-1, -1:])[:, :, 0]
-    square = (
-        gram[:, -1, -1]
-        - 2 * np.einsum("ri,ri->r", delta, gram[:, :-1, -1])
-        + np.einsum("ri,rij,rj->r", delta, gram[:, :-1, :-1], delta, optimize=True)
-    )
-    return float(np.sqrt(max(square.sum(), 0.0) / c.rows))
 
 
 def describe(step: Step) -> dict[str, Any]:

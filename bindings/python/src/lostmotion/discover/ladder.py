@@ -23,8 +23,9 @@ from lostmotion.discover.candidates import (
     tangent,
 )
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import held_out_rms, noise_floor
+from lostmotion.discover.diagnosis import noise_floor
 from lostmotion.discover.effects import Effect, find_effect
+from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.selection import free_values, noise_rms, term_of
 from lostmotion.discover.study import (
     Settled,
@@ -209,7 +210,7 @@ def fit_model(
         if effect.name in present:
             raise InputError("--add", effect.name, "an effect that the file has already", "others")
         present.add(effect.name)
-    base.fit(steps=STEPS)
+    base.first_fit(steps=STEPS)
     if clean_outliers(base):
         base.fit(steps=STEPS)
     candidates, _ = make_candidates(base, effects, drive.ratio)

@@ -36,8 +36,8 @@ ARCSEC_MOST = 600.0
 """From this error on, in arcsec, arcmin are easier to read."""
 
 
-WHERE = {"inside": "inside", "outside": "outside", "both": "inside and outside"}
-"""Where the friction sits, by the names of `lostmotion.base.FRICTIONS`."""
+WHERE = {"inside": "inside", "both": "inside and outside"}
+"""Where the friction sits, by the names that a comparison has for it."""
 
 
 def groups(result: Comparison) -> list[list[int]]:
@@ -72,14 +72,12 @@ def loops_figure(result: Comparison, name: str) -> Figure:
         "Measured lost motion (grey) and the fitted base model (orange) against torque, each run "
         "about its own zero; beneath, measured minus model on the same axis, with the noise floor "
         f"of ±{result.noise.floor_rad / unit:.3g} {unit_name} as a grey band. "
-        f"rms {result.fit.rms_rad / unit:.3g} {unit_name}, on runs that the fit has not seen "
+        f"rms {result.rms_rad / unit:.3g} {unit_name}, on runs that the fit has not seen "
         f"{result.heldout_rms_rad / unit:.3g} {unit_name}; friction "
-        f"{WHERE[result.fit.friction]} the elasticity."
+        f"{WHERE[result.friction]} the elasticity."
     )
     if left_out:
         caption += f" {left_out} runs are not drawn; the CSV has all."
-    model = result.model
-    offset = result.fit.offset_rad[model.run_of]
     labels = [run.label for run in result.campaign.runs]
     return Figure(
         f"Measured loops of {name} against the model",
@@ -88,12 +86,12 @@ def loops_figure(result: Comparison, name: str) -> Figure:
         Table(
             "loops",
             {
-                "run": [labels[i] for i in model.run_of],
+                "run": [labels[i] for i in result.run_of],
                 "time_s": result.campaign.column("time"),
-                "torque_Nm": model.torque,
-                "measured_arcmin": (model.angle - offset) / ARCMIN,
-                "model_arcmin": (model.angle - offset - result.fit.residual_rad) / ARCMIN,
-                "residual_arcmin": result.fit.residual_rad / ARCMIN,
+                "torque_Nm": result.torque_Nm,
+                "measured_arcmin": result.measured_rad / ARCMIN,
+                "model_arcmin": (result.measured_rad - result.residual_rad) / ARCMIN,
+                "residual_arcmin": result.residual_rad / ARCMIN,
             },
         ),
     )
@@ -136,14 +134,11 @@ def _loop_panels(
     strip: float,
 ) -> None:
     x, y, width = place
-    model = result.model
     unit, unit_name = unit_of(result)
-    at = [slice(model.starts[i], model.starts[i + 1]) for i in group]
-    torque = [model.torque[a] for a in at]
-    measured = [
-        (model.angle[a] - result.fit.offset_rad[i]) / ARCMIN for a, i in zip(at, group, strict=True)
-    ]
-    residual = [result.fit.residual_rad[a] / unit for a in at]
+    at = [slice(result.starts[i], result.starts[i + 1]) for i in group]
+    torque = [result.torque_Nm[a] for a in at]
+    measured = [result.measured_rad[a] / ARCMIN for a in at]
+    residual = [result.residual_rad[a] / unit for a in at]
     every = np.concatenate(torque)
     across = limits([float(every.min()), float(every.max())], 0.03)
     modelled = [m - r * unit / ARCMIN for m, r in zip(measured, residual, strict=True)]

@@ -274,8 +274,8 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     runs = len(answer["by_run"])
     section = Section(
         f"{drive.name}: measured against the model",
-        f"{answer['samples']} samples in {runs} runs. The backbone of the drive file, with its "
-        "compliance scaled by range of torque and friction with memory, fitted to the recordings.",
+        f"{answer['samples']} samples in {runs} runs. A characteristic with a free odd shape, the drive "
+        "file's as its start, and friction with memory, fitted to the recordings.",
         facts,
         [loops_figure(result, drive.name)],
         [
@@ -316,10 +316,10 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
 
 def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
     parameters = answer["parameters"]
-    zones = [
-        (name.removeprefix("compliance_"), f"{value:.4g}")
-        for name, value in parameters.items()
-        if name.startswith("compliance")
+    ends = [0.0, *parameters["knot_Nm"]]
+    stretches = [
+        (f"from {low:.3g}", f"{slope / ARCMIN:.3g}")
+        for low, slope in zip(ends, parameters["slope_rad_per_Nm"], strict=True)
     ]
     plays = [
         (f"{radius:.3g}", _small(outside / ARCMIN), _small(inside))
@@ -331,7 +331,12 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
         )
     ]
     return [
-        Rows("Fitted compliance", ("range of torque", "over the drive file's"), zones, (1,)),
+        Rows(
+            "Fitted compliance by torque",
+            ("torque, N·m", "compliance, arcmin/(N·m)"),
+            stretches,
+            (0, 1),
+        ),
         Rows(
             "Fitted friction",
             (

@@ -1,0 +1,69 @@
+"""Held-out error: every run under a fit to the others, by one step from the fit to all.
+
+Only parameters that are free take the step; those at a bound stay there. Offsets are each run's own,
+because the zero of an encoder is arbitrary.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.backbone import Base
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+RIDGE = 1e-9
+"""Relative ridge: what the other runs do not see stays where it is."""
+
+
+def held_out_residual(
+    base: Base, starts: IntArray | None = None, rows: npt.NDArray[np.bool_] | None = None
+) -> FloatArray:
+    """Residual of every sample under a fit without its piece, arc seconds.
+
+    Parameters
+    ----------
+    base : Base
+        Fitted to all.
+    starts : ndarray, optional
+        Offsets of the pieces that are left out together; by default the runs.
+    rows : ndarray of bool, optional
+        Samples that were fitted, whole pieces.
+    """
+    starts = base.conditions.starts if starts is None else starts
+    point = base.at()
+    fixed, _ = base.fixed_columns(point)
+    precision = base.precision(fixed.shape[1])
+    x, low, high = base.vector()
+    free = (x > low) & (x < high)
+    fixed, precision = fixed[:, free], precision[free]
+    norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / max(fixed.shape[0], 1))
+    norm[norm == 0] = 1.0
+    fixed /= norm
+    out = base.measured - point.angle
+    pieces = [slice(int(a), int(b)) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    size = fixed.shape[1]
+    gram = np.empty((len(pieces), size, size))
+    slope = np.empty((len(pieces), size))
+    for i, at in enumerate(pieces):
+        fixed[at] -= fixed[at].mean(axis=0)
+        out[at] -= out[at].mean()
+        if rows is not None and not rows[at].any():
+            gram[i], slope[i] = 0.0, 0.0
+            continue
+        gram[i] = fixed[at].T @ fixed[at]
+        slope[i] = fixed[at].T @ out[at]
+    noise = float(np.mean(out**2))
+    ridge = np.diag(precision / norm**2 * noise + RIDGE * out.size)
+    rest = gram.sum(axis=0) - gram + ridge
+    step = np.linalg.solve(rest, (slope.sum(axis=0) - slope)[:, :, None])[:, :, 0]
+    for i, at in enumerate(pieces):
+        out[at] -= fixed[at] @ step[i]
+    return out
+
+
+def held_out_rms(base: Base) -> float:
+    """Root mean square of `held_out_residual` over the runs."""
+    return float(np.sqrt(np.mean(held_out_residual(base) ** 2)))
