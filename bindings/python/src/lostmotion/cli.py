@@ -31,6 +31,7 @@ from lostmotion.predict import clearances, predict
 from lostmotion.recordings import parse_map, read_campaign, recording_files
 from lostmotion.replay import read_parameters, replay, show_replay
 from lostmotion.report import comparison_section, drive_section, write_report
+from lostmotion.workbench.command import add_command as add_workbench
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit statuses."""
@@ -213,6 +214,8 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument("--table", metavar="FILE.csv", help="write every tick")
     add_settings(added)
     add_map(added)
+
+    add_workbench(command, add_map)
 
     added = command(
         "demo",

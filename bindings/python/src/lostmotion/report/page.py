@@ -157,26 +157,28 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
         numbered = f'<span class="n">{i}</span> ' if len(sections) > 1 else ""
         out.append(f'<section id="s{i}"><h2>{numbered}{escape(section.title)}</h2>')
         out.append(f"<p>{escape(section.lead)}</p>")
-        if section.facts:
-            out.append('<dl class="facts">')
-            out += [
-                f"<div><dt>{_joined(name)}</dt><dd>{_joined(value)}</dd></div>"
-                for name, value in section.facts
-            ]
-            out.append("</dl>")
+        out.append(facts_html(section.facts))
         for block in section.blocks:
             if isinstance(block, Figure):
                 figures += 1
                 out.append(_figure(block, figures))
             elif isinstance(block, Rows):
-                out.append(_rows(block))
+                out.append(rows_html(block))
             else:
-                out.append(_notes(block))
+                out.append(notes_html(block))
         out.append("</section>")
     out.append("</main>")
     out.append(_provenance(sections, command))
     out.append("</body></html>")
     return "\n".join(out) + "\n"
+
+
+def facts_html(facts: Sequence[tuple[str, str]]) -> str:
+    """Write the numbers that matter most, each under what it is; nothing when there are none."""
+    each = [
+        f"<div><dt>{_joined(name)}</dt><dd>{_joined(value)}</dd></div>" for name, value in facts
+    ]
+    return f'<dl class="facts">{"".join(each)}</dl>' if each else ""
 
 
 def _joined(text: str) -> str:
@@ -198,7 +200,9 @@ def _figure(figure: Figure, number: int) -> str:
     )
 
 
-def _rows(rows: Rows) -> str:
+def rows_html(rows: Rows) -> str:
+    """Write a table."""
+
     def cells(row: Sequence[str], tag: str) -> str:
         out = []
         for i, cell in enumerate(row):
@@ -219,7 +223,8 @@ def _rows(rows: Rows) -> str:
     )
 
 
-def _notes(notes: Notes) -> str:
+def notes_html(notes: Notes) -> str:
+    """Write a list of sentences."""
     lines = "".join(f"<li>{escape(line)}</li>" for line in notes.lines)
     if notes.folded:
         return f"<details><summary>{escape(notes.title)}</summary><ul>{lines}</ul></details>"

@@ -1,0 +1,261 @@
+"""What lies on the bench: a drive, its recordings, and what the library found of them."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lostmotion.base import Backbone
+from lostmotion.compare import Comparison, compare
+from lostmotion.discover.commands import ROUNDS
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.diagnosis import Diagnosis, diagnose
+from lostmotion.discover.effects import Effect, library
+from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.plans import next_runs, read_plan
+from lostmotion.discover.threads import one_thread
+from lostmotion.drives import Drive, format_toml, read_drive
+from lostmotion.errors import InputError
+from lostmotion.export import Profile, export, make_controller, read_settings
+from lostmotion.files import write_whole
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
+from lostmotion.report import comparison_section, drive_section
+from lostmotion.report.maps import Residuals, collect_residuals
+from lostmotion.units import ARCSEC
+from lostmotion.workbench.figures import Rendered, render_section
+
+Tick = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """Two effects side by side.
+
+    Attributes
+    ----------
+    models : dict
+        By name, fitted with what is in the model and this one on top.
+    gains : dict
+        Evidence of each run, nats; empty where the diagnosis could not judge one of them.
+    angle_deg : float or None
+        Between what the two do to these recordings, beside the base: small means alike.
+    """
+
+    models: dict[str, FittedModel]
+    gains: dict[str, np.ndarray[Any, np.dtype[np.float64]]]
+    angle_deg: float | None
+
+
+@dataclass
+class Bench:
+    """State of the workbench and the calls that change it.
+
+    Every call either ends with the state changed or raises with the state as it was.
+
+    Attributes
+    ----------
+    chosen : list of str
+        Effects that were added to the model, in order; the fits are kept, so that undoing one and
+        doing it again costs nothing.
+    version : int
+        Grows with every change.
+    """
+
+    folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="lostmotion-")))
+    effects: dict[str, Effect] = field(default_factory=lambda: dict(library()))
+    drive: Drive | None = None
+    drive_page: Rendered = field(default_factory=Rendered)
+    paths: list[Path] = field(default_factory=list)
+    mapping: list[str] = field(default_factory=list)
+    campaign: Campaign | None = None
+    comparison: Comparison | None = None
+    comparison_page: Rendered = field(default_factory=Rendered)
+    diagnosis: Diagnosis | None = None
+    chosen: list[str] = field(default_factory=list)
+    models: dict[tuple[str, ...], FittedModel] = field(default_factory=dict)
+    rivals: Rivals | None = None
+    ranking: dict[str, Any] | None = None
+    version: int = 0
+
+    # --- loading ---------------------------------------------------------------------------------
+
+    def load_drive(self, file: str | Path) -> None:
+        """Read a drive file and predict from it; recordings of another drive go."""
+        drive = read_drive(file)
+        self.drive, self.drive_page = drive, render_section(drive_section(drive))
+        self._forget_recordings()
+
+    def load_recordings(
+        self, paths: Sequence[str | Path], mapping: Sequence[str], tick: Tick
+    ) -> None:
+        """Read recordings of the drive and compare the model with them."""
+        drive = self.need_drive()
+        names = {**drive.columns, **parse_map(mapping)}
+        campaign = read_campaign(list(paths), ratio=drive.ratio, mapping=names)
+        backbone = self._backbone(drive, campaign)
+        with one_thread():
+            result = compare(backbone, campaign, progress=tick)
+        page = render_section(comparison_section(drive, result, recording_files(list(paths))))
+        self._forget_recordings()
+        self.paths, self.mapping = [Path(path) for path in paths], list(mapping)
+        self.campaign, self.comparison, self.comparison_page = campaign, result, page
+        self.version += 1
+
+    def _forget_recordings(self) -> None:
+        self.paths, self.mapping = [], []
+        self.campaign = self.comparison = self.diagnosis = None
+        self.comparison_page = Rendered()
+        self.chosen, self.models, self.rivals, self.ranking = [], {}, None, None
+        self.version += 1
+
+    def need_drive(self) -> Drive:
+        """Give the drive, or say that there is none."""
+        if self.drive is None:
+            raise InputError("DRIVE", "", "none loaded", "a drive file")
+        return self.drive
+
+    def need_campaign(self) -> Campaign:
+        """Give the recordings, or say that there are none."""
+        if self.campaign is None:
+            raise InputError("DATA", "", "none loaded", "recordings of the drive")
+        return self.campaign
+
+    @staticmethod
+    def _backbone(drive: Drive, campaign: Campaign) -> Backbone:
+        torque = campaign.column("torque")
+        return make_backbone(drive, float(np.max(np.abs(torque))))
+
+    # --- finding out -----------------------------------------------------------------------------
+
+    def find_missing(self, tick: Tick) -> None:
+        """Diagnose: which effect is missing."""
+        drive, campaign = self.need_drive(), self.need_campaign()
+        backbone = self._backbone(drive, campaign)
+        done = 0
+
+        def step(_: str) -> None:
+            nonlocal done
+            done = min(done + 1, ROUNDS - 1)
+            tick(done, ROUNDS)
+
+        with one_thread():
+            self.diagnosis = diagnose(
+                campaign,
+                ratio=drive.ratio,
+                rated_torque_Nm=drive.rated_torque_Nm,
+                backbone=backbone,
+                effects=self.effects,
+                base=make_base(drive, campaign, backbone, self.effects),
+                progress=step,
+            )
+        self.version += 1
+
+    def model_with(self, names: Sequence[str], tick: Tick) -> FittedModel:
+        """Fit the drive with effects added, or take the fit that was made before."""
+        key = tuple(names)
+        if key not in self.models:
+            drive, campaign = self.need_drive(), self.need_campaign()
+            with one_thread():
+                self.models[key] = fit_model(
+                    drive,
+                    campaign,
+                    self._backbone(drive, campaign),
+                    list(names),
+                    self.effects,
+                    progress=tick,
+                )
+        return self.models[key]
+
+    def choose(self, names: Sequence[str], tick: Tick) -> None:
+        """Make these the effects of the model, and fit it."""
+        self.model_with(names, tick)
+        self.chosen = list(names)
+        self.rivals = None
+        self.version += 1
+
+    @property
+    def model(self) -> FittedModel | None:
+        """The fit with the chosen effects, where it was made."""
+        return self.models.get(tuple(self.chosen))
+
+    def residuals(self) -> Residuals | None:
+        """What is left: by the fit with effects, or by the comparison where nothing was fitted."""
+        if self.comparison is None:
+            return None
+        if self.model is not None:
+            base = self.model.base
+            return collect_residuals(
+                base.conditions, base.residual(), self.model.noise_floor_arcsec
+            )
+        return collect_residuals(
+            Conditions(self.need_campaign()),
+            self.comparison.fit.residual_rad / ARCSEC,
+            self.comparison.noise.floor_rad / ARCSEC,
+        )
+
+    def compare_effects(self, a: str, b: str, tick: Tick) -> None:
+        """Set two effects side by side."""
+        if a == b:
+            raise InputError("effects", b, "the same twice", "two different ones")
+        if self.diagnosis is None or self.diagnosis.selection is None:
+            self.find_missing(tick)
+        assert self.diagnosis is not None
+        assert self.diagnosis.selection is not None
+        models = {}
+        for name in (a, b):
+            others = [one for one in self.chosen if one not in (a, b)]
+            models[name] = self.model_with([*others, name], tick)
+        first = self.diagnosis.selection.steps[0]
+        judged = {result.name: result for result in first.results}
+        both = all(name in judged for name in (a, b))
+        gains = {name: judged[name].gain_by_run for name in (a, b)} if both else {}
+        angle = None
+        if both:
+            contest = first.field.contest
+            angle = float(contest.angles(judged[a].block, judged[b].block)[0])
+        self.rivals = Rivals(models, gains, angle)
+        self.version += 1
+
+    def rank_options(self, paths: Sequence[str | Path], tick: Tick) -> None:
+        """Say which of some planned runs decides best between what is still open."""
+        drive = self.need_drive()
+        names = {**drive.columns, **parse_map(self.mapping)}
+        options = read_plan(list(paths), drive.ratio, names)
+        if self.diagnosis is None:
+            self.find_missing(tick)
+        assert self.diagnosis is not None
+        with one_thread():
+            self.ranking = next_runs(self.diagnosis, options, self.effects, drive.ratio)
+        self.version += 1
+
+    # --- what goes out ---------------------------------------------------------------------------
+
+    def fitted_drive(self) -> str:
+        """The drive file with what was fitted in it; without a fit, as it was read."""
+        drive = self.need_drive()
+        return format_toml(drive.document if self.model is None else self.model.document(drive))
+
+    def export(
+        self, suffix: str, settings: Sequence[str], profile: Profile, name: str
+    ) -> tuple[bytes, Mapping[str, Any]]:
+        """Make the controller's parameters: the file's bytes, and what ``export`` says of it."""
+        drive = self.need_drive()
+        given = read_settings(settings)
+        with tempfile.TemporaryDirectory(dir=self.folder) as folder:
+            fitted = Path(folder) / Path(drive.file).name
+            write_whole(fitted, self.fitted_drive())
+            controller = make_controller(read_drive(fitted), given, profile=profile)
+            file = Path(folder) / f"params{suffix}"
+            answer = export(controller, file, name=name, title=drive.name)
+            return file.read_bytes(), answer
+
+    def close(self) -> None:
+        """Throw away what was uploaded."""
+        shutil.rmtree(self.folder, ignore_errors=True)

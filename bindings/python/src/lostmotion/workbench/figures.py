@@ -1,0 +1,71 @@
+"""Sections and figures of the report as pieces of the page; numbers and pictures by a link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from html import escape
+
+from lostmotion.report.page import (
+    NARROW,
+    WIDE,
+    Figure,
+    Section,
+    Table,
+    facts_html,
+    notes_html,
+    rows_html,
+)
+from lostmotion.report.page import Rows as TableRows
+
+
+@dataclass
+class Rendered:
+    """A section that is ready to be shown.
+
+    Attributes
+    ----------
+    html : str
+    tables : dict
+        The numbers behind its pictures, by the name in their link.
+    pictures : dict
+        The pictures as they are drawn for a wide page, by the same names.
+    """
+
+    html: str = ""
+    tables: dict[str, Table] = field(default_factory=dict)
+    pictures: dict[str, str] = field(default_factory=dict)
+
+
+def render_section(section: Section) -> Rendered:
+    """Draw a section; it may take a second, so not on the page's own thread."""
+    out = Rendered()
+    parts = [f'<p class="lead">{escape(section.lead)}</p>', facts_html(section.facts)]
+    for block in section.blocks:
+        if isinstance(block, Figure):
+            parts.append(render_figure(block, out))
+        elif isinstance(block, TableRows):
+            parts.append(rows_html(block))
+        else:
+            parts.append(notes_html(block))
+    out.html = f'<div class="report">{"".join(parts)}</div>'
+    return out
+
+
+def render_figure(figure: Figure, out: Rendered) -> str:
+    """Draw a figure for a wide and a narrow page, and keep its numbers for the link."""
+    name = figure.table.name
+    wide = figure.draw(WIDE)
+    out.tables[name], out.pictures[name] = figure.table, wide
+    return (
+        f'<figure><div class="wide">{wide}</div><div class="narrow">{figure.draw(NARROW)}</div>'
+        f"<figcaption><b>{escape(figure.title)}.</b> {escape(figure.caption)} {links(name)}"
+        "</figcaption></figure>"
+    )
+
+
+def links(name: str) -> str:
+    """Links to the numbers behind a picture and to the picture."""
+    return (
+        f'<span class="files"><a href="/numbers/{name}.csv" download>numbers (CSV)</a> '
+        f'<a href="/picture/{name}.svg" download>picture (SVG)</a></span>'
+    )

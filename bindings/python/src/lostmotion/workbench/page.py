@@ -1,0 +1,253 @@
+"""The page: what lies on the bench at the left, what was found of it at the right."""
+
+from __future__ import annotations
+
+import shlex
+from html import escape
+from pathlib import Path
+
+from nicegui import ui
+from nicegui.events import MultiUploadEventArguments
+
+from lostmotion.report.ladder import draw_ladder
+from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.panels import (
+    AlikePanel,
+    DrivePanel,
+    EffectsPanel,
+    ExportPanel,
+    MeasuredPanel,
+    NextPanel,
+    Panel,
+    WherePanel,
+    action,
+)
+from lostmotion.workbench.work import Work
+
+STYLE = Path(__file__).with_name("style.css")
+
+LOOK_S = 0.2
+"""How often the page looks for news of the bench."""
+
+RAIL_PX = 270.0
+"""Width for which the ladder beside the panels is drawn."""
+
+DRIVE_SUFFIX = ".toml"
+"""What is uploaded with this suffix is a drive file; all else is a recording."""
+
+
+class Page:
+    """One view of the bench; a second tab of the browser shows the same bench."""
+
+    def __init__(self, bench: Bench, work: Work, panels: list[Panel]) -> None:
+        self.bench = bench
+        self.work = work
+        self.panels: list[Panel] = [
+            DrivePanel(bench, work),
+            MeasuredPanel(bench, work),
+            WherePanel(bench, work),
+            EffectsPanel(bench, work),
+            AlikePanel(bench, work),
+            NextPanel(bench, work),
+            *panels,
+            ExportPanel(bench, work),
+        ]
+        self.seen: tuple[int, int] | None = None
+        self.open = self.panels[0]
+        self.arrived = 0
+
+    def build(self) -> None:
+        """Make the page."""
+        ui.colors(primary="#0077bb")
+        ui.add_css(STYLE)
+        ui.page_title("lostmotion workbench")
+        with ui.element("header").classes("top"):
+            ui.label("lostmotion workbench").classes("brand")
+            self.what = ui.label().classes("what")
+            self.job = ui.element("div").classes("job").props("role=status")
+        self.message = ui.label().classes("message").props("role=alert")
+        with ui.element("div").classes("desk"):
+            with ui.element("aside").classes("rail"):
+                with ui.element("section").classes("card"):
+                    self.inputs()
+                self.model = ui.element("section").classes("card")
+            with ui.element("main").classes("sheet"):
+                with (
+                    ui.tabs(on_change=lambda event: self.show(event.value))
+                    .props("dense no-caps align=left outside-arrows mobile-arrows")
+                    .classes("tabs") as self.tabs
+                ):
+                    for panel in self.panels:
+                        ui.tab(panel.name, panel.title).mark(f"tab-{panel.name}")
+                for panel in self.panels:
+                    panel.place = ui.element("section").classes("panel")
+                    panel.place.props(f'aria-label="{panel.title}" id="panel-{panel.name}"')
+                    panel.place.set_visibility(False)
+        self.tabs.set_value(self.open.name)
+        self.refresh()
+        ui.timer(LOOK_S, self.refresh)
+
+    # --- the rail --------------------------------------------------------------------------------
+
+    def inputs(self) -> None:
+        """Where drive and recordings come from."""
+        ui.html("<h2>Drive and recordings</h2>", sanitize=False)
+        with ui.element("div").classes("stack"):
+            self.drive_path = self.field("drive file", "joint.toml")
+            self.data_paths = self.field("recordings, files or folders", "recordings/")
+            self.columns = self.field("columns with other names", "POSITION=lost_motion_rev")
+            with ui.element("div").classes("line"):
+                action("Load", self.load_paths, main=True).mark("load")
+            ui.upload(
+                multiple=True,
+                auto_upload=True,
+                label="or drop files here: one drive.toml, recordings",
+                on_multi_upload=self.uploaded,
+            ).props('flat accept=".toml,.csv,.gz,.parquet"').mark("upload")
+        drive = self.bench.drive
+        self.drive_path.value = drive.file if drive is not None else ""
+        self.data_paths.value = shlex.join(map(str, self.bench.paths))
+        self.columns.value = " ".join(self.bench.mapping)
+
+    def field(self, text: str, example: str) -> ui.input:
+        """Make an input that loads on Enter."""
+        made = ui.input(text, placeholder=example).props("dense outlined stack-label")
+        return made.on("keydown.enter", self.load_paths)
+
+    def load_paths(self) -> None:
+        """Load what the fields name."""
+        try:
+            paths = shlex.split(self.data_paths.value or "")
+            mapping = shlex.split(self.columns.value or "")
+        except ValueError as error:
+            self.work.say(f"recordings: {error}")
+            return
+        self.load(self.drive_path.value.strip(), paths, mapping)
+
+    def load(self, drive: str, paths: list[str], mapping: list[str]) -> None:
+        """Load a drive, recordings or both, beside the page."""
+        now = self.bench.drive
+        new = bool(drive) and (now is None or now.file != drive or bool(paths))
+
+        def task() -> None:
+            if new:
+                self.bench.load_drive(drive)
+            if paths:
+                self.bench.load_recordings(paths, mapping, self.work.tick)
+
+        if not drive and not paths:
+            self.work.say("nothing to load: name a drive file, or drop one")
+            return
+        if self.work.start("comparing" if paths else "predicting", task):
+            self.turn_to("measured" if paths else "drive")
+
+    async def uploaded(self, event: MultiUploadEventArguments) -> None:
+        """Load what was dropped: kept as files, so that they are read like any others."""
+        self.arrived += 1
+        folder = self.bench.folder / f"drop{self.arrived}"
+        folder.mkdir()
+        names = []
+        for file in event.files:
+            name = Path(file.name).name or "recording.csv"
+            await file.save(folder / name)
+            names.append(str(folder / name))
+        drives = [name for name in names if name.endswith(DRIVE_SUFFIX)]
+        recordings = [name for name in names if name not in drives]
+        if len(drives) > 1:
+            self.work.say("dropped files: found two drive files, expected one")
+            return
+        if drives:
+            self.drive_path.value = drives[0]
+        if recordings:
+            self.data_paths.value = shlex.join(recordings)
+        self.load_paths() if recordings else self.load(self.drive_path.value, [], [])
+
+    def show_model(self) -> None:
+        """Show the error and the effects of the model as it stands."""
+        bench = self.bench
+        ui.html("<h2>Error of the model</h2>", sanitize=False)
+        if bench.comparison is None:
+            ui.label("Load recordings to see how far off the drive file is.").classes("soft small")
+            return
+        answer = bench.comparison.answer()
+        model = bench.model
+        last = model.ladder[-1] if model is not None else None
+        rms = last["rms_arcsec"] if last else answer["rms_arcsec"]
+        held = last["rms_heldout_arcsec"] if last else answer["heldout_rms_arcsec"]
+        floor = model.noise_floor_arcsec if model is not None else answer["noise_floor_arcsec"]
+        ui.html(
+            f'<div class="big"><span id="rms">{rms:.2f}</span><small>arcsec rms</small></div>'
+            f'<div class="pair"><span>on runs not seen</span><b>{held:.2f} arcsec</b></div>'
+            f'<div class="pair"><span>noise floor</span><b>{floor:.2f} arcsec</b></div>'
+            '<div class="pair"><span>drive as it stands</span>'
+            f"<b>{answer['unfitted_rms_arcsec']:.2f} arcsec</b></div>",
+            sanitize=False,
+        )
+        if model is None or not model.ladder:
+            return
+        ui.html(draw_ladder(model.ladder, floor, RAIL_PX), sanitize=False).props("id=ladder")
+        if bench.chosen:
+            with ui.element("div").classes("line"):
+                for name in bench.chosen:
+                    ui.html(escape(name.replace("_", " ")), sanitize=False).classes("chip on")
+                action("Undo the last", self.undo).mark("undo")
+
+    def undo(self) -> None:
+        """Take the last effect out of the model."""
+        names = self.bench.chosen[:-1]
+        self.work.start("fitting", lambda: self.bench.choose(names, self.work.tick))
+
+    # --- keeping up ------------------------------------------------------------------------------
+
+    def turn_to(self, name: str) -> None:
+        """Open a panel."""
+        self.tabs.set_value(name)
+
+    def show(self, name: str) -> None:
+        """Show a panel, drawn anew when the bench has changed since."""
+        for panel in self.panels:
+            panel.place.set_visibility(panel.name == name)
+            if panel.name == name:
+                self.open = panel
+                panel.update()
+
+    def refresh(self) -> None:
+        """Draw what has changed."""
+        now = (self.bench.version, self.work.version)
+        if self.seen != now:
+            before = self.seen
+            self.seen = now
+            self.show_job()
+            if before is None or before[0] != now[0]:
+                self.show_bench()
+        self.open.update()
+
+    def show_bench(self) -> None:
+        """Show what was loaded and how good the model is."""
+        bench = self.bench
+        parts = []
+        if bench.drive is not None:
+            parts.append(bench.drive.name)
+        if bench.campaign is not None:
+            parts.append(f"{len(bench.campaign.runs)} runs, {bench.campaign.rows} samples")
+        self.what.set_text("  ·  ".join(parts))
+        self.model.clear()
+        with self.model:
+            self.show_model()
+
+    def show_job(self) -> None:
+        """Show what is being done, and what the last piece of work said."""
+        work = self.work
+        self.message.set_text(self.told(work.message))
+        self.job.clear()
+        if not work.busy:
+            return
+        with self.job:
+            ui.label("stopping" if work.stopping else work.label).classes("small")
+            share = round(100 * work.share)
+            ui.html(f'<div class="bar"><div style="width:{share}%"></div></div>', sanitize=False)
+            action("Stop", work.stop).mark("stop")
+
+    def told(self, message: str) -> str:
+        """Say a message as on the command line; dropped files have no folder to name."""
+        return message.replace(f"{self.bench.folder}/", "")

@@ -1,0 +1,98 @@
+"""Work beside the page: one piece at a time in a thread, with progress, and it can be stopped."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from lostmotion.errors import LostMotionError, one_line
+
+LOG = logging.getLogger(__name__)
+
+
+class StoppedError(Exception):
+    """The user stopped the work."""
+
+
+class Work:
+    """What is being done.
+
+    Attributes
+    ----------
+    label : str
+        What the work is; empty when there is none.
+    share : float
+        How much of it is done, 0 to 1.
+    message : str
+        What the last piece of work had to say: nothing, or why it ended without a result.
+    version : int
+        Grows with every change.
+    """
+
+    def __init__(self) -> None:
+        self.label = ""
+        self.share = 0.0
+        self.message = ""
+        self.version = 0
+        self._stop = threading.Event()
+        self._threads = ThreadPoolExecutor(1, thread_name_prefix="lostmotion")
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being done."""
+        return bool(self.label)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop was asked for that has not been reached yet."""
+        return self.busy and self._stop.is_set()
+
+    def say(self, message: str) -> None:
+        """Leave a message on the page."""
+        self.message = message
+        self.version += 1
+
+    def tick(self, done: int, steps: int) -> None:
+        """Take note of progress; raises `StoppedError` where a stop was asked for."""
+        if self._stop.is_set():
+            raise StoppedError
+        self.share = done / max(steps, 1)
+        self.version += 1
+
+    def stop(self) -> None:
+        """Ask the work to stop; it does at its next step."""
+        self._stop.set()
+        self.version += 1
+
+    def start(self, label: str, task: Callable[[], None]) -> Future[None] | None:
+        """Start a piece of work; None while another is going on."""
+        if self.busy:
+            return None
+        self.label, self.share, self.message = label, 0.0, ""
+        self._stop.clear()
+        self.version += 1
+        return self._threads.submit(self._run, task)
+
+    def _run(self, task: Callable[[], None]) -> None:
+        message = ""
+        try:
+            task()
+        except StoppedError:
+            message = f"{self.label}: stopped"
+        except LostMotionError as error:
+            message = one_line(str(error))
+        except MemoryError:
+            message = f"{self.label}: not enough memory"
+        except Exception as error:
+            LOG.exception("%s failed", self.label)
+            message = f"{self.label}: {type(error).__name__}: {one_line(str(error))}"
+        finally:
+            self.label = ""
+            self.say(message)
+
+    def close(self) -> None:
+        """Stop, and wait until the thread has ended."""
+        self._stop.set()
+        self._threads.shutdown(cancel_futures=True)
