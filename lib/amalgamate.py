@@ -92,16 +92,6 @@ def make_header(seen: set[str]) -> str:
     )
 
 
-# A build system that takes two files seldom lets them bring compiler flags along.
-NO_CONTRACTION = """\
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#elif defined(__GNUC__)
-#pragma GCC optimize("fp-contract=off")
-#endif
-"""
-
-
 def make_source(seen: set[str]) -> str:
     """Text of lostmotion.c."""
     texts = {file: file.read_text(encoding="utf-8") for file in sources()}
@@ -118,7 +108,7 @@ def make_source(seen: set[str]) -> str:
         place = file.relative_to(LIB).as_posix()
         parts.append(f"/* --- {place} --- */\n{expand(text, seen, systems)}{undefined}")
     includes = "".join(f"#include {name}\n" for name in sorted(systems))
-    head = "/* Made by lib/amalgamate.py from lib/runtime and lib/status.c. */\n" + NO_CONTRACTION
+    head = "/* Made by lib/amalgamate.py from lib/runtime and lib/status.c. */\n"
     own = '#include "lostmotion.h"\n'
     return f"{licence()}{head}{own}\n{includes}\n" + "\n".join(parts)
 

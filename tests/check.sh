@@ -61,7 +61,8 @@ each_source() {
 cppcheck_lib() {
   each_source "$cppcheck" --quiet --std=c99 --enable=warning,performance,portability \
     --inline-suppr --suppress=missingIncludeSystem --error-exitcode=1 \
-    -ULM_REAL_HEADER -U__FAST_MATH__ -U__cplusplus
+    -ULM_REAL_HEADER -U__FAST_MATH__ -U__ASSOCIATIVE_MATH__ -U__RECIPROCAL_MATH__ \
+    -U__FINITE_MATH_ONLY__ -U__cplusplus
 }
 analyze() { each_source "$gcc" -std=c99 -O2 -fanalyzer -Werror -c -o /dev/null; }
 as_cplusplus() { each_source "$cxx" -x c++ -std=c++11 -Wall -Wextra -Werror -fsyntax-only; }

@@ -1,7 +1,6 @@
 #include "lostmotion/compensator.h"
 
 #include <stddef.h>
-#include <string.h>
 
 #include "runtime/model_kernel.h"
 #include "runtime/number.h"
@@ -68,6 +67,23 @@ static void forget(lm_compensator *compensator) {
   compensator->standing |= LM_STATE_MEMORY_UNKNOWN;
 }
 
+/* Every field that neither the memory nor the parameters determine. */
+static void rest(lm_compensator *compensator) {
+  compensator->lost_motion_rad = 0;
+  compensator->target_rad = 0;
+  compensator->correction_rad = 0;
+  compensator->velocity_rad_s = 0;
+  compensator->acceleration_rad_s2 = 0;
+  compensator->gain = 1;
+  compensator->mean_measured_rad = 0;
+  compensator->mean_residual_rad = 0;
+  compensator->power_measured_rad2 = 0;
+  compensator->power_residual_rad2 = 0;
+  compensator->watching = 0;
+  compensator->mode = LM_MODE_RUN;
+  compensator->standing = 0;
+}
+
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_real torque_Nm, lm_fault *fault) {
   lm_status status;
@@ -78,9 +94,8 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
   if (status != LM_OK) {
     return status;
   }
-  memset(compensator, 0, sizeof *compensator);
   compensator->parameters = parameters;
-  compensator->gain = 1;
+  rest(compensator);
   lm_start_model(&compensator->memory, torque_Nm);
   lm_settle_model(parameters, &compensator->memory);
   forget(compensator);
@@ -322,8 +337,11 @@ void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_re
   }
 }
 
+/* Fields without a hole between them, so that the CRC sees nothing but what is written. */
+typedef char saved_has_no_holes
+    [sizeof(lm_saved) == 4 * sizeof(uint32_t) + sizeof(lm_memory) + 2 * sizeof(lm_real) ? 1 : -1];
+
 void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
-  memset(saved, 0, sizeof *saved);
   saved->format = SAVED_FORMAT;
   saved->fingerprint = compensator->parameters->fingerprint;
   saved->memory = compensator->memory;

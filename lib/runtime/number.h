@@ -6,6 +6,14 @@
 #include <string.h>
 
 #include "lostmotion/real.h"
+#include "runtime/as_written.h"
+
+/* 1 where every operation on numbers is a call of the compiler's library. */
+#if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
+#define WITHOUT_FPU 1
+#else
+#define WITHOUT_FPU 0
+#endif
 
 /* Infinity less itself and NaN less itself are NaN, which equals nothing. */
 static inline int is_finite(lm_real value) {
@@ -45,8 +53,7 @@ static inline int32_t is_negative(lm_real value) {
  * most >= 0 (never -0); NaN is not within. Without an FPU a library call costs three times the
  * integers: the bits of a float, taken as sign and size, are ordered as the float is (and both
  * zeros are equal). */
-#if LM_REAL_BITS == 32 && \
-    ((defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen)))
+#if WITHOUT_FPU && LM_REAL_BITS == 32
 static inline int32_t ordered_bits(lm_real value) {
   int32_t bits;
   int32_t size;

@@ -4,6 +4,7 @@
 
 #include "runtime/number.h"
 
+#define MAGIC 0x31504D4Cu /* "LMP1", least significant byte first */
 #define ENDIANNESS_MARK 0x01020304u
 #define HEADER_BYTES 16
 #define CRC_BYTES 4
@@ -166,13 +167,14 @@ static lm_status check_header(const uint8_t *bytes, size_t length, lm_fault *fau
   reader from;
   uint32_t word;
   from.bytes = bytes;
-  from.at = 4;
+  from.at = 0;
   from.end = length;
   if (length < HEADER_BYTES + CRC_BYTES) {
     return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), HEADER_BYTES + CRC_BYTES, 0);
   }
-  if (memcmp(bytes, "LMP1", 4) != 0) {
-    return lm_refuse(fault, LM_CORRUPT, "magic", LM_REAL(bytes[0]), LM_REAL('L'), LM_REAL('L'));
+  word = read_word(&from);
+  if (word != MAGIC) {
+    return lm_refuse(fault, LM_CORRUPT, "magic", LM_REAL(word), LM_REAL(MAGIC), LM_REAL(MAGIC));
   }
   word = read_word(&from);
   if (word != ENDIANNESS_MARK) {
@@ -230,7 +232,6 @@ static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
   if (status != LM_OK) {
     return status;
   }
-  memset(play, 0, sizeof play);
   for (i = 0; i < count; ++i) {
     play[i].radius_Nm = read_real(from);
     play[i].widening = read_real(from);
@@ -430,9 +431,9 @@ lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, s
   }
   limits = &parameters->limits;
   watch = &parameters->watch;
-  memcpy(bytes, "LMP1", 4);
   to.byte = bytes;
-  to.at = 4;
+  to.at = 0;
+  write_word(&to, MAGIC);
   write_word(&to, ENDIANNESS_MARK);
   write_word(&to, LM_PARAMETERS_FORMAT);
   write_word(&to, (uint32_t)needed);

@@ -149,19 +149,17 @@ lm_play_sum lm_advance_plays(const lm_play_bank *bank, lm_play_memory *memory, l
 
 lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *memory,
                                     lm_real torque_Nm, lm_real width_scale) {
-  lm_real partial[LM_PLAYS_MAX + 1];
-  lm_real sum = 0;
+  running_sum sum;
   int32_t i;
-  partial[0] = 0;
+  start_sum(&sum);
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     lm_real radius_Nm = width_scale * lm_find_play_radius(bank, i, torque_Nm);
     lm_real z_Nm = clamp(memory->z_Nm[i], torque_Nm - radius_Nm, torque_Nm + radius_Nm);
     memory->z_Nm[i] = z_Nm;
-    sum += bank->slot[i].weight * z_Nm;
-    partial[i + 1] = sum;
+    add_to_sum(&sum, bank, i, z_Nm);
   }
   memory->torque_Nm = torque_Nm;
-  return split_sum(bank, partial, torque_Nm);
+  return split_sum(&sum, bank, torque_Nm);
 }
 
 void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm_real *torque_Nm,

@@ -14,24 +14,61 @@
 #define UNROLL
 #endif
 
-/* The running sum over all operators is kept as it grows, so that the part outside can be read off
- * where the places change. Outside comes first: its radians are the smaller numbers, and
- * subtracting them from the total costs the inside part no digit that matters. */
-static inline lm_play_sum split_sum(const lm_play_bank *bank, const lm_real *partial,
+/* The running sum over all operators, so that the part outside can be read off where the places
+ * change. Outside comes first: its radians are the smaller numbers, and subtracting them from the
+ * total costs the inside part no digit that matters. Keeping every sum costs one store an operator
+ * where a comparison costs three instructions; without an FPU neither counts, but the stack does.
+ */
+#if WITHOUT_FPU
+typedef struct running_sum {
+  lm_real total;
+  lm_real outside;
+} running_sum;
+#else
+typedef struct running_sum {
+  lm_real total;
+  lm_real partial[LM_PLAYS_MAX + 1];
+} running_sum;
+#endif
+
+static inline void start_sum(running_sum *sum) {
+  sum->total = 0;
+#if WITHOUT_FPU
+  sum->outside = 0;
+#else
+  sum->partial[0] = 0;
+#endif
+}
+
+static inline void add_to_sum(running_sum *sum, const lm_play_bank *bank, int32_t i, lm_real z_Nm) {
+  sum->total += bank->slot[i].weight * z_Nm;
+#if WITHOUT_FPU
+  if (i + 1 == bank->outside_count) {
+    sum->outside = sum->total;
+  }
+#else
+  sum->partial[i + 1] = sum->total;
+#endif
+}
+
+static inline lm_play_sum split_sum(const running_sum *sum, const lm_play_bank *bank,
                                     lm_real torque_Nm) {
-  lm_real outside = partial[bank->outside_count];
-  lm_play_sum sum;
-  sum.outside_rad = outside - bank->outside_rad_per_Nm * torque_Nm;
-  sum.inside_Nm = (partial[LM_PLAYS_MAX] - outside) - bank->inside_share * torque_Nm;
-  return sum;
+#if WITHOUT_FPU
+  lm_real outside = sum->outside;
+#else
+  lm_real outside = sum->partial[bank->outside_count];
+#endif
+  lm_play_sum split;
+  split.outside_rad = outside - bank->outside_rad_per_Nm * torque_Nm;
+  split.inside_Nm = (sum->total - outside) - bank->inside_share * torque_Nm;
+  return split;
 }
 
 static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory *memory,
                                         lm_real torque_Nm) {
-  lm_real partial[LM_PLAYS_MAX + 1];
-  lm_real sum = 0;
+  running_sum sum;
   int32_t i;
-  partial[0] = 0;
+  start_sum(&sum);
   if (!is_greater(memory->torque_Nm, torque_Nm)) {
     UNROLL
     for (i = 0; i < LM_PLAYS_MAX; ++i) {
@@ -39,8 +76,7 @@ static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory
       lm_real edge_Nm = lower_edge(slot, torque_Nm);
       lm_real z_Nm = greatest(memory->z_Nm[i], edge_Nm);
       memory->z_Nm[i] = z_Nm;
-      sum += slot->weight * z_Nm;
-      partial[i + 1] = sum;
+      add_to_sum(&sum, bank, i, z_Nm);
     }
   } else {
     UNROLL
@@ -49,12 +85,11 @@ static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory
       lm_real edge_Nm = upper_edge(slot, torque_Nm);
       lm_real z_Nm = least(memory->z_Nm[i], edge_Nm);
       memory->z_Nm[i] = z_Nm;
-      sum += slot->weight * z_Nm;
-      partial[i + 1] = sum;
+      add_to_sum(&sum, bank, i, z_Nm);
     }
   }
   memory->torque_Nm = torque_Nm;
-  return split_sum(bank, partial, torque_Nm);
+  return split_sum(&sum, bank, torque_Nm);
 }
 
 #endif

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "runtime/as_written.h"
+
 lm_real draw_number(uint32_t *seed, lm_real low, lm_real high) {
   *seed = *seed * 1664525u + 1013904223u;
   return low + (high - low) * ((lm_real)(*seed >> 8) * LM_REAL(5.9604644775390625e-8)); /* 2^-24 */

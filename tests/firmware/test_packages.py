@@ -313,3 +313,17 @@ def test_two_files_keep_their_bits_without_any_flag(tmp_path: Path, target: Targ
     run([target.compiler, *flags, *sources, fused, *target.link, "-o", program])
     done = emulate(target, program, [])
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "flag", ["-ffast-math", "-Ofast", "-ffinite-math-only", "-fassociative-math"]
+)
+def test_flags_that_change_the_bits_are_refused(tmp_path: Path, flag: str) -> None:
+    source = tmp_path / "refused.c"
+    source.write_text('#include "lostmotion/runtime.h"\n')
+    command = ["gcc", flag, "-fno-signed-zeros", "-fno-trapping-math", "-fsyntax-only"]
+    done = subprocess.run(
+        [*command, f"-I{LIB / 'include'}", source], capture_output=True, text=True, check=False
+    )
+    assert done.returncode != 0
+    assert "drops NaN handling" in done.stderr

@@ -10,7 +10,8 @@
  * lib/design/real_math.h. The sources are C99 that also compiles as C++ for that reason.
  *
  * Results are the same bits on every target as long as the compiler neither reorders nor
- * contracts: build with -ffp-contract=off (the CMake targets do). -ffast-math is refused here.
+ * contracts. The run-time sources forbid contraction themselves, the others want
+ * -ffp-contract=off (the CMake targets set it). -ffast-math and its parts are refused here.
  */
 #ifndef LOSTMOTION_REAL_H
 #define LOSTMOTION_REAL_H
@@ -19,7 +20,8 @@
 #define LM_REAL_BITS 64 /* 32 or 64: bits of lm_real */
 #endif
 
-#if defined(__FAST_MATH__)
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
 #error "lostmotion: -ffast-math drops NaN handling and bit-identical results; build without it"
 #endif
 

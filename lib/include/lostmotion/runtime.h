@@ -2,12 +2,12 @@
  *
  *     static lm_compensator joint;
  *     lm_start_compensator(&joint, &joint_parameters, torque_Nm, &fault);      once
- *     correction = lm_step_compensator(&joint, &conditions, 0);                every tick
+ *     correction = lm_step_compensator(&joint, &conditions);                   every tick
  *
  * joint_parameters comes from the header that `lostmotion export` wrote: the second one.
  *
- * Build lib/runtime/ and lib/status.c with LM_REAL_BITS=32 and -ffp-contract=off; profile.h lists
- * the sizes that can be chosen. No heap, no libm, no variables of its own, no double, no recursion.
+ * Build lib/runtime/ and lib/status.c with LM_REAL_BITS=32; profile.h lists the sizes that can be
+ * chosen. No heap, no libm, no libc but memcpy, no variables of its own, no double, no recursion.
  *
  * What is trusted: parameters that passed lm_check_parameters, and pointers. What is not:
  * everything that arrives per tick, blobs and saved histories.

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { SHARE, ONSET_S, VALUES };
 
 /* Memory: the elements' angles, then what has been gathered for their next move. */

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { WINDUP_RAD_S2, VALUES };
 
 /* The load's inertia winds the drive up when it accelerates: J / K. */

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { COMPLIANCE_RAD_PER_NM, RATIO, VALUES };
 
 /* The lock that holds the input gives way; seen through the square of the ratio. */

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { COSINE_2_RAD, SINE_2_RAD, COSINE_4_RAD, SINE_4_RAD, VALUES };
 
 /* Even pitch errors of both gears, two and four times a turn of the generator; odd orders cancel

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { UPPER_COSINE_RAD, UPPER_SINE_RAD, LOWER_COSINE_RAD, LOWER_SINE_RAD, VALUES };
 
 /* Pitch errors of the flexspline ride on the deformation wave: orders 2 +- 2/ratio of the

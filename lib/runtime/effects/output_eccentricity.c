@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { COSINE_RAD, SINE_RAD, VALUES };
 
 /* The output encoder runs eccentrically: e / r_e, once a turn of the output. */

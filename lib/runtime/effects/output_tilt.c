@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { TILT_RAD_PER_NM, VALUES };
 
 /* The output bearing tilts under a moment and the read head, off its plane, sees an angle. */

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { WINDUP_RAD, TORQUE_NM, VALUES };
 
 /* More wind-up at low torque than the base model has. */

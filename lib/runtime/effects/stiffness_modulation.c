@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { COSINE, SINE, VALUES };
 
 /* Stiffness varies with the tooth phase and the balls of the generator bearing, twice a turn. */

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { DRIFT_RAD_PER_K, VALUES };
 
 /* Mounts and encoders move with temperature, whatever the torque. */

@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { RATE_PER_K, VALUES };
 
 /* Grease stiffens in the cold: every friction band is wider by exp(-rate (temperature - 20 C)). */

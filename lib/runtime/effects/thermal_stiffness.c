@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { SHARE_PER_K, VALUES };
 
 /* Young's modulus falls as steel warms. */

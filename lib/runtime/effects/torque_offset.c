@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { OFFSET_NM, VALUES };
 
 /* The torque sensor's zero is off. */

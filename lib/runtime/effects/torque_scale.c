@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { SHARE, VALUES };
 
 /* The torque sensor's scale is off. */

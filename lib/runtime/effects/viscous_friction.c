@@ -1,5 +1,7 @@
 #include "lostmotion/effects.h"
 
+#include "runtime/as_written.h"
+
 enum { WINDUP_RAD_S, VALUES };
 
 /* Viscous drag on the input winds the drive up in proportion to the speed. */

@@ -1,0 +1,18 @@
+/* The run-time code is translated as written, whatever the compiler's flags: no fused multiply-add,
+ * and no call of the C library where the source has a loop.
+ *
+ * A fused multiply-add rounds once where the source rounds twice, so that a core with one would
+ * compute other bits than a core without. GCC fuses by default in its gnu dialects. Clang keeps to
+ * the pragma unless it is told -ffp-contract=fast, which overrules the source. */
+#ifndef LOSTMOTION_RUNTIME_AS_WRITTEN_H
+#define LOSTMOTION_RUNTIME_AS_WRITTEN_H
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns")
+#elif defined(_MSC_VER) && !defined(__clang__)
+#pragma fp_contract(off)
+#else
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#endif
