@@ -196,7 +196,7 @@ class Bench:
             )
         return collect_residuals(
             Conditions(self.need_campaign()),
-            self.comparison.fit.residual_rad / ARCSEC,
+            self.comparison.residual_rad / ARCSEC,
             self.comparison.noise.floor_rad / ARCSEC,
         )
 

@@ -9,8 +9,11 @@ from pathlib import Path
 from nicegui import ui
 from nicegui.events import MultiUploadEventArguments
 
+from lostmotion.drives import read_toml
+from lostmotion.errors import LostMotionError
 from lostmotion.report.ladder import draw_ladder
 from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.designs import DesignPanel, Search
 from lostmotion.workbench.panels import (
     AlikePanel,
     DrivePanel,
@@ -39,8 +42,9 @@ DRIVE_SUFFIX = ".toml"
 class Page:
     """One view of the bench; a second tab of the browser shows the same bench."""
 
-    def __init__(self, bench: Bench, work: Work, panels: list[Panel]) -> None:
+    def __init__(self, bench: Bench, work: Work, search: Search) -> None:
         self.bench = bench
+        self.search = search
         self.work = work
         self.panels: list[Panel] = [
             DrivePanel(bench, work),
@@ -49,7 +53,7 @@ class Page:
             EffectsPanel(bench, work),
             AlikePanel(bench, work),
             NextPanel(bench, work),
-            *panels,
+            DesignPanel(bench, work, search),
             ExportPanel(bench, work),
         ]
         self.seen: tuple[int, int] | None = None
@@ -101,7 +105,7 @@ class Page:
             ui.upload(
                 multiple=True,
                 auto_upload=True,
-                label="or drop files here: one drive.toml, recordings",
+                label="or drop files here: a drive, recordings, a search spec",
                 on_multi_upload=self.uploaded,
             ).props('flat accept=".toml,.csv,.gz,.parquet"').mark("upload")
         drive = self.bench.drive
@@ -151,8 +155,15 @@ class Page:
             name = Path(file.name).name or "recording.csv"
             await file.save(folder / name)
             names.append(str(folder / name))
-        drives = [name for name in names if name.endswith(DRIVE_SUFFIX)]
-        recordings = [name for name in names if name not in drives]
+        specs = [name for name in names if is_spec(name)]
+        drives = [name for name in names if name.endswith(DRIVE_SUFFIX) and name not in specs]
+        recordings = [name for name in names if name not in (*specs, *drives)]
+        if specs:
+            self.search.spec = specs[-1]
+            self.search.folder = f"{Path(specs[-1]).stem}_run"
+            self.turn_to("design")
+            if not drives and not recordings:
+                return
         if len(drives) > 1:
             self.work.say("dropped files: found two drive files, expected one")
             return
@@ -251,3 +262,13 @@ class Page:
     def told(self, message: str) -> str:
         """Say a message as on the command line; dropped files have no folder to name."""
         return message.replace(f"{self.bench.folder}/", "")
+
+
+def is_spec(file: str) -> bool:
+    """Whether a dropped file is a search spec: TOML with a table [search]."""
+    if not file.endswith(DRIVE_SUFFIX):
+        return False
+    try:
+        return "search" in read_toml(file, "a search spec")
+    except LostMotionError:
+        return False

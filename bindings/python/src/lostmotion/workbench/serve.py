@@ -11,6 +11,7 @@ from starlette.responses import PlainTextResponse, Response
 
 from lostmotion.errors import InputError
 from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.designs import Search
 from lostmotion.workbench.guard import Guard
 from lostmotion.workbench.page import Page
 from lostmotion.workbench.work import Work
@@ -61,13 +62,13 @@ def serve(
         The drive, the recordings or the port.
     """
     place = free_port(port)
-    bench, work = Bench(), Work()
+    bench, work, search = Bench(), Work(), Search()
     try:
         if drive is not None:
             bench.load_drive(drive)
         if data:
             bench.load_recordings(data, mapping, lambda done, steps: None)
-        make_app(bench, work)
+        make_app(bench, work, search)
         if not quiet:
             print(f"workbench at http://{HOST}:{place}/ (end it with Ctrl-C)", flush=True)
         ui.run(
@@ -82,17 +83,18 @@ def serve(
             access_log=False,
         )
     finally:
+        search.close()
         work.close()
         bench.close()
 
 
-def make_app(bench: Bench, work: Work) -> None:
+def make_app(bench: Bench, work: Work, search: Search) -> None:
     """Lay out the page and the links to the numbers behind its pictures."""
     app.add_middleware(Guard)
 
     @ui.page("/")
     def page() -> None:
-        Page(bench, work, []).build()
+        Page(bench, work, search).build()
 
     @app.get("/numbers/{name}.csv")
     def numbers(name: str) -> Response:

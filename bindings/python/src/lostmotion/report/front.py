@@ -1,0 +1,96 @@
+"""The front of a design search: designs none of which is better in everything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from lostmotion.report.chart import Axes, limits
+from lostmotion.report.page import Figure, Table
+from lostmotion.report.svg import BLUE, INK, SMALL_SIZE, SOFT, Drawing, fine, number
+
+Values = Sequence[Sequence[float]]
+
+RADIUS = 5.0
+
+
+def axis_name(name: str, unit: str) -> str:
+    """Write an objective with its unit."""
+    unit = {"Nm_per_rad": "N·m/rad", "-": ""}.get(unit, unit)
+    return f"{name.replace('_', ' ')}, {unit}".rstrip(", ")
+
+
+def front_figure(front: Values, names: Sequence[str], units: Sequence[str], name: str) -> Figure:
+    """Make the figure of a front over its first two objectives."""
+    return Figure(
+        f"The front of {name}",
+        "One dot a design: none of them is better than another in every objective. The first "
+        f"along the axis, {names[min(1, len(names) - 1)].replace('_', ' ')} upwards.",
+        lambda width: draw_front(front, names, units, width),
+        Table(
+            "front",
+            {
+                f"{one} {unit}".strip(): [row[i] for row in front]
+                for i, (one, unit) in enumerate(zip(names, units, strict=True))
+            },
+        ),
+    )
+
+
+def draw_front(
+    front: Values,
+    names: Sequence[str],
+    units: Sequence[str],
+    width: float,
+    axes_of: tuple[int, int] = (0, 1),
+    picked: int | None = None,
+) -> str:
+    """Draw a front; every dot carries its number in ``data-design`` and its values as a title.
+
+    Parameters
+    ----------
+    front : sequence of sequence of float
+        Objectives of each design.
+    axes_of : tuple of int
+        The objectives along the axis and upwards; with one objective alone the designs stand in
+        a row.
+    picked : int, optional
+        A design to be marked.
+    """
+    left, right, top, height = 66.0, 20.0, 34.0, 280.0 if width > 600 else 230.0
+    drawing = Drawing(width, top + height + 48, "The front of a design search")
+    i, j = (min(axis, len(names) - 1) for axis in axes_of)
+    x = np.array([row[i] for row in front], dtype=np.float64)
+    y = np.array([row[j] for row in front], dtype=np.float64)
+    if x.size == 0:
+        drawing.text(
+            width / 2, top + height / 2, "no feasible design yet", anchor="middle", fill=SOFT
+        )
+        return drawing.render()
+    axes = Axes(
+        drawing,
+        (left, top, width - left - right, height),
+        limits([float(x.min()), float(x.max())], 0.08),
+        limits([float(y.min()), float(y.max())], 0.1),
+    )
+    axes.frame(axis_name(names[i], units[i]), axis_name(names[j], units[j]))
+    order = np.argsort(x, kind="stable")
+    if len(names) == 2 and i != j:
+        axes.curve(x[order], y[order], BLUE, 1.0, opacity=0.35)
+    for k, (across, up) in enumerate(axes.points(x, y)):
+        title = "; ".join(
+            f"{axis_name(n, u)}: {value:.5g}"
+            for n, u, value in zip(names, units, front[k], strict=True)
+        )
+        mark = picked == k
+        drawing.add(
+            f'<circle data-design="{k}" cx="{number(across)}" cy="{number(up)}" '
+            f'r="{fine(RADIUS + 2 * mark)}" fill="{INK if mark else BLUE}" stroke="#ffffff" '
+            f'stroke-width="1.2"><title>{escape(title)}</title></circle>'
+        )
+    drawing.text(
+        width - right, 17, f"{len(front)} designs", size=SMALL_SIZE, anchor="end", fill=SOFT
+    )
+    return drawing.render()

@@ -1,0 +1,286 @@
+"""The panel of the design search: live, stopped and resumed, a point of the front to be picked."""
+
+from __future__ import annotations
+
+import shlex
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from lostmotion.design import Result, search
+from lostmotion.drives import format_toml
+from lostmotion.errors import LostMotionError, one_line
+from lostmotion.files import write_whole
+from lostmotion.report.front import axis_name, draw_front
+from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
+from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.panels import Panel, action
+from lostmotion.workbench.work import LOG, Work
+
+MARGINS = 14
+"""Margins of a picked design that are listed: the tightest."""
+
+
+class Search:
+    """A design search beside the page; it does not stand in the way of the analysis.
+
+    Attributes
+    ----------
+    seen : dict or None
+        The last progress.
+    result : Result or None
+        Of the last search that ended or was stopped.
+    """
+
+    def __init__(self) -> None:
+        self.spec = ""
+        self.folder = ""
+        self.seen: dict[str, Any] | None = None
+        self.result: Result | None = None
+        self.message = ""
+        self.running = False
+        self.version = 0
+        self.stop_event = threading.Event()
+        self.threads = ThreadPoolExecutor(1, thread_name_prefix="search")
+
+    def start(self, *, resume: bool) -> None:
+        """Search by the spec into the folder, from the beginning or where it was stopped."""
+        if self.running:
+            return
+        self.running, self.message = True, ""
+        self.seen = self.result = None
+        self.stop_event.clear()
+        self.version += 1
+        self.threads.submit(self.run, resume)
+
+    def run(self, resume: bool) -> None:
+        """Search; what goes wrong is told as on the command line."""
+        spec, folder = self.spec, self.folder
+        words = ["lostmotion", "design", spec, "-o", folder, *(["--resume"] if resume else [])]
+        try:
+            self.result = search(
+                spec,
+                folder,
+                resume=resume,
+                progress=self.take,
+                stop=self.stop_event,
+                command=shlex.join(words),
+            )
+            self.message = self.result.note
+        except LostMotionError as error:
+            self.message = one_line(str(error))
+        except Exception as error:
+            LOG.exception("the search failed")
+            self.message = f"{type(error).__name__}: {one_line(str(error))}"
+        finally:
+            self.running = False
+            self.version += 1
+
+    def take(self, seen: dict[str, Any]) -> None:
+        """Take note of progress."""
+        self.seen = seen
+        self.version += 1
+
+    def close(self) -> None:
+        """Stop, with the best so far saved."""
+        self.stop_event.set()
+        self.threads.shutdown(cancel_futures=True)
+
+
+class DesignPanel(Panel):
+    """Search a design."""
+
+    name, title = "design", "Design"
+
+    def __init__(self, bench: Bench, work: Work, search: Search) -> None:
+        super().__init__(bench, work)
+        self.search = search
+        self.picked: int | None = None
+        self.axes = (0, 1)
+        self.drawn_result: object = None
+
+    def state(self) -> object:
+        """Drawn anew when a search begins, ends or was told a spec; progress has its own place."""
+        search = self.search
+        return search.running, search.spec, search.folder, id(search.result), search.message
+
+    def update(self) -> None:
+        """Draw what has changed; while searching, progress only."""
+        super().update()
+        if self.search.version != getattr(self, "live_version", None):
+            self.live_version = self.search.version
+            self.draw_live()
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        search = self.search
+        self.html(
+            "<p>A search spec says what may vary and what must hold. The search runs beside the "
+            "page and writes into its folder as the command does: stop it, close the page, and "
+            "resume it later.</p>"
+        )
+        with ui.element("div").classes("line"):
+            self.field("spec", "spec, a file", search.spec)
+            self.field("folder", "folder of the search", search.folder)
+        with ui.element("div").classes("line").style("margin-top: 8px"):
+            start = action("Start", lambda: self.begin(resume=False), main=True)
+            resume = action("Resume", lambda: self.begin(resume=True))
+            stop = action("Stop", search.stop_event.set)
+            start.mark("search-start").set_enabled(not search.running)
+            resume.mark("search-resume").set_enabled(not search.running)
+            stop.mark("search-stop").set_enabled(search.running)
+        if search.message:
+            ui.label(search.message).classes("message").props("role=alert").style("margin-top: 8px")
+        self.live = ui.element("div").props("id=live aria-live=polite").style("margin-top: 12px")
+        self.picture = ui.element("div").classes("front")
+        self.picture.on(
+            "click",
+            lambda event: self.pick(event.args),
+            js_handler="(e) => { const c = e.target.closest('[data-design]');"
+            " if (c) emit(Number(c.dataset.design)); }",
+        )
+        self.details = ui.element("div").props("id=design")
+        if self.drawn_result is not search.result:
+            self.drawn_result, self.picked = search.result, None
+        self.draw_live()
+        self.draw_details()
+
+    def field(self, attribute: str, text: str, value: str) -> None:
+        """Make an input that is kept in the search."""
+        made = ui.input(text, value=value).props("dense outlined stack-label")
+        made.style("min-width: 250px; flex: 1 1 250px").mark(f"search-{attribute}")
+        made.on("change", lambda: setattr(self.search, attribute, made.value.strip()))
+
+    def begin(self, *, resume: bool) -> None:
+        """Start or resume."""
+        search = self.search
+        if search.spec and not search.folder:
+            search.folder = Path(search.spec).stem + "_run"
+        search.start(resume=resume)
+
+    def front(self) -> tuple[list[list[float]], tuple[str, ...], tuple[str, ...]]:
+        """Objectives of the designs of the front, their names and units."""
+        result, seen = self.search.result, self.search.seen
+        if result is not None:
+            front = [list(one["objectives"]) for one in result.front]
+            return front, result.objectives, result.units
+        front = [list(one) for one in seen["front"]] if seen is not None else []
+        width = len(front[0]) if front else 1
+        return front, tuple(f"objective {i + 1}" for i in range(width)), ("",) * width
+
+    def draw_live(self) -> None:
+        """Draw progress and the front so far."""
+        seen = self.search.seen
+        self.live.clear()
+        self.picture.clear()
+        if seen is None:
+            with self.live:
+                if self.search.running:
+                    ui.label("starting")
+            return
+        ends = seen["combinations"]
+        share = min(seen["evaluations"] / max(seen["budget"], 1), 1.0)
+        best = "none yet" if seen["best_value"] is None else f"{seen['best_value']:.4g}"
+        left = seen["seconds_left"]
+        result = self.search.result
+        done = "finished" if result is not None and result.finished else "stopped"
+        facts = [
+            ("stage", seen["stage"] if self.search.running else done),
+            ("evaluations", f"{seen['evaluations']} of {seen['budget']}"),
+            ("best of the first objective", best),
+            ("feasible", f"{100 * seen['feasible_share']:.0f} %"),
+            ("combinations done", f"{ends['total'] - ends['not_reached']} of {ends['total']}"),
+            ("time left", "-" if left is None else f"{left:.0f} s"),
+        ]
+        with self.live:
+            self.html(
+                '<div class="wide-bar"><div '
+                f'style="width:{100 * share:.1f}%"></div></div><dl class="facts">'
+                + "".join(
+                    f"<div><dt>{escape(what)}</dt><dd>{escape(value)}</dd></div>"
+                    for what, value in facts
+                )
+                + "</dl>"
+            )
+        front, names, units = self.front()
+        with self.picture:
+            if result is not None and len(names) > 2:
+                self.choose_axes(names, units)
+            self.html(
+                '<div class="wide">'
+                + draw_front(front, names, units, WIDE, self.axes, self.picked)
+                + '</div><div class="narrow">'
+                + draw_front(front, names, units, NARROW, self.axes, self.picked)
+                + "</div>"
+            )
+
+    def choose_axes(self, names: tuple[str, ...], units: tuple[str, ...]) -> None:
+        """Let the user say which two of several objectives are drawn."""
+        options = {i: axis_name(n, u) for i, (n, u) in enumerate(zip(names, units, strict=True))}
+        with ui.element("div").classes("line"):
+            for place, text in enumerate(("along", "upwards")):
+                ui.select(
+                    options,
+                    value=self.axes[place],
+                    label=text,
+                    on_change=lambda event, place=place: self.turn(place, event.value),
+                ).props("dense outlined options-dense").style("width: 220px")
+
+    def turn(self, place: int, objective: int) -> None:
+        """Draw another objective."""
+        self.axes = (objective, self.axes[1]) if place == 0 else (self.axes[0], objective)
+        self.draw_live()
+
+    def pick(self, number: int) -> None:
+        """Pick a design of the front."""
+        self.picked = number
+        self.draw_live()
+        self.draw_details()
+
+    def draw_details(self) -> None:
+        """Say what the picked design is."""
+        self.details.clear()
+        result = self.search.result
+        with self.details:
+            if result is None or not result.front:
+                return
+            if self.picked is None:
+                self.hint("Pick a dot to see the design behind it.")
+                return
+            one = result.front[self.picked]
+            rows = [
+                (axis_name(n, u), f"{v:.5g}")
+                for n, u, v in zip(result.objectives, result.units, one["objectives"], strict=True)
+            ]
+            tight = sorted(one["margins"].items(), key=lambda item: item[1])[:MARGINS]
+            margins = [(name.replace("_", " "), f"{value:+.4g}") for name, value in tight]
+            with ui.element("div").classes("two"):
+                self.html(
+                    rows_html(Rows(f"Design {self.picked + 1}", ("objective", ""), rows, (1,)))
+                )
+                self.html(
+                    rows_html(Rows("Margins, the tightest first", ("limit", ""), margins, (1,)))
+                )
+            with ui.element("div").classes("line"):
+                action("Put on the bench", lambda: self.put(one["drive"]), main=True).mark("put")
+                action("drive file", lambda: self.download(one["drive"])).mark("design-file")
+
+    def put(self, document: dict[str, Any]) -> None:
+        """Make the design the drive on the bench."""
+        assert self.picked is not None
+        file = self.bench.folder / f"design_{self.picked + 1}.toml"
+
+        def task() -> None:
+            write_whole(file, format_toml(document))
+            self.bench.load_drive(file)
+
+        self.work.start("predicting", task)
+
+    def download(self, document: dict[str, Any]) -> None:
+        """Hand the drive file to the browser."""
+        assert self.picked is not None
+        ui.download.content(format_toml(document).encode(), f"design_{self.picked + 1}.toml")
