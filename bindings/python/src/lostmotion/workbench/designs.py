@@ -12,6 +12,8 @@ from typing import Any
 from nicegui import ui
 
 from lostmotion.design import Result, search
+from lostmotion.design.engine import figures
+from lostmotion.design.spec import read_spec
 from lostmotion.drives import format_toml
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.files import write_whole
@@ -30,6 +32,8 @@ class Search:
 
     Attributes
     ----------
+    names, units : tuple of str
+        Of the objectives.
     seen : dict or None
         The last progress.
     result : Result or None
@@ -39,6 +43,8 @@ class Search:
     def __init__(self) -> None:
         self.spec = ""
         self.folder = ""
+        self.names: tuple[str, ...] = ()
+        self.units: tuple[str, ...] = ()
         self.seen: dict[str, Any] | None = None
         self.result: Result | None = None
         self.message = ""
@@ -62,6 +68,9 @@ class Search:
         spec, folder = self.spec, self.folder
         words = ["lostmotion", "design", spec, "-o", folder, *(["--resume"] if resume else [])]
         try:
+            listed = figures()
+            chosen = [listed[i] for i in read_spec(spec).objectives]
+            self.names, self.units = tuple(n for n, _ in chosen), tuple(u for _, u in chosen)
             self.result = search(
                 spec,
                 folder,
@@ -162,15 +171,12 @@ class DesignPanel(Panel):
             search.folder = Path(search.spec).stem + "_run"
         search.start(resume=resume)
 
-    def front(self) -> tuple[list[list[float]], tuple[str, ...], tuple[str, ...]]:
-        """Objectives of the designs of the front, their names and units."""
+    def front(self) -> list[list[float]]:
+        """Objectives of the designs of the front, as far as it is known."""
         result, seen = self.search.result, self.search.seen
         if result is not None:
-            front = [list(one["objectives"]) for one in result.front]
-            return front, result.objectives, result.units
-        front = [list(one) for one in seen["front"]] if seen is not None else []
-        width = len(front[0]) if front else 1
-        return front, tuple(f"objective {i + 1}" for i in range(width)), ("",) * width
+            return [list(one["objectives"]) for one in result.front]
+        return [list(one) for one in seen["front"]] if seen is not None else []
 
     def draw_live(self) -> None:
         """Draw progress and the front so far."""
@@ -191,7 +197,7 @@ class DesignPanel(Panel):
         facts = [
             ("stage", seen["stage"] if self.search.running else done),
             ("evaluations", f"{seen['evaluations']} of {seen['budget']}"),
-            ("best of the first objective", best),
+            ("best in the first objective", best),
             ("feasible", f"{100 * seen['feasible_share']:.0f} %"),
             ("combinations done", f"{ends['total'] - ends['not_reached']} of {ends['total']}"),
             ("time left", "-" if left is None else f"{left:.0f} s"),
@@ -206,10 +212,10 @@ class DesignPanel(Panel):
                 )
                 + "</dl>"
             )
-        front, names, units = self.front()
+        front, names, units = self.front(), self.search.names, self.search.units
         with self.picture:
             if result is not None and len(names) > 2:
-                self.choose_axes(names, units)
+                self.choose_axes()
             self.html(
                 '<div class="wide">'
                 + draw_front(front, names, units, WIDE, self.axes, self.picked)
@@ -218,9 +224,10 @@ class DesignPanel(Panel):
                 + "</div>"
             )
 
-    def choose_axes(self, names: tuple[str, ...], units: tuple[str, ...]) -> None:
+    def choose_axes(self) -> None:
         """Let the user say which two of several objectives are drawn."""
-        options = {i: axis_name(n, u) for i, (n, u) in enumerate(zip(names, units, strict=True))}
+        named = zip(self.search.names, self.search.units, strict=True)
+        options = {i: axis_name(name, unit) for i, (name, unit) in enumerate(named)}
         with ui.element("div").classes("line"):
             for place, text in enumerate(("along", "upwards")):
                 ui.select(
@@ -248,8 +255,14 @@ class DesignPanel(Panel):
         with self.details:
             if result is None or not result.front:
                 return
+            with ui.element("div").classes("line"):
+                ui.select(
+                    {i: self.one_line(i) for i in range(len(result.front))},
+                    value=self.picked,
+                    label="design, or pick a dot",
+                    on_change=lambda event: self.pick(event.value),
+                ).props("dense outlined options-dense").style("min-width: 260px; flex: 1 1 260px")
             if self.picked is None:
-                self.hint("Pick a dot to see the design behind it.")
                 return
             one = result.front[self.picked]
             rows = [
@@ -268,6 +281,10 @@ class DesignPanel(Panel):
             with ui.element("div").classes("line"):
                 action("Put on the bench", lambda: self.put(one["drive"]), main=True).mark("put")
                 action("drive file", lambda: self.download(one["drive"])).mark("design-file")
+
+    def one_line(self, number: int) -> str:
+        """Name a design by its number and objectives."""
+        return f"{number + 1}: " + ", ".join(f"{value:.5g}" for value in self.front()[number])
 
     def put(self, document: dict[str, Any]) -> None:
         """Make the design the drive on the bench."""

@@ -102,12 +102,13 @@ class Page:
             self.columns = self.field("columns with other names", "POSITION=lost_motion_rev")
             with ui.element("div").classes("line"):
                 action("Load", self.load_paths, main=True).mark("load")
-            ui.upload(
+            self.drop = ui.upload(
                 multiple=True,
                 auto_upload=True,
                 label="or drop files here: a drive, recordings, a search spec",
                 on_multi_upload=self.uploaded,
-            ).props('flat accept=".toml,.csv,.gz,.parquet"').mark("upload")
+            )
+            self.drop.props('flat accept=".toml,.csv,.gz,.parquet"').mark("upload")
         drive = self.bench.drive
         self.drive_path.value = drive.file if drive is not None else ""
         self.data_paths.value = shlex.join(map(str, self.bench.paths))
@@ -155,6 +156,7 @@ class Page:
             name = Path(file.name).name or "recording.csv"
             await file.save(folder / name)
             names.append(str(folder / name))
+        self.drop.reset()
         specs = [name for name in names if is_spec(name)]
         drives = [name for name in names if name.endswith(DRIVE_SUFFIX) and name not in specs]
         recordings = [name for name in names if name not in (*specs, *drives)]

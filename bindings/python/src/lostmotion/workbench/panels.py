@@ -581,7 +581,7 @@ class ExportPanel(Panel):
             ui.select(
                 list(PROFILES),
                 value=self.profile,
-                label="build of the run-time code",
+                label="build of the code",
                 on_change=lambda event: setattr(self, "profile", event.value),
             ).props("dense outlined options-dense").style("width: 190px")
             ui.input(

@@ -1,0 +1,550 @@
+"""The workbench in a real browser: real clicks on a real server, no display needed."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+TESTS = Path(__file__).parents[1]
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+PATIENCE_S = 120.0
+"""For a diagnosis on a machine that does other things too."""
+
+WIDTHS = (1280, 400)
+TABS = (
+    "Drive",
+    "Measured",
+    "Where it fails",
+    "Effects",
+    "Two alike",
+    "Next run",
+    "Design",
+    "Export",
+)
+
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+DRIVER = shutil.which("chromedriver")
+MISSING = [
+    name for name, found in (("Chromium", BROWSER), ("its chromedriver", DRIVER)) if found is None
+]
+needs_browser = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+
+SPEC = """
+[search]
+objectives = ["lost_motion", "stiffness", "cost"]
+seed = 1
+evaluations = 24000
+workers = 1
+[search.fixed]
+"teeth.module_mm" = 0.25
+[search.range]
+"generator.deflection_mm" = [0.21, 0.28]
+"teeth.flexspline_shift" = [2, 5]
+"teeth.shift_difference" = [-0.4, 0.4]
+"flexspline.rim_thickness_mm" = [0.45, 0.8]
+"generator.type" = {choose = ["discs", "cosine"]}
+[search.limits]
+safety_factor_min = 1.0
+"""
+
+
+def command(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command of the package."""
+    return subprocess.run(
+        [sys.executable, "-m", "lostmotion", *map(str, words)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign with a radial gap that grows with the temperature hidden in it."""
+    folder = tmp_path_factory.mktemp("campaign")
+    subprocess.run(
+        [sys.executable, "-m", "rig", "write", "--effect", "thermal_gap", "--sigma", "4",
+         "--seed", "3", "--drive", "2", "--name", "joint", "-o", folder],
+        check=True, cwd=TESTS, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    return folder
+
+
+@contextlib.contextmanager
+def serving(folder: Path, *words: str | Path) -> Iterator[str]:
+    """Run the workbench in a folder; its address. It must end when it is interrupted.
+
+    NiceGUI behaves differently where it sees that a test runs it: it is not told.
+    """
+    server = subprocess.Popen(
+        [sys.executable, "-m", "lostmotion", "workbench", *map(str, words), "--no-browser",
+         "--port", "0"],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        env={name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"},
+    )  # fmt: skip
+    assert server.stdout is not None
+    said = server.stdout.readline()
+    try:
+        found = re.search(r"http://127\.0\.0\.1:\d+/", said)
+        assert found, said + server.stdout.read()
+        for _ in range(100):
+            try:
+                urllib.request.urlopen(found[0], timeout=10).close()
+                break
+            except urllib.error.URLError:
+                time.sleep(0.1)
+        else:
+            raise AssertionError("the page does not answer")
+        yield found[0]
+        server.send_signal(signal.SIGINT)
+        rest, _ = server.communicate(timeout=60)
+        assert "Traceback" not in rest, rest
+    finally:
+        server.kill()
+        server.wait()
+
+
+class View:
+    """The browser, with the few things that a user does."""
+
+    def __init__(self, driver: Any, downloads: Path) -> None:
+        self.driver = driver
+        self.downloads = downloads
+
+    def size(self, width: int, height: int = 900) -> None:
+        self.driver.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride",
+            {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
+        )
+
+    def wait(self, what: Callable[[], Any], why: str) -> Any:
+        """Wait until something holds; elements that were drawn anew meanwhile are no harm."""
+        from selenium.common.exceptions import WebDriverException
+
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            with contextlib.suppress(WebDriverException, AttributeError, ValueError):
+                found = what()
+                if found:
+                    return found
+            time.sleep(0.1)
+        raise AssertionError(f"waited {PATIENCE_S:.0f} s for {why}; the page: {self.text('body')}")
+
+    def all(self, selector: str) -> list[Any]:
+        return list(self.driver.find_elements("css selector", selector))
+
+    def text(self, selector: str) -> str:
+        found = self.all(selector)
+        return str(found[0].text) if found else ""
+
+    def press(self, label: str, selector: str = "button") -> None:
+        """Click what has a text, once it can be clicked."""
+
+        def click() -> bool:
+            for one in self.all(selector):
+                if one.get_attribute("textContent").strip() == label and one.is_enabled():
+                    self.driver.execute_script("arguments[0].scrollIntoView({block:'center'})", one)
+                    one.click()
+                    return True
+            return False
+
+        self.wait(click, f"something to press called {label}")
+
+    def turn_to(self, tab: str) -> None:
+        self.press(tab, ".q-tab")
+        self.wait(
+            lambda: any(p.is_displayed() for p in self.all(f"section[aria-label='{tab}']")), tab
+        )
+
+    def type(self, label: str, text: str) -> None:
+        """Write into the field that is called so, as with the keyboard."""
+        from selenium.webdriver.common.keys import Keys
+
+        def write() -> bool:
+            field = self.all(f"input[aria-label='{label}']")[0]
+            field.send_keys(Keys.CONTROL, "a")
+            field.send_keys(text, Keys.TAB)
+            return bool(field.get_attribute("value") == text)
+
+        self.wait(write, label)
+
+    def idle(self) -> None:
+        self.wait(lambda: not self.all(".job button"), "the end of the work")
+
+    def rms(self) -> float:
+        return float(self.text("#rms"))
+
+
+@pytest.fixture
+def view(tmp_path: Path) -> Iterator[View]:
+    from selenium import webdriver
+
+    downloads = tmp_path / "downloads"
+    downloads.mkdir()
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(BROWSER)
+    for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(word)
+    options.add_argument(f"--user-data-dir={tmp_path / 'profile'}")
+    options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
+    try:
+        shown = View(driver, downloads)
+        shown.size(1280)
+        yield shown
+        faults = [
+            line["message"] for line in driver.get_log("browser") if line["level"] == "SEVERE"
+        ]
+        assert not faults
+    finally:
+        driver.quit()
+
+
+@needs_browser
+def test_a_hidden_effect_is_found_added_and_exported(
+    view: View, campaign: Path, tmp_path: Path
+) -> None:
+    with serving(tmp_path) as address:
+        view.driver.get(address)
+        # --- dropped files are loaded
+        view.wait(lambda: view.all("input[type=file]"), "the place to drop files")[0].send_keys(
+            f"{campaign / 'joint.toml'}\n{campaign / 'joint.csv.gz'}"
+        )
+        view.wait(lambda: "31 runs, 44200 samples" in view.text(".top"), "the recordings")
+        view.idle()
+
+        # --- where it fails: a warm run of the map is picked
+        view.turn_to("Where it fails")
+        view.wait(lambda: view.all(".wide [data-cell]"), "the map")
+        cells = view.wait(lambda: view.all(".wide [data-cell]"), "the map")
+        reds = [c for c in cells if c.get_attribute("fill") == "#ee7733"]
+        assert reds
+        reds[0].click()
+        told = view.wait(lambda: view.text("#cell"), "what lies in the cell")
+        assert "thermal gap" in told
+        assert re.search(r"mean by run", told, re.IGNORECASE)
+        view.wait(lambda: view.all(".map"), "the map")[0].send_keys("\ue012")  # arrow left
+        view.wait(lambda: view.text("#cell") not in ("", told), "the cell beside it")
+
+        # --- which effect is missing
+        view.turn_to("Effects")
+        view.press("Find what is missing")
+        view.wait(lambda: view.text("#verdict") == "Missing: thermal gap.", "the verdict")
+        view.idle()
+
+        # --- ticked, and the error falls; undone, and it is back
+        view.wait(lambda: view.all("#tick-kinematic_error"), "the list")[0].click()
+        view.wait(lambda: "kinematic error" in view.text(".rail"), "an effect that is not there")
+        view.idle()
+        before = view.rms()
+        view.press("Undo the last")
+        view.wait(lambda: "kinematic error" not in view.text(".rail"), "the undoing")
+        view.wait(lambda: view.all("#tick-thermal_gap:not([aria-disabled=true])"), "the list")
+        view.all("#tick-thermal_gap")[0].click()
+        view.wait(lambda: view.rms() < 0.3 * before, "the fall of the error")
+        view.idle()
+        after = view.rms()
+        assert "+ thermal gap" in view.all("#ladder")[0].get_attribute("textContent")
+
+        # --- two that could be confused
+        view.turn_to("Two alike")
+        view.press("Compare")
+        view.wait(lambda: "told apart by" in view.text("#rivals").lower(), "the two effects")
+        view.idle()
+
+        # --- what the controller gets is what the commands make
+        view.turn_to("Export")
+        view.press("params.h")
+        header = view.downloads / "params.h"
+        view.wait(header.is_file, "the download")
+    fitted, params = tmp_path / "fitted.toml", tmp_path / "params.h"
+    done = command(
+        "fit", campaign / "joint.toml", campaign / "joint.csv.gz", "--add", "thermal_gap",
+        "-o", fitted, "--json", "-", folder=tmp_path,
+    )  # fmt: skip
+    assert json.loads(done.stdout)["ladder"][-1]["rms_arcsec"] == pytest.approx(after, abs=0.006)
+    command("export", fitted, "-o", params, "--set", "period_us=500", folder=tmp_path)
+    assert header.read_text() == params.read_text()
+    assert "1 effects" in command("export", fitted, "-o", params, folder=tmp_path).stdout
+
+
+@needs_browser
+def test_a_search_is_stopped_and_resumed_with_the_same_end(view: View, tmp_path: Path) -> None:
+    spec = tmp_path / "spec.toml"
+    spec.write_text(SPEC)
+
+    def share() -> float:
+        done, whole = re.search(r"(\d+) of (\d+)", view.text("#live")).groups()  # type: ignore[union-attr]
+        return int(done) / int(whole)
+
+    with serving(tmp_path) as address:
+        view.driver.get(address)
+        view.turn_to("Design")
+        view.type("spec, a file", "spec.toml")
+        view.press("Start")
+        view.wait(lambda: share() > 0.1, "some progress")
+        view.press("Stop")
+        view.wait(lambda: "stopped" in view.text("#live"), "the stop")
+        assert share() < 0.9
+        assert (tmp_path / "spec_run" / "best.toml").is_file()
+        view.press("Resume")
+        view.wait(lambda: "finished" in view.text("#live"), "the end")
+        dots = view.wait(lambda: view.all(".wide [data-design]"), "the front")
+        front = (tmp_path / "spec_run" / "front.csv").read_text()
+        assert len(dots) == len(front.splitlines()) - 1
+        view.driver.execute_script("arguments[0].scrollIntoView({block:'center'})", dots[-1])
+        dots[-1].click()
+        view.wait(lambda: "Margins" in view.text("#design"), "the design behind a dot")
+        view.press("drive file", "#design button")
+        view.wait(lambda: list(view.downloads.glob("design_*.toml")), "the download")
+        view.press("Put on the bench")
+        view.wait(lambda: view.text(".top .what"), "the drive")
+    (drive,) = view.downloads.glob("design_*.toml")
+    assert command("predict", drive, "--quiet", folder=tmp_path).returncode == 0
+    command("design", "spec.toml", "-o", "whole", "--quiet", folder=tmp_path)
+    assert (tmp_path / "whole" / "front.csv").read_text() == front
+
+
+@needs_browser
+def test_long_work_leaves_the_page_alive_and_can_be_stopped(
+    view: View, campaign: Path, tmp_path: Path
+) -> None:
+    with serving(tmp_path, campaign / "joint.toml", campaign / "joint.csv.gz") as address:
+        view.driver.get(address)
+        view.turn_to("Effects")
+        view.press("Find what is missing")
+        begin = time.monotonic()
+        view.turn_to("Drive")
+        assert time.monotonic() - begin < 5
+        view.press("Stop")
+        view.wait(lambda: "diagnosing: stopped" in view.text(".message"), "the stop")
+        view.turn_to("Effects")
+        view.press("Find what is missing")
+        view.wait(lambda: view.text("#verdict"), "the verdict")
+
+
+@needs_browser
+def test_a_bad_file_gets_the_message_of_the_command_line(
+    view: View, campaign: Path, tmp_path: Path
+) -> None:
+    drive = (campaign / "joint.toml").read_text()
+    (tmp_path / "drive.toml").write_text(drive)
+    (tmp_path / "bad.toml").write_text(drive.replace("T2_Nm = 25", 'T2_Nm = "soft"'))
+    (tmp_path / "bad.csv").write_text("time_s,torque_Nm\n0,1\n1,2\n")
+    (tmp_path / "plan.csv").write_text("time_s\n0\n")
+
+    def said(*words: str) -> str:
+        done = command(*words, folder=tmp_path)
+        assert done.returncode == 2
+        return done.stderr.removeprefix("lostmotion: ").strip()
+
+    with serving(tmp_path) as address:
+        view.driver.get(address)
+        view.type("drive file", "bad.toml")
+        view.press("Load")
+        view.wait(lambda: view.text(".message") == said("predict", "bad.toml"), "the message")
+        view.type("drive file", "drive.toml")
+        view.type("recordings, files or folders", "bad.csv")
+        view.press("Load")
+        expected = said("compare", "drive.toml", "bad.csv")
+        view.wait(lambda: view.text(".message") == expected, "the message")
+        view.idle()
+        # A dropped file has no folder to name.
+        view.all("input[type=file]")[0].send_keys(str(tmp_path / "bad.toml"))
+        dropped = said("predict", "bad.toml")
+        view.wait(lambda: view.text(".message").endswith(dropped), "the message")
+        view.turn_to("Design")
+        view.type("spec, a file", "bad.toml")
+        view.press("Start")
+        expected = said("design", "bad.toml", "-o", "run")
+        view.wait(lambda: view.text("#panel-design .message") == expected, "the message")
+    assert sorted(p.name for p in tmp_path.iterdir() if p.suffix in (".csv", ".toml")) == [
+        "bad.csv", "bad.toml", "drive.toml", "plan.csv",
+    ]  # fmt: skip
+
+
+TEXTS = """
+const out = [], width = innerWidth;
+const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+while (walk.nextNode()) {
+  const node = walk.currentNode, parent = node.parentElement;
+  if (!node.data.trim() || !parent.checkVisibility({visibilityProperty: true, opacityProperty: true}))
+    continue;
+  if (parent.closest('title, script, style, .q-tabs, .scroll, .material-icons, .q-icon')) continue;
+  const range = document.createRange();
+  range.selectNodeContents(node);
+  for (const box of range.getClientRects())
+    if (box.width > 1 && box.height > 1)
+      out.push([box.left, box.top + scrollY, box.right, box.bottom + scrollY, node.data.trim(),
+        parent.closest('svg') ? 1 : 0]);
+}
+return [out, document.documentElement.scrollWidth, width];
+"""
+"""Boxes of every line of text that can be seen."""
+
+CUT = """
+return [...document.querySelectorAll('body *')].filter(e => {
+  if (!e.checkVisibility() || e.closest('svg, .scroll, .q-tabs, input, .q-field, .q-uploader')) return false;
+  const style = getComputedStyle(e);
+  return style.overflowX != 'visible' && e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0;
+}).map(e => e.className + ': ' + e.textContent.slice(0, 60));
+"""
+
+
+def overlapping(boxes: list[list[Any]]) -> list[tuple[str, str]]:
+    """Pairs of texts that lie on each other by more than their line's own slack."""
+    found = []
+    for a, b in itertools.combinations(boxes, 2):
+        across = min(a[2], b[2]) - max(a[0], b[0])
+        up = min(a[3], b[3]) - max(a[1], b[1])
+        if across > 2 and up > 0.45 * min(a[3] - a[1], b[3] - b[1]):
+            found.append((a[4][:40], b[4][:40]))
+    return found
+
+
+@needs_browser
+def test_nothing_is_cut_off_or_overlaps_at_either_width(
+    view: View, campaign: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "spec.toml").write_text(SPEC.replace("24000", "2000"))
+    reference = TESTS / "data" / "drives" / "reference_a.toml"
+    pictures = Path(os.environ.get("LOSTMOTION_PICTURES", tmp_path))
+    pictures.mkdir(exist_ok=True)
+
+    def look(name: str, width: int) -> None:
+        height = view.driver.execute_script("return document.documentElement.scrollHeight")
+        view.size(width, min(max(height, 900), 6000))
+        time.sleep(0.3)
+        boxes, whole, inner = view.driver.execute_script(TEXTS)
+        view.driver.save_screenshot(str(pictures / f"{name.replace(' ', '_')}_{width}.png"))
+        assert whole <= inner, f"{name} at {width}: {whole} px wide"
+        out = [box[4] for box in boxes if box[0] < -1 or box[2] > inner + 1]
+        assert not out, f"{name} at {width}: cut off: {out}"
+        assert not overlapping(boxes), f"{name} at {width}"
+        assert not view.driver.execute_script(CUT), f"{name} at {width}"
+        view.size(width)
+
+    with serving(tmp_path, campaign / "joint.toml", campaign / "joint.csv.gz") as address:
+        view.driver.get(address)
+        view.turn_to("Effects")
+        view.press("Find what is missing")
+        view.wait(lambda: view.text("#verdict"), "the verdict")
+        view.idle()
+        view.wait(lambda: view.all("#tick-thermal_gap:not([aria-disabled=true])"), "the list")
+        view.all("#tick-thermal_gap")[0].click()
+        view.wait(lambda: "thermal gap" in view.text(".rail"), "the fit")
+        view.idle()
+        view.turn_to("Two alike")
+        view.press("Compare")
+        view.wait(lambda: view.text("#rivals"), "the two effects")
+        view.idle()
+        view.turn_to("Design")
+        view.type("spec, a file", "spec.toml")
+        view.press("Start")
+        view.wait(lambda: "finished" in view.text("#live"), "the end of the search")
+        view.driver.execute_script(
+            "document.querySelector('.wide [data-design]')"
+            ".dispatchEvent(new MouseEvent('click', {bubbles: true}))"
+        )
+        view.wait(lambda: "Margins" in view.text("#design"), "the design behind a dot")
+        for width in WIDTHS:
+            view.size(width)
+            for tab in TABS:
+                view.turn_to(tab)
+                look(tab, width)
+        view.type("drive file", str(reference))
+        view.type("recordings, files or folders", "")
+        view.press("Load")
+        view.wait(lambda: "design" in view.text(".top .what").lower(), "the drawn drive")
+        view.idle()
+        for width in WIDTHS:
+            view.size(width)
+            view.turn_to("Drive")
+            look("Drawn", width)
+
+
+# --- without a browser -------------------------------------------------------------------------
+
+
+def answer(address: str, **headers: str) -> int:
+    """Status of a request."""
+    request = urllib.request.Request(address, headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=30) as reply:
+            return int(reply.status)
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def test_only_this_machine_is_served(tmp_path: Path) -> None:
+    with serving(tmp_path) as address:
+        place = address.removeprefix("http://").strip("/")
+        port = int(place.partition(":")[2])
+        assert answer(address) == 200
+        assert answer(address, Host="evil.example") == 403
+        assert answer(address, Origin="http://evil.example") == 403
+        assert answer(address, Origin=f"http://{place}") == 200
+        assert answer(f"{address}numbers/none.csv") == 404
+        for other in {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None)}:
+            if not other.startswith("127.") and ":" not in other:
+                with pytest.raises(OSError, match=r"refused|unreachable|timed out"):
+                    socket.create_connection((other, port), timeout=2)
+        assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["none.toml"], "none.toml: found no such file"),
+        (["--port", "99999"], "--port: found '99999', expected an integer from 0 to 65535"),
+        (["--json", "-"], "--json: found '-'"),
+    ],
+)
+def test_bad_usage_is_one_line(tmp_path: Path, words: list[str], expected: str) -> None:
+    done = command("workbench", *words, "--no-browser", folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"lostmotion: {expected}")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_taken_port_is_refused(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        done = command("workbench", "--no-browser", "--port", port, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (
+        2,
+        f"lostmotion: --port: found {port}, which is taken, expected a free port\n",
+    )
+
+
+def test_without_its_library_one_line_says_how_to_get_it(tmp_path: Path) -> None:
+    code = "import sys; sys.modules['nicegui'] = None; from lostmotion.cli import main; "
+    done = subprocess.run(
+        [sys.executable, "-c", code + "sys.exit(main(['workbench']))"],
+        capture_output=True, text=True, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (
+        1,
+        "lostmotion: the workbench needs NiceGUI: pip install 'lostmotion[workbench]'\n",
+    )
