@@ -64,7 +64,12 @@ cppcheck_lib() {
     -ULM_REAL_HEADER -U__FAST_MATH__ -U__ASSOCIATIVE_MATH__ -U__RECIPROCAL_MATH__ \
     -U__FINITE_MATH_ONLY__ -U__cplusplus
 }
-analyze() { each_source "$gcc" -std=c99 -O2 -fanalyzer -Werror -c -o /dev/null; }
+# Loops that a pragma unrolls are not followed to their end, and what they filled counts as unset;
+# that nothing unset is read is what Eva proves.
+analyze() {
+  each_source "$gcc" -std=c99 -O2 -fanalyzer -Wno-analyzer-use-of-uninitialized-value -Werror \
+    -c -o /dev/null
+}
 as_cplusplus() { each_source "$cxx" -x c++ -std=c++11 -Wall -Wextra -Werror -fsyntax-only; }
 
 # build_and_test DIR CMAKE_ARGUMENT...

@@ -133,6 +133,7 @@ lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
                                  lm_smallest_gap *smallest, lm_fault *fault) {
   lm_smallest_gap found = nothing_found();
   lm_status status;
+  int steps;
   int section;
   int i;
   if (meshes == 0 || swept == 0 || smallest == 0) {
@@ -153,9 +154,8 @@ lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
       keep_smaller(&found, c->backward.gap_rad, c->angle_rad, section, 0);
     }
   }
-  return report_smallest(meshes,
-                         HALF_PI / LM_REAL(meshes[0].geometry.flexspline_teeth * phases / 4), found,
-                         smallest, fault);
+  steps = meshes[0].geometry.flexspline_teeth * phases / 4;
+  return report_smallest(meshes, HALF_PI / LM_REAL(steps), found, smallest, fault);
 }
 
 /* --- geometry ------------------------------------------------------------------------------------

@@ -194,12 +194,13 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
 }
 
 void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
-  uint32_t bit = (mode == LM_MODE_RUN)    ? 0u
-                 : (mode == LM_MODE_HOLD) ? LM_STATE_HOLDING
-                                          : LM_STATE_RESETTING;
   compensator->mode = mode;
   compensator->standing &= ~(LM_STATE_HOLDING | LM_STATE_RESETTING);
-  compensator->standing |= bit;
+  if (mode == LM_MODE_HOLD) {
+    compensator->standing |= LM_STATE_HOLDING;
+  } else if (mode != LM_MODE_RUN) {
+    compensator->standing |= LM_STATE_RESETTING;
+  }
 }
 
 void lm_declare_memory_known(lm_compensator *compensator) {

@@ -5,7 +5,7 @@
 enum { SHARE, ONSET_S, VALUES };
 
 /* Memory: the elements' angles, then what has been gathered for their next move. */
-enum { ELEMENTS = 4, GATHERED_S = ELEMENTS, GATHERED_RAD_S, MEMORY };
+enum { ELEMENTS = 4, GATHERED_S = ELEMENTS, GATHERED_RAD_S = ELEMENTS + 1, MEMORY = ELEMENTS + 2 };
 #define FIRST_TIME LM_REAL(1.6)
 #define TIME_RATIO LM_REAL(7.4)
 #define BATCH LM_REAL(0.015625)
