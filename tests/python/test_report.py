@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import itertools
 import math
 import shutil
 import subprocess
+import tomllib
 import xml.etree.ElementTree as ET
 from functools import cache
 from html.parser import HTMLParser
@@ -25,11 +27,21 @@ from conftest import DATA
 from lostmotion.catalogue import PARTS
 from lostmotion.cli import main
 from lostmotion.compare import Comparison, compare
+from lostmotion.discover import diagnose
+from lostmotion.discover.diagnosis import Diagnosis
+from lostmotion.discover.effects import library
+from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.drives import Drive, parse_drive, read_drive
 from lostmotion.model import design_model, make_backbone
 from lostmotion.predict import predict
 from lostmotion.recordings import read_campaign
-from lostmotion.report import comparison_section, drive_section, write_report
+from lostmotion.report import (
+    comparison_section,
+    diagnosis_section,
+    drive_section,
+    fit_section,
+    write_report,
+)
 from lostmotion.report.chart import label, nice_step, ticks_between
 from lostmotion.report.mesh import (
     first_touches,
@@ -42,6 +54,7 @@ from lostmotion.report.page import NARROW, WIDE, Figure, Section, Table
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import signs, simplify, text_width
 from lostmotion.units import ARCMIN
+from test_discover import DRIVE, campaign, gap, ripple
 
 DRIVES = DATA / "drives"
 LOOPS = DATA / "cycloidal_locked_output"
@@ -79,7 +92,20 @@ LABELS = {
         "measured",
         "model",
         "share of the residual variance, %",
+        "time in the run, s",
     ),
+    "found": (
+        "rms, arcsec (grey: noise floor ",
+        "+ thermal gap",
+        "with what was added",
+        "left, arcsec",
+        "temperature, °C",
+        "added, rising",
+        "gain of a run, nats",
+        "1 ",
+    ),
+    "unexplained": ("torque, N·m", "arcsec", "base, falling"),
+    "fitted": ("rms, arcsec (grey: noise floor ", "+ thermal gap", "left, arcsec", "temperature, °C"),
 }
 """Texts that the pictures of each section must hold."""
 
@@ -98,7 +124,24 @@ def measured() -> tuple[Drive, Comparison]:
 
 
 @cache
+def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
+    """A diagnosis or a fit of recordings with a gap that temperature opens, or with a ripple."""
+    drive = parse_drive(tomllib.loads(DRIVE))
+    data = campaign(add=ripple if kind == "unexplained" else gap)
+    if kind == "fitted":
+        return drive, fit_model(drive, data, None, ["thermal_gap"], library())
+    return drive, diagnose(data, ratio=drive.ratio, rated_torque_Nm=drive.rated_torque_Nm)
+
+
+@cache
 def section_of(name: str) -> Section:
+    if name in ("found", "unexplained", "fitted"):
+        drive, result = discovered(name)
+        # A drive that was not read from a file has no fingerprint.
+        drive = dataclasses.replace(drive, file=str(LOOPS / "drive.toml"))
+        if isinstance(result, Diagnosis):
+            return diagnosis_section(drive, result, [])
+        return fit_section(drive, result, [])
     if name == "cycloid":
         drive, result = measured()
         return comparison_section(drive, result, [LOOPS / "base_onyx_runin5.csv"])
@@ -481,16 +524,59 @@ def test_demo_refuses_a_folder_that_cannot_be(tmp_path, capsys):
         ["predict", str(DRIVES / "size_25.toml")],
         ["predict", str(DRIVES / "external_ring.toml"), "--phase-deg", "0.4"],
         ["compare", str(LOOPS / "drive.toml"), str(LOOPS)],
+        ["diagnose", str(LOOPS / "drive.toml"), str(LOOPS)],
+        ["fit", str(LOOPS / "drive.toml"), str(LOOPS), "-o", "{folder}/fitted.toml"],
     ],
-    ids=["bought", "designed", "measured"],
+    ids=["bought", "designed", "measured", "diagnosed", "fitted"],
 )
 def test_commands_write_reports(words, tmp_path, capsys):
     path = tmp_path / "report.html"
+    words = [word.replace("{folder}", str(tmp_path)) for word in words]
     assert main([*words, "--report", str(path)]) == 0
     assert capsys.readouterr().out
     page = Page(path.read_text(encoding="utf-8"))
     assert "figure" in page.tags
     assert words[1] in page.text
+
+
+def test_the_verdict_leads_the_page_of_a_diagnosis():
+    found, odd = section_of("found"), section_of("unexplained")
+    assert found.lead == "Missing: thermal_gap."
+    assert odd.lead.startswith("Something systematic remains")
+    assert "It depends on torque: ripple of 4.99 Nm" in odd.lead
+    assert any(f.title == "What is left depends on torque" for f in figures("unexplained"))
+    titles = [block.title for block in found.blocks]
+    assert {"What to do next", "The contest", "The smallest that would have been found"} < set(
+        titles
+    )
+    assert not any("depends on" in title for title in titles)
+
+
+def test_the_ladder_of_the_page_is_that_of_the_answer(page):
+    _, result = discovered("found")
+    read = page.table("error_ladder.csv")
+    assert read["effects"] == ["base", "base + thermal_gap"]
+    expected = [rung["rms_heldout_arcsec"] for rung in result.answer()["ladder"]]
+    np.testing.assert_allclose(np.array(read["rms_heldout_arcsec"], dtype=float), expected)
+
+
+def test_the_maps_grow_pale_when_the_effect_is_added(page):
+    read = page.table("residual_grids.csv", 1)
+    size = np.abs(np.array(read["mean_residual_arcsec"], dtype=float))
+    clear = np.abs(np.array(read["t"], dtype=float)) > 2
+    base = np.array(read["model"]) == "base"
+    warm = np.array(read["quantity"]) == "temperature"
+    assert size[base & warm].mean() > 3 * size[~base & warm].mean()
+    assert clear[base & warm].mean() > 0.4
+    assert clear[~base & warm].mean() < 0.1
+
+
+def test_the_gain_of_every_run_adds_up_to_the_evidence(page):
+    _, result = discovered("found")
+    read = page.table("gain_by_run.csv")
+    gain = np.array(read["thermal gap_nats"], dtype=float)
+    assert gain.size == 12
+    assert gain.sum() == pytest.approx(result.answer()["candidates"][0]["evidence"], rel=1e-6)
 
 
 def test_nothing_is_written_when_a_place_is_wrong(tmp_path, capsys):

@@ -20,7 +20,7 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.design.command import add_design_command
-from lostmotion.discover.commands import add_commands, add_effects, effects_of
+from lostmotion.discover.commands import add_commands, add_effects, add_report, effects_of
 from lostmotion.discover.ladder import make_base
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -256,15 +256,6 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="KEY_UNIT=NUMBER",
         help="period, torque_limit, a limit of the correction or of the watch",
-    )
-
-
-def add_report(parser: argparse.ArgumentParser) -> None:
-    """Add the option that writes a report."""
-    parser.add_argument(
-        "--report",
-        metavar="FILE.html",
-        help="write a page with pictures and the numbers behind them",
     )
 
 

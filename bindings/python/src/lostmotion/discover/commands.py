@@ -20,7 +20,9 @@ from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
-from lostmotion.recordings import Campaign, parse_map, read_campaign
+from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
+from lostmotion.report import diagnosis_section, fit_section, write_report
+from lostmotion.report.discovery import verdict_sentence
 
 Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
 Option = Callable[[argparse.ArgumentParser], None]
@@ -39,6 +41,7 @@ def add_commands(command: Command, add_map: Option) -> None:
     )
     add_inputs(added, add_map)
     add_effects(added)
+    add_report(added)
 
     added = command(
         "fit",
@@ -50,6 +53,7 @@ def add_commands(command: Command, add_map: Option) -> None:
     added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
     added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
     add_effects(added)
+    add_report(added)
 
     added = command(
         "effects",
@@ -111,6 +115,15 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add the option that writes a report."""
+    parser.add_argument(
+        "--report",
+        metavar="FILE.html",
+        help="write a page with pictures and the numbers behind them",
+    )
+
+
 def effects_of(arguments: argparse.Namespace) -> dict[str, Effect]:
     """Return the library's effects and the user's own."""
     found = dict(library())
@@ -141,7 +154,14 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
     """``lostmotion diagnose``."""
     from lostmotion.cli import deliver
 
-    _, result, findings = diagnosis_of(arguments)
+    drive, result, findings = diagnosis_of(arguments)
+    if arguments.report is not None:
+        with one_thread():
+            section = diagnosis_section(drive, result, recording_files(arguments.data))
+        lead = "Which physical effect the recordings show and the model of the drive lacks."
+        write_report(
+            arguments.report, "Diagnosis of lost motion", lead, [section], arguments.command_line
+        )
     answer = {**result.answer(), "findings": findings}
     deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
 
@@ -181,6 +201,13 @@ def run_fit(arguments: argparse.Namespace) -> None:
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("fitting", quiet=arguments.quiet) as bar, one_thread():
         model = fit_model(drive, campaign, backbone, arguments.add, effects, progress=bar)
+    if arguments.report is not None:
+        with one_thread():
+            section = fit_section(drive, model, recording_files(arguments.data))
+        lead = "The model of a drive fitted to its recordings, with the effects that were added."
+        write_report(
+            arguments.report, "Fitted lost motion", lead, [section], arguments.command_line
+        )
     write_whole(arguments.output, format_toml(model.document(drive)))
     deliver(model.answer(), arguments, lambda out: show_fit(model, arguments.output, out))
 
@@ -268,13 +295,7 @@ def card(effect: Effect) -> dict[str, Any]:
 
 def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a diagnosis."""
-    sentence = {
-        "complete": "Nothing is missing beyond the noise.",
-        "missing-effect": "Missing: " + ", ".join(answer["effects"]) + ".",
-        "ambiguous": "These data cannot tell apart: " + ", ".join(answer["effects"]) + ".",
-        "unexplained": "Something systematic remains that no effect of the library explains.",
-    }[answer["verdict"]]
-    print(sentence, file=out)
+    print(verdict_sentence(answer), file=out)
     print(f"\nnoise floor {answer['noise_floor_arcsec']:.2f} arcsec", file=out)
     for rung in answer["ladder"]:
         what = " + ".join(["base", *rung["effects"]])

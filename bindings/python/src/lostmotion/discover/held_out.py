@@ -1,10 +1,12 @@
 """Held-out error: every run under a fit to the others, by one step from the fit to all.
 
-Only parameters that are free take the step; those at a bound stay there. Offsets are each run's own,
-because the zero of an encoder is arbitrary.
+Only parameters that are free take the step; those at a bound stay there. Offsets are each run's
+own, because the zero of an encoder is arbitrary.
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +45,7 @@ def held_out_residual(
     norm[norm == 0] = 1.0
     fixed /= norm
     out = base.measured - point.angle
-    pieces = [slice(int(a), int(b)) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
     size = fixed.shape[1]
     gram = np.empty((len(pieces), size, size))
     slope = np.empty((len(pieces), size))

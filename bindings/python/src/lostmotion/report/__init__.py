@@ -10,10 +10,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lostmotion.files import write_whole
+from lostmotion.report.discovery import diagnosis_section, fit_section
 from lostmotion.report.page import Section, render
 from lostmotion.report.sections import comparison_section, drive_section
 
-__all__ = ["Section", "comparison_section", "drive_section", "write_report"]
+__all__ = [
+    "Section",
+    "comparison_section",
+    "diagnosis_section",
+    "drive_section",
+    "fit_section",
+    "write_report",
+]
 
 
 def write_report(
@@ -27,7 +35,7 @@ def write_report(
     title, lead : str
         Heading of the page and the sentence beneath it.
     sections : sequence of Section
-        From `drive_section` and `comparison_section`.
+        From `drive_section`, `comparison_section`, `diagnosis_section` or `fit_section`.
     command : str
         The command line that made it.
 

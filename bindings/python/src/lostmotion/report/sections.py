@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,8 @@ from lostmotion.report.contributions import Contributions, contributions_figure,
 from lostmotion.report.gaps import collect_gaps, gaps_figure
 from lostmotion.report.loops import WHERE, failures_figure, loops_figure, unit_of
 from lostmotion.report.page import Notes, Rows, Section
+from lostmotion.report.residual_grids import grids_figure
+from lostmotion.report.sources import file_fingerprint, sources_of
 from lostmotion.report.stages import collect_stages, stages_figure, stages_table
 from lostmotion.report.svg import signs
 from lostmotion.report.teeth import teeth_figure
@@ -43,11 +44,6 @@ CHECK_NAMES = {
     "torsion_stress": "shear stress of the cup wall",
     "safety_factor": "fatigue safety of the flexspline",
 }
-
-
-def file_fingerprint(path: str | Path) -> str:
-    """SHA-256 of a file."""
-    return "sha256:" + hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def drive_section(drive: Drive, phase_rad: float = 0.0) -> Section:
@@ -274,15 +270,11 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     runs = len(answer["by_run"])
     section = Section(
         f"{drive.name}: measured against the model",
-        f"{answer['samples']} samples in {runs} runs. A characteristic with a free odd shape, the drive "
-        "file's as its start, and friction with memory, fitted to the recordings.",
+        f"{answer['samples']} samples in {runs} runs. A characteristic with a free odd shape, the "
+        "drive file's as its start, and friction with memory, fitted to the recordings.",
         facts,
         [loops_figure(result, drive.name)],
-        [
-            (f"drive file {drive.file}", file_fingerprint(drive.file)),
-            *((f"recording {path}", file_fingerprint(path)) for path in files),
-            ("numbers of the recordings as they are used", answer["data_fingerprint"]),
-        ],
+        sources_of(drive, files, answer["data_fingerprint"]),
     )
     section.blocks.append(
         Rows(
@@ -302,6 +294,9 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     )
     if result.failures:
         section.blocks.append(failures_figure(result, drive.name))
+    c = result.base.conditions
+    left = [("fitted", result.residual_rad / ARCSEC)]
+    section.blocks.append(grids_figure(c, left, answer["noise_floor_arcsec"], drive.name))
     section.blocks += _fitted_tables(answer)
     if answer["not_testable"]:
         lines = [

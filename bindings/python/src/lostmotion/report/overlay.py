@@ -1,0 +1,176 @@
+"""Picture of single runs: measured, base, and base with effects, with what is left beneath."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.backbone import Base
+from lostmotion.report.chart import Axes, limits, nice_step
+from lostmotion.report.page import Figure, Table
+from lostmotion.report.svg import (
+    BLUE,
+    GRID,
+    ORANGE,
+    SMALL_SIZE,
+    SOFT,
+    Array,
+    Drawing,
+    text_width,
+)
+from lostmotion.units import ARCMIN, ARCSEC
+
+IntArray = npt.NDArray[np.intp]
+
+RUNS_SHOWN = 6
+POINTS_SHOWN = 2000
+"""Samples of a run that are drawn and listed; tests use every sample."""
+
+BEFORE, AFTER = ORANGE, BLUE
+
+
+def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
+    """Runs in which most was explained, in their order."""
+    fall = np.add.reduceat(before**2 - after**2, starts[:-1]) / np.diff(starts)
+    if not np.any(fall > 0):
+        fall = np.add.reduceat(after**2, starts[:-1]) / np.diff(starts)
+    return sorted(int(i) for i in np.argsort(-fall, kind="stable")[:RUNS_SHOWN])
+
+
+class Overlay:
+    """What is drawn of each run, about its own zero.
+
+    Parameters
+    ----------
+    before, after : Base
+        The base, and the base with effects; the same where nothing was added.
+    """
+
+    def __init__(self, before: Base, after: Base, floor_arcsec: float, name: str) -> None:
+        c = before.conditions
+        self.name = name
+        self.floor = floor_arcsec
+        self.added = bool(after.terms or after.additives) and after is not before
+        self.left = [before.residual()] + ([after.residual()] if self.added else [])
+        angle = [b.at().angle for b in (before, after)]
+        self.shown = runs_to_show(self.left[0], self.left[-1], c.starts)
+        self.labels = [str(c.labels[i]) for i in self.shown]
+        slices = c.slices()
+        self.torque, self.measured, self.model, self.residual = [], [], [], []
+        for i in self.shown:
+            at = np.arange(slices[i].start, slices[i].stop)
+            at = at[:: max(1, -(-at.size // POINTS_SHOWN))]
+            zero = float(np.mean((before.measured - angle[-1])[slices[i]]))
+            measured = before.measured[at] - zero
+            self.torque.append(c.torque[at])
+            self.measured.append(measured * ARCSEC / ARCMIN)
+            self.residual.append([left[at] for left in self.left])
+            self.model.append([(measured - left[at]) * ARCSEC / ARCMIN for left in self.left])
+        self.runs = c.runs
+
+    def table(self) -> Table:
+        """Return the numbers behind the picture."""
+        columns: dict[str, list[object]] = {
+            "run": [label for label, t in zip(self.labels, self.torque, strict=True) for _ in t],
+            "torque_Nm": [x for t in self.torque for x in t],
+            "measured_arcmin": [x for m in self.measured for x in m],
+        }
+        for k, name in enumerate(("base", "base_and_effects")[: len(self.left)]):
+            columns[f"{name}_arcmin"] = [x for m in self.model for x in m[k]]
+            columns[f"{name}_residual_arcsec"] = [x for r in self.residual for x in r[k]]
+        return Table("runs", columns)
+
+
+def overlay_figure(before: Base, after: Base, floor_arcsec: float, name: str) -> Figure:
+    """Make the figure of the runs in which most was explained."""
+    data = Overlay(before, after, floor_arcsec, name)
+    caption = "Measured lost motion (grey) and the base (orange) against torque"
+    caption += ", and the base with what was added (blue). " if data.added else ". "
+    caption += (
+        f"Beneath each what is left of it, in arcsec; the grey band is the noise floor, ±"
+        f"{floor_arcsec:.3g} arcsec. "
+    )
+    if data.runs > len(data.shown):
+        caption += (
+            f"The {len(data.shown)} of {data.runs} runs in which most is "
+            + ("explained; " if data.added else "left; ")
+            + f"at most {POINTS_SHOWN} samples of each are drawn, the tests use all."
+        )
+    return Figure(
+        f"Runs of {name}: measured and modelled",
+        caption,
+        lambda width: draw_overlay(data, width),
+        data.table(),
+    )
+
+
+def draw_overlay(data: Overlay, width: float) -> str:
+    """Draw small multiples: three, two or one in a row."""
+    columns = min(3 if width > 600 else 1, len(data.shown))
+    left, gap, top, right = 52.0, 62.0, 46.0, 12.0
+    panel = (width - left - right - gap * (columns - 1)) / columns
+    high, strip = (170.0, 74.0) if width > 600 else (190.0, 84.0)
+    block = high + strip + 112
+    rows = -(-len(data.shown) // columns)
+    drawing = Drawing(width, top + rows * block - 24, f"Runs of {data.name}: measured and modelled")
+    _key(drawing, width, data.added)
+    most = max(float(np.max(np.abs(r[0]))) for r in data.residual)
+    most = 1.06 * max(most, 1.5 * data.floor)
+    for i in range(len(data.shown)):
+        x = left + (i % columns) * (panel + gap)
+        y = top + 22 + (i // columns) * block
+        _panel(drawing, data, i, (x, y, panel), (high, strip), most)
+    return drawing.render()
+
+
+def _key(drawing: Drawing, width: float, added: bool) -> None:
+    entries: Sequence[tuple[str, str]] = (("measured", SOFT), ("base", BEFORE))
+    if added:
+        entries = (*entries, ("with what was added", AFTER))
+    x = width - 12.0
+    for name, ink in reversed(entries):
+        drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")
+        x -= 1.1 * text_width(name, SMALL_SIZE) + 28
+        drawing.line((x, 12, x + 20, 12), ink, 2.0)
+        x -= 12
+
+
+def _panel(
+    drawing: Drawing,
+    data: Overlay,
+    i: int,
+    place: tuple[float, float, float],
+    size: tuple[float, float],
+    most: float,
+) -> None:
+    x, y, width = place
+    high, strip = size
+    torque = data.torque[i]
+    across = limits([float(torque.min()), float(torque.max())], 0.03)
+    every = np.concatenate([data.measured[i], *data.model[i]])
+    axes = Axes(
+        drawing, (x, y, width, high), across, limits([float(every.min()), float(every.max())])
+    )
+    axes.frame("", "arcmin", x_numbers=False, ticks=(width / 60, high / 45))
+    drawing.text(x + width, y - 10, f"run {data.labels[i]}", anchor="end", size=SMALL_SIZE)
+    axes.open()
+    axes.curve(torque, data.measured[i], SOFT, 1.1, opacity=0.7)
+    for k, model in enumerate(data.model[i]):
+        axes.curve(torque, model, (BEFORE, AFTER)[k], 1.2)
+    axes.close()
+    second = y + high + 30
+    below = Axes(drawing, (x, second, width, strip), across, (-most, most))
+    y0, y1 = float(below.y(data.floor)), float(below.y(-data.floor))
+    drawing.rectangle(x, y0, width, y1 - y0, GRID)
+    below.frame(
+        "torque, N·m",
+        "left, arcsec",
+        y_step=nice_step(2 * most, 3.4),
+        x_step=nice_step(across[1] - across[0], width / 60),
+    )
+    below.open()
+    for k, left in enumerate(data.residual[i]):
+        below.curve(torque, left, (BEFORE, AFTER)[k], 0.9, opacity=0.85)
+    below.close()
