@@ -125,7 +125,8 @@ class Axes:
                     fill=SOFT,
                 )
         d.line((left, bottom, right, bottom), SOFT)
-        d.text(left - 7, top - 10, y_label, size=SMALL_SIZE, fill=INK, anchor="start")
+        if y_label:
+            d.text(left - 7, top - 10, y_label, size=SMALL_SIZE, fill=INK, anchor="start")
         if x_label:
             d.text(right, bottom + 34, x_label, size=SMALL_SIZE, anchor="end")
 
