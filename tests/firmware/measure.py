@@ -1,11 +1,12 @@
 """Builds the runtime for every controller at hand and measures it under QEMU.
 
-    measure.py golden   the same bits on every target
-    measure.py cost     instructions, flash, RAM, stack and symbols against their limits
-    measure.py          both
+    measure.py golden        the same bits on every target
+    measure.py cost          instructions, flash, RAM, stack and symbols against their limits
+    measure.py cost --write  the same, and the page of the documentation that holds the table
 
-Prints one Markdown table; exits 1 when a figure passes its limit or a bit differs. A target whose
-compiler or emulator is missing is skipped with a notice, never in silence.
+Exits 1 when a figure passes its limit, a bit differs, or the page is not what was measured with the
+page's own compilers. A target whose compiler or emulator is missing is skipped with a notice, never
+in silence.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ FLAGS = [
     f"-I{TARGETS}",
     f"-I{HERE}",
 ]
+PAGE = ROOT / "bindings" / "python" / "docs" / "cost.md"
 SECONDS = 120
 """Limit of one run under the emulator."""
 
@@ -100,11 +102,17 @@ def riscv(name: str, march: str, mabi: str) -> Target:
         name,
         "riscv64-unknown-elf-gcc",
         # The older name of the instruction set holds the status registers without an extension.
-        (f"-march={march}", f"-mabi={mabi}", "-misa-spec=2.2", "-mcmodel=medany"),
+        (
+            f"-march={march}",
+            f"-mabi={mabi}",
+            "-misa-spec=2.2",
+            "-mcmodel=medany",
+            "--specs=picolibc.specs",
+        ),
         "qemu-system-riscv32",
         ("-M", "virt", "-bios", "none"),
         "riscv.c",
-        ("-nostartfiles", "--specs=picolibc.specs", f"-T{TARGETS / 'riscv.ld'}"),
+        ("-nostartfiles", f"-T{TARGETS / 'riscv.ld'}"),
     )
 
 
@@ -133,52 +141,31 @@ ALL = [
     Target("PowerPC big-endian", "powerpc-linux-gnu-gcc", ("-static",), "qemu-ppc"),
 ]
 
-STANDARD = ()
-GAP = ("-DLM_PROFILE=LM_PROFILE_GAP",)
-
-
-@dataclass(frozen=True)
-class Cost:
-    """One figure to measure, and what it may be at most."""
-
-    target: Target
-    profile: tuple[str, ...]
-    measure: int
-    instructions: int | None
-    stack_bytes: int | None
-    ratio: float | None = 1.5
-
-
-COSTS = [
-    Cost(M4F, STANDARD, 1, 200, 128),
-    Cost(M4F, STANDARD, 2, 320, 128),
-    Cost(M4F, GAP, 1, 50, 128),
-    Cost(M4F, GAP, 2, None, 128),
-    Cost(M0, STANDARD, 1, 4500, 128),
-    Cost(M0, STANDARD, 2, None, 128),
-    Cost(M0, GAP, 1, None, 128),
-    Cost(M7, STANDARD, 1, None, 128),
-    Cost(M7, STANDARD, 2, None, 128),
-    Cost(M33, STANDARD, 1, None, 128),
-    Cost(M33, STANDARD, 2, None, 128),
-    Cost(RV32, STANDARD, 1, None, None),
-    Cost(RV32, STANDARD, 2, None, None),
-    Cost(RV32F, STANDARD, 1, None, None),
-    Cost(RV32F, STANDARD, 2, None, None),
-]
-MEASURES = {1: "curve and plays", 2: "with limiter and status"}
+PROFILES = {"gap only": "GAP", "standard": "STANDARD", "full": "FULL"}
+STACK_MAX = 128
 RAM_MAX = 256
+RATIO_MAX = 1.5
+FLASH_MAX = 4096
+INSTRUCTIONS_MAX = {
+    ("Cortex-M4F", "standard"): (200, 320),
+    ("Cortex-M4F", "gap only"): (50, None),
+    ("Cortex-M0+", "standard"): (4500, None),
+}
+"""Most instructions of the model alone and of the whole step, by target and profile."""
 CORE = ["lm_start_compensator", "lm_step_compensator", "lm_set_mode", "lm_set_headroom"]
 """What every controller calls, the check of the parameters included."""
-OPTIONAL = [
+EVERYTHING = [
+    *CORE,
     "lm_bound_uncertainty",
     "lm_change_parameters",
     "lm_watch_output",
     "lm_save_compensator",
     "lm_restore_compensator",
 ]
-FLASH = [("core", CORE, 4096), ("everything", CORE + OPTIONAL, 5120)]
-"""Name, functions called, and bytes they may take with whatever they need."""
+MODEL, STEP = 1, 2
+"""What cost.c runs between the marks; 0 is nothing."""
+WINDOWS = 4000
+"""Steps that cost.c makes."""
 
 
 def run(command: list[object]) -> str:
@@ -188,6 +175,13 @@ def run(command: list[object]) -> str:
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(words)}\n{done.stdout}{done.stderr}")
     return done.stdout
+
+
+def library_of(profile: str) -> list[Path]:
+    """Sources that a profile compiles; only the full one holds effects."""
+    effects = [ROOT / "lib" / "runtime" / "effects_table.c"]
+    effects += [file for file in LIBRARY if file.parent.name == "effects"]
+    return [file for file in LIBRARY if profile == "FULL" or file not in effects]
 
 
 def build(target: Target, sources: list[Path], options: list[str], program: Path) -> None:
@@ -243,6 +237,8 @@ def check_golden(target: Target, folder: Path) -> bool:
         plays = 1 if profile == "GAP" else 8
         program = folder / "golden"
         options = ["-O2", f"-DLM_PROFILE=LM_PROFILE_{profile}", f"-DLM_PLAYS_MAX={plays}"]
+        if profile == "FULL" and "gcc" in target.compiler:
+            options.append("-ffp-contract=fast")  # which the sources overrule
         build(target, [HERE / "golden.c"], options, program)
         done = emulate(target, program, [])
         good = good and done.returncode == 0
@@ -264,40 +260,38 @@ def address(target: Target, program: Path, symbol: str) -> str:
     return "0x" + match[1]
 
 
-def count(cost: Cost, measure: int, plugin: Path, folder: Path) -> tuple[int, int, int]:
+def compile_library(target: Target, profile: str, optimize: str, folder: Path) -> list[Path]:
+    """Objects of the library without the effects' cards."""
+    folder.mkdir()
+    objects = []
+    for source in library_of(profile):
+        objects.append(folder / f"{source.stem}.o")
+        options = [optimize, f"-DLM_PROFILE=LM_PROFILE_{profile}", "-DLM_EFFECT_CARDS=0"]
+        run([target.compiler, *target.flags, *FLAGS, *options, "-c", source, "-o", objects[-1]])
+    return objects
+
+
+def count(
+    target: Target, profile: str, measure: int, objects: list[Path], plugin: Path, folder: Path
+) -> tuple[int, int, int]:
     """Least and most instructions between the marks, and bytes of stack."""
     program = folder / "cost.elf"
-    options = ["-O2", "-DLM_EFFECT_CARDS=0", f"-DMEASURE={measure}", *cost.profile]
-    build(cost.target, [HERE / "cost.c"], options, program)
-    marks = ",".join(
-        f"{name}={address(cost.target, program, f'mark_{name}')}" for name in ("begin", "end")
-    )
-    done = emulate(cost.target, program, ["-plugin", f"{plugin},{marks}"])
+    options = ["-O2", f"-DLM_PROFILE=LM_PROFILE_{profile}", f"-DMEASURE={measure}"]
+    start = [TARGETS / target.start, TARGETS / "print.c", HERE / "drive.c", HERE / "cost.c"]
+    command = [target.compiler, *target.flags, *FLAGS, *options, *start, *objects, *target.link]
+    run([*command, "-Wl,--gc-sections", "-o", program])
+    marks = ",".join(f"{name}={address(target, program, f'mark_{name}')}" for name in MARKS)
+    done = emulate(target, program, ["-plugin", f"{plugin},{marks}"])
     output = done.stdout + done.stderr
     windows = re.search(r"windows (\d+) least (\d+) most (\d+)", output)
     stack = re.search(r"stack (\d+)", output)
-    if done.returncode != 0 or windows is None or stack is None or windows[1] != "4000":
-        raise SystemExit(f"{cost.target.name}: {done.returncode}\n{output}")
+    good = done.returncode == 0 and windows is not None and stack is not None
+    if not good or int(windows[1]) != WINDOWS:
+        raise SystemExit(f"{target.name}: {done.returncode}\n{output}")
     return int(windows[2]), int(windows[3]), int(stack[1])
 
 
-def check_cost(cost: Cost, plugin: Path, folder: Path) -> tuple[bool, str]:
-    """Measure one figure; whether it holds, and its line of the table."""
-    marks, _, _ = count(cost, 0, plugin, folder)
-    least, most, stack = count(cost, cost.measure, plugin, folder)
-    least, most = least - marks, most - marks
-    good = (
-        (cost.instructions is None or most <= cost.instructions)
-        and (cost.stack_bytes is None or stack <= cost.stack_bytes)
-        and (cost.ratio is None or most <= cost.ratio * least)
-    )
-    profile = "gap only" if cost.profile == GAP else "standard"
-    limit = "" if cost.instructions is None else f" (limit {cost.instructions})"
-    line = (
-        f"| {cost.target.name} | {profile}, {MEASURES[cost.measure]} | {least} | {most}{limit} |"
-        f" {most / least:.2f} | {stack} |"
-    )
-    return good, line + ("" if good else " **over its limit**")
+MARKS = ("begin", "end")
 
 
 def measure_flash(
@@ -316,44 +310,119 @@ def measure_flash(
     return total
 
 
-def check_size(target: Target, folder: Path) -> tuple[bool, str]:
-    """Flash, RAM, variables and undefined symbols of the standard profile at -Os."""
-    objects = []
-    for source in LIBRARY:
-        objects.append(folder / f"{source.stem}.o")
-        options = ["-Os", "-DLM_EFFECT_CARDS=0", "-c", source, "-o", objects[-1]]
-        run([target.compiler, *target.flags, *FLAGS, *options])
-    nm = target.compiler.replace("gcc", "nm")
-    undefined = set(re.findall(r"^\s+U (\w+)$", run([nm, "-u", *objects]), re.MULTILINE))
-    defined = set(
-        re.findall(r"^\S+ [A-Z] (\w+)$", run([nm, "--defined-only", *objects]), re.MULTILINE)
-    )
-    foreign = sorted(undefined - defined - {"memcpy", "memset", "memmove", "memcmp"})
+def sizes_of(target: Target, profile: str, folder: Path) -> dict[str, int]:
+    """Bytes of an instance and of its parameters."""
     probe = folder / "sizes.c"
     probe.write_text(
         '#include "lostmotion/runtime.h"\n'
         "char instance[sizeof(lm_compensator)]; char parameters[sizeof(lm_parameters)];\n"
     )
-    run([target.compiler, *target.flags, *FLAGS, "-c", probe, "-o", folder / "sizes.o"])
-    table = run([nm, "-S", folder / "sizes.o"])
-    held = {
-        name: int(size, 16)
-        for size, name in re.findall(r"^\S+ (\S+) \w (\w+)$", table, re.MULTILINE)
-    }
-    good = held["instance"] <= RAM_MAX and (not foreign or "-mfpu" not in " ".join(target.flags))
-    cells = []
-    for _, called, limit in FLASH:
-        total = measure_flash(target, objects, called, folder)
-        flash = total["text"] + total["rodata"]
-        limited = target is M4F
-        good = good and total["data"] + total["bss"] == 0 and (not limited or flash <= limit)
-        cells.append(f"{flash} (limit {limit})" if limited else f"{flash}")
-    line = (
-        f"| {target.name} | {' | '.join(cells)} | {held['parameters']} |"
-        f" {held['instance']} (limit {RAM_MAX}) | {total['data'] + total['bss']} |"
-        f" {', '.join(foreign) or 'none'} |"
-    )
-    return good, line + ("" if good else " **over its limit**")
+    options = [f"-DLM_PROFILE=LM_PROFILE_{profile}"]
+    run([target.compiler, *target.flags, *FLAGS, *options, "-c", probe, "-o", folder / "sizes.o"])
+    table = run([target.compiler.replace("gcc", "nm"), "-S", folder / "sizes.o"])
+    found = re.findall(r"^\S+ (\S+) \w (\w+)$", table, re.MULTILINE)
+    return {name: int(size, 16) for size, name in found}
+
+
+def foreign_symbols(target: Target, objects: list[Path]) -> list[str]:
+    """What the library wants from elsewhere."""
+    nm = target.compiler.replace("gcc", "nm")
+    undefined = set(re.findall(r"^\s+U (\w+)$", run([nm, "-u", *objects]), re.MULTILINE))
+    table = run([nm, "--defined-only", *objects])
+    defined = set(re.findall(r"^\S+ [A-Z] (\w+)$", table, re.MULTILINE))
+    return sorted(undefined - defined)
+
+
+@dataclass
+class Row:
+    """Everything that is measured of one profile on one target."""
+
+    target: Target
+    profile: str
+    flash: tuple[int, int]
+    parameters: int
+    ram: int
+    variables: int
+    stack: int
+    model: tuple[int, int]
+    step: tuple[int, int]
+    foreign: list[str]
+
+    def faults(self) -> list[str]:
+        """What passes its limit."""
+        key = (self.target.name, self.profile)
+        model, step = INSTRUCTIONS_MAX.get(key, (None, None))
+        allowed = () if self.target is M4F else ("memcpy",)
+        names = [name for name in self.foreign if not helper(name) and name not in allowed]
+        limited = [
+            ("instructions of the model", self.model[1], model),
+            ("instructions of the step", self.step[1], step),
+            ("greatest over least, model", self.model[1] / self.model[0], RATIO_MAX),
+            ("greatest over least, step", self.step[1] / self.step[0], RATIO_MAX),
+            ("bytes of .data and .bss", self.variables, 0),
+        ]
+        if self.profile != "full":
+            limited += [
+                ("bytes of stack", self.stack, STACK_MAX),
+                ("bytes of RAM", self.ram, RAM_MAX),
+                ("symbols from elsewhere", len(names), 0),
+            ]
+        if key == ("Cortex-M4F", "standard"):
+            limited.append(("bytes of flash", self.flash[0], FLASH_MAX))
+        return [
+            f"{self.target.name}, {self.profile}: {value:.6g} {name}, at most {most}"
+            for name, value, most in limited
+            if most is not None and value > most
+        ]
+
+    def cells(self) -> str:
+        """Line of the table."""
+        names = [name for name in self.foreign if not helper(name)]
+        if len(names) < len(self.foreign):
+            names.append(f"{len(self.foreign) - len(names)} of soft float")
+        spans = (f"{a} to {b} | {b / a:.2f}" for a, b in (self.model, self.step))
+        return (
+            f"| {self.target.name} | {self.profile} | {self.flash[0]} | {self.flash[1]} |"
+            f" {self.parameters} | {self.ram} | {self.variables} | {self.stack} |"
+            f" {' | '.join(spans)} | {', '.join(names) or 'none'} |"
+        )
+
+
+HEAD = """\
+| target | profile | flash | with the rest | parameters | RAM | .data + .bss | stack | model \
+| ratio | step | ratio | symbols |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
+"""
+
+
+def helper(name: str) -> bool:
+    """Whether a symbol is arithmetic that the compiler's own library does without an FPU."""
+    return re.fullmatch(r"__aeabi_\w+|__\w+[sd]f[23i]?\w*|__\w+si\w*", name) is not None
+
+
+def measure_row(target: Target, name: str, plugin: Path, folder: Path) -> Row:
+    """Measure one profile on one target."""
+    profile = PROFILES[name]
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        place = Path(own)
+        fast = compile_library(target, profile, "-O2", place / "fast")
+        small = compile_library(target, profile, "-Os", place / "small")
+        marks, *_ = count(target, profile, 0, fast, plugin, place)
+        spans = [count(target, profile, what, fast, plugin, place) for what in (MODEL, STEP)]
+        flash = [measure_flash(target, small, called, place) for called in (CORE, EVERYTHING)]
+        sizes = sizes_of(target, profile, place)
+        return Row(
+            target,
+            name,
+            (flash[0]["text"] + flash[0]["rodata"], flash[1]["text"] + flash[1]["rodata"]),
+            sizes["parameters"],
+            sizes["instance"],
+            flash[1]["data"] + flash[1]["bss"],
+            max(stack for *_, stack in spans),
+            (spans[0][0] - marks, spans[0][1] - marks),
+            (spans[1][0] - marks, spans[1][1] - marks),
+            foreign_symbols(target, small),
+        )
 
 
 def usable(targets: list[Target]) -> list[Target]:
@@ -364,46 +433,89 @@ def usable(targets: list[Target]) -> list[Target]:
     return [target for target in targets if not target.missing()]
 
 
-def measure_costs(folder: Path) -> bool:
-    """Print the tables; whether every figure holds."""
+def version_of(program: str) -> str:
+    """First line of what a program says of itself."""
+    return run([program, "--version"]).splitlines()[0]
+
+
+INTRODUCTION = f"""\
+# What it costs
+
+Made by `tests/firmware/measure.py cost --write`; the tests measure everything again and fail where
+a figure passes its limit.
+
+Instructions are counted in QEMU, from the least to the most of {WINDOWS} steps that reverse, jump,
+rest, leave the limits and bind every limit of the correction, at `-O2`. *model* is the curve and
+the plays (`lm_step_model`), *step* all of `lm_step_compensator` with limits and status. The stack
+is what one step overwrites, the compiler's soft-float helpers included. Flash is at `-Os`: check of
+the parameters, start, step, mode and headroom; *with the rest* adds the uncertainty, the watch,
+change of parameters, save and restore. *parameters* is their constant struct, in flash as well;
+*RAM* one instance. All sizes are in bytes. *symbols* are what the objects want from elsewhere.
+
+The full profile is measured without an effect at work. Its 64 knots, 16 plays and 32 numbers of
+effect memory are beyond the limits that the other two are held to.
+
+Limits: model and step on the Cortex-M4F at most 200 and 320 instructions (gap only: model 50),
+model on the Cortex-M0+ at most 4500; most over least at most {RATIO_MAX}; flash on the Cortex-M4F
+at most {FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX}, `.data` and `.bss` none;
+symbols none on the Cortex-M4F, on the others soft float and memcpy.
+
+"""
+
+
+def make_page(rows: list[Row]) -> str:
+    """The page of the documentation."""
+    programs = [row.target.compiler for row in rows] + [row.target.emulator for row in rows]
+    versions = "".join(f"* {line}\n" for line in dict.fromkeys(map(version_of, programs)))
+    table = HEAD + "".join(row.cells() + "\n" for row in rows)
+    return f"{INTRODUCTION}{table}\nMeasured with:\n\n{versions}"
+
+
+def stale(page: str) -> str:
+    """What is wrong with the page in the documentation, or why it cannot be compared."""
+    kept = PAGE.read_text() if PAGE.is_file() else ""
+    if kept == page:
+        return ""
+    versions = [text.partition("\nMeasured with:\n")[2] for text in (kept, page)]
+    if kept and versions[0] != versions[1]:
+        print(f"not compared with {PAGE.name}, which was measured with:{versions[0]}")
+        return ""
+    return f"{PAGE.relative_to(ROOT)} is not what is measured: run measure.py cost --write\n"
+
+
+def measure_costs(folder: Path, *, write: bool) -> bool:
+    """Print the table, or write it; whether every figure holds and the page says the same."""
     plugin = folder / "count_instructions.so"
     run(["gcc", "-O2", "-fPIC", "-shared", HERE / "count_instructions.c", "-o", plugin])
-    there = usable([M4F, M0, M7, M33, RV32, RV32F])
-    good = True
-    print("| target | one step | least instructions | most | ratio | stack, bytes |")
-    print("| --- | --- | --- | --- | --- | --- |")
-    for cost in COSTS:
-        if cost.target in there:
-            held, line = check_cost(cost, plugin, folder)
-            good = good and held
-            print(line, flush=True)
-    print()
-    print(
-        "| target | flash at -Os, bytes: start, step, mode, headroom | everything | parameters"
-        " | RAM an instance | .data + .bss | helpers called |"
-    )
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for target in (M4F, M0):
-        if target in there:
-            held, line = check_size(target, folder)
-            good = good and held
-            print(line, flush=True)
-    return good
+    every = [M4F, M0, M7, M33, RV32, RV32F]
+    there = usable(every)
+    rows = [measure_row(target, name, plugin, folder) for target in there for name in PROFILES]
+    page = make_page(rows)
+    print(page[len(INTRODUCTION) :])
+    faults = [fault for row in rows for fault in row.faults()]
+    if write:
+        PAGE.write_text(page)
+    elif there == every and (wrong := stale(page)):
+        faults.append(wrong)
+    for fault in faults:
+        print(fault)
+    return not faults
 
 
 def main() -> int:
     """Run what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", nargs="?", choices=("golden", "cost"))
-    what = parser.parse_args().what
+    parser.add_argument("--write", action="store_true", help="write the page of the documentation")
+    arguments = parser.parse_args()
     good = True
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        if what != "cost":
+        if arguments.what != "cost":
             for target in usable(ALL):
                 good = check_golden(target, folder) and good
-        if what != "golden":
-            good = measure_costs(folder) and good
+        if arguments.what != "golden":
+            good = measure_costs(folder, write=arguments.write) and good
     return 0 if good else 1
 
 
