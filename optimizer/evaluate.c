@@ -392,22 +392,51 @@ static lm_real gap_row(const lm_problem *problem, const tolerance_state *toleran
   return LM_REAL(problem->bounds.gap_min_arcmin) - clearance / ARCMIN;
 }
 
+/* The end of one flank's overlap between two neighbouring angles; a row that does not bind when
+ * there is none. */
+static lm_real end_row(const lm_problem *problem, const tolerance_state *tolerance,
+                       const lm_mesh *mesh, const lm_gap *gap, lm_real angle, const lm_gap *before,
+                       lm_real angle_before, int forward) {
+  lm_clearance_end end;
+  if (!real_isfinite(before->gap_rad) || real_isfinite(gap->gap_rad)) {
+    return LM_REAL(-LM_GAP_FREE_ARCMIN);
+  }
+  end = lm_find_overlap_end(mesh, angle_before, angle, forward);
+  return gap_row(problem, tolerance, &end.gap);
+}
+
+/* Angle slowest, then section, then flank; last the ends of the overlap. The angles that count from
+ * the axis stand first and rise. */
 static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
                          const tolerance_state *tolerance, const lm_design_workspace *workspace,
                          lm_real row[]) {
   const lm_real junction = workspace->meshes[0].line.shape.contact_half_angle_rad;
-  int next = 0;
-  int i;
+  const int sections = drive->axial_sections;
+  lm_real *ends = row + 2 * scan->count * sections;
   int section;
-  for (i = 0; i < scan->count; i++) {
-    lm_real angle = LM_REAL(scan->angle[i].offset_rad);
-    if (scan->angle[i].from_junction) {
-      angle += junction;
-    }
-    for (section = 0; section < drive->axial_sections; section++) {
-      const lm_clearance clearance = lm_tooth_clearance(&workspace->meshes[section], angle);
-      row[next++] = gap_row(problem, tolerance, &clearance.forward);
-      row[next++] = gap_row(problem, tolerance, &clearance.backward);
+  int i;
+  for (section = 0; section < sections; section++) {
+    const lm_mesh *mesh = &workspace->meshes[section];
+    lm_clearance before = lm_tooth_clearance(mesh, LM_REAL(0));
+    ends[2 * section] = LM_REAL(-LM_GAP_FREE_ARCMIN);
+    ends[2 * section + 1] = LM_REAL(-LM_GAP_FREE_ARCMIN);
+    for (i = 0; i < scan->count; i++) {
+      const lm_real angle = LM_REAL(scan->angle[i].offset_rad) +
+                            (scan->angle[i].from_junction ? junction : LM_REAL(0));
+      const lm_clearance clearance = lm_tooth_clearance(mesh, angle);
+      lm_real *pair = row + 2 * (i * sections + section);
+      pair[0] = gap_row(problem, tolerance, &clearance.forward);
+      pair[1] = gap_row(problem, tolerance, &clearance.backward);
+      if (i > 0 && i < scan->rising) {
+        const lm_real last = LM_REAL(scan->angle[i - 1].offset_rad);
+        ends[2 * section] = larger(
+            ends[2 * section],
+            end_row(problem, tolerance, mesh, &clearance.forward, angle, &before.forward, last, 1));
+        ends[2 * section + 1] =
+            larger(ends[2 * section + 1], end_row(problem, tolerance, mesh, &clearance.backward,
+                                                  angle, &before.backward, last, 0));
+      }
+      before = clearance;
     }
   }
 }

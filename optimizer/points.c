@@ -405,6 +405,7 @@ void lm_default_scan(lm_scan *scan) {
     scan->angle[scan->count].from_junction = 0;
     scan->count++;
   }
+  scan->rising = scan->count;
   for (i = 0; i < 4; i++) {
     scan->angle[scan->count].offset_rad = about_junction[i] * DEGREE;
     scan->angle[scan->count].from_junction = 1;
@@ -429,7 +430,7 @@ void lm_lay_out(const lm_problem *problem, const lm_scan *scan, lm_layout *layou
   }
   layout->single_start = next;
   layout->gap_start = next + LM_SINGLE_ROWS;
-  layout->gap_count = 2 * scan->count * sections;
+  layout->gap_count = 2 * (scan->count + 1) * sections;
   layout->count = layout->gap_start + layout->gap_count;
 }
 
@@ -479,6 +480,11 @@ static lm_status check_result(const lm_problem *problem, const lm_layout *layout
     }
   }
   return LM_OK;
+}
+
+void lm_point_values(const lm_problem *problem, int combination, const double unit[],
+                     double value[LM_KEY_COUNT]) {
+  lm_fill_values(problem, combination, unit, value);
 }
 
 lm_status lm_point_drive(const lm_problem *problem, int combination, const double unit[],
@@ -581,26 +587,43 @@ static double largest_gap_row(const lm_layout *layout, const double result[]) {
   return largest;
 }
 
+/* Move a range by a number of its own units; what a bound leaves of that. */
+static double move_range(const lm_range *range, double by, double *unit) {
+  const double before = *unit;
+  const double moved = before + by / (range->high - range->low);
+  *unit = moved < 0.0 ? 0.0 : moved > 1.0 ? 1.0 : moved;
+  return (*unit - before) * (range->high - range->low);
+}
+
 /* Turn of a flank by a shift of one module, 2 tan(alpha) / z on either side (involute.h). */
-int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
-                 const double result[], double unit[]) {
+int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]) {
   const int range = closing_range(problem, combination);
-  const double row = largest_gap_row(layout, result);
   double value[LM_KEY_COUNT];
   double moved;
   double teeth;
+  int i;
   if (range < 0) {
     return 0;
   }
   lm_fill_values(problem, combination, unit, value);
   teeth = value[LM_KEY_FLEXSPLINE_TEETH] + (value[LM_KEY_DEFORMATION] > 0.5 ? 0 : 2);
-  moved = unit[range] + row * ARCMIN * teeth /
-                            (2 * tan(value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE)) /
-                            (problem->range[range].high - problem->range[range].low);
-  moved = moved < 0.0 ? 0.0 : moved > 1.0 ? 1.0 : moved;
-  if (fabs(moved - unit[range]) < 1e-9) {
+  moved =
+      move_range(&problem->range[range],
+                 by_arcmin * ARCMIN * teeth / (2 * tan(value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE)),
+                 &unit[range]);
+  if (fabs(moved) < 1e-9) {
     return 0;
   }
-  unit[range] = moved;
+  /* The rigid gear stays, also where its shift is told by the difference to the flexspline's. */
+  for (i = 0; i < problem->range_count && value[LM_KEY_DEFORMATION] > 0.5; i++) {
+    if (problem->range[i].key == LM_KEY_SHIFT_DIFFERENCE) {
+      (void)move_range(&problem->range[i], -moved, &unit[i]);
+    }
+  }
   return 1;
+}
+
+int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
+                 const double result[], double unit[]) {
+  return lm_open_gap(problem, combination, largest_gap_row(layout, result), unit);
 }

@@ -80,6 +80,10 @@ lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
                              double result[], double slope[], lm_workspace *workspace,
                              lm_fault *fault);
 
+/* The values of all keys at a point, 0 where lm_complete_drive decides. */
+void lm_point_values(const lm_problem *problem, int combination, const double unit[],
+                     double value[LM_KEY_COUNT]);
+
 /* The completed drive of a point. Errors as lm_check_drive. */
 lm_status lm_point_drive(const lm_problem *problem, int combination, const double unit[],
                          lm_drive *drive, lm_fault *fault);
@@ -91,9 +95,12 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
 
 /* Move the shift that moves all side clearances alike (rigid gear, internal deformation;
- * flexspline, external) by what brings the smallest gap of result[], evaluated at this point, to
- * the smallest allowed one. 0: nothing to move, or no such range. Exact for internal deformation
- * where the smallest gap stays the same pair's and no bound of the range is met. */
+ * flexspline, external) so that they grow by so much (< 0: shrink). 0: nothing to move, or no such
+ * range. Exact for internal deformation where no bound of the range is met. */
+int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]);
+
+/* The same by what brings the smallest gap of result[], evaluated at this point, to the smallest
+ * allowed one. */
 int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
                  const double result[], double unit[]);
 

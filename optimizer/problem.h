@@ -206,21 +206,23 @@ typedef struct lm_gap_angle {
 
 typedef struct lm_scan {
   int count;
+  int rising; /* so many of the first angles count from the axis and rise */
   lm_gap_angle angle[LM_ANGLE_MAX];
   int nodes; /* of the neutral line */
 } lm_scan;
 
 /* Where the results of one evaluation stand: the branches of each figure (the figure is the largest
- * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and section. */
+ * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and section, and
+ * for each end of the overlap. */
 #define LM_BRANCH_MAX (3 * LM_PHASE_MAX + LM_PHASE_MAX * (LM_PHASE_MAX - 1) + 2)
-#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * LM_ANGLE_MAX * LM_SECTION_MAX)
+#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * (LM_ANGLE_MAX + 1) * LM_SECTION_MAX)
 
 typedef struct lm_layout {
   int figure_start[LM_FIGURE_COUNT];
   int figure_count[LM_FIGURE_COUNT];
   int single_start;
   int gap_start;
-  int gap_count; /* angle slowest, then section, then forward, backward */
+  int gap_count; /* angle slowest, then section, then forward, backward; last the ends */
   int count;
 } lm_layout;
 

@@ -491,6 +491,28 @@ static int find_fine_gap(solver *s, const double unit[], double *gap_arcmin, dou
   return 1;
 }
 
+/* Where the teeth part, a gap may be smallest at the end of the overlap, which moves with the
+ * design: no angle of a scan holds it. What is missing there is made up by the shift that opens all
+ * gaps alike. */
+static void open_fine_gap(solver *s) {
+  int round;
+  for (round = 0; round < 4 && s->answer->computed && !s->interrupted; round++) {
+    double gap;
+    double angle;
+    double unit[LM_FREE_MAX];
+    memcpy(unit, s->answer->unit, sizeof unit);
+    if (!find_fine_gap(s, unit, &gap, &angle) ||
+        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE ||
+        !lm_open_gap(s->problem, s->combination, s->problem->bounds.gap_min_arcmin - gap, unit)) {
+      return;
+    }
+    s->known = 0;
+    s->answer->computed = 0;
+    s->answer->found_count = 0;
+    (void)evaluate(s, unit, 0);
+  }
+}
+
 /* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
  * the scan: the exchange method for limits that hold along a line. */
 static void solve_exactly(solver *s, const double start[]) {
@@ -514,6 +536,7 @@ static void solve_exactly(solver *s, const double start[]) {
     s->answer->found_count = 0;
     run_slsqp(s, from);
   }
+  open_fine_gap(s);
 }
 
 /* Whole grades one after the other, each with the better of its neighbours while the rest moves;

@@ -77,6 +77,28 @@ static void refine(const lm_mesh meshes[], lm_real step, lm_smallest_gap *smalle
   }
 }
 
+/* One flank of one sample, and the end of its overlap between it and the sample before: the gap
+ * jumps there, and may be smallest at the very end. */
+static void look_at_flank(const lm_mesh *mesh, lm_real gap, lm_real angle, lm_real gap_before,
+                          lm_real angle_before, int section, int forward,
+                          lm_smallest_gap *smallest) {
+  keep_smaller(smallest, gap, angle, section, forward);
+  if (real_isfinite(gap) != real_isfinite(gap_before)) {
+    const int overlaps = real_isfinite(gap);
+    const lm_clearance_end end = lm_find_overlap_end(mesh, overlaps ? angle : angle_before,
+                                                     overlaps ? angle_before : angle, forward);
+    keep_smaller(smallest, end.gap.gap_rad, end.angle_rad, section, forward);
+  }
+}
+
+static void look_at_sample(const lm_mesh *mesh, const lm_clearance *now, const lm_clearance *before,
+                           int section, lm_smallest_gap *smallest) {
+  look_at_flank(mesh, now->forward.gap_rad, now->angle_rad, before->forward.gap_rad,
+                before->angle_rad, section, 1, smallest);
+  look_at_flank(mesh, now->backward.gap_rad, now->angle_rad, before->backward.gap_rad,
+                before->angle_rad, section, 0, smallest);
+}
+
 static lm_smallest_gap nothing_found(void) {
   lm_smallest_gap none;
   none.gap_rad = REAL_INFINITY;
@@ -118,11 +140,11 @@ lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_p
   steps = (meshes[0].geometry.flexspline_teeth * steps_per_pitch + 3) / 4;
   step = HALF_PI / LM_REAL(steps);
   for (section = 0; section < sections; section++) {
+    lm_clearance before = lm_tooth_clearance(&meshes[section], LM_REAL(0));
     for (i = 0; i <= steps; i++) {
-      const lm_real angle = step * LM_REAL(i);
-      const lm_clearance clearance = lm_tooth_clearance(&meshes[section], angle);
-      keep_smaller(&found, clearance.forward.gap_rad, angle, section, 1);
-      keep_smaller(&found, clearance.backward.gap_rad, angle, section, 0);
+      const lm_clearance clearance = lm_tooth_clearance(&meshes[section], step * LM_REAL(i));
+      look_at_sample(&meshes[section], &clearance, &before, section, &found);
+      before = clearance;
     }
   }
   return report_smallest(meshes, step, found, smallest, fault);
@@ -150,8 +172,7 @@ lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,
   for (section = 0; section < sections; section++) {
     for (i = count / 2; i < count; i++) {
       const lm_clearance *c = &swept[section][i];
-      keep_smaller(&found, c->forward.gap_rad, c->angle_rad, section, 1);
-      keep_smaller(&found, c->backward.gap_rad, c->angle_rad, section, 0);
+      look_at_sample(&meshes[section], c, i > count / 2 ? c - 1 : c, section, &found);
     }
   }
   steps = meshes[0].geometry.flexspline_teeth * phases / 4;

@@ -113,18 +113,27 @@ static lm_gap no_overlap(void) {
 }
 
 /* Where the slope of the gap passes from falling to rising between two flank points: regula falsi
- * with the Illinois correction, which keeps the bracket. */
+ * with the Illinois correction, which keeps the bracket, and two steps of Newton with one
+ * curvature. The bracket may end in rounding, where the chord's slope means nothing; Newton's steps
+ * leave of whatever error it has the square of what the curvature is wrong by, in the value as in
+ * its derivatives by the dimensions of the drive. */
+#define ILLINOIS_STEPS 4
+#define NEWTON_STEPS 2
+#define CURVATURE_SHARE LM_REAL(0.015625) /* of the bracket */
+
 static flank_point interior_minimum(const flank_pair *pair, const flank_point *low,
                                     const flank_point *high) {
+  const lm_real width = CURVATURE_SHARE * (high->foot_mm - low->foot_mm);
   lm_real a = low->foot_mm;
   lm_real b = high->foot_mm;
   lm_real slope_a = low->gap_slope;
   lm_real slope_b = high->gap_slope;
   lm_real rho = (a * slope_b - b * slope_a) / (slope_b - slope_a);
+  lm_real curvature;
   flank_point middle = evaluate_flank(pair, rho);
   int side = 0; /* which end the last round replaced */
   int i;
-  for (i = 0; i < 6; i++) {
+  for (i = 0; i < ILLINOIS_STEPS; i++) {
     if (middle.gap_slope < LM_REAL(0)) {
       a = rho;
       slope_a = middle.gap_slope;
@@ -137,6 +146,13 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
       side = 1;
     }
     rho = (a * slope_b - b * slope_a) / (slope_b - slope_a);
+    middle = evaluate_flank(pair, rho);
+  }
+  curvature =
+      (evaluate_flank(pair, rho + width).gap_slope - evaluate_flank(pair, rho - width).gap_slope) /
+      (LM_REAL(2) * width);
+  for (i = 0; i < NEWTON_STEPS && curvature > LM_REAL(0); i++) {
+    rho -= middle.gap_slope / curvature;
     middle = evaluate_flank(pair, rho);
   }
   return middle;
@@ -223,19 +239,81 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
   return status;
 }
 
-lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
-  lm_clearance clearance;
+static flank_pair place_pair(const lm_mesh *mesh, lm_real angle_rad, int forward) {
   flank_pair pair;
   pair.mesh = mesh;
   pair.place = lm_place_tooth(&mesh->line, angle_rad);
   pair.lead_rad = pair.place.lead_rad + fold_half_turn(angle_rad) * mesh->geometry.lead_per_angle;
   pair.closing = mesh->line.sense;
+  pair.side = forward ? mesh->line.sense : -mesh->line.sense;
+  return pair;
+}
+
+lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad) {
+  lm_clearance clearance;
+  flank_pair pair = place_pair(mesh, angle_rad, 1);
   clearance.angle_rad = angle_rad;
-  pair.side = mesh->line.sense;
   clearance.forward = flank_gap(&pair);
   pair.side = -mesh->line.sense;
   clearance.backward = flank_gap(&pair);
   return clearance;
+}
+
+/* The tip that leaves the overlap first, and how far it still reaches into the other gear. */
+static lm_real overlap_depth(const flank_pair *pair) {
+  const lm_mesh *mesh = pair->mesh;
+  return mesh->line.sense > LM_REAL(0) ? polar_radius(pair, &mesh->high) - mesh->polar_low_mm
+                                       : mesh->polar_high_mm - polar_radius(pair, &mesh->low);
+}
+
+static lm_real depth_at(const lm_mesh *mesh, lm_real angle_rad, int forward) {
+  const flank_pair pair = place_pair(mesh, angle_rad, forward);
+  return overlap_depth(&pair);
+}
+
+/* Regula falsi with the Illinois correction, then Newton with one slope, as interior_minimum. */
+lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm_real outside_rad,
+                                     int forward) {
+  const lm_real width = CURVATURE_SHARE * (outside_rad - inside_rad);
+  lm_real a = inside_rad;
+  lm_real b = outside_rad;
+  lm_real depth_a = depth_at(mesh, a, forward);
+  lm_real depth_b = depth_at(mesh, b, forward);
+  lm_real angle = (a * depth_b - b * depth_a) / (depth_b - depth_a);
+  lm_real depth = depth_at(mesh, angle, forward);
+  lm_real slope;
+  lm_clearance_end end;
+  flank_pair pair;
+  flank_point tip;
+  int side = 0;
+  int i;
+  for (i = 0; i < ILLINOIS_STEPS; i++) {
+    if (depth > LM_REAL(0)) {
+      a = angle;
+      depth_a = depth;
+      depth_b = side == -1 ? depth_b / LM_REAL(2) : depth_b;
+      side = -1;
+    } else {
+      b = angle;
+      depth_b = depth;
+      depth_a = side == 1 ? depth_a / LM_REAL(2) : depth_a;
+      side = 1;
+    }
+    angle = (a * depth_b - b * depth_a) / (depth_b - depth_a);
+    depth = depth_at(mesh, angle, forward);
+  }
+  slope = (depth_at(mesh, angle + width, forward) - depth_at(mesh, angle - width, forward)) /
+          (LM_REAL(2) * width);
+  for (i = 0; i < NEWTON_STEPS; i++) {
+    angle -= depth_at(mesh, angle, forward) / slope;
+  }
+  pair = place_pair(mesh, angle, forward);
+  tip = evaluate_foot(&pair, mesh->line.sense > LM_REAL(0) ? &mesh->high : &mesh->low);
+  end.angle_rad = angle;
+  end.gap.gap_rad = tip.gap_rad;
+  end.gap.radius_mm = tip.radius_mm;
+  end.gap.flank_angle_rad = tip.flank_angle_rad;
+  return end;
 }
 
 static lm_status check_pointers(const lm_mesh *mesh, const lm_clearance clearances[],

@@ -109,20 +109,14 @@ static void add_results(norm *sum, int first, int count, double weight) {
   }
 }
 
-/* Largest relative difference of a design. Where two flanks touch nearly along a line, the
- * iteration that finds the touching point ends in rounding, and so does its derivative: few designs
- * pass 1e-12 in either number type, by no more than this. */
-#define DEGENERATE_BOUND 1e-8
-#define DEGENERATE_DESIGNS 5
-
-static double worst_of_design;
+/* Largest relative difference to the complex step. */
+#define SLOPE_BOUND 1e-12
 
 static void check_norm(const norm *sum, const char *kind, const char *text) {
   const double relative = sum->size > 0 ? sqrt(sum->difference / sum->size) : sum->difference;
   char message[160];
   snprintf(message, sizeof message, "%s, %s", kind, text);
-  TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(DEGENERATE_BOUND, 0, relative, message);
-  worst_of_design = relative > worst_of_design ? relative : worst_of_design;
+  TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(SLOPE_BOUND, 0, relative, message);
 }
 
 /* Every kind of result as one matrix of derivatives: output angles under load in arcmin, side
@@ -161,7 +155,6 @@ static void compare_design(const char *text) {
 static void compare(lm_generator_type type) {
   uint32_t seed = 1000u + (uint32_t)type;
   int compared = 0;
-  int degenerate = 0;
   int draws = 0;
   start(type);
   while (compared < 200 && draws < 2000) {
@@ -180,14 +173,11 @@ static void compare(lm_generator_type type) {
           LM_OK, lm_complex_evaluate(&problem, &scan, &layout, 0, unit, oracle_result, oracle_slope,
                                      oracle, &input));
       snprintf(text, sizeof text, "generator %d, design %d", (int)type, draws);
-      worst_of_design = 0;
       compare_design(text);
-      degenerate += worst_of_design > 1e-12;
       compared++;
     }
   }
   TEST_ASSERT_EQUAL_INT(200, compared);
-  TEST_ASSERT_LESS_OR_EQUAL_INT(DEGENERATE_DESIGNS, degenerate);
 }
 
 static void test_cosine_cam(void) {

@@ -73,6 +73,18 @@ lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
 
+/* Where one flank of a tooth leaves the overlap, and the gap there, tip against tip. */
+typedef struct lm_clearance_end {
+  lm_real angle_rad;
+  lm_gap gap;
+} lm_clearance_end;
+
+/* The end of the overlap between two material angles less than a few degrees apart, at one of which
+ * the flank overlaps (its gap is finite) and at the other not. The gap jumps there to infinity, and
+ * may be smallest there. */
+lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm_real outside_rad,
+                                     int forward);
+
 /* Clearances of every tooth of one lobe: teeth at 2 pi k / z + phase_rad with |angle| <= 90 deg, in
  * rising order. phase_rad: tooth phase of the generator, any finite value (period 2 pi / z).
  * capacity: length of clearances[], at least LM_LOBE_TEETH_MAX is always enough.

@@ -74,6 +74,7 @@
 #define lm_find_effect lm_find_effect_f32
 #define lm_find_greatest_slope lm_find_greatest_slope_f32
 #define lm_find_least_slope lm_find_least_slope_f32
+#define lm_find_overlap_end lm_find_overlap_end_f32
 #define lm_find_play_radius lm_find_play_radius_f32
 #define lm_find_smallest_gap lm_find_smallest_gap_f32
 #define lm_foundation_compliance lm_foundation_compliance_f32

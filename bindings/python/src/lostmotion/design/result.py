@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lostmotion.design.engine import engine, figure_value, figures, limits
+from lostmotion.design.engine import engine, figure_value, figures, limits, text_of
 from lostmotion.design.spec import Spec
 
 if sys.version_info >= (3, 11):
@@ -95,6 +95,12 @@ class Designs:
         self.lib.lm_lay_out(problem, self.scan, self.layout)
         self.result = self.ffi.new("double[]", self.layout.count)
         self.workspace = self.ffi.gc(self.lib.lm_create_workspace(), self.lib.lm_free_workspace)
+
+    def key_name(self, key: int) -> str:
+        """Dotted key of a number of `lm_key`."""
+        text = self.ffi.new("char[]", self.lib.LM_KEY_NAME_MAX)
+        self.lib.lm_write_key(key, text)
+        return text_of(text)
 
     def objectives(self, found: Any) -> list[float]:
         """Objectives of an `lm_found` as `figures` counts them."""

@@ -475,6 +475,7 @@ class _Reader:
             raise self.refuse(f"{place}.influence", "nothing", "this key, a number")
         nominal = given.get("nominal", 0.0)
         offset = given.get("fundamental_deviation", 0.0)
+        position = given.get("position", position)
         grade = f"tolerance.{index}.grade"
         if "it_grade" in given and grade in self.said:
             raise self.refuse(f"{place}.it_grade", "a second value", f"one of this and {grade}")
@@ -605,6 +606,7 @@ TOLERANCE_KEYS = (
     Key("upper", "mm", low=-10, high=10),
     Key("fundamental_deviation", "mm", low=-10, high=10),
     Key("distribution", kind="choice", choices=DISTRIBUTIONS),
+    Key("position", low=-10, high=10),
     Key("diameter", kind="switch"),
     Key("influence", low=-100, high=100),
     Key("cost_weight", above=0, high=1e6),

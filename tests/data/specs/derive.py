@@ -1,0 +1,20 @@
+"""Write the specs as the optimizer's own text, for its C tests and its program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lostmotion.design.spec import read_spec
+
+HERE = Path(__file__).parent
+
+
+def derived(file: Path) -> str:
+    """Return the text of a spec, with a line that says where it is from."""
+    head = f"# Made from {file.name}, which says what it is; tests/data/specs/derive.py makes it again."
+    return f"{head}\n{read_spec(file).text}"
+
+
+if __name__ == "__main__":
+    for spec in sorted(HERE.glob("*.toml")):
+        spec.with_suffix(".search").write_text(derived(spec), encoding="utf-8")
