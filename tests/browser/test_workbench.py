@@ -181,7 +181,7 @@ class View:
         def write() -> bool:
             field = self.all(f"input[aria-label='{label}']")[0]
             field.send_keys(Keys.CONTROL, "a")
-            field.send_keys(text, Keys.TAB)
+            field.send_keys(Keys.DELETE, text, Keys.TAB)
             return bool(field.get_attribute("value") == text)
 
         self.wait(write, label)

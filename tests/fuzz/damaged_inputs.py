@@ -45,19 +45,34 @@ from typing import Any
 
 from lostmotion import cli
 from lostmotion.drives import format_toml
+from lostmotion.errors import InputError
+from lostmotion.workbench import bench as workbench
 
 PATIENCE_S = 60.0
 """A command on files this small takes a fraction of a second."""
 
 UNCHANGED = "an output that was there before\n"
 
-SKIPPED = {"demo": "reads no file", "workbench": "does not end"}
+SKIPPED = {"demo": "reads no file", "completion": "reads no file", "effects": "reads code"}
 """Commands that are left out, and why."""
 
 OUTPUTS = {"export": "params.h", "fit": "fitted.toml", "design": "run"}
 """What a command must be told to write, by ``-o``."""
 
-SHARES = {"predict": 6, "clearances": 4, "export": 4, "compare": 2, "replay": 3}
+FILES = {
+    "LOG": "DATA",
+    "PLAN": "DATA",
+    "OPTIONS": "DATA",
+    "SPEC.toml": "SPEC",
+}
+"""Kinds of files by the names of arguments, where these differ."""
+
+NAMES = {"DRIVE": "drive.toml", "DATA": "data.csv", "SPEC": "spec.toml"}
+
+SEARCH_PATIENCE_S = 3.0
+"""A damaged spec may ask for a search of a day: it is interrupted."""
+
+SHARES = {"predict": 6, "clearances": 4, "export": 4, "compare": 2, "replay": 3, "workbench": 2}
 """How often a command is tried; the others once, for they may take a thousand times as long."""
 
 DATA = Path(__file__).parents[1] / "data"
@@ -128,6 +143,32 @@ def drawn() -> dict[str, Any]:
             ],
         },
     }
+
+
+def spec() -> dict[str, Any]:
+    """A search that takes a moment."""
+    return {
+        "drive": {"rated_torque_Nm": 40},
+        "search": {
+            "objectives": ["lost_motion", "cost"],
+            "seed": 1,
+            "evaluations": 60,
+            "workers": 1,
+            "fixed": {"teeth.module_mm": 0.25, "teeth.face_width_mm": 10},
+            "range": {
+                "generator.deflection_mm": [0.22, 0.26],
+                "generator.type": {"choose": ["discs", "cosine"]},
+            },
+            "limits": {"safety_factor_min": 1.0},
+        },
+    }
+
+
+def sound_file(kind: str, drive: str) -> str:
+    """A file before any damage."""
+    if kind == "DRIVE":
+        return format_toml({"bought": bought, "drawn": drawn}[drive]())
+    return format_toml(spec()) if kind == "SPEC" else csv_text(recording())
 
 
 RUNS, ROWS = 3, 40
@@ -539,15 +580,15 @@ def make_recording(kitchen: Kitchen) -> tuple[Path, bool]:
     return kitchen.file("data.parquet", raw), harmless
 
 
-def make_drive(kitchen: Kitchen, document: dict[str, Any]) -> tuple[Path, bool]:
-    """Write a drive file, damaged in its meaning or its text."""
+def make_toml(kitchen: Kitchen, name: str, document: dict[str, Any]) -> tuple[Path, bool]:
+    """Write a drive file or a spec, damaged in its meaning or its text."""
     if kitchen.dice.random() < 0.6:
         harmless = damage_document(kitchen, document)
         if not harmless and kitchen.dice.random() < 0.2:
             damage_document(kitchen, document)
-        return kitchen.file("drive.toml", format_toml(document)), harmless
+        return kitchen.file(name, format_toml(document)), harmless
     raw, harmless = damage_text(kitchen, format_toml(document))
-    return kitchen.file("drive.toml", raw), harmless
+    return kitchen.file(name, raw), harmless
 
 
 def odd_path(kitchen: Kitchen, suffix: str) -> str:
@@ -630,12 +671,26 @@ def commands() -> dict[str, argparse.ArgumentParser]:
 
 
 def command_files(command: str) -> list[str]:
-    """Kinds of files that a command is given: ``DRIVE``, ``DATA``; other words as they stand."""
+    """Kinds of files that a command is given, by the names of its arguments."""
+    if command == "workbench":
+        return ["DRIVE", "DATA"]
     return [
-        {"LOG": "DATA"}.get(str(action.metavar), str(action.metavar))
+        FILES.get(str(action.metavar), str(action.metavar))
         for action in commands()[command]._actions
-        if not action.option_strings and action.nargs not in ("?", "*")
+        if (not action.option_strings and action.nargs not in ("?", "*"))
+        or (action.required and action.dest != "output")
     ]
+
+
+def written(command: str, files: list[str]) -> list[str]:
+    """Words of a command line that name its files; options where it wants options."""
+    required = [a for a in commands()[command]._actions if a.option_strings and a.required]
+    options = [a.option_strings[0] for a in required if a.dest != "output"]
+    first = len(files) - len(options)
+    words = list(files[:first])
+    for option, file in zip(options, files[first:], strict=True):
+        words.append(f"{option}={file}")
+    return words
 
 
 def testable() -> list[str]:
@@ -643,10 +698,10 @@ def testable() -> list[str]:
     found = []
     for name, parser in commands().items():
         kinds = command_files(name)
-        needed = {a.dest for a in parser._actions if a.option_strings and a.required}
-        if needed and not (needed == {"output"} and name in OUTPUTS):
+        needed = {a.dest for a in parser._actions if a.required and a.dest == "output"}
+        if needed and name not in OUTPUTS:
             continue
-        if name not in SKIPPED and kinds and set(kinds) <= {"DRIVE", "DATA"}:
+        if name not in SKIPPED and kinds and set(kinds) <= set(NAMES):
             found.append(name)
     return found
 
@@ -677,19 +732,22 @@ def make_case(seed: int, number: int, folder: Path) -> tuple[Case, str, str]:
     harmless = target in kinds
     words, options = [command], ["--json", str(folder / "answer.json")]
     odd = dice.choice(kinds) if target == "path" else ""
-    for file in kinds:
-        if file == odd:
-            words.append(odd_path(kitchen, ".toml" if file == "DRIVE" else ".csv"))
-        elif file == "DRIVE" and target == "DRIVE":
-            path, harmless = make_drive(kitchen, document)
-            words.append(str(path))
-        elif file == "DRIVE":
-            words.append(str(kitchen.file("drive.toml", format_toml(document))))
-        elif target == "DATA":
+    files = []
+    for place, file in enumerate(kinds):
+        name = NAMES[file]
+        if kinds.index(file) != place:  # a second one, as of `next`
+            files.append(str(kitchen.file(f"more_{name}", sound_file(file, kind))))
+        elif file == odd:
+            files.append(odd_path(kitchen, Path(name).suffix))
+        elif file == target and file == "DATA":
             path, harmless = make_recording(kitchen)
-            words.append(str(path))
+            files.append(str(path))
+        elif file == target:
+            path, harmless = make_toml(kitchen, name, document if file == "DRIVE" else spec())
+            files.append(str(path))
         else:
-            words.append(str(kitchen.file("data.csv", csv_text(recording()))))
+            files.append(str(kitchen.file(name, sound_file(file, kind))))
+    words += written(command, files)
     if command in OUTPUTS:
         options += ["-o", str(folder / OUTPUTS[command])]
     if target == "option":
@@ -725,10 +783,11 @@ def run_here(argv: list[str]) -> Outcome:
     out, error = io.StringIO(), io.StringIO()
 
     def too_long(*_: object) -> None:
-        raise Impatience
+        raise KeyboardInterrupt if argv[0] == "design" else Impatience
 
     old = signal.signal(signal.SIGALRM, too_long)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
+    patience = SEARCH_PATIENCE_S if argv[0] == "design" else PATIENCE_S
+    signal.setitimer(signal.ITIMER_REAL, patience)
     try:
         with (
             warnings.catch_warnings(record=True) as caught,
@@ -737,7 +796,7 @@ def run_here(argv: list[str]) -> Outcome:
         ):
             warnings.simplefilter("always")
             try:
-                status: int | str = cli.main(argv)
+                status: int | str = load_bench(argv) if argv[0] == "workbench" else cli.main(argv)
                 trace = ""
             except BaseException as failure:
                 if isinstance(failure, KeyboardInterrupt):
@@ -748,6 +807,25 @@ def run_here(argv: list[str]) -> Outcome:
         signal.signal(signal.SIGALRM, old)
     said = [f"{w.category.__name__}: {w.message} ({w.filename}:{w.lineno})" for w in caught]
     return Outcome(status, error.getvalue(), said, trace)
+
+
+def load_bench(argv: list[str]) -> int:
+    """Load a drive and recordings as the workbench does, and say what it would say."""
+    drive, data, _, answer, *rest = argv[1:]
+    if rest:
+        return cli.main([*argv, "--port=x"])  # an option: it ends before any page is shown
+    bench = workbench.Bench()
+    try:
+        bench.load_drive(drive)
+        bench.load_recordings([data], [], lambda done, steps: None)
+        assert bench.comparison is not None
+        Path(answer).write_text(json.dumps(bench.comparison.answer(), allow_nan=False))
+    except InputError as error:
+        print(f"lostmotion: {error}", file=sys.stderr)
+        return 2
+    finally:
+        bench.close()
+    return 0
 
 
 def run_process(argv: list[str]) -> Outcome:
@@ -838,7 +916,7 @@ def same(answer: dict[str, Any], sound: dict[str, Any]) -> bool:
     """Whether two answers are the same but for what names files."""
 
     def bare(value: dict[str, Any]) -> str:
-        kept = {key: inner for key, inner in value.items() if key != "findings"}
+        kept = {key: inner for key, inner in value.items() if key not in ("findings", "folder")}
         return re.sub(r"/[^\"]*/(case\d+|sound)/", "", json.dumps(kept, sort_keys=True))
 
     return bare(answer) == bare(sound)
@@ -871,6 +949,11 @@ def judge(
         if snapshot(folder) != before:
             return "status 2, but files were written"
         return "harmless, but refused: " + lines[0] if case.harmless else ""
+    if command == "design" and outcome.status in (1, 130):
+        # No design is feasible, or the search that the spec asks for takes too long.
+        return (
+            "" if outcome.error.startswith("lostmotion: ") or outcome.status == 130 else "no line"
+        )
     if outcome.status != 0:
         return f"status {outcome.status}: {outcome.error[:300]}"
     if outcome.error:
@@ -904,13 +987,11 @@ class Bench:
             folder = self.root / "sound"
             folder.mkdir()
             kitchen = Kitchen(random.Random(0), folder)
-            words = [command]
+            words: list[str] = [command]
+            files: list[str] = []
             for file in command_files(command):
-                if file == "DRIVE":
-                    document = {"bought": bought, "drawn": drawn}[kind]()
-                    words.append(str(kitchen.file("drive.toml", format_toml(document))))
-                else:
-                    words.append(str(kitchen.file("data.csv", csv_text(recording()))))
+                files.append(str(kitchen.file(NAMES[file], sound_file(file, kind))))
+            words += written(command, files)
             if command in OUTPUTS:
                 words += ["-o", str(folder / OUTPUTS[command])]
             outcome = run_here([*words, "--json", str(folder / "answer.json")])
@@ -933,7 +1014,8 @@ class Bench:
             here = os.getcwd()
             os.chdir(folder)
             try:
-                outcome = (run_process if process and runnable else run_here)(case.argv)
+                alone = process and runnable and command not in ("design", "workbench")
+                outcome = (run_process if alone else run_here)(case.argv)
             finally:
                 os.chdir(here)
             return case, judge(case, command, outcome, before, folder, sound), outcome

@@ -91,7 +91,7 @@ def clean_outliers(base: Base) -> int:
         found[at] = np.abs(off) > OUTLIER * scale
         found[at][[0, 1, -1, -2]] = False
     # Where many lie side by side it is no outlier but a structure.
-    crowd = np.convolve(found, np.ones(7), mode="same")
+    crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
     if found.any():
         point = base.at()
