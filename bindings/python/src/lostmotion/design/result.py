@@ -27,8 +27,9 @@ class Result:
     front : list of dict
         Designs none of which is better than another in every objective, the best in the first
         one first. Each has ``objectives`` (list, in the order of `objectives`), ``figures`` (all
-        that was computed, by name), ``margins`` (by limit; below zero it is broken), ``drive``
-        (a drive file's tables), ``settled`` (whole grades, checked between the angles).
+        that was computed, by name), ``margins`` (by limit; below zero it is broken),
+        ``variables`` (by dotted key), ``drive`` (a drive file's tables), ``settled`` (whole
+        grades, checked between the angles).
     objectives, units : tuple of str
         What was made small, or large where `larger_is_better` says so.
     larger_is_better : tuple of bool
@@ -102,6 +103,19 @@ class Designs:
         self.lib.lm_write_key(key, text)
         return text_of(text)
 
+    def values(self, combination: int, unit: Any) -> dict[str, float]:
+        """Values of all keys at a point, 0 where the model's default stands."""
+        value = self.ffi.new("double[]", self.lib.LM_KEY_COUNT)
+        self.lib.lm_point_values(self.problem, combination, unit, value)
+        return {self.key_name(i): value[i] for i in range(self.lib.LM_KEY_COUNT)}
+
+    def varied(self, combination: int, unit: Any) -> dict[str, float]:
+        """Values of what has a range, by dotted key of the search."""
+        value = self.ffi.new("double[]", self.lib.LM_KEY_COUNT)
+        self.lib.lm_point_values(self.problem, combination, unit, value)
+        ranged = [self.problem.range[i].key for i in range(self.problem.range_count)]
+        return {self.key_name(key): value[key] for key in ranged}
+
     def objectives(self, found: Any) -> list[float]:
         """Objectives of an `lm_found` as `figures` counts them."""
         return [figure_value(f, found.objective[i]) for i, f in enumerate(self.spec.objectives)]
@@ -172,6 +186,7 @@ class Designs:
                     "objectives": [values[name] for name in self.names],
                     "figures": values,
                     "margins": margins,
+                    "variables": self.varied(one.combination, one.unit),
                     "drive": document,
                     "settled": bool(one.settled),
                     "combination": int(one.combination),

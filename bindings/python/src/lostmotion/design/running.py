@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion.design.engine import FATES, STAGES, engine, figure_value, text_of
+from lostmotion.design.report import Context, write_search_report
 from lostmotion.design.result import Designs, Result
 from lostmotion.design.spec import Spec, read_spec
+from lostmotion.design.start import Start, starts_of
 from lostmotion.design.tasks import build_mark, do_task
 from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
@@ -346,7 +348,7 @@ class _Run:
             infeasible = json.loads((self.folder / "infeasible.json").read_text())
         p = self.ffi.new("lm_progress *")
         self.lib.lm_read_progress(self.search, p)
-        return Result(
+        result = Result(
             document,
             self.designs.front(self.search),
             self.designs.names,
@@ -360,6 +362,21 @@ class _Run:
             self.folder,
             self.spec.assumed,
         )
+        starts: tuple[Start, ...] = ()
+        if document is not None:
+            starts = starts_of(self.designs, self.spec, int(best.combination), best.unit)
+        problem = self.designs.problem
+        context = Context(
+            self.spec,
+            self.command,
+            int(problem.seed),
+            int(p.evaluations),
+            int(p.budget),
+            float(problem.torque_Nm),
+            starts,
+        )
+        write_search_report(result, context)
+        return result
 
 
 def submit(executor: Any, text: str, task: bytes, mark: tuple[str, int, int]) -> Any:

@@ -77,44 +77,48 @@ def textbook(teeth: float, external: bool, module_mm: float, ratio: float) -> di
     }
 
 
-def start_of(designs: Designs, spec: Spec, combination: int) -> tuple[Start, Start] | None:
-    """Textbook start of a combination, as it stands and with its smallest gap closed.
+def starts_of(designs: Designs, spec: Spec, combination: int, best: Any) -> tuple[Start, ...]:
+    """Textbook start of a combination, in three forms.
 
-    What [search.start] says goes first; a variable that neither it nor a book names is taken in the
-    middle of its range. None when the model refuses it.
+    As it stands, with its smallest gap closed, and with the tolerance grades of the best design
+    too. What [search.start] says goes first; a variable that neither it nor a book names is taken in the
+    middle of its range. Nothing when the model refuses it.
+
+    Parameters
+    ----------
+    best : cdata
+        Unit variables of the best design.
     """
     ffi, lib = designs.ffi, designs.lib
     problem = designs.problem
-    value = ffi.new("double[]", lib.LM_KEY_COUNT)
-    middle = ffi.new("double[]", lib.LM_FREE_MAX)
-    for i in range(problem.range_count):
-        middle[i] = 0.5
-    lib.lm_point_values(problem, combination, middle, value)
-    teeth = value[lib.LM_KEY_FLEXSPLINE_TEETH]
-    external = value[lib.LM_KEY_DEFORMATION] > 0
-    book = textbook(teeth, external, value[lib.LM_KEY_MODULE_MM], teeth / 2) | spec.start
+    middle = ffi.new("double[]", [0.5] * lib.LM_FREE_MAX)
+    values = designs.values(combination, middle)
+    teeth = values["teeth.flexspline_teeth"]
+    external = values["teeth.deformation"] > 0
+    book = textbook(teeth, external, values["teeth.module_mm"], teeth / 2) | spec.start
     unit = ffi.new("double[]", lib.LM_FREE_MAX)
-    values = {}
+    graded = []
     for i in range(problem.range_count):
         entry = problem.range[i]
         name = designs.key_name(entry.key)
+        if ".grade" in name:
+            graded.append(i)
         usual = USUAL_GRADE if ".grade" in name else (entry.low + entry.high) / 2
-        values[name] = book.get(name, usual)
-        unit[i] = (values[name] - entry.low) / (entry.high - entry.low)
+        unit[i] = (book.get(name, usual) - entry.low) / (entry.high - entry.low)
     try:
-        as_it_stands = measured(designs, combination, unit, values)
-        if not lib.lm_close_gap(problem, designs.layout, combination, designs.result, unit):
-            return as_it_stands, as_it_stands
-        moved = {
-            name: problem.range[i].low + (problem.range[i].high - problem.range[i].low) * unit[i]
-            for i, name in enumerate(values)
-        }
-        return as_it_stands, measured(designs, combination, unit, moved)
+        found = [measured(designs, combination, unit)]
+        lib.lm_close_gap(problem, designs.layout, combination, designs.result, unit)
+        found.append(measured(designs, combination, unit))
+        for i in graded:
+            unit[i] = best[i]
+        found.append(measured(designs, combination, unit))
     except ValueError:
-        return None
+        return ()
+    return tuple(found)
 
 
-def measured(designs: Designs, combination: int, unit: Any, values: dict[str, float]) -> Start:
+def measured(designs: Designs, combination: int, unit: Any) -> Start:
     """Evaluate a start."""
     figures, margins = designs.measure(combination, unit)
-    return Start(values, figures, margins, designs.drive(combination, unit, "textbook start"))
+    drive = designs.drive(combination, unit, "textbook start")
+    return Start(designs.varied(combination, unit), figures, margins, drive)

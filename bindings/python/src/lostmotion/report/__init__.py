@@ -1,7 +1,7 @@
 """Reports: one HTML file with pictures, the numbers behind them, and how it was made.
 
-The file needs no network and no script: pictures are SVG, numbers are CSV behind a link, both
-inside the page.
+The file needs no network: pictures are SVG, numbers are CSV behind a link, both inside the page.
+Only the trade-off of a design search has a script, to point at its designs.
 """
 
 from __future__ import annotations

@@ -108,6 +108,13 @@ class Notes:
     folded: bool = False
 
 
+@dataclass(frozen=True)
+class Raw:
+    """A part of the page with a script of its own; it brings its own HTML."""
+
+    html: str
+
+
 @dataclass
 class Section:
     """What is said of one drive or one comparison.
@@ -123,7 +130,7 @@ class Section:
     title: str
     lead: str
     facts: list[tuple[str, str]] = field(default_factory=list)
-    blocks: list[Figure | Rows | Notes] = field(default_factory=list)
+    blocks: list[Figure | Rows | Notes | Raw] = field(default_factory=list)
     sources: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -164,6 +171,8 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
                 out.append(_figure(block, figures))
             elif isinstance(block, Rows):
                 out.append(rows_html(block))
+            elif isinstance(block, Raw):
+                out.append(block.html)
             else:
                 out.append(notes_html(block))
         out.append("</section>")

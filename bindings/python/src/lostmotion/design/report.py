@@ -1,0 +1,581 @@
+"""The report of a search: the trade-off to point at, the best drive, and why it is the best."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+
+from lostmotion.catalogue import PARTS
+from lostmotion.design.engine import figures
+from lostmotion.design.result import Result
+from lostmotion.design.spec import Spec
+from lostmotion.design.start import Start
+from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
+from lostmotion.errors import LostMotionError
+from lostmotion.files import write_whole
+from lostmotion.model import design_model
+from lostmotion.predict import predict
+from lostmotion.report import Section, drive_section
+from lostmotion.report.chart import Axes, limits
+from lostmotion.report.mesh import make_mesh
+from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render
+from lostmotion.report.sections import file_fingerprint
+from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
+from lostmotion.report.teeth import View, draw_view
+
+UNITS = {
+    "arcmin": "arcmin",
+    "Nm_per_rad": "N·m/rad",
+    "arcsec": "arcsec",
+    "1": "of fatigue strength",
+    "units": "units",
+}
+"""Units of the figures, in words."""
+
+MARGIN_UNITS = {
+    "gap_min_arcmin": "arcmin",
+    "form_radius": "modules",
+    "flexspline_tip_thickness": "modules",
+    "rigid_tip_thickness": "modules",
+    "flexspline_root_clearance": "modules",
+    "rigid_root_clearance": "modules",
+    "disengagement": "modules",
+    "free_assembly": "modules",
+    "interference_max_mm": "modules",
+}
+"""Units of the margins; the others are shares of the limit."""
+
+PICTURES_MAX = 40
+"""Designs of the front with a picture and a drive file; the others have their numbers."""
+
+PICTURE_PX = (420.0, 150.0)
+PICTURE_PITCHES = 11.0
+"""Size of a picture, and how many teeth it shows."""
+
+LISTED_MAX = 400
+"""Combinations that are listed on the page; the file has all."""
+
+SHORTENED = 1e-9
+"""Parts of lost motion below this are none, arcmin."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a report needs besides the result.
+
+    Attributes
+    ----------
+    starts : tuple of Start
+        Textbook start as it stands, with its smallest gap closed, and with the best one's grades
+        too; nothing where the model refuses it.
+    torque_Nm : float
+        Of the reversal.
+    """
+
+    spec: Spec
+    command: str
+    seed: int
+    evaluations: int
+    budget: int
+    torque_Nm: float
+    starts: tuple[Start, ...]
+
+
+def write_search_report(result: Result, context: Context) -> None:
+    """Write ``report.html`` of a search."""
+    title = f"Design search: {context.spec.name}"
+    lead = (
+        f"Drives that make {_listed(result)} as good as it can be found within the ranges and "
+        "limits of the spec."
+    )
+    if result.best is None:
+        sections = [_nothing_section(result, context)]
+    else:
+        drive = read_drive(result.folder / "best.toml")
+        sections = [
+            _front_section(result, context),
+            _why_section(result, context, drive),
+            drive_section(drive),
+            _account_section(result, context),
+        ]
+        sections[2].title = "The best drive"
+    sections[0].sources.append(
+        (f"search spec {context.spec.file}", file_fingerprint(context.spec.file))
+    )
+    write_whole(result.folder / "report.html", render(title, lead, sections, context.command))
+
+
+def _listed(result: Result) -> str:
+    names = [name.replace("_", " ") for name in result.objectives]
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
+
+
+def _unit(unit: str) -> str:
+    return UNITS.get(unit, unit)
+
+
+def _number(value: float) -> str:
+    return signs(f"{value:.5g}") if math.isfinite(value) else "–"
+
+
+# --- the front ------------------------------------------------------------------------------------
+
+
+def _front_section(result: Result, context: Context) -> Section:
+    ends = result.combinations
+    first = result.front[0]["objectives"] if result.front else []
+    facts = [
+        (f"best {name.replace('_', ' ')}", f"{_number(value)} {_unit(unit)}")
+        for name, value, unit in zip(result.objectives, first, result.units, strict=True)
+    ]
+    facts += [
+        ("designs of the front", str(len(result.front))),
+        ("evaluations", f"{context.evaluations} of {context.budget}"),
+        ("seed", str(context.seed)),
+        (
+            "combinations",
+            ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in ends.items() if n),
+        ),
+    ]
+    if not result.finished:
+        facts.append(("state", "stopped; --resume goes on"))
+    return Section(
+        "The trade-off",
+        "Every dot is a drive that no other drive of the search beats in everything. Point at one "
+        "to see it; a click keeps it.",
+        facts,
+        [Raw(explorer(result, context)), _history_figure(result)],
+    )
+
+
+def explorer(result: Result, context: Context) -> str:
+    """Return the part of the page that shows the front and the design that is pointed at."""
+    step = max(1, -(-len(result.front) // PICTURES_MAX))
+    designs = []
+    for i, one in enumerate(result.front):
+        pictured = i % step == 0
+        designs.append(
+            {
+                "o": one["objectives"],
+                "settled": one["settled"],
+                "values": _values(one["drive"]),
+                "figures": [
+                    [f"{name.replace('_', ' ')}, {_unit(unit)}", one["figures"][name]]
+                    for name, unit in figures()
+                ],
+                "margins": [
+                    [f"{name.replace('_', ' ')}, {_margin_unit(name)}", margin]
+                    for name, margin in one["margins"].items()
+                    if margin != 1.0
+                ],
+                "svg": _close_up(one["drive"]) if pictured else "",
+                "toml": format_toml(one["drive"]) if pictured else "",
+            }
+        )
+    names = [
+        {"name": name.replace("_", " "), "unit": _unit(unit)}
+        for name, unit in zip(result.objectives, result.units, strict=True)
+    ]
+    start = None
+    if context.starts:
+        start = [context.starts[1].figures[name] for name in result.objectives]
+    data = {"objectives": names, "designs": designs, "start": start}
+    body = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
+    folder = files("lostmotion.design")
+    style = (folder / "explorer.css").read_text(encoding="utf-8")
+    script = (folder / "explorer.js").read_text(encoding="utf-8")
+    choosers = ""
+    if len(names) > 2:
+        for k, place in enumerate(("across", "up")):
+            options = "".join(
+                f'<option value="{i}"{" selected" if i == k else ""}>{escape(n["name"])}</option>'
+                for i, n in enumerate(names)
+            )
+            choosers += f"<label>{place} <select>{options}</select></label>"
+    numbers = quote(_front_table(result).csv(), safe=",-.:/")
+    return (
+        f"<style>{style}</style>"
+        '<div class="explorer"><div>'
+        f"{choosers}"
+        '<svg class="plot" viewBox="0 0 560 420" role="group" aria-label="trade-off"></svg>'
+        '<p class="hint">Arrow keys go from design to design. Grey: tolerance grades not yet '
+        "rounded to whole ones. "
+        f'<a download="front.csv" href="data:text/csv;charset=utf-8,{numbers}">numbers (CSV)</a>'
+        '</p></div><div class="drive"><noscript>Without scripts the designs are in front.csv.'
+        f'</noscript></div><script type="application/json">{body}</script></div>'
+        f"<script>{script}</script>"
+    )
+
+
+def _front_table(result: Result) -> Table:
+    columns: dict[str, list[object]] = {"design": list(range(1, len(result.front) + 1))}
+    for name, unit in figures():
+        columns[f"{name}_{unit}"] = [one["figures"][name] for one in result.front]
+    rows = [dict(_values(one["drive"])) for one in result.front]
+    for key in rows[0] if rows else ():
+        columns[key] = [row.get(key, "") for row in rows]
+    return Table("front", columns)
+
+
+def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """List the dimensions of a drive that a designer asks for first."""
+    design = drive["design"]
+    teeth, generator, rim = design["teeth"], design["generator"], design["flexspline"]
+    out: list[tuple[str, Any]] = [
+        ("ratio", drive["drive"]["ratio"]),
+        ("module, mm", teeth["module_mm"]),
+        ("teeth", f"{teeth['flexspline_teeth']} / {teeth['rigid_teeth']}"),
+        ("pressure angle, deg", math.degrees(teeth["pressure_angle_rad"])),
+        ("shift x₁", teeth["flexspline_shift"]),
+        ("shift x₂", teeth["rigid_shift"]),
+        ("tooth height, modules", teeth["tooth_height"]),
+        ("engagement depth, modules", teeth["engagement_depth"]),
+        ("face width, mm", teeth["face_width_mm"]),
+        ("generator", generator["type"]),
+        ("deflection w₀, mm", generator["deflection_mm"]),
+        ("contact half angle, deg", math.degrees(generator["contact_half_angle_rad"])),
+        ("rim, mm", rim["rim_thickness_mm"]),
+        ("wall, mm", rim["wall_thickness_mm"]),
+    ]
+    for i, link in enumerate(design.get("tolerance", [])):
+        field = 1e3 * (link["upper_mm"] - link["lower_mm"])
+        out.append((f"field of {link.get('name', f'tolerance {i}')}, µm", field))
+    return out
+
+
+def _close_up(document: Mapping[str, Any]) -> str:
+    """Draw the teeth at the deformation axis, to scale."""
+    try:
+        drive = parse_drive(dict(document))
+        mesh = make_mesh(design_model(drive))
+    except LostMotionError:
+        return ""
+    width, height = PICTURE_PX
+    drawing = Drawing(width, height + 26, f"teeth of {drive.name}")
+    middle = (max(mesh.rigid_tip_mm, mesh.flexspline_tip_mm) + mesh.neutral_mm) / 2
+    middle += (0.35 if not mesh.external else -0.8) * mesh.module_mm
+    scale = width / (PICTURE_PITCHES * math.pi * mesh.module_mm)
+    view = View((2.0, 22.0, width - 4, height), scale, 0.0, middle)
+    draw_view(drawing, mesh, (), view, "teeth at the deformation axis, to scale")
+    return drawing.render()
+
+
+def _history_figure(result: Result) -> Figure:
+    with (result.folder / "history.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    at = np.array([float(row["evaluations"]) for row in rows])
+    best = np.array([float(row["best"]) for row in rows])
+    name, unit = result.objectives[0], result.units[0]
+    if result.larger_is_better[0]:
+        best = 10_800 / math.pi / best
+    found = np.isfinite(best)
+
+    def draw(width: float) -> str:
+        drawing = Drawing(width, 230.0, "best so far over the evaluations")
+        y = limits([float(v) for v in best[found]]) if found.any() else (0.0, 1.0)
+        axes = Axes(drawing, (62.0, 30.0, width - 82, 140.0), (0.0, float(at.max() or 1)), y)
+        axes.frame("evaluations", f"{name.replace('_', ' ')}, {_unit(unit)}")
+        axes.curve(at[found], best[found], BLUE, 1.8)
+        return drawing.render()
+
+    return Figure(
+        "How the search came there",
+        f"The best {name.replace('_', ' ')} after so many evaluations. At the end it may rise "
+        "again: there tolerance grades become whole and gaps are looked at between the angles.",
+        draw,
+        Table("history", {"evaluations": at, f"best_{unit}": best}),
+    )
+
+
+# --- why ------------------------------------------------------------------------------------------
+
+
+def _why_section(result: Result, context: Context, drive: Drive) -> Section:
+    blocks: list[Figure | Rows | Notes | Raw] = []
+    facts: list[tuple[str, str]] = []
+    seen = result.certificate or {}
+    if context.starts and result.front:
+        blocks.append(_start_table(result, context.starts))
+        blocks.append(_parts_table(context, drive))
+        facts += _gain(result, context.starts)
+    blocks += [_limits_table(seen), _levels_table(result, seen)]
+    if drive.document["design"].get("tolerance"):
+        blocks.append(_shares_figure(result, seen))
+    word = "every limit holds" if seen.get("holds") else "NOT every limit holds"
+    facts.append(("looked at once more, finer", word))
+    facts.append(("distance from a smooth optimum", _number(float(seen["optimality_residual"]))))
+    return Section(
+        "Why this one",
+        "The best drive beside a textbook's, what binds it, and what its tolerances bring. The "
+        "numbers are those of a finer look that the search did not use: 8 tooth phases, 32 angles "
+        "a tooth, 8 × 2¹⁴ sampled drives.",
+        facts,
+        blocks,
+    )
+
+
+def _gain(result: Result, starts: tuple[Start, ...]) -> list[tuple[str, str]]:
+    best = result.front[0]["figures"]
+    start = starts[1].figures
+    facts = []
+    for name in ("tolerance_lost_motion", "lost_motion"):
+        was, now = start[name], best[name]
+        facts.append(
+            (
+                f"{name.replace('_', ' ')}, textbook to best",
+                signs(f"{was:.3f} to {now:.3f} arcmin ({100 * (now / was - 1):+.0f} %)"),
+            )
+        )
+    was, now = start["stress"], best["stress"]
+    facts.append(("stress, textbook to best", f"{was:.3f} to {now:.3f} of fatigue strength"))
+    halved = best["tolerance_lost_motion"] <= 0.5 * start["tolerance_lost_motion"]
+    facts.append(
+        (
+            "lost motion over the tolerances",
+            ("at least halved" if halved else "not halved: see where it comes from")
+            + (", stress no higher" if now <= was else ", stress higher"),
+        )
+    )
+    return facts
+
+
+def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
+    best = result.front[0]
+    rows = []
+    for name, unit in figures():
+        values = [*(start.figures[name] for start in starts), best["figures"][name]]
+        change = f"{100 * (values[-1] / values[1] - 1):+.1f} %" if values[1] else "–"
+        label = f"{name.replace('_', ' ')}, {_unit(unit)}"
+        rows.append((label, *(_number(v) for v in values), signs(change)))
+    for name in ("gap_min_arcmin", "form_radius"):
+        margins = [*(start.margins[name] for start in starts), best["margins"][name]]
+        rows.append(
+            (
+                f"margin of {name.replace('_', ' ')}, {_margin_unit(name)}",
+                *(("!" if m < -1e-6 else "") + signs(f"{m:.4f}") for m in margins),
+                "",
+            )
+        )
+    for key in best["variables"]:
+        values = [*(start.values[key] for start in starts), best["variables"][key]]
+        rows.append((key, *(_number(v) for v in values), ""))
+    return Rows(
+        "Textbook start and best",
+        ("", "textbook", "gap closed", "and the best one's grades", "best", "change by gap closed"),
+        rows,
+        (1, 2, 3, 4, 5),
+        "All have the teeth and the generator of the best drive and were measured by the same "
+        "evaluation. A negative margin is a limit that the textbook's drive breaks. Grades without "
+        "a recommendation are IT 7; the column with the best one's grades shows what is left when "
+        "those are paid for.",
+    )
+
+
+def _parts_of(drive: Drive, torque_Nm: float) -> dict[str, float]:
+    answer = predict(drive, np.array([-torque_Nm, torque_Nm]))
+    return {part: float(np.diff(answer["parts_arcmin"][part])[0]) for part in PARTS}
+
+
+def _parts_table(context: Context, drive: Drive) -> Rows:
+    torque = context.torque_Nm
+    first = _parts_of(parse_drive(context.starts[1].drive), torque)
+    best = _parts_of(drive, torque)
+    rows = []
+    for part in PARTS:
+        change = f"{best[part] - first[part]:+.3f}"
+        values = [f"{v:.3f}" if abs(v) > SHORTENED else "0" for v in (first[part], best[part])]
+        rows.append((part.replace("_", " "), *(signs(v) for v in values), signs(change)))
+    total = [sum(parts.values()) for parts in (first, best)]
+    rows.append(("all", *(f"{v:.3f}" for v in total), signs(f"{total[1] - total[0]:+.3f}")))
+    wind = best["torsion"] + best["radial_compliance"] + best["tooth_bending"]
+    share = 100 * wind / total[1] if total[1] > 0 else 0.0
+    gap = 100 * best["radial_gap"] / total[1] if total[1] > 0 else 0.0
+    return Rows(
+        f"Where the lost motion of a reversal at ±{torque:.3g} N·m comes from, arcmin",
+        ("part", "textbook, gap closed", "best", "change"),
+        rows,
+        (1, 2, 3),
+        f"{share:.0f} % of what is left is elastic: it falls with stiffness, not with clearance. "
+        f"{gap:.0f} % is the mean radial gap of the tolerances: it falls with their grades. A "
+        "drive can fall below neither by the shape of its teeth.",
+    )
+
+
+def _margin_unit(name: str) -> str:
+    return MARGIN_UNITS.get(name, "share of the limit")
+
+
+def _limits_table(seen: Mapping[str, Any]) -> Rows:
+    rows = []
+    for limit in seen["limits"]:
+        if not limit["stated"]:
+            continue
+        margin = limit["margin"]
+        rows.append(
+            (
+                limit["name"].replace("_", " "),
+                ("!" if margin < -1e-6 else "") + signs(f"{margin:+.5f}"),
+                _margin_unit(limit["name"]),
+                "binds" if limit["binds"] else "",
+                _number(limit["multiplier"]) if limit["multiplier"] else "",
+            )
+        )
+    gap = seen["smallest_gap"]
+    return Rows(
+        "Limits, what binds and what it costs",
+        ("limit", "margin", "unit", "", "price"),
+        rows,
+        (1, 4),
+        "The price is how much the first objective would fall for one unit of relief. The "
+        f"smallest side clearance, {signs(format(gap['gap_arcmin'], '.2g'))} arcmin, stands at "
+        f"{signs(format(gap['angle_deg'], '.2f'))}° from the deformation axis.",
+    )
+
+
+def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
+    lost = seen["lost_motion_arcmin"]
+    searched = seen["figures_as_searched"]["tolerance_lost_motion_arcmin"]
+    fine = seen["figures"]["tolerance_lost_motion_arcmin"]
+    rows = [
+        ("worst case, all links at the end that hurts", f"{lost['worst']:.4f}", ""),
+        ("probable, root of the sum of squares", f"{lost['probable']:.4f}", ""),
+        (
+            "99.73 % of sampled drives stay below",
+            f"{lost['quantile_9973']:.4f}",
+            f"{lost['quantile_9973_standard_error']:.4f}",
+        ),
+        (
+            "half of the sampled drives stay below",
+            f"{lost['median']:.4f}",
+            f"{lost['median_standard_error']:.4f}",
+        ),
+    ]
+    away = 100 * (searched / lost["quantile_9973"] - 1) if lost["quantile_9973"] else 0.0
+    return Rows(
+        "Lost motion of a reversal over the tolerances, arcmin",
+        ("level", "arcmin", "standard error"),
+        rows,
+        (1, 2),
+        f"The search minimised {searched:.4f} arcmin (finer: {fine:.4f}) at the level of its spec. "
+        + signs(f"That is {away:+.1f} % from the quantile of 8 × 2¹⁴ samples; ")
+        + "inside the search the quantile is taken over 256 fixed samples.",
+    )
+
+
+def _shares_figure(result: Result, seen: Mapping[str, Any]) -> Figure:
+    assert result.best is not None
+    links = result.best["design"]["tolerance"]
+    names = [link.get("name", f"tolerance {i}") for i, link in enumerate(links)]
+    worst = [float(share["worst"] or 0) for share in seen["tolerance_percent"]]
+    probable = [float(share["probable"] or 0) for share in seen["tolerance_percent"]]
+
+    def draw(width: float) -> str:
+        row = 46.0
+        drawing = Drawing(width, 40 + row * len(names), "share of each tolerance")
+        top = max([*worst, *probable, 1.0])
+        for i, name in enumerate(names):
+            y = 18 + row * i
+            drawing.text(4, y, name, size=SMALL_SIZE)
+            for k, (value, ink) in enumerate(((worst[i], BLUE), (probable[i], ORANGE))):
+                length = max((width - 130) * value / top, 0.5)
+                drawing.rectangle(4, y + 5 + 13 * k, length, 10, ink, ink)
+                drawing.text(10 + length, y + 14 + 13 * k, f"{value:.1f} %", size=SMALL_SIZE)
+        y = 26 + row * len(names)
+        for k, (name, ink) in enumerate((("worst case", BLUE), ("probable", ORANGE))):
+            drawing.rectangle(4 + 110.0 * k, y, 10, 10, ink, ink)
+            drawing.text(19 + 110.0 * k, y + 9.5, name, size=SMALL_SIZE, fill=INK)
+        return drawing.render()
+
+    return Figure(
+        "What each tolerance contributes to the radial gap",
+        "Share of the width between the limits, worst case, and of the variance, probable.",
+        draw,
+        Table(
+            "tolerance_shares",
+            {
+                "tolerance": names,
+                "lower_mm": [link["lower_mm"] for link in links],
+                "upper_mm": [link["upper_mm"] for link in links],
+                "influence": [link["influence"] for link in links],
+                "worst_percent": worst,
+                "probable_percent": probable,
+            },
+        ),
+    )
+
+
+# --- the account ----------------------------------------------------------------------------------
+
+
+def _combination_lines(folder: Path) -> list[str]:
+    with (folder / "combinations.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    lines = []
+    for row in rows[:LISTED_MAX]:
+        by = row.pop("pruned_by")
+        fate = row.pop("fate")
+        values = ", ".join(f"{key.rpartition('.')[2]} {value}" for key, value in row.items())
+        why = f" by {by.replace('_', ' ')}" if by else ""
+        lines.append(f"{values or 'the only one'}: {fate}{why}")
+    if len(rows) > LISTED_MAX:
+        lines.append(f"and {len(rows) - LISTED_MAX} more in combinations.csv")
+    return lines
+
+
+def _account_section(result: Result, context: Context) -> Section:
+    return Section(
+        "Account of the search",
+        "What was looked at and what was taken for granted. Solved: searched to the end. "
+        "Dominated: lost the race against others, which is no proof. Pruned: a limit excludes it. "
+        "Not reached: the budget ended before.",
+        [],
+        _account(result, context),
+    )
+
+
+def _account(result: Result, context: Context) -> list[Figure | Rows | Notes | Raw]:
+    lines = _combination_lines(result.folder)
+    blocks: list[Figure | Rows | Notes | Raw] = [
+        Notes(f"How every combination ended: {len(lines)}", lines, len(lines) > 12)
+    ]
+    if result.assumed:
+        blocks.append(
+            Notes(
+                "Taken by default, because the spec does not say it",
+                [f"{key} = {value}" for key, value in result.assumed.items()],
+            )
+        )
+    return blocks
+
+
+def _nothing_section(result: Result, context: Context) -> Section:
+    rows: Sequence[Sequence[str]] = [
+        (limit["limit"].replace("_", " "), _number(limit["by"]), limit["unit"])
+        for limit in (result.infeasible or {}).get("relax", [])
+    ]
+    blocks: list[Figure | Rows | Notes | Raw] = []
+    if rows:
+        blocks.append(
+            Rows(
+                "What would have to give",
+                ("limit", "by", "unit"),
+                rows,
+                (1,),
+                "The point whose broken limits add up to the least, relative to their size: all of "
+                "these together would make it a design.",
+            )
+        )
+    blocks += _account(result, context)
+    state = "No design" if result.finished else "No design yet"
+    lead = f"{state} within the ranges keeps every limit. {result.note}".strip()
+    return Section("Nothing found", lead, [("seed", str(context.seed))], blocks)
