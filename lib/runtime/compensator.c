@@ -181,7 +181,9 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   }
   if (compensator->mode == LM_MODE_RUN) {
     target_rad = -compensator->gain * compensator->lost_motion_rad;
-  } else if (compensator->mode != LM_MODE_HOLD) {
+  } else if (compensator->mode == LM_MODE_HOLD) {
+    /* stays */
+  } else {
     target_rad = 0;
   }
   status = follow_target(compensator, target_rad, status);
@@ -198,7 +200,9 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
   compensator->standing &= ~(LM_STATE_HOLDING | LM_STATE_RESETTING);
   if (mode == LM_MODE_HOLD) {
     compensator->standing |= LM_STATE_HOLDING;
-  } else if (mode != LM_MODE_RUN) {
+  } else if (mode == LM_MODE_RUN) {
+    /* neither */
+  } else {
     compensator->standing |= LM_STATE_RESETTING;
   }
 }

@@ -131,7 +131,7 @@ typedef uint32_t real_bits;
 static lm_real power_of_two(int32_t exponent) {
   real_bits bits = (real_bits)(exponent + EXPONENT_BIAS) << FRACTION_BITS;
   lm_real value;
-  memcpy(&value, &bits, sizeof value);
+  (void)memcpy(&value, &bits, sizeof value);
   return value;
 }
 
@@ -139,11 +139,11 @@ static lm_real power_of_two(int32_t exponent) {
 static lm_real split(lm_real value, int32_t *exponent) {
   real_bits bits;
   lm_real fraction;
-  memcpy(&bits, &value, sizeof bits);
+  (void)memcpy(&bits, &value, sizeof bits);
   *exponent = (int32_t)(bits >> FRACTION_BITS) - EXPONENT_BIAS;
   bits &= ((real_bits)1 << FRACTION_BITS) - 1;
   bits |= (real_bits)EXPONENT_BIAS << FRACTION_BITS;
-  memcpy(&fraction, &bits, sizeof fraction);
+  (void)memcpy(&fraction, &bits, sizeof fraction);
   return fraction;
 }
 

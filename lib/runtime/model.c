@@ -77,11 +77,12 @@ static void keep_known(lm_conditions *at) {
 /* Apart from the plain model, so that its frame costs nothing where no effect is at work. Effects
  * come in the order torque, width, angle, and take their memory one after the other. */
 NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_memory *memory,
-                                          const lm_conditions *given, lm_real torque_Nm) {
+                                          const lm_conditions *given, lm_real measured_Nm) {
   const lm_effect_use *use = parameters->effect;
   const lm_effect_use *end = use + parameters->effect_count;
   lm_conditions at = *given;
   lm_real *own;
+  lm_real torque_Nm = measured_Nm;
   lm_real width_scale = 1;
   lm_real angle_rad;
   lm_play_sum sum;
@@ -98,7 +99,7 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
     torque_Nm += use->effect->run(use->value, own, &at);
     own += use->effect->memory_count;
   }
-  torque_Nm = believe(torque_Nm, at.torque_Nm, parameters->torque_limit_Nm);
+  torque_Nm = believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm);
   at.torque_Nm = torque_Nm;
   at.wound_Nm = torque_Nm;
   for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {

@@ -40,11 +40,11 @@ static inline int32_t is_negative(lm_real value) {
   return __builtin_signbit(value) != 0;
 #elif LM_REAL_BITS == 32
   uint32_t bits;
-  memcpy(&bits, &value, sizeof bits);
+  (void)memcpy(&bits, &value, sizeof bits);
   return (int32_t)(bits >> 31);
 #else
   uint64_t bits;
-  memcpy(&bits, &value, sizeof bits);
+  (void)memcpy(&bits, &value, sizeof bits);
   return (int32_t)(bits >> 63);
 #endif
 }
@@ -57,7 +57,7 @@ static inline int32_t is_negative(lm_real value) {
 static inline int32_t ordered_bits(lm_real value) {
   int32_t bits;
   int32_t size;
-  memcpy(&bits, &value, sizeof bits);
+  (void)memcpy(&bits, &value, sizeof bits);
   size = bits & 0x7FFFFFFF;
   return bits < 0 ? -size : size;
 }
@@ -67,8 +67,8 @@ static inline int is_greater(lm_real a, lm_real b) {
 static inline int is_within(lm_real value, lm_real most) {
   int32_t size;
   int32_t bound;
-  memcpy(&size, &value, sizeof size);
-  memcpy(&bound, &most, sizeof bound);
+  (void)memcpy(&size, &value, sizeof size);
+  (void)memcpy(&bound, &most, sizeof bound);
   return (size & 0x7FFFFFFF) <= bound;
 }
 #else

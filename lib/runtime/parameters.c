@@ -61,7 +61,7 @@ static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault)
   for (i = 0; i < RANGES; ++i) {
     lm_real value;
     lm_status status;
-    memcpy(&value, (const char *)parameters + ranges[i].offset, sizeof value);
+    (void)memcpy(&value, (const char *)parameters + ranges[i].offset, sizeof value);
     status = lm_check_range(fault, ranges[i].name, value, ranges[i].low, ranges[i].high);
     if (status != LM_OK) {
       return status;
@@ -159,7 +159,7 @@ static uint32_t read_word(reader *from) {
 static lm_real read_real(reader *from) {
   uint32_t word = read_word(from);
   float value;
-  memcpy(&value, &word, sizeof value);
+  (void)memcpy(&value, &word, sizeof value);
   return (lm_real)value;
 }
 
@@ -351,7 +351,7 @@ static void write_word(writer *to, uint32_t word) {
 static void write_real(writer *to, lm_real value) {
   float rounded = (float)value;
   uint32_t word;
-  memcpy(&word, &rounded, sizeof word);
+  (void)memcpy(&word, &rounded, sizeof word);
   write_word(to, word);
 }
 

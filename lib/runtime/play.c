@@ -117,7 +117,10 @@ lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_p
     return status;
   }
   wrong = find_inconsistent(bank, least_slope_rad_per_Nm);
-  return wrong ? lm_refuse(fault, LM_INCONSISTENT, wrong, 0, 0, 0) : LM_OK;
+  if (wrong) {
+    status = lm_refuse(fault, LM_INCONSISTENT, wrong, 0, 0, 0);
+  }
+  return status;
 }
 
 lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_Nm) {

@@ -218,6 +218,48 @@ static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(vo
   TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN, rest(-40, 3000).status);
 }
 
+/* Stop, abort, re-home, new parameters, power-down: at random moments, over and over, and the
+ * history is that of a model which was never disturbed. */
+static void nothing_that_the_host_does_loses_the_history(void) {
+  lm_memory undisturbed = joint.memory;
+  lm_parameters same = parameters;
+  lm_saved saved;
+  int k;
+  for (k = 0; k < 20000; ++k) {
+    lm_headroom none = {0, 0, 0, 0};
+    lm_correction now = step(draw(&seed, -70, 70));
+    TEST_ASSERT_TRUE(lm_step_model(&parameters, &undisturbed, &at) == now.lost_motion_rad);
+    TEST_ASSERT_EQUAL_MEMORY(&undisturbed, &joint.memory, sizeof undisturbed);
+    switch ((int)draw(&seed, 0, 12)) {
+      case 0:
+        lm_set_mode(&joint, LM_MODE_HOLD);
+        break;
+      case 1:
+        lm_set_mode(&joint, LM_MODE_RESET);
+        break;
+      case 2:
+        lm_set_mode(&joint, LM_MODE_RUN);
+        break;
+      case 3:
+        lm_set_headroom(&joint, &none);
+        break;
+      case 4:
+        lm_set_headroom(&joint, 0);
+        break;
+      case 5:
+        TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &same, &fault));
+        break;
+      case 6:
+        lm_save_compensator(&joint, &saved);
+        TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+        TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&joint, &saved, &fault));
+        break;
+      default:
+        break;
+    }
+  }
+}
+
 /* The truth: a model that starts anywhere in its bands. The bound must hold it at every moment. */
 static void check_uncertainty(void) {
   int trial;
@@ -461,6 +503,7 @@ int main(void) {
   RUN_TEST(a_step_is_approached_without_overshoot);
   RUN_TEST(binding_limits_are_reported);
   RUN_TEST(holding_stays_and_resetting_goes_to_zero_while_the_memory_follows);
+  RUN_TEST(nothing_that_the_host_does_loses_the_history);
   RUN_TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing);
   RUN_TEST(a_known_start_has_no_uncertainty);
   RUN_TEST(a_change_of_parameters_makes_no_step);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "lostmotion/runtime.h"
+#include "tally.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -55,8 +56,9 @@ static void run(const lm_parameters *parameters, const uint8_t *data, size_t siz
 static void load(const uint8_t *blob, size_t length, const uint8_t *data, size_t size) {
   static lm_parameters parameters;
   lm_fault fault;
-  lm_status status =
-      lm_load_parameters(&parameters, blob, length, lm_effects, LM_EFFECT_COUNT, &fault);
+  lm_status status;
+  count_one("blobs");
+  status = lm_load_parameters(&parameters, blob, length, lm_effects, LM_EFFECT_COUNT, &fault);
   if (status == LM_OK) {
     run(&parameters, data, size);
   } else if (fault.status != status || !fault.input) {

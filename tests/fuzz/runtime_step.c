@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "lostmotion/runtime.h"
+#include "tally.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -100,6 +101,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     lm_correction again;
     lm_headroom room;
     lm_saved saved;
+    count_one("calls");
     switch (next_byte(&from) & 15u) {
       case 0:
         lm_set_mode(&one, (lm_mode)(next_byte(&from) & 3u));

@@ -16,6 +16,8 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
     memory[1] = 1;
   } else if (load_Nm < REARM_SHARE * value[THRESHOLD_NM]) {
     memory[1] = 0;
+  } else {
+    /* within a peak, or below one */
   }
   return value[TOOTH_ANGLE_RAD] * memory[0];
 }

@@ -1,0 +1,252 @@
+/* The build for controllers that know no torque: one play, driven by the commanded angle. */
+#include <string.h>
+#include <unity.h>
+
+#include "lostmotion/runtime.h"
+
+#define HALF_GAP LM_REAL(1.5e-4) /* rad */
+#define ROUNDING LM_REAL(6e-8)
+#define ANGLE_LIMIT 10 /* rad */
+
+static lm_parameters parameters;
+static lm_compensator joint;
+static lm_conditions at;
+static lm_fault fault;
+static uint32_t seed;
+
+static void make_parameters(lm_parameters *p, lm_real half_gap) {
+  lm_play play;
+  memset(p, 0, sizeof *p);
+  play.radius_Nm = half_gap;
+  play.widening = 0;
+  play.weight = 1;
+  p->format = LM_PARAMETERS_FORMAT;
+  p->torque_limit_Nm = ANGLE_LIMIT;
+  p->limits.period_s = LM_REAL(1e-3);
+  p->limits.correction_rad = LM_REAL(1e-3);
+  p->limits.velocity_rad_s = LM_REAL(0.02);
+  p->limits.acceleration_rad_s2 = 5;
+  p->limits.jerk_rad_s3 = LM_REAL(3e3);
+  p->limits.response_per_s = 60;
+  p->watch.window_s = 1;
+  p->watch.fade_s = 2;
+  p->watch.noise_rad = LM_REAL(1e-5);
+  p->watch.misfit_rad = LM_REAL(1e-4);
+  TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&p->plays, &play, 1, 1, &fault));
+}
+
+void setUp(void) {
+  static const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
+  make_parameters(&parameters, HALF_GAP);
+  at = unknown;
+  seed = 1;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+}
+void tearDown(void) {
+}
+
+static lm_real draw(lm_real low, lm_real high) {
+  seed = seed * 1664525u + 1013904223u; /* Numerical Recipes' generator */
+  return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
+}
+
+static lm_real distance(lm_real a, lm_real b) {
+  return a < b ? b - a : a - b;
+}
+
+static lm_correction go_to(lm_real angle_rad) {
+  at.output_angle_rad = angle_rad;
+  return lm_step_compensator(&joint, &at);
+}
+
+static lm_correction rest(lm_real angle_rad, int ticks) {
+  lm_correction now = go_to(angle_rad);
+  for (; ticks > 1; --ticks) {
+    now = go_to(angle_rad);
+  }
+  return now;
+}
+
+static void the_gap_is_crossed_after_each_reversal(void) {
+  lm_correction now = rest(LM_REAL(0.5), 500);
+  TEST_ASSERT_TRUE(distance(now.lost_motion_rad, -HALF_GAP) < ROUNDING);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, HALF_GAP) < LM_REAL(1e-7));
+  now = rest(LM_REAL(0.5) - 2 * HALF_GAP, 500);
+  TEST_ASSERT_TRUE(distance(now.lost_motion_rad, HALF_GAP) < LM_REAL(2e-7));
+  now = rest(LM_REAL(0.1), 500);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, -HALF_GAP) < LM_REAL(1e-7));
+}
+
+/* Dither within the gap moves nothing on the far side: output = angle + lost motion stands still.
+ */
+static void dither_within_the_gap_leaves_the_output_where_it_is(void) {
+  lm_real stood = LM_REAL(0.25) + rest(LM_REAL(0.25), 10).lost_motion_rad;
+  int k;
+  for (k = 0; k < 1000; ++k) {
+    lm_real angle = LM_REAL(0.25) - draw(0, 2 * HALF_GAP);
+    TEST_ASSERT_TRUE(distance(angle + go_to(angle).lost_motion_rad, stood) < 2 * ROUNDING);
+  }
+}
+
+static void the_lost_motion_never_leaves_the_gap(void) {
+  int k;
+  for (k = 0; k < 100000; ++k) {
+    lm_correction now = go_to(draw(-12, 12) * draw(0, 1));
+    TEST_ASSERT_TRUE(distance(now.lost_motion_rad, 0) <= HALF_GAP + 2 * ANGLE_LIMIT * ROUNDING);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, 0) <= parameters.limits.correction_rad);
+    TEST_ASSERT_TRUE(distance(now.acceleration_rad_s2, 0) <= LM_REAL(5.0001));
+  }
+}
+
+static void one_big_step_is_many_small_ones_and_wipes_out_what_was(void) {
+  lm_memory fine = joint.memory;
+  lm_memory coarse;
+  int k;
+  for (k = 0; k < 200; ++k) {
+    at.output_angle_rad = draw(LM_REAL(-1e-4), LM_REAL(1e-4));
+    (void)lm_step_model(&parameters, &fine, &at);
+  }
+  for (k = 0; k <= 50; ++k) {
+    at.output_angle_rad = LM_REAL(0.02) * LM_REAL(k);
+    (void)lm_step_model(&parameters, &fine, &at);
+  }
+  lm_start_model(&coarse, 0);
+  (void)lm_step_model(&parameters, &coarse, &at);
+  TEST_ASSERT_EQUAL_MEMORY(&coarse, &fine, sizeof fine);
+}
+
+static void no_gap_is_the_identity(void) {
+  lm_real angle;
+  make_parameters(&parameters, 0);
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  for (angle = -1; angle < 1; angle += LM_REAL(0.03)) {
+    lm_correction now = go_to(angle);
+    TEST_ASSERT_TRUE(now.lost_motion_rad == 0 && now.correction_rad == 0);
+  }
+}
+
+static void evaluating_commits_nothing(void) {
+  lm_memory before = joint.memory;
+  lm_memory trial;
+  lm_real angle;
+  at.output_angle_rad = LM_REAL(0.3);
+  angle = lm_evaluate_model(&parameters, &joint.memory, &trial, &at);
+  TEST_ASSERT_EQUAL_MEMORY(&before, &joint.memory, sizeof before);
+  TEST_ASSERT_TRUE(lm_step_model(&parameters, &joint.memory, &at) == angle);
+}
+
+static void the_uncertainty_is_half_the_gap_until_it_was_crossed(void) {
+  TEST_ASSERT_TRUE(distance(lm_bound_uncertainty(&joint), HALF_GAP) < ROUNDING);
+  go_to(HALF_GAP);
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) > LM_REAL(0.4) * HALF_GAP);
+  TEST_ASSERT_TRUE(go_to(HALF_GAP).status & LM_STATE_MEMORY_UNKNOWN);
+  go_to(LM_REAL(2.01) * HALF_GAP);
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+  TEST_ASSERT_FALSE(go_to(0).status & LM_STATE_MEMORY_UNKNOWN);
+}
+
+static void angles_without_meaning_are_refused_or_clipped(void) {
+  lm_real zero = 0;
+  lm_real kept = go_to(LM_REAL(0.2)).lost_motion_rad;
+  lm_correction now = go_to(zero / zero);
+  TEST_ASSERT_TRUE(now.lost_motion_rad == kept && (now.status & LM_STATE_INPUT_REFUSED));
+  TEST_ASSERT_TRUE(go_to(11).status & LM_STATE_TORQUE_CLIPPED);
+  TEST_ASSERT_TRUE(joint.memory.plays.torque_Nm == ANGLE_LIMIT);
+  now = go_to(-1 / zero);
+  TEST_ASSERT_TRUE(joint.memory.plays.torque_Nm == -ANGLE_LIMIT);
+  TEST_ASSERT_TRUE(now.correction_rad - now.correction_rad == 0);
+}
+
+/* The other conditions do not reach the model: it has no effects to use them. */
+static void other_conditions_do_not_matter(void) {
+  lm_real zero = 0;
+  at.torque_Nm = zero / zero;
+  at.temperature_C = 1 / zero;
+  at.elapsed_s = zero / zero;
+  TEST_ASSERT_FALSE(go_to(LM_REAL(0.1)).status & LM_STATE_INPUT_REFUSED);
+}
+
+static void holding_resetting_and_saving_lose_nothing(void) {
+  lm_compensator other;
+  lm_saved saved;
+  rest(LM_REAL(0.4), 100);
+  lm_set_mode(&joint, LM_MODE_HOLD);
+  rest(LM_REAL(0.3), 50);
+  lm_set_mode(&joint, LM_MODE_RESET);
+  TEST_ASSERT_TRUE(distance(rest(LM_REAL(0.35), 800).correction_rad, 0) < LM_REAL(1e-7));
+  lm_save_compensator(&joint, &saved);
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&other, &parameters, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&other, &saved, &fault));
+  TEST_ASSERT_EQUAL_MEMORY(&joint.memory, &other.memory, sizeof other.memory);
+  lm_set_mode(&joint, LM_MODE_RUN);
+  TEST_ASSERT_TRUE(distance(rest(LM_REAL(0.35), 800).correction_rad, HALF_GAP) < LM_REAL(1e-7));
+}
+
+static void the_binary_form_comes_back_and_a_curve_is_refused(void) {
+  static uint8_t blob[LM_BLOB_BYTES_MAX];
+  lm_parameters loaded;
+  size_t length = 0;
+  TEST_ASSERT_EQUAL(LM_OK, lm_store_parameters(&parameters, blob, sizeof blob, &length, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_load_parameters(&loaded, blob, length, 0, 0, &fault));
+  TEST_ASSERT_TRUE(loaded.plays.slot[0].radius_Nm == HALF_GAP);
+  TEST_ASSERT_TRUE(loaded.torque_limit_Nm == ANGLE_LIMIT);
+  blob[20] = 2; /* knots of a curve */
+  {
+    uint32_t crc = lm_find_crc(0, blob, length - 4);
+    int i;
+    for (i = 0; i < 4; ++i) {
+      blob[length - 4 + (size_t)i] = (uint8_t)(crc >> (8 * i) & 0xFFu);
+    }
+  }
+  TEST_ASSERT_EQUAL(LM_TOO_SMALL, lm_load_parameters(&loaded, blob, length, 0, 0, &fault));
+  TEST_ASSERT_EQUAL_STRING("count", fault.input);
+}
+
+static void a_change_of_parameters_makes_no_step(void) {
+  static lm_parameters wider;
+  lm_correction before = rest(LM_REAL(0.5), 500);
+  lm_correction now;
+  make_parameters(&wider, 2 * HALF_GAP);
+  TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &wider, &fault));
+  now = go_to(LM_REAL(0.5));
+  TEST_ASSERT_TRUE(distance(now.correction_rad, before.correction_rad) < LM_REAL(1e-5));
+  rest(LM_REAL(0.6), 500);
+  now = rest(LM_REAL(0.6), 500);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, 2 * HALF_GAP) < LM_REAL(1e-7));
+}
+
+static void the_watch_fades_a_gap_out_that_is_not_there(void) {
+  int k;
+  lm_correction now = go_to(0);
+  for (k = 0; k < 8000; ++k) {
+    now = go_to((k / 400) % 2 ? LM_REAL(0.1) : LM_REAL(-0.1));
+    lm_watch_output(&joint, LM_REAL(1e-6) * LM_REAL(k % 3), LM_REAL(1e-3));
+  }
+  TEST_ASSERT_TRUE(now.status & LM_STATE_FADED);
+  TEST_ASSERT_TRUE(joint.gain == 0);
+}
+
+static void bad_parameters_do_not_start(void) {
+  parameters.plays.slot[0].radius_Nm = -1;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_start_compensator(&joint, &parameters, 0, &fault));
+  TEST_ASSERT_EQUAL_STRING("radius_Nm", fault.input);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(the_gap_is_crossed_after_each_reversal);
+  RUN_TEST(dither_within_the_gap_leaves_the_output_where_it_is);
+  RUN_TEST(the_lost_motion_never_leaves_the_gap);
+  RUN_TEST(one_big_step_is_many_small_ones_and_wipes_out_what_was);
+  RUN_TEST(no_gap_is_the_identity);
+  RUN_TEST(evaluating_commits_nothing);
+  RUN_TEST(the_uncertainty_is_half_the_gap_until_it_was_crossed);
+  RUN_TEST(angles_without_meaning_are_refused_or_clipped);
+  RUN_TEST(other_conditions_do_not_matter);
+  RUN_TEST(holding_resetting_and_saving_lose_nothing);
+  RUN_TEST(the_binary_form_comes_back_and_a_curve_is_refused);
+  RUN_TEST(a_change_of_parameters_makes_no_step);
+  RUN_TEST(the_watch_fades_a_gap_out_that_is_not_there);
+  RUN_TEST(bad_parameters_do_not_start);
+  return UNITY_END();
+}
