@@ -158,6 +158,9 @@ def show_result(result: Result, out: TextIO) -> None:
         f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n
     )
     print(f"search in {one_line(str(result.folder))}: {state}; combinations: {ends}\n", file=out)
+    if result.refused:
+        left_out = "evaluations that the model refused or that gave no number were left out"
+        print(f"{result.refused} {left_out}\n", file=out)
     if result.best is None:
         print("no feasible design", file=out)
         for limit in (result.infeasible or {}).get("relax", []):

@@ -26,7 +26,7 @@
   const shown = (value) => {
     if (!Number.isFinite(value)) return "–";
     const size = Math.abs(value);
-    const text = size >= 1e5 || (size < 1e-3 && size > 0)
+    const text = size >= 1e7 || (size < 1e-3 && size > 0)
       ? value.toExponential(3) : String(Number(value.toPrecision(5)));
     return text.replace("-", "−");
   };

@@ -29,7 +29,7 @@ from lostmotion.report import Section, drive_section
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.mesh import make_mesh
 from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render
-from lostmotion.report.sections import file_fingerprint
+from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
 from lostmotion.report.teeth import View, draw_view
 
@@ -64,6 +64,9 @@ PICTURE_PITCHES = 11.0
 
 LISTED_MAX = 400
 """Combinations that are listed on the page; the file has all."""
+
+WHOLE = 1e5
+"""Numbers from here on are shown without decimals."""
 
 SHORTENED = 1e-9
 """Parts of lost motion below this are none, arcmin."""
@@ -125,7 +128,9 @@ def _unit(unit: str) -> str:
 
 
 def _number(value: float) -> str:
-    return signs(f"{value:.5g}") if math.isfinite(value) else "–"
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.0f}" if WHOLE <= abs(value) < 1000 * WHOLE else signs(f"{value:.5g}")
 
 
 # --- the front ------------------------------------------------------------------------------------
@@ -147,6 +152,8 @@ def _front_section(result: Result, context: Context) -> Section:
             ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in ends.items() if n),
         ),
     ]
+    if result.refused:
+        facts.append(("evaluations without a number, left out", str(result.refused)))
     if not result.finished:
         facts.append(("state", "stopped; --resume goes on"))
     return Section(

@@ -44,6 +44,8 @@ class Result:
         One line that a user should read, or nothing.
     combinations : dict
         How many ended how.
+    refused : int
+        Evaluations that the model refused or that gave no number; they were left out.
     folder : Path
     """
 
@@ -57,6 +59,7 @@ class Result:
     infeasible: dict[str, Any] | None
     note: str
     combinations: dict[str, int]
+    refused: int
     folder: Path
     assumed: dict[str, Any] = field(default_factory=dict)
 
@@ -74,6 +77,7 @@ class Result:
             "certificate": self.certificate,
             "infeasible": self.infeasible,
             "combinations": self.combinations,
+            "refused": self.refused,
             "assumed": self.assumed,
             "note": self.note,
         }

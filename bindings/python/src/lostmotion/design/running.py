@@ -359,6 +359,7 @@ class _Run:
             infeasible,
             "; ".join(self.notes),
             {name: int(p.fate[i]) for i, name in enumerate(FATES)},
+            int(p.refused),
             self.folder,
             self.spec.assumed,
         )

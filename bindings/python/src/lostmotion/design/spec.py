@@ -414,14 +414,17 @@ class _Reader:
             self.say(place, "limit", name, self.number(place, "", scale, value))
         given = self.table("limits")
         for name, value in (("safety_factor_min", 1.5), ("gap_min_arcmin", 0.0)):
-            base = units.split_unit(name)[0]
-            if not any(units.split_unit(written)[0] == base for written in given):
+            base = split_limit(name)[0]
+            if not any(split_limit(written)[0] == base for written in given):
                 self.assume(f"search.limits.{name}", value)
 
     def find_limit(self, place: str, written: str, names: Sequence[str]) -> tuple[str, float]:
-        base, unit = units.split_unit(written)
+        """Name of a limit, and the file's unit in the limit's own."""
+        base, suffix = split_limit(written)
+        unit = units.parse_unit(suffix)
         for name in names:
-            known, kept = units.split_unit(name)
+            known, kept_suffix = split_limit(name)
+            kept = units.parse_unit(kept_suffix)
             if name == written:
                 return name, 1.0
             if kept is not None and unit is not None and known == base:
@@ -612,6 +615,12 @@ TOLERANCE_KEYS = (
     Key("cost_weight", above=0, high=1e6),
 )
 """Keys of [[design.tolerance]] in a spec: those of a drive file, and what a feature costs."""
+
+
+def split_limit(name: str) -> tuple[str, str]:
+    """Split a limit into what it limits and its unit; "min" is no minute there."""
+    match = re.fullmatch(r"(.*_(?:min|max))_(.*)", name)
+    return (match[1], match[2]) if match else (name, "")
 
 
 def _is_pair(value: Any) -> bool:

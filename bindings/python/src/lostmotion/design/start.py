@@ -81,8 +81,8 @@ def starts_of(designs: Designs, spec: Spec, combination: int, best: Any) -> tupl
     """Textbook start of a combination, in three forms.
 
     As it stands, with its smallest gap closed, and with the tolerance grades of the best design
-    too. What [search.start] says goes first; a variable that neither it nor a book names is taken in the
-    middle of its range. Nothing when the model refuses it.
+    too. What [search.start] says goes first; a variable that neither it nor a book names is taken
+    in the middle of its range. Nothing when the model refuses it.
 
     Parameters
     ----------
