@@ -48,7 +48,7 @@ PACKAGE = (
 )
 """What of this folder goes into an sdist."""
 
-CHECKOUT = ("CMakeLists.txt", "LICENSE", "lib", "optimizer", "tests/data")
+CHECKOUT = ("CMakeLists.txt", "LICENSE", "lib", "optimizer", "tests/data", "firmware_examples")
 """What of the checkout goes along."""
 
 LEFT_OUT = shutil.ignore_patterns(

@@ -101,7 +101,7 @@ class Replay:
         """Answer of the command."""
         status = np.concatenate([tape.status for tape in self.tapes])
         before, after, model = (
-            np.concatenate(part) for part in zip(*map(_errors, self.tapes), strict=True)
+            np.concatenate(part) for part in zip(*map(errors_of, self.tapes), strict=True)
         )
         return {
             "schema": "lostmotion.replay/1",
@@ -154,7 +154,7 @@ class Replay:
         return out.getvalue()
 
 
-def _errors(tape: Tape) -> tuple[FloatArray, FloatArray, FloatArray]:
+def errors_of(tape: Tape) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Error of the output without and with the correction, and of the model.
 
     The zero of a recorded lost motion is arbitrary: it is taken where the model fits best.

@@ -1,0 +1,229 @@
+"""The pages of the demonstration's report that no command writes alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lostmotion.compare import Comparison
+from lostmotion.demo.controller import Emulated, Scores
+from lostmotion.design import Result
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.diagnosis import Diagnosis
+from lostmotion.discover.ladder import FittedModel
+from lostmotion.drives import Drive
+from lostmotion.report import Section
+from lostmotion.report.chart import Axes, round_up
+from lostmotion.report.front import axis_name, front_figure
+from lostmotion.report.ladder import evidence_figure, ladder_figure
+from lostmotion.report.maps import collect_residuals, map_figure
+from lostmotion.report.page import Figure, Notes, Rows, Table
+from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, text_width
+from lostmotion.units import ARCSEC
+
+EVIDENCE_ROWS = 6
+"""Effects that the table of the evidence lists."""
+
+FRONT_ROWS = 10
+"""Designs that the table of the front lists."""
+
+
+def words(name: str) -> str:
+    """Write the name of an effect as words."""
+    return name.replace("_", " ")
+
+
+def where_section(
+    drive: Drive, result: Comparison, found: Diagnosis, model: FittedModel
+) -> Section:
+    """Show the residual over torque and what it hangs on, before and after."""
+    conditions = Conditions(result.campaign)
+    before = collect_residuals(conditions, result.residual_rad / ARCSEC, model.noise_floor_arcsec)
+    after = collect_residuals(
+        model.base.conditions, model.base.residual(), model.noise_floor_arcsec
+    )
+    covariate = next(
+        (
+            name
+            for failure in result.failures
+            for name in before.covariates
+            if name.startswith(failure.covariate)
+        ),
+        next(iter(before.covariates)),
+    )
+    effects = " and ".join(map(words, found.effects)) or "nothing"
+    first, second = map_figure(before, covariate), map_figure(after, covariate)
+    return Section(
+        f"{drive.name}: where the model fails",
+        "What the comparison leaves, in cells of the torque and of the quantity on which it hangs "
+        "most; and what the fit leaves when the effect that is found below has been added.",
+        blocks=[
+            first,
+            Figure(
+                f"The same with {effects} added",
+                f"The colours span {np.nanmax(np.abs(after.values)):.1f} arcsec at most now. "
+                + second.caption,
+                second.draw,
+                Table(f"{second.table.name}_after", second.table.columns),
+            ),
+        ],
+    )
+
+
+def diagnosis_section(drive: Drive, found: Diagnosis, model: FittedModel) -> Section:
+    """Say which effect is missing, how sure that is, and how the error falls."""
+    answer = found.answer()
+    last = model.ladder[-1]
+    facts = [
+        ("verdict", answer["verdict"].replace("-", " ")),
+        ("effects", ", ".join(map(words, answer["effects"])) or "none"),
+        ("rms without, arcsec", f"{model.ladder[0]['rms_arcsec']:.2f}"),
+        ("rms with, arcsec", f"{last['rms_arcsec']:.2f}"),
+        ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.2f}"),
+        ("noise floor, arcsec", f"{model.noise_floor_arcsec:.2f}"),
+    ]
+    rows = [
+        (words(one["name"]), f"{one['evidence']:.1f}", f"{one['p']:.2g}")
+        for one in answer["candidates"]
+        if one["testable"]
+    ][:EVIDENCE_ROWS]
+    section = Section(
+        f"{drive.name}: which effect is missing",
+        "Each effect of the library is refitted together with the drive, and judged by runs that "
+        "the fit has not seen, against the scatter from run to run.",
+        facts,
+        [
+            ladder_figure(model.ladder, model.noise_floor_arcsec, drive.name),
+            Rows("Evidence", ("effect", "nats", "p"), rows, (1, 2)),
+        ],
+    )
+    if found.selection is not None:
+        judged = {one.name: one.gain_by_run for one in found.selection.steps[0].results}
+        names = [one["name"] for one in answer["candidates"] if one["name"] in judged][:2]
+        if names:
+            section.blocks.append(
+                evidence_figure(
+                    model.base.conditions.labels, {name: judged[name] for name in names}
+                )
+            )
+    values = [
+        (name, f"{value:.5g}", f"{error:.2g}")
+        for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True)
+        if "." in name
+    ]
+    if values:
+        section.blocks.append(
+            Rows("Fitted values", ("parameter", "value", "standard error"), values, (1, 2))
+        )
+    section.blocks.append(Notes("What next", [answer["next_experiment"]]))
+    return section
+
+
+def controller_section(
+    drive: Drive, plain: Scores, scores: Scores, emulated: Emulated | str
+) -> Section:
+    """Show the error of the joint's output without and with the exported parameters."""
+    ran = not isinstance(emulated, str)
+    if isinstance(emulated, str):
+        where = f"Replayed on this machine with the controller's code, for {emulated}."
+    elif emulated.bits == scores.bits:
+        where = "Run on an emulated Cortex-M4F; it computed the same bits as the replay here."
+    else:
+        where = "Run on an emulated Cortex-M4F; its bits are NOT those of the replay here."
+    rows = [
+        (
+            str(label),
+            f"{temperature:.0f}",
+            f"{before:.1f}",
+            f"{without:.1f}",
+            f"{after:.1f}",
+            f"{emulated.after[i]:.1f}" if not isinstance(emulated, str) else "-",
+        )
+        for i, (label, temperature, before, without, after) in enumerate(
+            zip(
+                scores.labels,
+                scores.temperature_C,
+                scores.before,
+                plain.after,
+                scores.after,
+                strict=True,
+            )
+        )
+    ]
+    head = ("run", "°C", "alone", "without the effect", "with it", "with it, emulated")
+    return Section(
+        f"{drive.name}: on its controller",
+        "The exported parameters in the code that a motor controller links, over the recorded "
+        f"torque loops at unusual temperatures. {where}",
+        [("emulated", "Cortex-M4F" if ran else "no"), ("CRC-32 of all bits", scores.bits)],
+        [
+            Figure(
+                "Error of the output at unusual temperatures",
+                "rms in arc seconds: of the joint alone, with the parameters of the fit without "
+                "the effect, and with it.",
+                lambda width: draw_scores(plain, scores, width),
+                Table(
+                    "controller",
+                    {
+                        "run": scores.labels,
+                        "temperature_C": scores.temperature_C,
+                        "uncompensated_arcsec": scores.before,
+                        "without_effect_arcsec": plain.after,
+                        "compensated_arcsec": scores.after,
+                    },
+                ),
+            ),
+            Rows("Error of the output, arcsec rms", head, rows, (1, 2, 3, 4, 5)),
+        ],
+    )
+
+
+def draw_scores(plain: Scores, scores: Scores, width: float) -> str:
+    """Draw three bars for each run."""
+    left, top, row, bar = 58.0, 40.0, 58.0, 13.0
+    inks = (FAINT, ORANGE, BLUE)
+    parts = (scores.before, plain.after, scores.after)
+    height = row * len(scores.labels)
+    drawing = Drawing(width, top + height + 44, "Error of the output, arcsec rms")
+    most = round_up(1.15 * float(scores.before.max()))
+    axes = Axes(drawing, (left, top, width - left - 16, height), (0.0, most), (0.0, 1.0))
+    axes.frame("rms, arcsec", "", ticks=(width / 110, 0.0))
+    for i, temperature in enumerate(scores.temperature_C):
+        y = top + row * i + 7
+        drawing.text(left - 8, y + 1.9 * bar, f"{temperature:.0f} °C", anchor="end")
+        for k, (ink, values) in enumerate(zip(inks, parts, strict=True)):
+            end = float(axes.x(values[i]))
+            drawing.rectangle(left, y + k * (bar + 1), max(end - left, 1.0), bar, ink)
+            drawing.text(end + 5, y + k * (bar + 1) + 11, f"{values[i]:.1f}", size=SMALL_SIZE)
+    x = left
+    for ink, name in zip(inks, ("alone", "without the effect", "with it"), strict=True):
+        drawing.rectangle(x, 10, 12, 12, ink)
+        drawing.text(x + 17, 20, name, size=SMALL_SIZE)
+        x += 34 + text_width(name, SMALL_SIZE)
+    return drawing.render()
+
+
+def design_section(designs: Result | str) -> Section:
+    """Show the front of the small search."""
+    title = "A small design search"
+    if isinstance(designs, str):
+        return Section(title, f"Left out: {designs}.")
+    front = [one["objectives"] for one in designs.front]
+    every = max(1, -(-len(front) // FRONT_ROWS))
+    rows = [tuple(f"{value:.5g}" for value in row) for row in front[::every]]
+    head = tuple(
+        axis_name(name, unit) for name, unit in zip(designs.objectives, designs.units, strict=True)
+    )
+    facts = [("designs on the front", str(len(front)))]
+    if designs.certificate is not None:
+        holds = "holds" if designs.certificate["holds"] else "does not hold"
+        facts.append(("the best one on the fine check", holds))
+    return Section(
+        title,
+        "A drive of the same size with little lost motion, much stiffness and a low price: the "
+        "search over the same model that predicts and compares.",
+        facts,
+        [
+            front_figure(front, designs.objectives, designs.units, "the search"),
+            Rows("Some designs of the front", head, rows, tuple(range(len(head)))),
+        ],
+    )

@@ -1,0 +1,304 @@
+"""The story: where the model of a joint fails, why, and what its controller makes of the answer."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from lostmotion.base import Backbone
+from lostmotion.compare import Comparison, compare
+from lostmotion.demo.controller import (
+    EMULATOR,
+    Emulated,
+    Scores,
+    emulate,
+    export_header,
+    make_log,
+    replay_here,
+)
+from lostmotion.demo.drives import OtherDrives, look_at_drives
+from lostmotion.demo.inputs import copy_inputs
+from lostmotion.demo.sections import (
+    controller_section,
+    design_section,
+    diagnosis_section,
+    where_section,
+)
+from lostmotion.design import Result, search
+from lostmotion.discover.diagnosis import Diagnosis, diagnose
+from lostmotion.discover.effects import library
+from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.threads import one_thread
+from lostmotion.drives import Drive, format_toml, read_drive
+from lostmotion.errors import InputError, LostMotionError, one_line
+from lostmotion.files import write_whole
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign, read_campaign
+from lostmotion.report import Section, comparison_section, write_report
+from lostmotion.units import ARCMIN, ARCSEC
+
+JOINT = Path("joint")
+DRIVE, RECORDING, SPEC = "joint.toml", "joint.csv.gz", "spec.toml"
+RUN = "design"
+"""Folder of the design search."""
+
+TITLE = "A joint, what its model lacks, and what its controller makes of it"
+LEAD = (
+    "A recorded campaign of a strain-wave joint with an effect that its model does not have: where "
+    "the model fails, which effect it is, the error with it added, and the exported parameters on "
+    "the controller. Then a small design search, and four other drives."
+)
+
+STEPS = 8
+
+
+@dataclass
+class Demonstration:
+    """What the demonstration found.
+
+    Attributes
+    ----------
+    plain, scores : Scores
+        The controller over the log, with the parameters of the fitted base and with the effect.
+    emulated : Emulated or str
+        What the emulated controller said, or why there is none.
+    designs : Result or str
+        Of the search, or why there is none.
+    """
+
+    drive: Drive
+    comparison: Comparison
+    diagnosis: Diagnosis
+    model: FittedModel
+    plain: Scores
+    scores: Scores
+    emulated: Emulated | str
+    designs: Result | str
+    others: OtherDrives
+    report: Path
+    files: list[str] = field(default_factory=list)
+
+    def answer(self) -> dict[str, Any]:
+        """Return the answer of the command, ready for JSON."""
+        emulated = self.emulated
+        return {
+            "schema": "lostmotion.demo/1",
+            "drives": [prediction for _, prediction in self.others.drives],
+            "comparison": self.others.comparison.answer(),
+            "joint": {
+                "comparison": self.comparison.answer(),
+                "diagnosis": self.diagnosis.answer(),
+                "fit": self.model.answer(),
+                "controller": {
+                    "runs": self.scores.labels,
+                    "temperature_C": self.scores.temperature_C,
+                    "uncompensated_arcsec": self.scores.before.tolist(),
+                    "without_effect_arcsec": self.plain.after.tolist(),
+                    "compensated_arcsec": self.scores.after.tolist(),
+                    "bits_crc32": self.scores.bits,
+                    "emulator": emulated if isinstance(emulated, str) else "",
+                    "same_bits": None
+                    if isinstance(emulated, str)
+                    else emulated.bits == self.scores.bits,
+                },
+            },
+            "design": self.designs if isinstance(self.designs, str) else self.designs.answer(),
+            "report": str(self.report),
+        }
+
+
+def demonstrate(
+    folder: str | Path, command: str, progress: Callable[[int, int], None] | None = None
+) -> Demonstration:
+    """Run the demonstration and write its report.
+
+    Parameters
+    ----------
+    folder : path
+        Where the report, the exported parameters and a copy of the inputs go; made when it does
+        not exist.
+    command : str
+        The command line, for the report.
+    progress : callable, optional
+        Called with steps done and steps in all.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be made or written to.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        copy_inputs(folder)
+    except OSError as error:
+        raise InputError(folder, "", error.strerror or "an error", "a folder to write to") from None
+    done = 0
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, STEPS)
+
+    drive = read_drive(folder / JOINT / DRIVE)
+    recording = folder / JOINT / RECORDING
+    campaign = read_campaign([recording], ratio=drive.ratio, mapping=drive.columns)
+    backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
+    step()
+    with one_thread():
+        result = compare(backbone, campaign)
+    step()
+    found = missing_effect(drive, campaign, backbone)
+    step()
+    model, plain, scores, emulated = to_the_controller(
+        folder, drive, campaign, backbone, found.effects
+    )
+    step()
+    step()
+    designs = search_designs(folder)
+    step()
+    others = look_at_drives(folder)
+    step()
+    sections: list[Section] = [
+        comparison_section(drive, result, [recording]),
+        where_section(drive, result, found, model),
+        diagnosis_section(drive, found, model),
+        controller_section(drive, plain, scores, emulated),
+        design_section(designs),
+        *others.sections,
+    ]
+    report = folder / "report.html"
+    write_report(report, TITLE, LEAD, sections, command)
+    step()
+    return Demonstration(
+        drive, result, found, model, plain, scores, emulated, designs, others, report
+    )
+
+
+def missing_effect(drive: Drive, campaign: Campaign, backbone: Backbone) -> Diagnosis:
+    """Diagnose, as the command does."""
+    effects = library()
+    with one_thread():
+        return diagnose(
+            campaign,
+            ratio=drive.ratio,
+            rated_torque_Nm=drive.rated_torque_Nm,
+            backbone=backbone,
+            effects=effects,
+            base=make_base(drive, campaign, backbone, effects),
+        )
+
+
+def to_the_controller(
+    folder: Path, drive: Drive, campaign: Campaign, backbone: Backbone, effects: list[str]
+) -> tuple[FittedModel, Scores, Scores, Emulated | str]:
+    """Fit without and with the effects, export both, and run both on the controller."""
+    log = make_log(campaign)
+    models = {}
+    with one_thread():
+        for name, added in (("base", []), ("fitted", effects)):
+            models[name] = fit_model(drive, campaign, backbone, added, library())
+            write_whole(folder / f"{name}.toml", format_toml(models[name].document(drive)))
+    plain = replay_here(folder / "base.toml", log)
+    scores = replay_here(folder / "fitted.toml", log)
+    header = folder / "params.h"
+    export_header(folder / "fitted.toml", header)
+    with tempfile.TemporaryDirectory(prefix="lostmotion-") as place:
+        emulated = emulate(header, log, Path(place))
+    return models["fitted"], plain, scores, emulated
+
+
+def search_designs(folder: Path) -> Result | str:
+    """Search a design; why not, where the package has no search."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="lostmotion-") as place:
+            return search(folder / JOINT / SPEC, Path(place) / RUN)
+    except InputError:
+        raise
+    except LostMotionError as error:
+        return one_line(str(error))
+
+
+def show_demonstration(found: Demonstration, out: TextIO) -> None:
+    """Print the story in a few lines, and then a line a drive."""
+    answer = found.comparison.answer()
+    print(f"1 recorded   {answer['samples']} samples in {len(answer['by_run'])} runs", file=out)
+    if answer["where_it_fails"]:
+        names = [one["covariate"].replace("_", " ") for one in answer["where_it_fails"][:2]]
+        print(
+            f"2 fails      {answer['rms_arcsec']:.1f} arcsec rms are left; they hang on "
+            + " and ".join(names),
+            file=out,
+        )
+    effects = " and ".join(found.diagnosis.effects) or "nothing"
+    print(f"3 missing    {effects} ({found.diagnosis.verdict})", file=out)
+    steps = ", ".join(
+        f"{' + '.join(['base', *rung['effects']])} {rung['rms_arcsec']:.2f}"
+        for rung in found.model.ladder
+    )
+    print(
+        f"4 added      {steps}, noise floor {found.model.noise_floor_arcsec:.2f} arcsec", file=out
+    )
+    where = "replayed on this machine: " + found.emulated if isinstance(found.emulated, str) else ""
+    if not isinstance(found.emulated, str):
+        same = "the same bits as here" if found.emulated.bits == found.scores.bits else "OTHER BITS"
+        where = f"on an emulated Cortex-M4F ({EMULATOR}), {same}"
+    print(f"5 controller {where}; error of the output, arcsec rms:", file=out)
+    print("             at      alone  without the effect  with it", file=out)
+    rows = zip(
+        found.scores.temperature_C,
+        found.scores.before,
+        found.plain.after,
+        found.scores.after,
+        strict=True,
+    )
+    for temperature, before, plain, after in rows:
+        print(
+            f"             {temperature:.0f} °C  {before:6.1f}  {plain:18.1f}  {after:7.1f}",
+            file=out,
+        )
+    if isinstance(found.designs, str):
+        print(f"6 designs    none: {found.designs}", file=out)
+    else:
+        print(f"6 designs    {len(found.designs.front)} on the front", file=out)
+    print("", file=out)
+    show_drives(found.others, out)
+    print(f"\nreport with pictures: {found.report}", file=out)
+    print(
+        "drive files, recordings and the parameters for the controller are beside it: "
+        f"{found.report.parent}",
+        file=out,
+    )
+
+
+def show_drives(others: OtherDrives, out: TextIO) -> None:
+    """Print a line for each of the other drives."""
+    width = max(len(drive.name) for drive, _ in others.drives)
+    print(
+        f"{'arcmin':{width}}  reversal lost motion  deflection at   smallest side  checks\n"
+        f"{'':{width}}  at 4 % rated torque   rated torque    clearance      passed",
+        file=out,
+    )
+    for (drive, answer), gap in zip(others.drives, others.smallest_gap_arcmin, strict=True):
+        checks = [c for c in answer.get("checks", []) if c["name"] != "free_assembly"]
+        passed = sum(c["margin"] >= 0 for c in checks)
+        print(
+            f"{drive.name:{width}}  {answer['reversal_lost_motion_arcmin']:<20.3f}  "
+            f"{answer['total_arcmin'][-1]:<14.3f}  "
+            + (f"{gap:<13.4f}  {passed} of {len(checks)}" if gap is not None else "-"),
+            file=out,
+        )
+    answer = others.comparison.answer()
+    scale = ARCSEC / ARCMIN
+    print(
+        f"{others.measured.name}: {answer['samples']} samples in {len(answer['by_run'])} runs; "
+        f"rms in arcmin as it stands {answer['unfitted_rms_arcsec'] * scale:.1f}, fitted "
+        f"{answer['rms_arcsec'] * scale:.1f}, held out {answer['heldout_rms_arcsec'] * scale:.1f}",
+        file=out,
+    )
