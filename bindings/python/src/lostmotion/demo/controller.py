@@ -104,9 +104,9 @@ def make_log(campaign: Campaign) -> Campaign:
     return Campaign(runs)
 
 
-def replay_here(drive_file: Path, log: Campaign) -> Scores:
-    """Run the controller's code over the log on this machine."""
-    parameters, _, _ = read_parameters(drive_file, {"period": PERIOD_S})
+def replay_here(blob: Path, log: Campaign) -> Scores:
+    """Run the controller's code with exported parameters over the log on this machine."""
+    parameters, _, _ = read_parameters(blob, {})
     result = replay(parameters, log)
     scores = [errors_of(tape) for tape in result.tapes]
     return Scores(
@@ -124,11 +124,12 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def export_header(drive_file: Path, header: Path, name: str = "joint_parameters") -> dict[str, Any]:
-    """Write the parameters for the controller, as ``lostmotion export`` does."""
+def export_both(drive_file: Path, header: Path) -> None:
+    """Write the parameters for the controller, as ``lostmotion export`` does: header and blob."""
     drive = read_drive(drive_file)
     controller = make_controller(drive, {"period": PERIOD_S})
-    return export(controller, header, name=name, title=drive.name)
+    for file in (header, header.with_suffix(".bin")):
+        export(controller, file, name="joint_parameters", title=drive.name)
 
 
 def missing_tools() -> str:

@@ -17,7 +17,7 @@ from lostmotion.demo.controller import (
     Emulated,
     Scores,
     emulate,
-    export_header,
+    export_both,
     make_log,
     replay_here,
 )
@@ -205,11 +205,13 @@ def to_the_controller(
         for name, added in (("base", []), ("fitted", effects)):
             models[name] = fit_model(drive, campaign, backbone, added, library())
             write_whole(folder / f"{name}.toml", format_toml(models[name].document(drive)))
-    plain = replay_here(folder / "base.toml", log)
-    scores = replay_here(folder / "fitted.toml", log)
     header = folder / "params.h"
-    export_header(folder / "fitted.toml", header)
     with tempfile.TemporaryDirectory(prefix="lostmotion-") as place:
+        without = Path(place) / "base.h"
+        export_both(folder / "base.toml", without)
+        plain = replay_here(without.with_suffix(".bin"), log)
+        export_both(folder / "fitted.toml", header)
+        scores = replay_here(header.with_suffix(".bin"), log)
         emulated = emulate(header, log, Path(place))
     return models["fitted"], plain, scores, emulated
 
