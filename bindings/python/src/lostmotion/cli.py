@@ -20,7 +20,13 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.design.command import add_design_command
-from lostmotion.discover.commands import add_commands, add_effects, add_report, effects_of
+from lostmotion.discover.commands import (
+    add_commands,
+    add_dask,
+    add_effects,
+    add_report,
+    effects_of,
+)
 from lostmotion.discover.ladder import make_base
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -31,6 +37,7 @@ from lostmotion.predict import clearances, predict
 from lostmotion.recordings import parse_map, read_campaign, recording_files
 from lostmotion.replay import read_parameters, replay, show_replay
 from lostmotion.report import comparison_section, drive_section, write_report
+from lostmotion.sample import read_or_sample
 from lostmotion.workbench.command import add_command as add_workbench
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -177,6 +184,7 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument("drive", metavar="DRIVE", help="drive file")
     added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
     add_map(added)
+    add_dask(added)
     added.add_argument(
         "--fit-on",
         metavar="RUN,RUN...",
@@ -365,7 +373,9 @@ def run_compare(arguments: argparse.Namespace) -> None:
     seed = whole_number("--seed", arguments.seed, 0, SEED_MAX)
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
-    campaign = read_campaign(arguments.data, ratio=drive.ratio, mapping=mapping)
+    campaign = read_or_sample(
+        arguments.data, ratio=drive.ratio, mapping=mapping, dask=arguments.dask
+    )
     largest = float(np.max(np.abs(campaign.column("torque"))))
     backbone = make_backbone(drive, largest)
     fitted = drive.fit is not None or bool(drive.effects)

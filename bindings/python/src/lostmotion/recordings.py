@@ -96,7 +96,7 @@ class Finding:
     ----------
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
-        ``sign``, ``ignored_column``.
+        ``sign``, ``ignored_column``, ``sampled``.
     file, column : str
         Where.
     run : int or str or None
@@ -155,6 +155,8 @@ class Campaign:
 
     runs: list[Run]
     findings: list[Finding] = field(default_factory=list)
+    recorded_rows: int | None = None
+    """Rows that were recorded, where the runs hold a sample of them."""
 
     @property
     def rows(self) -> int:
@@ -401,13 +403,9 @@ def read_campaign(
         found = _read_file(file, dict(mapping or {}), ratio, findings)
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
-    labels = [run.label for run in runs]
-    if len(set(labels)) != len(labels):
-        for run in runs:
-            if labels.count(run.label) > 1:
-                run.label = f"{Path(run.file).name.split('.')[0]}:{run.label}"
+    name_apart(runs)
     campaign = Campaign(runs, findings)
-    _check_sign(campaign)
+    check_sign(campaign)
     for finding in findings:
         LOG.info("%s", finding)
     return campaign
@@ -416,20 +414,12 @@ def read_campaign(
 def _read_file(
     file: Path, mapping: dict[str, str], ratio: float | None, findings: list[Finding]
 ) -> list[Run]:
-    table = _read_table(file)
+    table = read_table(file)
     name = str(file)
     chosen, ignored = resolve_columns(name, list(table), mapping)
     for column in ignored:
         findings.append(Finding("ignored_column", name, column, None, 1, "not used"))
-    numbers: dict[str, FloatArray] = {}
-    for quantity, (column, meaning) in chosen.items():
-        if quantity == "run":
-            continue
-        values = meaning.sign * _numbers(name, column, table[column])
-        if meaning.unit is not None:
-            values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
-        _check_range(name, column, values, meaning.quantity)
-        numbers[quantity] = np.ascontiguousarray(values)
+    numbers = in_si(name, table, chosen)
     rows = len(numbers["torque"])
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
@@ -437,7 +427,7 @@ def _read_file(
         raise InputError(name, "input_angle_rad", "no ratio", "the ratio of the drive")
 
     if "run" in chosen:
-        codes, labels = _run_codes(name, chosen["run"][0], table[chosen["run"][0]])
+        codes, labels = run_codes(name, chosen["run"][0], table[chosen["run"][0]])
     else:
         codes, labels = np.zeros(rows, dtype=np.intp), [file.name.split(".")[0]]
     runs = []
@@ -449,7 +439,7 @@ def _read_file(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
             )
         columns = {quantity: values[index] for quantity, values in numbers.items()}
-        run = _sound_run(name, label, columns, ratio, findings)
+        run = sound_run(name, label, columns, ratio, findings)
         if run is not None:
             runs.append(run)
     if not runs:
@@ -457,7 +447,34 @@ def _read_file(
     return runs
 
 
-def _check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:
+def in_si(
+    file: str,
+    table: Mapping[str, npt.NDArray[Any]],
+    chosen: Mapping[str, tuple[str, ColumnName]],
+) -> dict[str, FloatArray]:
+    """Return the quantities of a table, but for the run, in the units that they are kept in."""
+    numbers: dict[str, FloatArray] = {}
+    for quantity, (column, meaning) in chosen.items():
+        if quantity == "run":
+            continue
+        values = meaning.sign * numbers_of(file, column, table[column])
+        if meaning.unit is not None:
+            values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
+        check_range(file, column, values, meaning.quantity)
+        numbers[quantity] = np.ascontiguousarray(values)
+    return numbers
+
+
+def name_apart(runs: Sequence[Run]) -> None:
+    """Put the file before labels that several files use."""
+    labels = [run.label for run in runs]
+    if len(set(labels)) != len(labels):
+        for run in runs:
+            if labels.count(run.label) > 1:
+                run.label = f"{Path(run.file).name.split('.')[0]}:{run.label}"
+
+
+def check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:
     """Refuse numbers that this quantity cannot have; what is not finite is counted elsewhere."""
     beyond = np.isfinite(values) & ~((values >= quantity.low) & (values <= quantity.high))
     if np.any(beyond):
@@ -471,7 +488,7 @@ def _check_range(file: str, column: str, values: FloatArray, quantity: Quantity)
         )
 
 
-def _run_codes(
+def run_codes(
     file: str, column: str, values: npt.NDArray[Any]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
     """Number the runs in the order of their first appearance."""
@@ -496,7 +513,7 @@ def _run_codes(
     return rank[inverse].astype(np.intp), labels
 
 
-def _sound_run(
+def sound_run(
     file: str,
     label: int | str,
     columns: dict[str, FloatArray],
@@ -605,7 +622,7 @@ def longest_stuck(values: FloatArray, other: FloatArray) -> int:
     return longest
 
 
-def _check_sign(campaign: Campaign) -> None:
+def check_sign(campaign: Campaign) -> None:
     """Note a campaign whose lost motion falls with growing torque: one sign is turned round."""
     torque = campaign.column("torque")
     centred = np.concatenate(
@@ -624,7 +641,8 @@ def _check_sign(campaign: Campaign) -> None:
         )
 
 
-def _numbers(file: str, column: str, values: npt.NDArray[Any]) -> FloatArray:
+def numbers_of(file: str, column: str, values: npt.NDArray[Any]) -> FloatArray:
+    """Read a column as numbers; what is empty is not a number."""
     if values.dtype.kind in "fiub":
         return values.astype(np.float64)
     out = np.empty(values.size)
@@ -639,7 +657,8 @@ def _numbers(file: str, column: str, values: npt.NDArray[Any]) -> FloatArray:
     return out
 
 
-def _read_table(file: Path) -> dict[str, npt.NDArray[Any]]:
+def read_table(file: Path) -> dict[str, npt.NDArray[Any]]:
+    """Read a file's columns as they stand."""
     if file.name.lower().endswith(".parquet"):
         return _read_parquet(file)
     return _read_csv(file)
@@ -657,17 +676,19 @@ def _read_parquet(file: Path) -> dict[str, npt.NDArray[Any]]:
         table = pyarrow.parquet.read_table(file)
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(file, "", f"unreadable Parquet ({error})", "a Parquet file") from None
-    _refuse_twins(file, table.column_names)
-    return _from_arrow(table)
+    refuse_twins(file, table.column_names)
+    return from_arrow(table)
 
 
-def _refuse_twins(file: Path, header: Sequence[str]) -> None:
+def refuse_twins(file: Path, header: Sequence[str]) -> None:
+    """Refuse a header that names a column twice."""
     for name in header:
         if list(header).count(name) > 1:
             raise InputError(file, name, "the column twice", "each column once")
 
 
-def _from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
+def from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
+    """Take the columns out of an Arrow table."""
     columns: dict[str, npt.NDArray[Any]] = {}
     for name, column in zip(table.column_names, table.columns, strict=True):
         kind = str(column.type)
@@ -702,7 +723,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
     header_line = lines[skip]
     delimiter = next((d for d in ",;\t" if d in header_line), ",")
     header = [name.strip() for name in _fields(file, [header_line], delimiter)[0]]
-    _refuse_twins(file, header)
+    refuse_twins(file, header)
     try:
         import pyarrow
         import pyarrow.csv
@@ -721,7 +742,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
     except pyarrow.ArrowException:
         # The plain reader finds the row at fault, or copes.
         return _parse_csv(file, header, lines[skip + 1 :], delimiter)
-    return _from_arrow(table)
+    return from_arrow(table)
 
 
 def _fields(file: Path, lines: list[str], delimiter: str) -> list[list[str]]:

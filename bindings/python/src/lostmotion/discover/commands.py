@@ -23,6 +23,7 @@ from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
+from lostmotion.sample import read_or_sample
 
 Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
 Option = Callable[[argparse.ArgumentParser], None]
@@ -102,6 +103,18 @@ def add_inputs(parser: argparse.ArgumentParser, add_map: Option) -> None:
     parser.add_argument("drive", metavar="DRIVE", help="drive file")
     parser.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
     add_map(parser)
+    add_dask(parser)
+
+
+def add_dask(parser: argparse.ArgumentParser) -> None:
+    """Add the option that reads large recordings through Dask."""
+    parser.add_argument(
+        "--dask",
+        nargs="?",
+        const="local",
+        metavar="ADDRESS",
+        help="read large Parquet recordings through Dask, here or on the cluster at tcp://...",
+    )
 
 
 def add_effects(parser: argparse.ArgumentParser) -> None:
@@ -139,8 +152,11 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
     """Read drive and recordings."""
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
-    campaign = read_campaign(
-        [Path(path) for path in arguments.data], ratio=drive.ratio, mapping=mapping
+    campaign = read_or_sample(
+        [Path(path) for path in arguments.data],
+        ratio=drive.ratio,
+        mapping=mapping,
+        dask=arguments.dask,
     )
     torque = campaign.column("torque")
     if np.ptp(torque) == 0:

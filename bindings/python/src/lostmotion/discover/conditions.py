@@ -13,6 +13,9 @@ FloatArray = npt.NDArray[np.float64]
 RATE_WINDOW = 7
 """Samples over which a rate is the slope of a straight line: encoders have steps, clocks too."""
 
+SAME_ANGLE = 1e-9
+"""Relative difference of two angles, far below any encoder, that is rounding."""
+
 MEASURED = {
     "torque_Nm": "torque",
     "input_angle_rad": "input_angle",
@@ -46,7 +49,8 @@ class Conditions:
     Attributes
     ----------
     columns : dict
-        Arrays by the names of `CONDITIONS`; what was not measured is missing.
+        Arrays by the names of `CONDITIONS`; what was not measured is missing. The output angle is
+        where the output would be without lost motion, see `unwound`.
     lost_motion : ndarray
         Arc seconds.
     starts, run_of : ndarray
@@ -79,6 +83,7 @@ class Conditions:
             self.columns["output_acceleration_rad_s2"] = self.rate(
                 self.rate(self.columns["output_angle_rad"])
             )
+            self.columns["output_angle_rad"] = self.unwound()
         elapsed = np.diff(self.time_s, prepend=self.time_s[0])
         elapsed[self.starts[:-1]] = 0.0
         self.columns["elapsed_s"] = np.maximum(elapsed, 0.0)
@@ -87,6 +92,23 @@ class Conditions:
     def torque(self) -> FloatArray:
         """External torque, N m."""
         return self.columns["torque_Nm"]
+
+    def unwound(self) -> FloatArray:
+        """Output angle without lost motion, where the lost motion was taken from it.
+
+        The reading holds the lost motion and its noise then: as a place it would explain itself.
+        """
+        reading = self.columns["output_angle_rad"]
+        turned = self.columns.get("input_angle_rad")
+        if turned is None:
+            return reading
+        nominal = reading - self.lost_motion * ARCSEC
+        across = turned - self.run_mean(turned)[self.run_of]
+        up = nominal - self.run_mean(nominal)[self.run_of]
+        share = float(across @ up) / max(float(across @ across), 1e-300)
+        rest = float(np.max(np.abs(up - share * across)))
+        derived = rest <= SAME_ANGLE * max(1.0, float(np.max(np.abs(nominal))))
+        return np.asarray(nominal) if derived else reading
 
     def slices(self) -> list[slice]:
         """Rows of each run."""

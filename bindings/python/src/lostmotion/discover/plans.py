@@ -56,7 +56,7 @@ def read_plan(
     """
     runs: list[Run] = []
     for file in recordings.recording_files(paths):
-        table = recordings._read_table(file)
+        table = recordings.read_table(file)
         columns: dict[str, FloatArray] = {}
         labels = None
         for header in table:
@@ -66,7 +66,7 @@ def read_plan(
             if name.quantity.name == "run":
                 labels = table[header]
                 continue
-            values = name.sign * recordings._numbers(str(file), header, table[header])
+            values = name.sign * recordings.numbers_of(str(file), header, table[header])
             if name.unit is not None:
                 values = units.convert(values, name.unit.symbol, name.quantity.unit)
             columns[name.quantity.name] = values
@@ -82,7 +82,7 @@ def read_plan(
             codes = np.zeros(rows, dtype=np.intp)
             names: list[int | str] = [file.name.split(".")[0]]
         else:
-            codes, names = recordings._run_codes(str(file), "run", labels)
+            codes, names = recordings.run_codes(str(file), "run", labels)
         for code, label in enumerate(names):
             at = codes == code
             runs.append(Run(label, str(file), {k: v[at] for k, v in columns.items()}))

@@ -1,0 +1,472 @@
+"""Recordings larger than memory: a sample of every run, drawn in passes of bounded memory.
+
+Everything that is fitted and tested here is limited by what differs between runs long before it is
+limited by the number of rows, so a sample of the rows of every run carries the answer. From each
+run every k-th row is taken, k so that all runs together stay within a number of rows, and beside
+them the rows where the torque turns round, because friction remembers those. Samples are kept as
+they were read: means of neighbours would have another noise than the recordings.
+
+Two passes go over the files in pieces (a row group of a Parquet file, or a whole CSV file): the
+first counts the rows of every run, the second takes the sample. Whole turns that an encoder lost
+are put back, and rows without numbers are counted, over all rows. The pieces do not depend on each
+other, so they may be read by threads, by Dask on this machine, or by a Dask cluster.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.base import run_plays
+from lostmotion.errors import InputError, one_line
+from lostmotion.recordings import (
+    QUANTITIES,
+    WRAP_SLACK,
+    Campaign,
+    Finding,
+    Run,
+    check_sign,
+    from_arrow,
+    in_si,
+    name_apart,
+    read_campaign,
+    read_table,
+    recording_files,
+    refuse_twins,
+    resolve_columns,
+    run_codes,
+    sound_run,
+    unwrap,
+)
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+Label = int | str
+Item = TypeVar("Item")
+Answer = TypeVar("Answer")
+
+ROWS = 120_000
+"""Rows of a sample. A diagnosis holds some 300 columns of as many rows."""
+
+BATCH_ROWS = 1 << 18
+"""Rows of a Parquet file that are in memory at a time, for each worker."""
+
+TURN_SHARE = 0.02
+"""A turn of the torque counts when it goes back by this share of the largest torque."""
+
+TURN = 2 * np.pi
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a file that is read at a time; a row group, or None for a whole file."""
+
+    file: str
+    group: int | None
+
+
+@dataclass
+class Part:
+    """What a piece holds of one run.
+
+    Attributes
+    ----------
+    rows : int
+        All rows of the run in this piece.
+    largest_Nm : float
+    columns : dict
+        The rows that are kept, in SI.
+    missing : dict
+        Rows without a number, by quantity.
+    first, last, turns : dict
+        Of every angle: the first and last reading, and the whole turns put back within the piece.
+    wraps : dict
+        Number of wraps found.
+    """
+
+    label: Label
+    rows: int = 0
+    largest_Nm: float = 0.0
+    columns: dict[str, list[FloatArray]] = field(default_factory=dict)
+    missing: dict[str, int] = field(default_factory=dict)
+    first: dict[str, float] = field(default_factory=dict)
+    last: dict[str, float] = field(default_factory=dict)
+    turns: dict[str, float] = field(default_factory=dict)
+    wraps: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A piece to take a sample of: how many rows of each run came before it, and every which."""
+
+    piece: Piece
+    mapping: Mapping[str, str]
+    before: Mapping[Label, int]
+    stride: Mapping[Label, int]
+    turn_Nm: float
+
+
+def pieces_of(files: Sequence[Path]) -> list[Piece]:
+    """Cut files into pieces."""
+    found = []
+    for file in files:
+        if file.name.lower().endswith(".parquet"):
+            groups = open_parquet(file).num_row_groups
+            found += [Piece(str(file), group) for group in range(groups)]
+        else:
+            found.append(Piece(str(file), None))
+    return found
+
+
+def open_parquet(file: Path) -> Any:
+    """Open a Parquet file without reading it."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise InputError(
+            file, "", "a Parquet file, but no pyarrow", "pip install 'lostmotion[fast]', or CSV"
+        ) from None
+    try:
+        opened = pyarrow.parquet.ParquetFile(file)
+    except (pyarrow.ArrowException, OSError) as error:
+        raise InputError(file, "", f"unreadable Parquet ({error})", "a Parquet file") from None
+    refuse_twins(file, opened.schema_arrow.names)
+    return opened
+
+
+def recorded_rows(files: Sequence[Path]) -> int:
+    """Rows of the Parquet files among some, from what stands at their ends."""
+    parquet = [file for file in files if file.name.lower().endswith(".parquet")]
+    return sum(open_parquet(file).metadata.num_rows for file in parquet)
+
+
+def batches(
+    piece: Piece, mapping: Mapping[str, str], wanted: Sequence[str] | None
+) -> Iterator[tuple[IntArray, list[Label], dict[str, FloatArray]]]:
+    """Yield the rows of a piece: run of every row, labels of the runs, and columns in SI."""
+    file = Path(piece.file)
+    label = file.name.split(".")[0]
+    if piece.group is None:
+        table = read_table(file)
+        chosen, _ = resolve_columns(piece.file, list(table), mapping)
+        tables: Iterator[dict[str, npt.NDArray[Any]]] = iter([table])
+    else:
+        opened = open_parquet(file)
+        chosen, _ = resolve_columns(piece.file, opened.schema_arrow.names, mapping)
+        if wanted is not None:
+            chosen = {name: column for name, column in chosen.items() if name in wanted}
+        tables = (
+            from_arrow(batch)
+            for batch in opened.iter_batches(
+                BATCH_ROWS, row_groups=[piece.group], columns=[c for c, _ in chosen.values()]
+            )
+        )
+    for table in tables:
+        numbers = in_si(piece.file, table, chosen)
+        if "run" in chosen:
+            column = chosen["run"][0]
+            codes, labels = run_codes(piece.file, column, table[column])
+        else:
+            codes, labels = np.zeros(numbers["torque"].size, dtype=np.intp), [label]
+        yield codes, labels, numbers
+
+
+def count_piece(work: tuple[Piece, Mapping[str, str]]) -> list[Part]:
+    """Count the rows of every run in a piece."""
+    parts: dict[Label, Part] = {}
+    for codes, labels, numbers in batches(*work, ("run", "torque")):
+        for code, label in enumerate(labels):
+            torque = numbers["torque"][codes == code]
+            part = parts.setdefault(label, Part(label))
+            part.rows += torque.size
+            finite = torque[np.isfinite(torque)]
+            if finite.size:
+                part.largest_Nm = max(part.largest_Nm, float(np.max(np.abs(finite))))
+    return list(parts.values())
+
+
+def sample_piece(task: Task) -> list[Part]:
+    """Take the sample of every run in a piece."""
+    parts: dict[Label, Part] = {}
+    for codes, labels, numbers in batches(task.piece, task.mapping, None):
+        for code, label in enumerate(labels):
+            part = parts.setdefault(label, Part(label))
+            here = codes == code
+            columns = {name: values[here] for name, values in numbers.items()}
+            for name in columns.keys() & {"input_angle", "output_angle"}:
+                columns[name] = unwrap_on(part, name, columns[name])
+            keep = kept_rows(
+                columns["torque"],
+                task.before[label] + part.rows,
+                task.stride[label],
+                task.turn_Nm,
+            )
+            part.rows += columns["torque"].size
+            for name, values in columns.items():
+                missing = int(np.count_nonzero(~np.isfinite(values)))
+                part.missing[name] = part.missing.get(name, 0) + missing
+                part.columns.setdefault(name, []).append(values[keep])
+    return list(parts.values())
+
+
+def kept_rows(
+    torque: FloatArray, before: int, stride: int, turn_Nm: float
+) -> npt.NDArray[np.bool_]:
+    """Mark every so many rows of a run, and those where the torque turns round."""
+    keep = (np.arange(before, before + torque.size) % stride) == 0
+    if stride == 1 or turn_Nm <= 0:
+        return np.asarray(keep)
+    good = np.flatnonzero(np.isfinite(torque))
+    if good.size < 2:
+        return np.asarray(keep)
+    t = torque[good]
+    move = np.sign(np.diff(t + run_plays(np.array([turn_Nm]), t)[:, 0], prepend=t[0]))
+    moving = np.flatnonzero(move)
+    turned = moving[np.flatnonzero(np.diff(move[moving]) != 0) + 1] if moving.size else moving
+    edges = np.concatenate(([0], turned, [t.size]))
+    for a, b in pairwise(edges):
+        # The turn itself lies before the moment at which it is noticed.
+        keep[good[a + int(np.argmax(t[a:b]))]] = True
+        keep[good[a + int(np.argmin(t[a:b]))]] = True
+    return np.asarray(keep)
+
+
+def unwrap_on(part: Part, name: str, angle: FloatArray) -> FloatArray:
+    """Put back the turns that an encoder lost, going on from the batch before."""
+    good = np.flatnonzero(np.isfinite(angle))
+    if good.size == 0:
+        return angle
+    raw = angle[good]
+    part.first.setdefault(name, float(raw[0]))
+    before = part.last.get(name, float(raw[0]))
+    whole, wraps = unwrap(np.concatenate(([before], raw)))
+    out = angle.copy()
+    out[good] = whole[1:] + part.turns.get(name, 0.0)
+    part.turns[name] = float(out[good[-1]] - raw[-1])
+    part.last[name] = float(raw[-1])
+    part.wraps[name] = part.wraps.get(name, 0) + wraps
+    return out
+
+
+def strides_for(rows: Sequence[int], budget: int) -> list[int]:
+    """Every how many rows to take of each run, so that all together stay within the budget.
+
+    Short runs are taken whole; the long ones share the rest alike.
+    """
+    left, share = float(budget), float(budget) / max(len(rows), 1)
+    for number, count in enumerate(sorted(rows)):
+        share = left / (len(rows) - number)
+        if count > share:
+            break
+        left -= count
+    return [max(1, -(-count // max(int(share), 1))) for count in rows]
+
+
+def sample_campaign(
+    paths: Sequence[str | Path],
+    *,
+    ratio: float | None = None,
+    mapping: Mapping[str, str] | None = None,
+    rows: int = ROWS,
+    dask: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Campaign:
+    """Read a sample of recordings that need not fit into memory.
+
+    Parameters
+    ----------
+    paths, ratio, mapping
+        As for `lostmotion.recordings.read_campaign`.
+    rows : int
+        Rows of the sample, about.
+    dask : str, optional
+        Address of a Dask scheduler, or ``local`` for Dask on this machine; by default threads. The
+        workers of a cluster must see the files under the same names.
+    progress : callable, optional
+        Called with steps done and steps in all.
+
+    Returns
+    -------
+    Campaign
+        With `recorded_rows` set and a finding of the kind ``sampled``.
+    """
+    files = recording_files(paths)
+    names = dict(mapping or {})
+    pieces = pieces_of(files)
+    counted = run_pieces(count_piece, [(piece, names) for piece in pieces], dask)
+    if progress is not None:
+        progress(1, 3)
+    totals: dict[tuple[str, Label], int] = {}
+    before: list[dict[Label, int]] = []
+    largest = 0.0
+    for piece, parts in zip(pieces, counted, strict=True):
+        before.append({part.label: totals.get((piece.file, part.label), 0) for part in parts})
+        for part in parts:
+            totals[piece.file, part.label] = totals.get((piece.file, part.label), 0) + part.rows
+            largest = max(largest, part.largest_Nm)
+    strides = dict(zip(totals, strides_for(list(totals.values()), rows), strict=True))
+    tasks = [
+        Task(
+            piece,
+            names,
+            of_runs,
+            {label: strides[piece.file, label] for label in of_runs},
+            TURN_SHARE * largest,
+        )
+        for piece, of_runs in zip(pieces, before, strict=True)
+    ]
+    sampled = run_pieces(sample_piece, tasks, dask)
+    if progress is not None:
+        progress(2, 3)
+    found: dict[tuple[str, Label], list[Part]] = {}
+    for piece, parts in zip(pieces, sampled, strict=True):
+        for part in parts:
+            found.setdefault((piece.file, part.label), []).append(part)
+    findings: list[Finding] = []
+    runs = []
+    for (file, label), parts in found.items():
+        run = join_parts(file, label, parts, ratio, findings)
+        if run is not None:
+            runs.append(run)
+    if not runs:
+        raise InputError(files[0], "torque_Nm", "no row with numbers for torque and angle", "some")
+    name_apart(runs)
+    campaign = Campaign(runs, findings, sum(totals.values()))
+    check_sign(campaign)
+    note_sample(campaign)
+    return campaign
+
+
+def join_parts(
+    file: str, label: Label, parts: Sequence[Part], ratio: float | None, findings: list[Finding]
+) -> Run | None:
+    """Join what the pieces hold of a run."""
+    columns = {
+        name: [np.concatenate(part.columns[name]) for part in parts] for name in parts[0].columns
+    }
+    for name in columns.keys() & {"input_angle", "output_angle"}:
+        turns, last, wraps = 0.0, None, 0
+        for i, part in enumerate(parts):
+            if name not in part.first:
+                continue
+            if last is not None:
+                step = (part.first[name] - last) / TURN
+                lost = round(step)
+                if lost and abs(step - lost) < WRAP_SLACK:
+                    turns -= lost * TURN
+                    wraps += 1
+            columns[name][i] = columns[name][i] + turns
+            turns += part.turns[name]
+            last = part.last[name]
+            wraps += part.wraps[name]
+        if wraps:
+            column = QUANTITIES[name].column
+            findings.append(Finding("wrap", file, column, label, wraps, "whole turns put back"))
+    for name in columns:
+        missing = sum(part.missing[name] for part in parts)
+        if missing:
+            column = QUANTITIES[name].column
+            findings.append(Finding("nan", file, column, label, missing, "not used for these rows"))
+    joined = {name: np.concatenate(values) for name, values in columns.items()}
+    if "lost_motion" not in joined and ratio is None:
+        raise InputError(file, "input_angle_rad", "no ratio", "the ratio of the drive")
+    # What is odd was counted over all rows; of the sample only the unusable rows go.
+    return sound_run(file, label, joined, ratio, [])
+
+
+def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
+    """Take the sample of a campaign that is in memory; itself where it has few enough rows."""
+    if campaign.rows <= rows:
+        return campaign
+    largest = float(np.max(np.abs(campaign.column("torque"))))
+    runs = []
+    for run, stride in zip(
+        campaign.runs, strides_for([len(run) for run in campaign.runs], rows), strict=True
+    ):
+        keep = kept_rows(run.torque_Nm, 0, stride, TURN_SHARE * largest)
+        columns = {name: values[keep] for name, values in run.columns.items()}
+        runs.append(Run(run.label, run.file, columns))
+    thinned = Campaign(runs, list(campaign.findings), campaign.rows)
+    note_sample(thinned)
+    return thinned
+
+
+def note_sample(campaign: Campaign) -> None:
+    """Say that a campaign is a sample."""
+    recorded = campaign.recorded_rows or campaign.rows
+    if recorded > campaign.rows:
+        campaign.findings.append(
+            Finding(
+                "sampled",
+                campaign.runs[0].file,
+                "all columns",
+                None,
+                recorded,
+                f"{campaign.rows} rows are used: every so many of each run, and where torque turns",
+            )
+        )
+
+
+def read_or_sample(
+    paths: Sequence[str | Path],
+    *,
+    ratio: float | None = None,
+    mapping: Mapping[str, str] | None = None,
+    dask: str | None = None,
+    rows: int = ROWS,
+    progress: Callable[[int, int], None] | None = None,
+) -> Campaign:
+    """Read recordings whole, or a sample of them where they have more rows than can be worked on.
+
+    Parquet files say how many rows they hold before they are read.
+    """
+    files = recording_files(paths)
+    if dask is not None or recorded_rows(files) > rows:
+        return sample_campaign(
+            paths, ratio=ratio, mapping=mapping, rows=rows, dask=dask, progress=progress
+        )
+    return thin_campaign(read_campaign(paths, ratio=ratio, mapping=mapping), rows)
+
+
+def run_pieces(
+    function: Callable[[Item], Answer], items: Sequence[Item], dask: str | None
+) -> list[Answer]:
+    """Call a function on every item, in threads, by Dask on this machine, or on a cluster."""
+    workers = os.cpu_count() or 1
+    if dask is None:
+        with ThreadPoolExecutor(workers) as pool:
+            return list(pool.map(function, items))
+    if dask == "local":
+        try:
+            import dask as local
+        except ImportError:
+            raise no_dask() from None
+        made = [local.delayed(function, pure=False)(item) for item in items]
+        return list(local.compute(*made, scheduler="threads", num_workers=workers))
+    if "://" not in dask:
+        raise InputError(
+            "--dask", "", f"'{dask}'", "the address of a scheduler, as tcp://host:8786"
+        )
+    try:
+        from distributed import Client
+    except ImportError:
+        raise no_dask() from None
+    try:
+        with Client(dask, set_as_default=False, timeout="10s") as client:
+            return list(client.gather(client.map(function, items, pure=False)))
+    except (OSError, TimeoutError) as error:
+        raise InputError("--dask", dask, one_line(str(error)), "a Dask scheduler") from None
+
+
+def no_dask() -> InputError:
+    """Say that Dask is not there."""
+    return InputError("--dask", "", "no Dask here", "pip install 'lostmotion[dask]'")

@@ -1,0 +1,194 @@
+"""Samples of recordings: every run is in them, friction's turns are, and the answer is the same."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from distributed import LocalCluster
+
+from lostmotion.cli import main
+from lostmotion.discover import diagnose
+from lostmotion.errors import InputError
+from lostmotion.recordings import Campaign, Run, read_campaign
+from lostmotion.sample import (
+    kept_rows,
+    read_or_sample,
+    recorded_rows,
+    run_pieces,
+    sample_campaign,
+    strides_for,
+    thin_campaign,
+)
+from test_discover import DRIVE, campaign, gap
+
+FloatArray = npt.NDArray[np.float64]
+RATIO = 100.0
+
+
+def write(data: Campaign, folder: Path, group_rows: int = 700, *, wrap: bool = False) -> Path:
+    """Write a campaign as a folder of Parquet files with small row groups, four runs a file."""
+    folder.mkdir()
+    for first in range(0, len(data.runs), 4):
+        tables = []
+        for run in data.runs[first : first + 4]:
+            columns = {"run": np.full(len(run), int(run.label), dtype=np.int32)}
+            for name, unit in (
+                ("time", "time_s"),
+                ("torque", "torque_Nm"),
+                ("input_angle", "input_angle_rad"),
+                ("temperature", "temperature_C"),
+                ("lost_motion", "lost_motion_rad"),
+            ):
+                columns[unit] = run.columns[name]
+            if wrap:
+                columns["input_angle_rad"] = np.mod(run.columns["input_angle"], 2 * np.pi)
+            tables.append(pa.table(columns))
+        name = folder / f"part{first:03d}.parquet"
+        pq.write_table(pa.concat_tables(tables), name, row_group_size=group_rows)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write(campaign(add=gap, rows=2000), tmp_path_factory.mktemp("large") / "data")
+
+
+def test_a_sample_without_thinning_is_what_the_reader_reads(folder: Path) -> None:
+    whole = read_campaign(folder, ratio=RATIO)
+    sampled = sample_campaign([folder], ratio=RATIO, rows=10**9)
+    assert [run.label for run in sampled.runs] == [run.label for run in whole.runs]
+    for one, two in zip(sampled.runs, whole.runs, strict=True):
+        assert one.columns.keys() == two.columns.keys()
+        for name in one.columns:
+            np.testing.assert_array_equal(one.columns[name], two.columns[name])
+    assert sampled.recorded_rows == whole.rows
+    assert not [f for f in sampled.findings if f.kind == "sampled"]
+
+
+def test_a_sample_stays_within_its_rows_and_says_so(folder: Path) -> None:
+    sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
+    assert len(sampled.runs) == 12
+    assert sampled.recorded_rows == 24000
+    # Turns of the torque come on top: a few a batch.
+    assert 0.9 * 4000 <= sampled.rows < 1.3 * 4000
+    (said,) = [f for f in sampled.findings if f.kind == "sampled"]
+    assert said.count == 24000
+
+
+def test_the_sample_of_files_is_that_of_memory(folder: Path) -> None:
+    in_memory = thin_campaign(read_campaign(folder, ratio=RATIO), 4000)
+    sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
+    for one, two in zip(sampled.runs, in_memory.runs, strict=True):
+        # Turns that lie at the end of a piece may be another row of the same torque.
+        assert len(one) == pytest.approx(len(two), rel=0.2)
+        common = np.isin(two.time_s, one.time_s)
+        assert np.mean(common) > 0.95
+        assert one.torque_Nm.max() == two.torque_Nm.max()
+        assert one.torque_Nm.min() == two.torque_Nm.min()
+
+
+def test_where_the_torque_turns_is_kept() -> None:
+    torque = np.concatenate([np.linspace(a, b, 997) for a, b in ((0, 9), (9, -7), (-7, 3))])
+    keep = kept_rows(torque, 0, 100, 0.5)
+    assert keep[np.argmax(torque)]
+    assert keep[np.argmin(torque)]
+    assert np.count_nonzero(keep) < torque.size / 100 + 8
+    # Counting goes on from the batch before.
+    later = kept_rows(torque, 50, 100, 0.0)
+    assert np.flatnonzero(later)[0] == 50
+    assert kept_rows(torque, 7, 1, 0.5).all()
+
+
+@pytest.mark.parametrize(
+    ("rows", "budget"), [([10, 10, 10], 30), ([5, 1000, 1000], 105), ([10**8], 1000), ([1] * 9, 3)]
+)
+def test_short_runs_are_whole_and_long_ones_share(rows: list[int], budget: int) -> None:
+    strides = strides_for(rows, budget)
+    taken = [-(-count // stride) for count, stride in zip(rows, strides, strict=True)]
+    assert all(stride >= 1 for stride in strides)
+    assert sum(taken) <= max(budget, len(rows))
+    if budget >= sum(rows):
+        assert strides == [1] * len(rows)
+    if rows[0] == 5:
+        assert strides[0] == 1
+        assert strides[1] == strides[2] == 20
+
+
+def test_turns_of_an_encoder_are_put_back_across_pieces(tmp_path: Path) -> None:
+    n = 5000
+    angle = np.linspace(0, 40 * np.pi, n) - 3.0
+    run = {
+        "time": np.arange(n) * 0.01,
+        "torque": 5 * np.sin(np.arange(n) * 0.01),
+        "input_angle": angle,
+        "temperature": np.full(n, 20.0),
+        "lost_motion": 1e-4 * np.sin(np.arange(n) * 0.01),
+    }
+    data = write(Campaign([Run(1, "made", run)]), tmp_path / "data", 600, wrap=True)
+    sampled = sample_campaign([data], ratio=RATIO, rows=500)
+    found = np.interp(run["time"], sampled.runs[0].time_s, sampled.runs[0].columns["input_angle"])
+    off = found - angle
+    np.testing.assert_allclose(off, off[0], atol=1e-6)
+    (wraps,) = [f for f in sampled.findings if f.kind == "wrap"]
+    assert wraps.count == 20
+
+
+def test_rows_without_numbers_are_counted_over_all_rows(tmp_path: Path) -> None:
+    data = campaign(rows=3000, runs=2)
+    data.runs[0].columns["torque"][5:300] = np.nan
+    sampled = sample_campaign([write(data, tmp_path / "data")], ratio=RATIO, rows=400)
+    (said,) = [f for f in sampled.findings if f.kind == "nan"]
+    assert (said.column, said.run, said.count) == ("torque_Nm", 1, 295)
+    assert np.isfinite(sampled.column("torque")).all()
+
+
+def test_small_recordings_are_read_whole(folder: Path) -> None:
+    assert recorded_rows(sorted(folder.iterdir())) == 24000
+    assert read_or_sample([folder], ratio=RATIO).recorded_rows is None
+    assert read_or_sample([folder], ratio=RATIO, rows=5000).recorded_rows == 24000
+
+
+def test_threads_dask_and_a_cluster_take_the_same_sample(folder: Path) -> None:
+    threads = sample_campaign([folder], ratio=RATIO, rows=3000).fingerprint()
+    assert sample_campaign([folder], ratio=RATIO, rows=3000, dask="local").fingerprint() == threads
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        address = cluster.scheduler_address
+        if "://" not in address:
+            pytest.skip("this Dask has no address to connect to")
+        again = sample_campaign([folder], ratio=RATIO, rows=3000, dask=address)
+    assert again.fingerprint() == threads
+
+
+def test_a_cluster_that_is_not_there_is_said() -> None:
+    with pytest.raises(InputError, match="--dask"):
+        run_pieces(len, [[1]], "8786")
+
+
+def test_the_verdict_of_a_sample_is_that_of_all_rows(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = tmp_path / "drive.toml"
+    drive.write_text(DRIVE)
+    words = ["diagnose", str(drive), str(folder), "--json", "-"]
+    assert main(words) == 0
+    whole = json.loads(capsys.readouterr().out)
+    sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
+    assert sampled.rows < 6000
+    found = diagnose(sampled, ratio=RATIO, rated_torque_Nm=40.0).answer()
+    assert found["verdict"] == whole["verdict"] == "missing-effect"
+    assert found["effects"] == whole["effects"] == ["thermal_gap"]
+    size, true = (
+        next(c for c in a["candidates"] if c["name"] == "thermal_gap")["parameters"][
+            "gap_rad_per_K"
+        ]
+        for a in (found, whole)
+    )
+    assert size == pytest.approx(true, rel=0.1)
