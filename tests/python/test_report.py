@@ -496,22 +496,6 @@ def test_page_opens_in_a_browser_without_complaint(report, tmp_path):
 # --- the commands --------------------------------------------------------------------------------
 
 
-def test_demo_prints_a_short_result_and_writes_report_and_inputs(tmp_path, capsys):
-    folder = tmp_path / "new" / "demo"
-    assert main(["demo", "-o", str(folder)]) == 0
-    out = capsys.readouterr().out
-    assert len(out.splitlines()) <= 14
-    assert str(folder / "report.html") in out
-    for name in ("size 25", "reference design A", "external ring", "printed cycloidal"):
-        assert name in out
-    page = Page((folder / "report.html").read_text(encoding="utf-8"))
-    assert page.tags.count("section") == 4
-    assert f"lostmotion demo -o {folder}" in page.text
-    # What it read lies beside it and can be read again.
-    assert read_drive(folder / "drives" / "reference_a.toml").design is not None
-    assert (folder / "cycloidal_locked_output" / "SOURCE.md").is_file()
-
-
 def test_demo_refuses_a_folder_that_cannot_be(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["demo", "-o", str(tmp_path / "file" / "demo")]) == 2

@@ -2,120 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from lostmotion.compare import Comparison
 from lostmotion.demo.controller import Emulated, Scores
 from lostmotion.design import Result
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import Diagnosis
-from lostmotion.discover.ladder import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.report import Section
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.front import axis_name, front_figure
-from lostmotion.report.ladder import evidence_figure, ladder_figure
-from lostmotion.report.maps import collect_residuals, map_figure
-from lostmotion.report.page import Figure, Notes, Rows, Table
+from lostmotion.report.page import Figure, Rows, Table
 from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, text_width
-from lostmotion.units import ARCSEC
-
-EVIDENCE_ROWS = 6
-"""Effects that the table of the evidence lists."""
 
 FRONT_ROWS = 10
 """Designs that the table of the front lists."""
-
-
-def words(name: str) -> str:
-    """Write the name of an effect as words."""
-    return name.replace("_", " ")
-
-
-def where_section(
-    drive: Drive, result: Comparison, found: Diagnosis, model: FittedModel
-) -> Section:
-    """Show the residual over torque and what it hangs on, before and after."""
-    conditions = Conditions(result.campaign)
-    before = collect_residuals(conditions, result.residual_rad / ARCSEC, model.noise_floor_arcsec)
-    after = collect_residuals(
-        model.base.conditions, model.base.residual(), model.noise_floor_arcsec
-    )
-    covariate = next(
-        (
-            name
-            for failure in result.failures
-            for name in before.covariates
-            if name.startswith(failure.covariate)
-        ),
-        next(iter(before.covariates)),
-    )
-    effects = " and ".join(map(words, found.effects)) or "nothing"
-    first, second = map_figure(before, covariate), map_figure(after, covariate)
-    return Section(
-        f"{drive.name}: where the model fails",
-        "What the comparison leaves, in cells of the torque and of the quantity on which it hangs "
-        "most; and what the fit leaves when the effect that is found below has been added.",
-        blocks=[
-            first,
-            Figure(
-                f"The same with {effects} added",
-                f"The colours span {np.nanmax(np.abs(after.values)):.1f} arcsec at most now. "
-                + second.caption,
-                second.draw,
-                Table(f"{second.table.name}_after", second.table.columns),
-            ),
-        ],
-    )
-
-
-def diagnosis_section(drive: Drive, found: Diagnosis, model: FittedModel) -> Section:
-    """Say which effect is missing, how sure that is, and how the error falls."""
-    answer = found.answer()
-    last = model.ladder[-1]
-    facts = [
-        ("verdict", answer["verdict"].replace("-", " ")),
-        ("effects", ", ".join(map(words, answer["effects"])) or "none"),
-        ("rms without, arcsec", f"{model.ladder[0]['rms_arcsec']:.2f}"),
-        ("rms with, arcsec", f"{last['rms_arcsec']:.2f}"),
-        ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.2f}"),
-        ("noise floor, arcsec", f"{model.noise_floor_arcsec:.2f}"),
-    ]
-    rows = [
-        (words(one["name"]), f"{one['evidence']:.1f}", f"{one['p']:.2g}")
-        for one in answer["candidates"]
-        if one["testable"]
-    ][:EVIDENCE_ROWS]
-    section = Section(
-        f"{drive.name}: which effect is missing",
-        "Each effect of the library is refitted together with the drive, and judged by runs that "
-        "the fit has not seen, against the scatter from run to run.",
-        facts,
-        [
-            ladder_figure(model.ladder, model.noise_floor_arcsec, drive.name),
-            Rows("Evidence", ("effect", "nats", "p"), rows, (1, 2)),
-        ],
-    )
-    if found.selection is not None:
-        judged = {one.name: one.gain_by_run for one in found.selection.steps[0].results}
-        names = [one["name"] for one in answer["candidates"] if one["name"] in judged][:2]
-        if names:
-            section.blocks.append(
-                evidence_figure(
-                    model.base.conditions.labels, {name: judged[name] for name in names}
-                )
-            )
-    values = [
-        (name, f"{value:.5g}", f"{error:.2g}")
-        for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True)
-        if "." in name
-    ]
-    if values:
-        section.blocks.append(
-            Rows("Fitted values", ("parameter", "value", "standard error"), values, (1, 2))
-        )
-    section.blocks.append(Notes("What next", [answer["next_experiment"]]))
-    return section
 
 
 def controller_section(

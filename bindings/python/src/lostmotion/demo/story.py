@@ -26,8 +26,6 @@ from lostmotion.demo.inputs import copy_inputs
 from lostmotion.demo.sections import (
     controller_section,
     design_section,
-    diagnosis_section,
-    where_section,
 )
 from lostmotion.design import Result, search
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
@@ -40,6 +38,7 @@ from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.report import Section, comparison_section, write_report
+from lostmotion.report.discovery import diagnosis_section
 from lostmotion.units import ARCMIN, ARCSEC
 
 JOINT = Path("joint")
@@ -167,8 +166,7 @@ def demonstrate(
     step()
     sections: list[Section] = [
         comparison_section(drive, result, [recording]),
-        where_section(drive, result, found, model),
-        diagnosis_section(drive, found, model),
+        diagnosis_section(drive, found, [recording]),
         controller_section(drive, plain, scores, emulated),
         design_section(designs),
         *others.sections,

@@ -1,16 +1,13 @@
-"""Pictures of a diagnosis: the error ladder, and how much each run speaks for an effect."""
+"""The error ladder: how the error falls from the base to the last effect."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.page import Figure, Table
-from lostmotion.report.svg import BLUE, FAINT, INK, ORANGE, SMALL_SIZE, SOFT, Drawing, text_width
+from lostmotion.report.svg import BLUE, FAINT, INK, ORANGE, SMALL_SIZE, SOFT, Drawing
 
 FLOOR = "#e3e5e8"
 
@@ -76,52 +73,4 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: 
             weight="600",
         )
     drawing.line((left, top, left, top + height), SOFT)
-    return drawing.render()
-
-
-def evidence_figure(
-    labels: Sequence[int | str], gains: Mapping[str, npt.NDArray[np.float64]]
-) -> Figure:
-    """Make the figure of how much each run speaks for some effects."""
-    names = " and ".join(name.replace("_", " ") for name in gains)
-    return Figure(
-        f"What each run says about {names}",
-        "One dot a run: evidence in nats that the run, predicted by the others, gives for the "
-        "effect. An effect that one run alone carries is no effect.",
-        lambda width: draw_evidence(labels, gains, width),
-        Table(
-            "evidence_by_run",
-            {"run": list(labels), **{f"{name}_nats": gain for name, gain in gains.items()}},
-        ),
-    )
-
-
-def draw_evidence(
-    labels: Sequence[int | str], gains: Mapping[str, npt.NDArray[np.float64]], width: float
-) -> str:
-    """Draw dots of each run's evidence, a colour an effect."""
-    inks = (BLUE, ORANGE)
-    left, top, right, height = 52.0, 40.0, 14.0, 170.0
-    drawing = Drawing(width, top + height + 44, "Evidence of each run, in nats")
-    values = np.concatenate(list(gains.values()))
-    low, high = min(0.0, float(values.min())), max(1.0, float(values.max()))
-    room = 0.08 * (high - low)
-    axes = Axes(
-        drawing,
-        (left, top, width - left - right, height),
-        (0.2, len(labels) + 0.8),
-        (low - room, high + room),
-    )
-    axes.frame("run, in the order of the recording", "nats", ticks=(width / 60, height / 40))
-    axes.open()
-    for ink, gain in zip(inks, gains.values(), strict=False):
-        drawing.dots(axes.points(np.arange(1, len(labels) + 1), gain), 3.6, ink, "#ffffff", 0.8)
-    axes.close()
-    x = width - right
-    for ink, name in reversed(list(zip(inks, gains, strict=False))):
-        text = name.replace("_", " ")
-        drawing.text(x, 17, text, size=SMALL_SIZE, anchor="end")
-        x -= text_width(text, SMALL_SIZE) + 10
-        drawing.dots([(x, 13)], 4.0, ink)
-        x -= 18
     return drawing.render()

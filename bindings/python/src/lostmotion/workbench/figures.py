@@ -9,6 +9,7 @@ from lostmotion.report.page import (
     NARROW,
     WIDE,
     Figure,
+    Notes,
     Section,
     Table,
     facts_html,
@@ -45,8 +46,10 @@ def render_section(section: Section) -> Rendered:
             parts.append(render_figure(block, out))
         elif isinstance(block, TableRows):
             parts.append(rows_html(block))
-        else:
+        elif isinstance(block, Notes):
             parts.append(notes_html(block))
+        else:
+            parts.append(block.html)
     out.html = f'<div class="report">{"".join(parts)}</div>'
     return out
 

@@ -13,7 +13,9 @@ from nicegui import ui
 from lostmotion.discover.commands import card
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.export import PROFILES, SETTINGS, Profile
-from lostmotion.report.ladder import evidence_figure, ladder_figure
+from lostmotion.report.discovery import verdict_sentence
+from lostmotion.report.evidence import draw_dots
+from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.maps import (
     ACROSS,
     NAMES,
@@ -312,13 +314,7 @@ class EffectsPanel(Panel):
 
     def verdict(self, answer: Mapping[str, Any]) -> None:
         """Say what the diagnosis found."""
-        names = ", ".join(words(name) for name in answer["effects"])
-        sentence = {
-            "complete": "Nothing is missing beyond the noise.",
-            "missing-effect": f"Missing: {names}.",
-            "ambiguous": f"These recordings cannot tell apart: {names}.",
-            "unexplained": "Something systematic remains that no effect of the library explains.",
-        }[answer["verdict"]]
+        sentence = verdict_sentence({**answer, "effects": map(words, answer["effects"])})
         lines = [
             f"It depends on {one['covariate'].replace('_', ' ')}: {one['shape']}."
             for one in answer["unexplained"]["depends_on"]
@@ -465,8 +461,15 @@ class AlikePanel(Panel):
                         f"{escape(about['separating_experiment'] or 'nothing known')}</p>"
                     )
         if rivals.gains:
-            labels = [run.label for run in self.bench.need_campaign().runs]
-            self.figure(evidence_figure(labels, rivals.gains))
+            gains = [(words(name), gain) for name, gain in rivals.gains.items()]
+            name = self.bench.need_drive().name
+            self.html(
+                f'<div class="wide">{draw_dots(gains, WIDE, name)}</div>'
+                f'<div class="narrow">{draw_dots(gains, NARROW, name)}</div>'
+                '<p class="small">What each run says: evidence in nats that the run, predicted by '
+                "the others, gives for the effect. An effect that one run alone carries is no "
+                "effect.</p>"
+            )
 
 
 class NextPanel(Panel):

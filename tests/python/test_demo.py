@@ -1,0 +1,150 @@
+"""The demonstration tells the whole story, and every number of it is what the commands say."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from lostmotion.cli import main
+from lostmotion.demo.controller import missing_tools
+from lostmotion.drives import read_drive
+from lostmotion.recordings import read_campaign
+
+LIMIT_S = 120.0
+"""What the demonstration may take after set-up."""
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict, str, float]:
+    """Folder of a demonstration, its answer, what it prints, and how long it took."""
+    folder = tmp_path_factory.mktemp("new") / "demo"
+    begin = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", "demo", "-o", folder, "--json", folder.parent / "a"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    answer = json.loads((folder.parent / "a").read_text())
+    return folder, answer, done.stdout, time.monotonic() - begin
+
+
+def test_the_hidden_effect_is_found_and_the_error_falls_to_the_noise(shown):
+    _, answer, _, _ = shown
+    joint = answer["joint"]
+    assert joint["comparison"]["where_it_fails"]
+    assert joint["diagnosis"]["verdict"] == "missing-effect"
+    assert joint["diagnosis"]["effects"] == ["thermal_gap"]
+    first, last = joint["fit"]["ladder"]
+    assert last["effects"] == ["thermal_gap"]
+    assert last["rms_arcsec"] < 0.3 * first["rms_arcsec"]
+    assert last["rms_heldout_arcsec"] < joint["fit"]["noise_floor_arcsec"]
+
+
+def test_the_effect_takes_most_of_what_was_left_off_the_joint(shown):
+    _, answer, _, _ = shown
+    on = answer["joint"]["controller"]
+    alone, without, with_it = (
+        np.array(on[name])
+        for name in ("uncompensated_arcsec", "without_effect_arcsec", "compensated_arcsec")
+    )
+    assert alone.size >= 3
+    assert np.all(without < 0.15 * alone)
+    assert np.all(with_it < 0.3 * without)
+
+
+def test_the_emulated_controller_computes_the_bits_of_the_replay(shown):
+    _, answer, out, _ = shown
+    on = answer["joint"]["controller"]
+    if missing_tools():
+        assert "not installed" in on["emulator"]
+        assert "replayed on this machine" in out
+        pytest.skip(f"no emulated controller: {missing_tools()} not installed")
+    assert on["emulator"] == ""
+    assert on["same_bits"] is True
+
+
+def test_without_the_emulator_it_says_so_and_replays_here(tmp_path):
+    # A PATH with nothing on it but Python.
+    places = tmp_path / "bin"
+    places.mkdir()
+    (places / "python3").symlink_to(sys.executable)
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", "demo", "-o", tmp_path / "demo"],
+        capture_output=True, text=True, check=True, env={"PATH": str(places)},
+    )  # fmt: skip
+    assert "replayed on this machine: arm-none-eabi-gcc, qemu-system-arm not installed" in (
+        done.stdout
+    )
+    assert "Replayed on this machine" in (tmp_path / "demo" / "report.html").read_text()
+
+
+def test_the_search_has_a_front_of_designs_that_hold(shown):
+    _, answer, _, _ = shown
+    if isinstance(answer["design"], str):
+        pytest.skip(f"no search: {answer['design']}")
+    assert len(answer["design"]["front"]) > 3
+    assert answer["design"]["finished"]
+
+
+def test_it_is_short_and_one_page(shown):
+    folder, answer, out, seconds = shown
+    assert seconds < LIMIT_S
+    assert len(out.splitlines()) <= 20
+    for name in ("thermal_gap", "size 25", "reference design A", "external ring", "cycloidal"):
+        assert name in out
+    assert answer["report"] == str(folder / "report.html")
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert page.count("<section") == 8
+    assert f"lostmotion demo -o {folder}" in page
+    assert "http://" not in page.replace("http://www.w3.org/", "")
+
+
+def test_what_it_read_and_made_lies_beside_the_report(shown, tmp_path):
+    folder, answer, _, _ = shown
+    assert read_drive(folder / "drives" / "reference_a.toml").design is not None
+    assert (folder / "cycloidal_locked_output" / "SOURCE.md").is_file()
+    fitted = read_drive(folder / "fitted.toml")
+    assert [effect["name"] for effect in fitted.effects] == ["thermal_gap"]
+    words = ["export", str(folder / "fitted.toml"), "-o", str(tmp_path / "params.h")]
+    assert main([*words, "--set", "period_ms=5", "--quiet"]) == 0
+    assert (tmp_path / "params.h").read_text() == (folder / "params.h").read_text()
+    recording = folder / "joint" / "joint.csv.gz"
+    made = tmp_path / "fitted.toml"
+    words = ["fit", str(folder / "joint" / "joint.toml"), str(recording), "-o", str(made)]
+    assert main([*words, "--add", "thermal_gap", "--quiet"]) == 0
+    assert read_drive(made).fit == fitted.fit
+    assert not (folder / "firmware").exists()
+
+
+def test_its_recording_is_what_the_rig_writes(tmp_path):
+    kept = ROOT / "tests" / "data" / "joint"
+    words = (kept / "SOURCE.md").read_text().split("python -m rig ")[1].splitlines()[0].split()
+    words[words.index("-o") + 1] = str(tmp_path)
+    subprocess.run(
+        [sys.executable, "-m", "rig", *words], check=True, cwd=ROOT / "tests", capture_output=True
+    )
+    assert (tmp_path / "joint.toml").read_text() == (kept / "joint.toml").read_text()
+    one, two = (read_campaign([folder / "joint.csv.gz"], ratio=100) for folder in (tmp_path, kept))
+    assert one.rows == two.rows == 44200
+    # Another release of NumPy may round the last digit otherwise.
+    assert one.column("lost_motion") == pytest.approx(two.column("lost_motion"), abs=2e-6)
+    with gzip.open(kept / "joint.csv.gz", "rt") as stream:
+        assert stream.readline().strip().startswith("run,time_s,torque_Nm")
+
+
+def test_a_second_run_into_the_same_folder_is_no_harm(shown):
+    folder, _, _, _ = shown
+    before = sorted(p.name for p in folder.iterdir())
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", "demo", "-o", folder, "--quiet"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout == ""
+    assert sorted(p.name for p in folder.iterdir()) == before
