@@ -258,7 +258,7 @@ static void the_wind_ups_follow_their_equations(void) {
 }
 
 static void speed_moment_and_acceleration_act(void) {
-  static const lm_real stribeck[] = {LM_REAL(5e-5), LM_REAL(4e-5), 5, LM_REAL(0.1)};
+  static const lm_real stribeck[] = {LM_REAL(0.5), LM_REAL(0.4), 5, LM_REAL(0.1)};
   static const lm_real one[] = {LM_REAL(1e-6)};
   double v;
   for (v = -20; v <= 20; v += 1.01) {
@@ -266,8 +266,8 @@ static void speed_moment_and_acceleration_act(void) {
     at.input_velocity_rad_s = LM_REAL(v);
     at.tilt_moment_Nm = LM_REAL(v);
     at.output_acceleration_rad_s2 = LM_REAL(v);
-    ASSERT_RUNS_TO(sign * (5e-5 + 4e-5 * exp(-v * v / 25)), stribeck_friction, stribeck);
-    ASSERT_RUNS_TO(1e-6 * v, viscous_friction, one);
+    ASSERT_RUNS_TO(-sign * (0.5 + 0.4 * exp(-v * v / 25)), stribeck_friction, stribeck);
+    ASSERT_RUNS_TO(-1e-6 * v, viscous_friction, one);
     ASSERT_RUNS_TO(1e-6 * v, output_tilt, one);
     ASSERT_RUNS_TO(1e-6 * v, inertia, one);
   }

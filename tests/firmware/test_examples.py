@@ -187,7 +187,7 @@ name = "inertia"
 windup_rad_s2 = 1e-5
 [[effect]]
 name = "viscous_friction"
-windup_rad_s = 1e-6
+drag_Nm_s = 0.01
 [[effect]]
 name = "output_eccentricity"
 cosine_arcsec = 20

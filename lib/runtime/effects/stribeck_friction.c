@@ -2,39 +2,40 @@
 
 #include "runtime/effects/closed_share.h"
 
-enum { COULOMB_RAD, BREAKAWAY_RAD, STRIBECK_RAD_S, BLEND_RAD_S, VALUES };
+enum { COULOMB_NM, BREAKAWAY_NM, STRIBECK_RAD_S, BLEND_RAD_S, VALUES };
 
-/* Dry friction of the input with its Stribeck fall; the sign of the speed is blended in below
- * `blend`, so that a standing drive is not decided by noise. */
+/* Dry friction between the two sides, with its Stribeck fall over the speed of the input, takes
+ * from the torque that winds the drive up; the sign of the speed is blended in below `blend`, so
+ * that a standing drive is not decided by noise. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real fast = at->input_velocity_rad_s / value[STRIBECK_RAD_S];
   lm_real sign = closed_share(at->input_velocity_rad_s, value[BLEND_RAD_S]);
-  return sign * (value[COULOMB_RAD] + value[BREAKAWAY_RAD] * lm_exponential(-fast * fast));
+  return -sign * (value[COULOMB_NM] + value[BREAKAWAY_NM] * lm_exponential(-fast * fast));
 }
 
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "stribeck_friction",
     "dry friction of the input, larger at low speed",
-    "(coulomb + breakaway exp(-(input_velocity/stribeck)^2)) sat(input_velocity/blend)",
+    "torque - (coulomb + breakaway exp(-(input_velocity/stribeck)^2)) sat(input_velocity/blend)",
     "10 to 40 arcsec",
     "viscous_friction, load_dependent_friction",
     "at least four speeds both ways, extrapolated to standstill",
-    {{"coulomb_rad", LM_VALUE_LINEAR, LM_REAL(5e-5)},
-     {"breakaway_rad", LM_VALUE_LINEAR, LM_REAL(5e-5)},
+    {{"coulomb_Nm", LM_VALUE_LINEAR, LM_REAL(0.5)},
+     {"breakaway_Nm", LM_VALUE_LINEAR, LM_REAL(0.5)},
      {"stribeck_rad_s", LM_VALUE_SHAPE, LM_REAL(5)},
      {"blend_rad_s", LM_VALUE_SHAPE, LM_REAL(0.1)}}};
 #endif
 
 const lm_effect lm_effect_stribeck_friction = {0x9d6db2f6u,
-                                               LM_EFFECT_ANGLE,
+                                               LM_EFFECT_TORQUE,
                                                VALUES,
                                                0,
                                                LM_NEEDS_INPUT_VELOCITY,
                                                run,
-                                               {{LM_REAL(-0.05), LM_REAL(0.05)},
-                                                {LM_REAL(-0.05), LM_REAL(0.05)},
+                                               {{LM_REAL(-1e4), LM_REAL(1e4)},
+                                                {LM_REAL(-1e4), LM_REAL(1e4)},
                                                 {LM_REAL(1e-3), LM_REAL(1e3)},
                                                 {LM_REAL(1e-4), LM_REAL(1e3)}},
                                                LM_EFFECT_CARD(card)};

@@ -2,29 +2,30 @@
 
 #include "runtime/as_written.h"
 
-enum { WINDUP_RAD_S, VALUES };
+enum { DRAG_NM_S, VALUES };
 
-/* Viscous drag on the input winds the drive up in proportion to the speed. */
+/* Viscous drag between the two sides takes from the torque that winds the drive up, in proportion
+ * to the speed of the input. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  return value[WINDUP_RAD_S] * at->input_velocity_rad_s;
+  return -value[DRAG_NM_S] * at->input_velocity_rad_s;
 }
 
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {"viscous_friction",
-                                    "viscous drag winds the input side up",
-                                    "windup input_velocity",
+                                    "viscous drag takes from the torque that winds the drive up",
+                                    "torque - drag input_velocity",
                                     "30 to 40 arcsec at full speed",
                                     "stribeck_friction, sensor_lag, inertia",
                                     "at least four speeds both ways, extrapolated to standstill",
-                                    {{"windup_rad_s", LM_VALUE_LINEAR, LM_REAL(1e-6)}}};
+                                    {{"drag_Nm_s", LM_VALUE_LINEAR, LM_REAL(0.01)}}};
 #endif
 
 const lm_effect lm_effect_viscous_friction = {0x633f99bcu,
-                                              LM_EFFECT_ANGLE,
+                                              LM_EFFECT_TORQUE,
                                               VALUES,
                                               0,
                                               LM_NEEDS_INPUT_VELOCITY,
                                               run,
-                                              {{LM_REAL(-0.01), LM_REAL(0.01)}},
+                                              {{LM_REAL(-100), LM_REAL(100)}},
                                               LM_EFFECT_CARD(card)};

@@ -61,6 +61,9 @@ DEVIATIONS = ("stiffness", "friction", "gap")
 DEVIATION_MAX = 0.5
 """A run whose friction differs by more than half of it is another drive."""
 
+TOLERANCE = 1e-6
+"""Relative fall of the cost below which a fit ends."""
+
 RADIUS_STEP = 0.02
 """Relative step of the half widths in differences."""
 
@@ -262,7 +265,8 @@ class Base:
         """Derivative of the angle by one value of a term."""
         value = term.effect.values[index]
         size = max(abs(term.values[index]), 0.1 * abs(value.typical), 1e-12)
-        step = 1e-3 * size
+        # What moves the friction is not smooth on the scale of a sample's noise.
+        step = (1e-3 if term.effect.kind == "angle" else RADIUS_STEP) * size
         kept = term.values
         low = kept.copy()
         high = kept.copy()
@@ -367,7 +371,11 @@ class Base:
         return out
 
     def fit(
-        self, noise: float = 1.0, steps: int = 25, rows: npt.NDArray[np.bool_] | None = None
+        self,
+        noise: float = 1.0,
+        steps: int = 25,
+        rows: npt.NDArray[np.bool_] | None = None,
+        tolerance: float = TOLERANCE,
     ) -> Solution:
         """Least squares with the offsets of the runs free; the deviations stay as they are.
 
@@ -379,6 +387,8 @@ class Base:
             Largest number of evaluations.
         rows : ndarray of bool, optional
             Samples that count; memory runs through all of them.
+        tolerance : float
+            Relative fall of the cost below which the fit ends.
         """
         c = self.conditions
 
@@ -402,7 +412,7 @@ class Base:
             )
 
         x, low, high = self.vector()
-        solution = bounded_least_squares(evaluate, x, low, high, steps=steps, tolerance=1e-6)
+        solution = bounded_least_squares(evaluate, x, low, high, steps=steps, tolerance=tolerance)
         self.set_vector(solution.x)
         return solution
 

@@ -7,7 +7,7 @@ their columns together stand for the effect in the screening; the joint refit co
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -25,6 +25,9 @@ STARTS_MAX = 4
 
 TAKEUP_SHARES = (0.004, 0.03)
 """Starts of a torque at which something closes, over rated torque."""
+
+SMALL = 0.2
+"""Share of a typical value at which what moves the friction is differenced."""
 
 VISIBLE = 1e-9
 """A column with less than this of its size left outside the base is not visible."""
@@ -130,6 +133,22 @@ def grid(effect: Effect, index: int, base: Base) -> list[float]:
     return [float(np.clip(start, value.low, value.high)) for start in starts]
 
 
+RESOLVED = ("stribeck_rad_s", "onset_s")
+"""Inner values that a fit holds to what speeds and times of these recordings resolve: beyond them
+an effect would follow the noise of a standing drive."""
+
+
+def resolved(effect: Effect, base: Base) -> Effect:
+    """The effect with the bounds of its inner values within what was recorded."""
+    values = []
+    for i, value in enumerate(effect.values):
+        if value.name in RESOLVED:
+            starts = grid(effect, i, base)
+            value = replace(value, low=min(starts), high=max(starts))
+        values.append(value)
+    return replace(effect, values=tuple(values))
+
+
 def start_points(effect: Effect, base: Base, ratio: float) -> list[FloatArray]:
     """Starts of all inner values, linear ones at zero; at most `STARTS_MAX`."""
     first = start_values(effect, given_values(base, ratio))
@@ -151,6 +170,7 @@ def start_points(effect: Effect, base: Base, ratio: float) -> list[FloatArray]:
 def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate:
     """Columns of an effect that is not in the model yet."""
     c = base.conditions
+    effect = resolved(effect, base)
     elastic = point.elastic * ARCSEC
     columns: list[FloatArray] = []
     start_of: list[int] = []
@@ -223,12 +243,18 @@ def difference(
         up = effect.run(high, c, point.torque, elastic, point.wound)
         down = effect.run(low, c, point.torque, elastic, point.wound)
         return np.asarray((up - down) / ARCSEC / (2 * step))
+    return slope_of_model(effect, base, high, index)
+
+
+def slope_of_model(effect: Effect, base: Base, high: FloatArray, index: int) -> FloatArray:
+    """Slope of the whole model's angle over a value, between the value given and its mirror."""
     model = base.copy()
     term = Term(effect, high, [index])
     model.terms = [*model.terms, term]
     up = model.at().angle
-    term.values = low
-    return np.asarray((up - model.at().angle) / (2 * step))
+    term.values = high.copy()
+    term.values[index] = -high[index]
+    return np.asarray((up - model.at().angle) / (2 * high[index]))
 
 
 def lobe_columns(

@@ -80,7 +80,8 @@ class Effect:
         Conditions without which it cannot be tested.
     function : callable
         ``function(values, run)`` with `run` a mapping from conditions to arrays of one recording
-        (elastic_rad and wound_Nm among them) and ``memory`` an array to carry state from run to run.
+        (elastic_rad and wound_Nm among them) and ``memory`` an array that carries state from run to
+        run.
     memory : int
         Numbers of memory.
     """
@@ -231,9 +232,9 @@ def effect(
     """Make an effect of a Python function ``f(p, at)``.
 
     `p` has the values as attributes, `at` the conditions of one recording as arrays
-    (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``, the
-    angle of backbone and friction, and ``at.wound_Nm``, the torque that friction leaves to wind up
-    the mesh); the function returns an array.
+    (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
+    the angle of backbone and friction, and ``at.wound_Nm``, the torque that friction leaves to wind
+    up the mesh); the function returns an array.
 
     Parameters
     ----------

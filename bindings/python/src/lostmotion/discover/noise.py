@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -24,6 +25,9 @@ GROUP_ROWS_LEAST = 2000
 PERSISTENCE_MAX = 0.95
 """Largest sum of the coefficients: noise that lasts longer is a drift, and counts as something that
 is missing from the model. It would also let the fit wander, because nothing slow would count."""
+
+RESPONSE_ROWS = 2000
+"""Rows after which noise at the largest persistence has died away."""
 
 
 @dataclass
@@ -60,12 +64,9 @@ class Noise:
 
     def spread(self, run: int) -> float:
         """Standard deviation of the noise itself, arc seconds."""
-        response = np.zeros(2000)
-        response[0] = 1.0
-        phi = self.phi[run]
-        for t in range(1, response.size):
-            reach = min(t, phi.size)
-            response[t] = phi[:reach] @ response[t - 1 :: -1][:reach]
+        pulse = np.zeros(RESPONSE_ROWS)
+        pulse[0] = 1.0
+        response = lfilter([1.0], np.concatenate(([1.0], -self.phi[run])), pulse)
         return float(self.sigma[run] * np.sqrt(np.sum(response**2)))
 
 

@@ -11,19 +11,22 @@ import numpy.typing as npt
 
 from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.backbone import Additive, Base, Term
-from lostmotion.discover.candidates import Candidate
+from lostmotion.discover.candidates import Candidate, named_candidates
 from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import (
     Field,
     Settled,
+    contest_of_term,
     estimate_noise,
     make_candidates,
     make_field,
+    plain_of,
     settle,
     take_step,
 )
+from lostmotion.discover.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -39,6 +42,10 @@ noise is as good as recordings can tell in practice."""
 
 REFITS_NAMED, REFITS_SHAPES = 3, 2
 """How many of the strongest are refitted."""
+
+STRAYED = 0.1
+"""A run whose friction deviates by more than this share may hide an effect in it: candidates are
+then judged from the base without deviations as well."""
 
 REFIT_SHARE = 0.25
 """Share of the best gain below which a candidate is not refitted."""
@@ -61,11 +68,17 @@ never has exactly the form of the library."""
 NESTED_DEG = 5.0
 """A shape within this angle of a named effect contains it."""
 
+HALF_A_TOOTH = 0.5
+"""Least multiple of a slipped tooth that is not taken for something else."""
+
 TERMS_MAX = 4
 RUNS_PER_TERM = 4
 
 REFIT_STEPS = 12
 """Evaluations of a joint refit."""
+
+APART_STEPS, APART_TOLERANCE = 20, 1e-7
+"""A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
 
 WANDERING = 2.0
 """Noise whose spread is this many times its innovations wanders so slowly that it may be a
@@ -91,6 +104,16 @@ class Contender:
     gain: float
     gain_by_run: FloatArray
     size: float = 0.0
+    passes: bool = True
+
+
+@dataclass
+class Lead:
+    """A candidate that is worth a refit, and the linearisation that it starts from."""
+
+    stage: Field
+    result: Result
+    size: float
 
 
 @dataclass
@@ -124,6 +147,8 @@ def judge_all(stage: Field) -> list[Result]:
             one = judge(stage, f"{name}#{number}")
             if one is not None and result is not None and one.gain > result.gain:
                 result = replace(one, name=name)
+        if name == "ratcheting" and result is not None and not whole_tooth(stage, result):
+            result = None
         if result is None:
             if stage.candidates[name].named:
                 stage.closed[name] = "not visible with this plan: the base takes it up"
@@ -131,6 +156,13 @@ def judge_all(stage: Field) -> list[Result]:
         results.append(result)
     results.sort(key=lambda r: (-r.gain, r.name))
     return results
+
+
+def whole_tooth(stage: Field, result: Result) -> bool:
+    """Whether teeth slipped: the column is that of whole teeth, and there is no part of one."""
+    evidence = stage.contest.evidence
+    teeth = result.coefficients / evidence.scale[evidence.blocks[result.block]]
+    return float(np.max(np.abs(teeth))) >= HALF_A_TOOTH
 
 
 def judge(stage: Field, block: str) -> Result | None:
@@ -234,8 +266,15 @@ def free_values(effect: Effect) -> list[int]:
     ]
 
 
-def refit(stage: Field, result: Result) -> Contender:
-    """Fit base and candidate together, from the deviations that this hypothesis predicts."""
+def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender:
+    """Fit base and candidate together, from the deviations that this hypothesis predicts.
+
+    Parameters
+    ----------
+    reference : Settled, optional
+        Against which the gain counts, where the stage is that of a base without deviations: then
+        they stay at nothing until the candidate has had its fit.
+    """
     settled = stage.settled
     candidate = stage.candidates[result.name]
     base = settled.base.copy()
@@ -245,7 +284,9 @@ def refit(stage: Field, result: Result) -> Contender:
     own = stage.contest.deviations(index, result.omega, delta)
     fixed = evidence.fixed.size
     scale = np.concatenate((evidence.scale[:fixed], evidence.scale[evidence.scatter]))
-    take_step(base, scale, result.fixed_step, own)
+    apart = reference is not None and reference.base is not settled.base
+    if not apart:
+        take_step(base, scale, result.fixed_step, own)
     if candidate.effect is not None:
         base.terms.append(term_of(stage, result))
     else:
@@ -258,9 +299,13 @@ def refit(stage: Field, result: Result) -> Contender:
                 candidate.shape,
             )
         )
-    base.fit(noise=float(np.median(settled.noise.sigma)), steps=REFIT_STEPS)
+    sigma = float(np.median(settled.noise.sigma))
+    if apart:
+        base.fit(noise=sigma, steps=APART_STEPS, tolerance=APART_TOLERANCE)
+    else:
+        base.fit(noise=sigma, steps=REFIT_STEPS)
     done = settle(base, settled.noise)
-    by_run = done.density - settled.density
+    by_run = done.density - (reference or settled).density
     return Contender(result, candidate, done, float(by_run.sum()), by_run)
 
 
@@ -290,7 +335,11 @@ def paired_t(a: FloatArray, b: FloatArray) -> float:
 
 
 def choose(
-    stage: Field, results: list[Result], least: float, least_shape: float | None = None
+    stage: Field,
+    results: list[Result],
+    least: float,
+    least_shape: float | None = None,
+    plain: tuple[Field, list[Result]] | None = None,
 ) -> Step:
     """Find the candidate that is missing most, or none.
 
@@ -300,33 +349,28 @@ def choose(
         Least size that counts, arc seconds.
     least_shape : float, optional
         The same for shapes without a name.
+    plain : tuple, optional
+        Named candidates judged where all runs are alike.
     """
     count = tests_made(stage)
-    passed = [r for r in results if accepted(r, count)]
-    passed = [
-        r
-        for r in passed
-        if size_of(stage, r)
-        >= (least if stage.candidates[r.name].named or least_shape is None else least_shape)
-    ]
-    if not passed:
+    leads = find_leads(stage, results, count, least, least_shape)
+    if plain is not None:
+        leads = add_leads(leads, *plain, count, least)
+    if not leads:
         return Step(stage, results, None, [])
-    near = [r for r in passed if r.gain >= REFIT_SHARE * passed[0].gain]
-    named = [r for r in near if stage.candidates[r.name].named][:REFITS_NAMED]
-    shapes = [r for r in near if not stage.candidates[r.name].named][:REFITS_SHAPES]
-    if named and near[0] is named[0] and shapes:
-        shapes = [r for r in shapes[:1] if r.gain > CLEAR_SHARE * named[0].gain]
-    contenders = []
-    for result in (*named, *shapes):
-        contender = refit(stage, result)
-        contender.size = size_of(stage, result)
-        contenders.append(contender)
-    best_named = max(
-        (c for c in contenders if c.candidate.named), key=lambda c: c.gain, default=None
-    )
-    best_shape = max(
-        (c for c in contenders if not c.candidate.named), key=lambda c: c.gain, default=None
-    )
+
+    def follow(lead: Lead) -> Contender:
+        contender = refit(lead.stage, lead.result, stage.settled)
+        contender.size = lead.size
+        contender.passes = contender.gain >= GAIN_LEAST and (
+            not contender.candidate.named or stands(contender, count)
+        )
+        return contender
+
+    contenders = best_starts(in_parallel(follow, leads))
+    fit = [c for c in contenders if c.passes]
+    best_named = max((c for c in fit if c.candidate.named), key=lambda c: c.gain, default=None)
+    best_shape = max((c for c in fit if not c.candidate.named), key=lambda c: c.gain, default=None)
     if best_shape is not None:
         sharper = sharpen(stage, best_shape)
         if sharper is not None:
@@ -351,6 +395,69 @@ def choose(
     if chosen is not None and chosen.candidate.named:
         step.rivals = rivals(stage, results, contenders, chosen)
     return step
+
+
+def find_leads(
+    stage: Field, results: list[Result], count: int, least: float, least_shape: float | None
+) -> list[Lead]:
+    """Find the strongest of those that pass all gates where the base stands."""
+    passed = []
+    for result in results:
+        if accepted(result, count):
+            size = size_of(stage, result)
+            named = stage.candidates[result.name].named
+            if size >= (least_shape if least_shape is not None and not named else least):
+                passed.append(Lead(stage, result, size))
+    if not passed:
+        return []
+    near = [lead for lead in passed if lead.result.gain >= REFIT_SHARE * passed[0].result.gain]
+    effects = [x for x in near if stage.candidates[x.result.name].named][:REFITS_NAMED]
+    shapes = [x for x in near if not stage.candidates[x.result.name].named][:REFITS_SHAPES]
+    if effects and near[0] is effects[0] and shapes:
+        shapes = [x for x in shapes[:1] if x.result.gain > CLEAR_SHARE * effects[0].result.gain]
+    return [*effects, *shapes]
+
+
+def add_leads(
+    leads: list[Lead], plain: Field, results: list[Result], count: int, least: float
+) -> list[Lead]:
+    """Add the strongest named ones of the base without deviations; they start from there.
+
+    Whether they stand is judged later, where the model with them is: this only finds them. One that
+    was found already gets a second start.
+    """
+    strong = sorted((r for r in results if r.p * count <= P_LIMIT), key=lambda r: (-r.wald, r.name))
+    known = {lead.result.name for lead in leads}
+    found = strong[:REFITS_NAMED] + [r for r in strong[REFITS_NAMED:] if r.name in known]
+    more = [Lead(plain, result, size_of(plain, result)) for result in found]
+    return leads + [lead for lead in more if lead.size >= least]
+
+
+def best_starts(contenders: list[Contender]) -> list[Contender]:
+    """Of several starts of a candidate the one that came to most, those that stand first."""
+    best: dict[str, Contender] = {}
+    for contender in contenders:
+        name = contender.result.name
+        rank = (contender.passes, contender.gain)
+        if name not in best or rank > (best[name].passes, best[name].gain):
+            best[name] = contender
+    return list(best.values())
+
+
+def stands(contender: Contender, count: int) -> bool:
+    """Whether an effect passes the gates where the model with it stands."""
+    assert contender.settled is not None
+    return term_stands(contender.settled, len(contender.settled.base.terms) - 1, count)
+
+
+def term_stands(settled: Settled, place: int, count: int) -> bool:
+    """Whether a term of a model passes the gates beside the others."""
+    contest, name = contest_of_term(settled, place)
+    try:
+        result = contest.test(name)
+    except np.linalg.LinAlgError:
+        return False
+    return result is not None and accepted(result, count)
 
 
 def tests_made(stage: Field) -> int:
@@ -422,7 +529,7 @@ def select(
         least = max(SIZE_LEAST * noise_rms(noise, base), LEFTOVER_SHARE * largest)
         named_before = any(s.chosen is not None and s.chosen.candidate.named for s in steps)
         shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if named_before else least
-        step = choose(stage, results, least, shape)
+        step = choose(stage, results, least, shape, contest_of_plain(settled, effects, ratio))
         steps.append(step)
         if step.chosen is None or len(steps) > limit:
             break
@@ -431,10 +538,41 @@ def select(
         ):
             break
         assert step.chosen.settled is not None
-        settled = step.chosen.settled
+        settled = without_idle(step.chosen.settled, len(base.terms), tests_made(stage))
         trail.append(settled)
         say("refit")
     return Selection(steps, trail, noise)
+
+
+def contest_of_plain(
+    settled: Settled, effects: Mapping[str, Effect], ratio: float
+) -> tuple[Field, list[Result]] | None:
+    """Judge the named candidates where all runs are alike; None where they nearly are."""
+    if float(np.max(np.abs(settled.base.deviations[:, :2]))) < STRAYED:
+        return None
+    plain = plain_of(settled)
+    candidates, closed = named_candidates(effects, plain, plain.at(), ratio)
+    stage = make_field(Settled(plain, settled.contest, settled.noise), candidates, closed)
+    return stage, judge_all(stage)
+
+
+def without_idle(settled: Settled, given: int, count: int) -> Settled:
+    """Drop the effects that no longer pass the gates beside the newest, all fitted together.
+
+    Those that were `given` with the base stay.
+    """
+    for place in range(len(settled.base.terms) - 2, given - 1, -1):
+        if not term_stands(settled, place, count):
+            base = settled.base.copy()
+            del base.terms[place]
+            settled = refitted(base, settled.noise)
+    return settled
+
+
+def refitted(base: Base, noise: Noise) -> Settled:
+    """Fit a base with its terms as they are, and settle it."""
+    base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)
+    return settle(base, noise)
 
 
 def contest_under(

@@ -23,6 +23,9 @@ TORQUE_WAVES = 48
 ANGLE_ORDERS = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12)
 """Orders of a turn that are looked at beside the first four."""
 
+SEEN_RAD = 0.5
+"""Part of a wave over an angle that has to be recorded: less of it is a power of anything slow."""
+
 PARTS = ("lost motion", "stiffness", "friction", "gap")
 
 
@@ -84,10 +87,12 @@ def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
     c = base.conditions
     for channel in ("input_angle", "output_angle"):
         angle = c.columns.get(f"{channel}_rad")
-        if angle is None or np.ptp(angle) < 0.02:
+        if angle is None:
             continue
         for part in ("lost motion", "stiffness", "gap"):
             for orders in ((1, 2), (3, 4)):
+                if orders[0] * np.ptp(angle) < SEEN_RAD:
+                    continue
                 columns = np.column_stack(
                     [parts[part] * f(k * angle) for k in orders for f in (np.cos, np.sin)]
                 )
@@ -125,9 +130,11 @@ def waves(base: Base) -> list[Candidate]:
         )
     for channel in ("input_angle", "output_angle"):
         angle = c.columns.get(f"{channel}_rad")
-        if angle is None or np.ptp(angle) < 0.02:
+        if angle is None:
             continue
         for order in ANGLE_ORDERS:
+            if order * np.ptp(angle) < SEEN_RAD:
+                continue
             out.append(
                 Candidate(
                     f"order {order:g} of {channel}",

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import lsq_linear
 
 from lostmotion.discover import shapes
 from lostmotion.discover.backbone import DEVIATION_MAX, DEVIATIONS, Base, Point
@@ -31,6 +32,27 @@ WORSE = 1.2
 
 SETTLED = 0.5
 """Fall of the restricted log likelihood below which the linearisation point stays."""
+
+OUTLIERS_ALONE = 5
+"""Outliers that a run may have when the others have none."""
+
+JUMP = 6.0
+"""Change of the torque from sample to sample, over the median of the run, that is a jump."""
+
+JUMP_REACH = 2
+"""Samples on either side of a jump that belong to it."""
+
+STEP_RIDGE = 1e-9
+"""Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
+
+DEVIATION_SHARES = (1.0, 0.4)
+"""Shares of their step that the deviations move alone."""
+
+FOLLOW_STEPS = 6
+"""Evaluations of the fit that follows a step of the deviations."""
+
+PLAIN_STEPS = 8
+"""Evaluations of the fit without deviations."""
 
 OUTLIER = 7.0
 """A single sample that is this many deviations off its neighbours is an outlier."""
@@ -88,11 +110,19 @@ def clean_outliers(base: Base) -> int:
             neighbours[row] = np.roll(x, shift)
         off = x - np.median(neighbours, axis=0)
         scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
-        found[at] = np.abs(off) > OUTLIER * scale
+        found[at] = (np.abs(off) > OUTLIER * scale) & ~jumping(base.conditions.torque[at])
         found[at][[0, 1, -1, -2]] = False
     # Where many lie side by side it is no outlier but a structure.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
+    counts = np.array([np.count_nonzero(found[at]) for at in base.conditions.slices()])
+    rows = np.diff(base.conditions.starts)
+    for r, at in enumerate(base.conditions.slices()):
+        # Glitches fall anywhere. Where one run has many more it is something that the model lacks.
+        usual = float(np.median(np.delete(counts / rows, r))) if counts.size > 1 else 0.0
+        expected = usual * float(rows[r])
+        if counts[r] > OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):
+            found[at] = False
     if found.any():
         point = base.at()
         good = np.flatnonzero(~found)
@@ -103,6 +133,19 @@ def clean_outliers(base: Base) -> int:
         base.measured[bad] = point.angle[bad] + level[bad] + filled
     base.outlier |= found
     return int(np.count_nonzero(found))
+
+
+def jumping(torque_Nm: FloatArray) -> npt.NDArray[np.bool_]:
+    """Samples about which the load changes far quicker than usual in the run, or turns round.
+
+    What is measured there tells most of lags and of creep, and no model without them meets it.
+    """
+    change = np.abs(np.diff(torque_Nm, prepend=torque_Nm[0]))
+    bend = np.abs(np.diff(torque_Nm, n=2, prepend=torque_Nm[0], append=torque_Nm[-1]))
+    out = np.zeros(torque_Nm.size, dtype=bool)
+    for size in (change, bend):
+        out |= size > JUMP * (float(np.median(size)) + 1e-12)
+    return np.convolve(out, np.ones(2 * JUMP_REACH + 1), mode="same") > 0
 
 
 def leftover(base: Base, point: Point, blocks: Sequence[FloatArray]) -> tuple[FloatArray, int]:
@@ -135,37 +178,68 @@ def estimate_noise(base: Base, blocks: Sequence[FloatArray]) -> Noise:
 def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Bring base and deviations to where the data with scatter and coloured noise want them.
 
-    Steps are halved where a kink makes them overshoot; the best point by restricted likelihood is
-    the one that counts.
+    A step moves both together; where kinks make that overshoot, the deviations move alone and the
+    base is fitted after them. The best point by restricted likelihood is the one that counts.
     """
-    best: tuple[float, Base, Contest] | None = None
-    target: tuple[FloatArray, FloatArray] | None = None
-    share = 1.0
-    least_rms = np.inf
     current = base.copy()
-    for _ in range(rounds + 1):
-        fixed, precision, scatter, response = columns_of(current, current.at())
-        evidence = gather(fixed, precision, scatter, (), response, noise, current.conditions.starts)
-        contest = Contest(evidence)
-        rms = float(np.sqrt(np.mean(current.residual() ** 2)))
-        better = best is None or (contest.null_objective < best[0] and rms < WORSE * least_rms)
-        least_rms = rms if best is None else min(least_rms, rms)
-        if best is None or better:
-            close = best is not None and best[0] - contest.null_objective < SETTLED
-            best = (contest.null_objective, current, contest)
-            if close:
-                break
-            index = evidence.index()
-            delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
-            target = (delta, contest.deviations(index, contest.null_omega, delta))
-            share = 1.0
-        else:
-            share *= 0.4
-        assert target is not None
-        current = best[1].copy()
-        take_step(current, best[2].evidence.scale, target[0], target[1], share)
-    assert best is not None
-    return Settled(best[1], best[2], noise)
+    best = contest_at(current, noise)
+    least_rms = plain_rms(current)
+
+    def attempt(step: FloatArray, own: FloatArray, share: float) -> tuple[Base, Contest] | None:
+        moved = current.copy()
+        take_step(moved, best.evidence.scale, step, own, share)
+        if not step.any():
+            moved.fit(noise=float(np.median(noise.sigma)), steps=FOLLOW_STEPS)
+        if plain_rms(moved) >= WORSE * least_rms:
+            return None
+        contest = contest_at(moved, noise)
+        return (moved, contest) if contest.null_objective < best.null_objective else None
+
+    for _ in range(rounds):
+        step, own = bounded_step(current, best)
+        found = attempt(step, own, 1.0)
+        for share in DEVIATION_SHARES:
+            found = found or attempt(np.zeros_like(step), own, share)
+        if found is None:
+            break
+        fall = best.null_objective - found[1].null_objective
+        current, best = found
+        least_rms = min(least_rms, plain_rms(current))
+        if fall < SETTLED:
+            break
+    return Settled(current, best, noise)
+
+
+def plain_rms(base: Base) -> float:
+    """Root mean square of the residual, arc seconds."""
+    return float(np.sqrt(np.mean(base.residual() ** 2)))
+
+
+def contest_at(base: Base, noise: Noise) -> Contest:
+    """Gather the evidence of the base alone, linearised where it stands."""
+    fixed, precision, scatter, response = columns_of(base, base.at())
+    evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
+    return Contest(evidence)
+
+
+def bounded_step(base: Base, contest: Contest) -> tuple[FloatArray, FloatArray]:
+    """Gauss-Newton step within the bounds of the base, and the deviations that go with it."""
+    evidence = contest.evidence
+    index = evidence.index()
+    matrix = contest.null.matrix.sum(axis=0)
+    normal = matrix[:-1, :-1] + np.diag(contest.ridge(index))
+    normal[np.diag_indices_from(normal)] *= 1.0 + STEP_RIDGE
+    factor = np.linalg.cholesky(normal)
+    x, low, high = base.vector()
+    # The common offset comes last and has no bounds.
+    scale = evidence.scale[: x.size]
+    least = np.append(np.minimum((low - x) * scale, -STEP_RIDGE), -np.inf)
+    most = np.append(np.maximum((high - x) * scale, STEP_RIDGE), np.inf)
+    found = lsq_linear(
+        factor.T, np.linalg.solve(factor, matrix[:-1, -1]), (least, most), method="bvls"
+    )
+    delta = np.asarray(found.x, dtype=np.float64)
+    return delta, contest.deviations(index, contest.null_omega, delta)
 
 
 def take_step(
@@ -199,6 +273,42 @@ def make_candidates(
     point = base.at()
     named, closed = named_candidates(effects, base, point, ratio)
     return [*named, *shapes.smooth_shapes(base, point), *shapes.waves(base)], closed
+
+
+def plain_of(settled: Settled) -> Base:
+    """The base fitted with every run alike: where deviations have not taken up anything yet."""
+    base = settled.base.copy()
+    base.deviations[:] = 0.0
+    base.fit(noise=float(np.median(settled.noise.sigma)), steps=PLAIN_STEPS)
+    return base
+
+
+def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
+    """Evidence for a term that is in the model, linearised where the model with it stands.
+
+    What the term does is put back into the residual; its free values are the block of that name.
+    """
+    base = settled.base
+    point = base.at()
+    fixed, precision, scatter, response = columns_of(base, point)
+    first = base.slopes.size + 2 * base.shares.size
+    first += sum(len(term.free) for term in base.terms[:place])
+    term = base.terms[place]
+    own = np.arange(first, first + len(term.free))
+    columns = fixed[:, own]
+    linear = [k for k, i in enumerate(term.free) if term.effect.values[i].role == "linear"]
+    carries = linear or list(range(len(term.free)))
+    response = response + columns[:, carries] @ term.values[[term.free[k] for k in carries]]
+    evidence = gather(
+        np.delete(fixed, own, axis=1),
+        np.delete(precision, own),
+        scatter,
+        [(term.effect.name, columns)],
+        response - float(np.mean(response)),
+        settled.noise,
+        base.conditions.starts,
+    )
+    return Contest(evidence), term.effect.name
 
 
 def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[str, str]) -> Field:

@@ -1,14 +1,22 @@
-"""One thread for the linear algebra: matrices are small, and waiting costs more than it wins."""
+"""Threads: one for the linear algebra, whose matrices are small; many for pieces of work apart."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 try:
     from threadpoolctl import threadpool_limits
 except ImportError:  # it only makes things faster
     threadpool_limits = None
+
+Item = TypeVar("Item")
+Answer = TypeVar("Answer")
+
+WORKERS_MAX = 8
 
 
 @contextlib.contextmanager
@@ -19,3 +27,20 @@ def one_thread() -> Iterator[None]:
         return
     with threadpool_limits(1):
         yield
+
+
+def in_parallel(work: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
+    """Do the same with each item, several at a time; answers in the order of the items."""
+    workers = min(cores(), len(items), WORKERS_MAX)
+    if workers < 2:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(work, items))
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
