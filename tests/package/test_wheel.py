@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import importlib.util
 import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tarfile
+import time
+import urllib.error
+import urllib.request
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +125,15 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
         "lostmotion",
         f"lostmotion-{__version__}.dist-info",
     }
-    for name in ("_core32.abi3.so", "_core64.abi3.so", "py.typed", "demo_inputs/drives"):
+    for name in (
+        "_core32.abi3.so",
+        "_core64.abi3.so",
+        "py.typed",
+        "demo_inputs/drives",
+        "demo_inputs/joint",
+        "demo_inputs/firmware/lib/runtime",
+        "workbench/style.css",
+    ):
         assert any(entry.startswith(f"lostmotion/{name}") for entry in inside), name
     assert f"lostmotion-{__version__}.dist-info/licenses/LICENSE" in inside
     assert "License-Expression: MIT" in metadata
@@ -140,7 +154,10 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
         pytest.skip("no other Python from 3.10 on with venv on this machine")
     venv = tmp_path / "venv"
     run(pythons[0], "-m", "venv", venv)
-    pip("install", "--only-binary", ":all:", wheel, python=venv / "bin" / "python")
+    pip(
+        "install", "--only-binary", ":all:", f"lostmotion[workbench] @ {wheel.as_uri()}",
+        python=venv / "bin" / "python",
+    )  # fmt: skip
     drive = ROOT / "tests" / "data" / "drives" / "reference_a.toml"
     bare = {"PATH": str(venv / "bin"), "HOME": str(tmp_path)}  # no compiler in reach
     said = run(
@@ -149,8 +166,34 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
     )  # fmt: skip
     here = predict(read_drive(drive), [0, 20, 40])
     assert json.loads(said)["total_arcmin"] == pytest.approx(here["total_arcmin"], rel=1e-12)
-    run(venv / "bin" / "lostmotion", "demo", "-o", "demo", env=bare, cwd=tmp_path)
+    said = run(venv / "bin" / "lostmotion", "demo", "-o", "demo", env=bare, cwd=tmp_path)
+    assert "3 missing    thermal_gap" in said
     assert (tmp_path / "demo" / "report.html").stat().st_size > 10_000
+    with workbench(venv / "bin" / "lostmotion", bare, tmp_path) as page:
+        assert "lostmotion workbench" in page
+
+
+@contextlib.contextmanager
+def workbench(program: Path, environment: dict[str, str], folder: Path) -> Iterator[str]:
+    """Start the workbench; what its page holds."""
+    with subprocess.Popen(
+        [program, "workbench", "demo/joint/joint.toml", "--no-browser", "--port", "0"],
+        cwd=folder, env=environment, stdout=subprocess.PIPE, text=True,
+    ) as server:  # fmt: skip
+        try:
+            assert server.stdout is not None
+            address = re.search(r"http://\S+", server.stdout.readline())
+            assert address is not None
+            for _ in range(100):
+                with contextlib.suppress(urllib.error.URLError):
+                    with urllib.request.urlopen(address[0], timeout=10) as page:
+                        yield page.read().decode()
+                    return
+                time.sleep(0.1)
+            raise AssertionError("the page does not answer")
+        finally:
+            server.send_signal(signal.SIGINT)
+            server.wait(timeout=60)
 
 
 def test_the_package_carries_the_licence_of_the_project() -> None:
