@@ -11,13 +11,14 @@
 #define BATCH_MAX 256 /* tasks that are out at the same time */
 #define POOL_MAX 8    /* designs kept of each combination */
 #define ARCHIVE_MAX 1024
-#define POLISHED 4      /* combinations that are polished */
-#define SETTLED_MAX 24  /* designs of the front that are settled */
-#define SCREEN_POINTS 4 /* of a combination */
-#define POINT_CHARGE 2  /* of a screened point: itself, and with its gap closed */
-#define RUNG_SLOPES 12  /* evaluations with derivatives of the first rung */
-#define LEVELS_MAX 12   /* of one round of the trade-off */
-#define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
+#define POLISHED 4        /* combinations that are polished */
+#define SETTLED_MAX 24    /* designs of the front that are settled */
+#define SETTLE_SLOPES 300 /* gradients for one of them; most take a third */
+#define SCREEN_POINTS 4   /* of a combination */
+#define POINT_CHARGE 2    /* of a screened point: itself, and with its gap closed */
+#define RUNG_SLOPES 12    /* evaluations with derivatives of the first rung */
+#define LEVELS_MAX 12     /* of one round of the trade-off */
+#define QUIET_ROUNDS 4    /* restarts without a better design before the search ends early */
 
 /* Shares of the budget. */
 #define SCREEN_SHARE 0.15
@@ -613,7 +614,7 @@ static void plan_settle(lm_search *search) {
     const int place = wanted > 1 ? n * (search->archive_count - 1) / (wanted - 1) : 0;
     const lm_found *found = &search->archive[place];
     lm_task *task = add_task(search, LM_TASK_SETTLE, found->combination,
-                             1000 * slope_charge(search), found->unit);
+                             SETTLE_SLOPES * slope_charge(search), found->unit);
     if (search->problem.objective_count > 1) {
       int j;
       scale_aim(search, &task->aim);

@@ -19,6 +19,11 @@
 
 /* Fine scan of the settling: steps a pitch, nodes of the neutral line. */
 #define FINE_STEPS 8
+
+/* One run of SLSQP ends after about 15 gradients; where it does not, a kink keeps it from ending.
+ */
+#define SLSQP_EVALUATIONS 80
+
 #define FINE_NODES 64
 
 /* Everything one task works on. */
@@ -366,7 +371,7 @@ static void run_slsqp(solver *s, const double start[]) {
   nlopt_add_inequality_mconstraint(s->running, rows, epigraph_rows, s, tolerance);
   nlopt_set_xtol_rel(s->running, 1e-7);
   nlopt_set_ftol_rel(s->running, 1e-7);
-  nlopt_set_maxeval(s->running, 400);
+  nlopt_set_maxeval(s->running, SLSQP_EVALUATIONS);
   (void)nlopt_optimize(s->running, x, &least);
   nlopt_destroy(s->running);
   s->running = NULL;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import json
 import math
 import os
@@ -22,21 +23,19 @@ import numpy as np
 import pytest
 
 from conftest import DATA
+from lostmotion import design
 from lostmotion.cli import main
 from lostmotion.core import core
+from lostmotion.design.spec import parse_spec, read_spec
 from lostmotion.drives import format_toml, read_drive, read_toml
 from lostmotion.errors import InputError
 from lostmotion.structs import make_drive
 
-design = pytest.importorskip("lostmotion.design")
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from brute_force import polygons
+
 pytest.importorskip("lostmotion._search", reason="the package was built without NLopt")
 
-from lostmotion.design.spec import parse_spec, read_spec
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-import itertools
-
-from brute_force import polygons
 
 SPECS = ("robot_joint", "instrument", "ring_generator")
 FILES = ("best.toml", "front.csv", "history.csv", "combinations.csv", "certificate.json")
@@ -547,7 +546,7 @@ def test_a_package_without_the_search_says_what_is_missing(
     assert len(done.stderr.splitlines()) == 1
 
 
-# --- the shipped specs, at a fifth of their budget ---
+# --- the shipped specs, at a short budget ---
 
 
 @pytest.fixture(scope="module", params=SPECS)
@@ -555,7 +554,7 @@ def shipped(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     folder = tmp_path_factory.mktemp(request.param)
     spec = folder / f"{request.param}.toml"
     text = (DATA / "specs" / spec.name).read_text()
-    spec.write_text(re.sub(r"evaluations = \d+", "evaluations = 4000", text))
+    spec.write_text(re.sub(r"evaluations = \d+", "evaluations = 3000", text))
     return design.search(spec, folder / "run"), folder / "run", read_spec(spec)
 
 

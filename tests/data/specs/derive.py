@@ -11,8 +11,8 @@ HERE = Path(__file__).parent
 
 def derived(file: Path) -> str:
     """Return the text of a spec, with a line that says where it is from."""
-    head = f"# Made from {file.name}, which says what it is; tests/data/specs/derive.py makes it again."
-    return f"{head}\n{read_spec(file).text}"
+    source = f"# Made from {file.name}, which says what it is."
+    return f"{source} tests/data/specs/derive.py makes it again.\n{read_spec(file).text}"
 
 
 if __name__ == "__main__":
