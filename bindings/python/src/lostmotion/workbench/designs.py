@@ -113,9 +113,9 @@ class DesignPanel(Panel):
         self.drawn_result: object = None
 
     def state(self) -> object:
-        """Drawn anew when a search begins, ends or was told a spec; progress has its own place."""
+        """Drawn anew when a search begins and ends; progress has its own place."""
         search = self.search
-        return search.running, search.spec, search.folder, id(search.result), search.message
+        return search.running, id(search.result), search.message
 
     def update(self) -> None:
         """Draw what has changed; while searching, progress only."""
@@ -133,8 +133,8 @@ class DesignPanel(Panel):
             "resume it later.</p>"
         )
         with ui.element("div").classes("line"):
-            self.field("spec", "spec, a file", search.spec)
-            self.field("folder", "folder of the search", search.folder)
+            self.field("spec", "spec, a file")
+            self.field("folder", "folder of the search")
         with ui.element("div").classes("line").style("margin-top: 8px"):
             start = action("Start", lambda: self.begin(resume=False), main=True)
             resume = action("Resume", lambda: self.begin(resume=True))
@@ -158,15 +158,15 @@ class DesignPanel(Panel):
         self.draw_live()
         self.draw_details()
 
-    def field(self, attribute: str, text: str, value: str) -> None:
+    def field(self, attribute: str, text: str) -> None:
         """Make an input that is kept in the search."""
-        made = ui.input(text, value=value).props("dense outlined stack-label")
-        made.style("min-width: 250px; flex: 1 1 250px").mark(f"search-{attribute}")
-        made.on("change", lambda: setattr(self.search, attribute, made.value.strip()))
+        made = ui.input(text).props("dense outlined stack-label")
+        made.style("min-width: 250px; flex: 1 1 250px").bind_value(self.search, attribute)
 
     def begin(self, *, resume: bool) -> None:
         """Start or resume."""
         search = self.search
+        search.spec, search.folder = search.spec.strip(), search.folder.strip()
         if search.spec and not search.folder:
             search.folder = Path(search.spec).stem + "_run"
         search.start(resume=resume)
