@@ -13,6 +13,7 @@ from lostmotion.base import Backbone
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
 from lostmotion.discover.effects import Effect, find_effect, library, load
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.merged import gather_body, judge_body, load_body, merge_bodies
 from lostmotion.discover.plans import check, forecast, next_runs, read_plan
 from lostmotion.discover.template import template
 from lostmotion.discover.threads import one_thread
@@ -43,6 +44,18 @@ def add_commands(command: Command, add_map: Option) -> None:
     add_inputs(added, add_map)
     add_effects(added)
     add_report(added)
+    added.add_argument(
+        "--save-evidence", metavar="FILE.npz", help="write what `lostmotion merge` combines"
+    )
+
+    added = command(
+        "merge",
+        run_merge,
+        "Judge saved evidence of several campaigns together, without their recordings.",
+        "lostmotion merge january.npz february.npz --json -",
+    )
+    added.add_argument("evidence", metavar="EVIDENCE", nargs="+", help="by --save-evidence")
+    add_effects(added)
 
     added = command(
         "fit",
@@ -178,7 +191,23 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Diagnosis of lost motion", lead, [section], arguments.command_line
         )
+    if arguments.save_evidence is not None:
+        assert result.selection is not None
+        first = result.selection.settled[0]
+        with one_thread():
+            body = gather_body(first.base, first.noise, effects_of(arguments), drive.ratio)
+        body.save(arguments.save_evidence)
     answer = {**result.answer(), "findings": findings}
+    deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
+
+
+def run_merge(arguments: argparse.Namespace) -> None:
+    """``lostmotion merge``."""
+    from lostmotion.cli import deliver
+
+    with one_thread():
+        bodies = [load_body(file) for file in arguments.evidence]
+        answer = judge_body(merge_bodies(bodies, arguments.evidence), effects_of(arguments))
     deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
 
 
