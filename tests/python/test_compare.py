@@ -196,10 +196,17 @@ def test_scatter_between_repeats_belongs_to_the_noise_floor() -> None:
         run.columns["lost_motion"] = run.lost_motion_rad + random.normal(0, 0.03) * backbone()(
             run.torque_Nm
         )
+        run.columns["temperature"][:] = 22.0
     noise = compare(backbone(), data).noise
     assert noise.between_rad is not None
     assert noise.between_rad > 3 * noise.within_rad
     assert noise.repeats == [[1, 3, 5, 7], [2, 4, 6, 8]]
+
+
+def test_a_run_at_another_temperature_is_no_repeat() -> None:
+    result = compare(backbone(), campaign(gap_per_kelvin=4 * ARCSEC))
+    assert result.rms_rad > 5 * NOISE
+    assert result.noise.floor_rad < 1.2 * NOISE
 
 
 def test_runs_that_do_not_repeat_leave_the_noise_within_runs() -> None:

@@ -56,7 +56,15 @@ BLOCKS_LEAST = 6
 """Fewer blocks cannot show anything: the smallest p is 2 / 2^blocks."""
 
 REPEAT_TOLERANCE = 0.05
-"""Two runs repeat each other when their extreme torques agree within this share of the largest."""
+"""Two runs repeat each other when the extremes of their torque and of all else that was recorded
+agree within this share of the largest."""
+
+REPEAT_SLACK = {
+    "temperature": 2.0,
+    "input_angle": np.deg2rad(5.0),
+    "output_angle": np.deg2rad(5.0),
+}
+"""The same for quantities whose zero is arbitrary, in K and rad."""
 
 LOADED_SHARE = 0.1
 """Above this share of the largest torque the drive counts as loaded."""
@@ -478,8 +486,9 @@ def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
     """Estimate what no model can explain.
 
     Within runs: white noise, from second differences of the residual, at least the rounding of the
-    encoder. Between runs: where runs repeat the same torque path, the scatter of their residuals at
-    the same place of the path.
+    encoder. Between runs: where runs repeat the same torque path under the same conditions, the
+    scatter of their residuals at the same place of the path. Runs at another temperature, angle or
+    number of cycles are no repeats: what differs between them may be what the model lacks.
     """
     second = np.concatenate(
         [np.diff(residual[a:b], 2) for a, b in zip(c.starts[:-1], c.starts[1:], strict=True)]
@@ -494,11 +503,13 @@ def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
         within = max(within, float(np.min(np.diff(levels))) / np.sqrt(12.0))
 
     groups: list[list[int]] = []
-    extremes = [(float(run.torque_Nm.min()), float(run.torque_Nm.max())) for run in c.campaign.runs]
-    slack = REPEAT_TOLERANCE * float(np.max(np.abs(c.torque)))
-    for i, pair in enumerate(extremes):
+    lows, highs, slack = _extremes(c)
+    for i in range(lows.shape[0]):
         for group in groups:
-            if np.allclose(pair, extremes[group[0]], rtol=0, atol=slack):
+            first = group[0]
+            if np.all(np.abs(lows[i] - lows[first]) <= slack) and np.all(
+                np.abs(highs[i] - highs[first]) <= slack
+            ):
                 group.append(i)
                 break
         else:
@@ -519,6 +530,22 @@ def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
             np.sqrt(np.average(np.concatenate(squares), weights=np.concatenate(weights)))
         )
     return Noise(within, between, [[c.labels[i] for i in group] for group in groups])
+
+
+def _extremes(c: Conditions) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Smallest and largest value of each recorded quantity in each run, and the slack of a repeat."""
+    names = [n for n in c.campaign.quantities() if n not in ("run", "time", "lost_motion")]
+    values = [[run.columns[name] for name in names] for run in c.campaign.runs]
+    # A quantity that is not known in a run is the same wherever it is not known.
+    known = [[v[np.isfinite(v)] for v in run] for run in values]
+    lows = np.array([[float(v.min()) if v.size else 0.0 for v in run] for run in known])
+    highs = np.array([[float(v.max()) if v.size else 0.0 for v in run] for run in known])
+    largest = np.maximum(np.abs(lows).max(axis=0), np.abs(highs).max(axis=0))
+    slack = [
+        REPEAT_SLACK.get(name, REPEAT_TOLERANCE * top)
+        for name, top in zip(names, largest, strict=True)
+    ]
+    return lows, highs, np.array(slack)
 
 
 def _repeat_cells(
