@@ -533,7 +533,7 @@ def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
 
 
 def _extremes(c: Conditions) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Smallest and largest value of each recorded quantity in each run, and the slack of a repeat."""
+    """Least and largest of each recorded quantity in each run, and the slack of a repeat."""
     names = [n for n in c.campaign.quantities() if n not in ("run", "time", "lost_motion")]
     values = [[run.columns[name] for name in names] for run in c.campaign.runs]
     # A quantity that is not known in a run is the same wherever it is not known.

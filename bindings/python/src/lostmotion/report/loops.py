@@ -29,6 +29,10 @@ SAME_SIZE = 1.3
 GROUPS_SHOWN = 2
 """Sizes of loops that are drawn: the largest and the smallest."""
 
+LOOP_LEAST = 0.02
+"""Runs whose torque stays below this share of the largest are no loops (a drive that turns freely):
+they are drawn only when there is nothing else."""
+
 RUNS_SHOWN = 6
 """Runs of a size that are drawn."""
 
@@ -43,7 +47,8 @@ WHERE = {"inside": "inside", "both": "inside and outside"}
 def groups(result: Comparison) -> list[list[int]]:
     """Runs that are drawn together: loops of one size, the largest first."""
     sizes = [float(np.max(np.abs(run.torque_Nm))) for run in result.campaign.runs]
-    order = sorted(range(len(sizes)), key=lambda i: -sizes[i])
+    loops = [i for i, size in enumerate(sizes) if size >= LOOP_LEAST * max(sizes)]
+    order = sorted(loops, key=lambda i: -sizes[i])
     found: list[list[int]] = []
     for i in order:
         if found and sizes[found[-1][0]] <= SAME_SIZE * max(sizes[i], 1e-12):
