@@ -232,10 +232,10 @@ static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
   if (status != LM_OK) {
     return status;
   }
-  for (i = 0; i < count; ++i) {
-    play[i].radius_Nm = read_real(from);
-    play[i].widening = read_real(from);
-    play[i].weight = read_real(from);
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    play[i].radius_Nm = i < count ? read_real(from) : 0;
+    play[i].widening = i < count ? read_real(from) : 0;
+    play[i].weight = i < count ? read_real(from) : 0;
   }
   return lm_build_play_bank(bank, play, (int32_t)count, (int32_t)outside_count, fault);
 }

@@ -27,6 +27,7 @@ from lostmotion.discover.commands import (
     add_report,
     effects_of,
 )
+from lostmotion.discover.effects import library
 from lostmotion.discover.ladder import make_base
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -209,6 +210,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     added.add_argument("--name", default="joint_parameters", help="of the constant in the header")
     added.add_argument("--profile", choices=PROFILES, default="standard", help="of the controller")
+    add_effects(added)
     add_settings(added)
 
     added = command(
@@ -402,7 +404,8 @@ def run_export(arguments: argparse.Namespace) -> None:
     settings = read_settings(arguments.set)
     check_place("--output", arguments.output)
     drive = read_drive(arguments.drive)
-    controller = make_controller(drive, settings, profile=arguments.profile)
+    own = {name: e for name, e in effects_of(arguments).items() if name not in library()}
+    controller = make_controller(drive, settings, profile=arguments.profile, own=own)
     answer = export(controller, arguments.output, name=arguments.name, title=drive.name)
     deliver(answer, arguments, lambda out: show_export(answer, out))
 

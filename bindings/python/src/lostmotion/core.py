@@ -31,7 +31,7 @@ class Core:
 
     def __init__(self, bits: Bits) -> None:
         module = _core64 if bits == 64 else _core32
-        self.bits = bits
+        self.bits: Bits = bits
         self.ffi = module.ffi
         self.lib = module.lib
         self.real: np.dtype[Any] = np.dtype(np.float64 if bits == 64 else np.float32)

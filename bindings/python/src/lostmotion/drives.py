@@ -189,7 +189,7 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
         design,
         _columns(file, document.get("columns", {})),
         _fit(file, document["fit"]) if "fit" in document else None,
-        _effects(file, document.get("effect", [])),
+        _effects(file, document.get("effect", []), _fitted_effects(document.get("fit"))),
         document,
     )
 
@@ -325,7 +325,13 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
     return dict(table)
 
 
-def _effects(file: str, tables: Any) -> list[dict[str, Any]]:
+def _fitted_effects(table: Any) -> set[str]:
+    """Effects that a fit put into the file, also the user's own: its keys are ``effect.value``."""
+    values = table.get("values") if isinstance(table, Mapping) else None
+    return {key.partition(".")[0] for key in values if "." in key} if values else set()
+
+
+def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
     if not isinstance(tables, list):
         raise InputError(file, "effect", show(tables), "tables [[effect]]")
     seen: set[str] = set()
@@ -334,7 +340,7 @@ def _effects(file: str, tables: Any) -> list[dict[str, Any]]:
         if not isinstance(table, Mapping):
             raise InputError(file, at, show(table), "a table [[effect]]")
         name = table.get("name")
-        if name not in EFFECTS:
+        if name not in EFFECTS and name not in fitted:
             hint = did_you_mean(name, EFFECTS) if isinstance(name, str) else ""
             found = "nothing" if name is None else show(name)
             raise InputError(file, f"{at}.name", found, f"the name of an effect{hint}")

@@ -12,20 +12,24 @@ import struct
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TextIO
+from typing import TYPE_CHECKING, Any, Literal, TextIO
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion import __version__, units
-from lostmotion.core import Core, core
+from lostmotion.core import Bits, Core, core
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
 from lostmotion.keys import Key, label, read_table
 from lostmotion.model import design_model, make_backbone, reversal_torque
 from lostmotion.units import ARCMIN, ARCSEC
+
+if TYPE_CHECKING:
+    from lostmotion.discover.effects import Effect
 
 FloatArray = npt.NDArray[np.float64]
 Profile = Literal["standard", "full", "gap"]
@@ -127,6 +131,8 @@ class Controller:
         In the order torque, width, angle.
     notes : list of str
         What was assumed, one sentence each.
+    own : mapping
+        The user's own effects by name, where some are among `effects`.
     """
 
     torque_limit_Nm: float
@@ -138,6 +144,7 @@ class Controller:
     inside: Sequence[Play] = ()
     effects: Sequence[tuple[str, Sequence[float]]] = ()
     notes: Sequence[str] = field(default_factory=list)
+    own: Mapping[str, Effect] = field(default_factory=dict)
 
     @property
     def plays(self) -> list[Play]:
@@ -171,6 +178,7 @@ def make_controller(
     *,
     profile: Profile = "standard",
     knots: int | None = None,
+    own: Mapping[str, Effect] | None = None,
 ) -> Controller:
     """Reduce a drive to what its controller must know.
 
@@ -183,6 +191,8 @@ def make_controller(
         Build of the run-time code that it is for.
     knots : int, optional
         Knots of the curve; by default as many as the profile holds.
+    own : mapping, optional
+        The user's own effects by name.
 
     Raises
     ------
@@ -199,13 +209,16 @@ def make_controller(
     notes: list[str] = []
     torque, angle = _backbone(drive, limit, most, notes)
     outside, inside = _friction(drive, notes)
-    effects = _effects(drive)
+    effects = _effects(drive, own or {})
+    used = {name: own[name] for name, _ in effects if own and name in own}
     _fits(drive.file, "plays", len(outside) + len(inside), PLAYS_MAX[profile], profile)
     if effects and profile == "standard":
-        notes.append(f"The standard build holds no effects: compile with {effect_macros(effects)}.")
+        notes.append(
+            f"The standard build holds no effects: compile with {effect_macros(effects, used)}."
+        )
     largest = float(np.max(np.abs(np.interp([-limit, limit], torque, angle))))
     limits, watch = _defaults(given, CORRECTION_SHARE * largest)
-    return Controller(limit, torque, angle, limits, watch, outside, inside, effects, notes)
+    return Controller(limit, torque, angle, limits, watch, outside, inside, effects, notes, used)
 
 
 def _fits(file: str, key: str, count: int, most: int, profile: Profile) -> None:
@@ -314,16 +327,24 @@ def _flank_half_width(drive: Drive) -> float:
     return float(found[0].friction_half_width_rad) / drive.rated_torque_Nm
 
 
-def _effects(drive: Drive) -> list[tuple[str, list[float]]]:
+def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[float]]]:
     """Effects of the drive file with their values in the library's order and units."""
     c = core(64)
-    known = library_effects(c)
+    known = known_effects(c, own)
     found = []
     for index, table in enumerate(drive.effects):
+        if table["name"] not in known:
+            place = f"effect[{index}].name"
+            expected = "an effect of the library, or --effects FILE with your own"
+            raise InputError(drive.file, place, table["name"], expected)
         effect = known[table["name"]]
         keys = []
         for i in range(effect.value_count):
-            written = c.ffi.string(effect.card.value[i].name).decode()
+            written = (
+                own[table["name"]].values[i].name
+                if table["name"] in own
+                else c.ffi.string(effect.card.value[i].name).decode()
+            )
             name, unit = units.split_unit(written)
             low, high = (float(bound) for bound in effect.bound[i])
             symbol = unit.symbol if unit else ""
@@ -341,9 +362,35 @@ def library_effects(c: Core) -> dict[str, Any]:
     return {c.ffi.string(effect.card.name).decode(): effect for effect in effects}
 
 
-def effect_macros(effects: Sequence[tuple[str, Sequence[float]]]) -> str:
+KINDS = ("torque", "width", "angle")
+"""Kinds of effects in the order of `lm_effect_kind`."""
+
+
+@cache
+def own_effect(bits: Bits, effect: Effect) -> Any:
+    """Make an `lm_effect` of a user's own effect, to be checked but not to be run.
+
+    It is kept: parameters point at it.
+    """
+    made = core(bits).ffi.new("lm_effect *")
+    made.id = zlib.crc32(effect.name.encode())
+    made.kind = KINDS.index(effect.kind)
+    made.value_count = len(effect.values)
+    made.memory_count = effect.memory
+    for i, value in enumerate(effect.values):
+        made.bound[i][0], made.bound[i][1] = value.low, value.high
+    return made
+
+
+def known_effects(c: Core, own: Mapping[str, Effect]) -> dict[str, Any]:
+    """Return every `lm_effect` that may be at work by its name."""
+    mine = {name: own_effect(c.bits, effect) for name, effect in own.items()}
+    return {**library_effects(c), **mine}
+
+
+def effect_macros(effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[str, Effect]) -> str:
     """Compiler options without which the run-time code does not hold these effects."""
-    known = library_effects(core(32))
+    known = known_effects(core(32), own)
     memory = sum(int(known[name].memory_count) for name, _ in effects)
     return f"-DLM_EFFECTS_MAX={len(effects)} -DLM_EFFECT_MEMORY_MAX={memory}"
 
@@ -414,7 +461,7 @@ def build(controller: Controller, c: Core | None = None) -> Any:
     plays = c.ffi.new("lm_play[]", max(1, len(controller.plays)))
     for i, play in enumerate(controller.plays):
         plays[i] = (play.radius_Nm, play.widening, play.weight)
-    table = library_effects(c)
+    table = known_effects(c, controller.own)
     made.effect_count = len(controller.effects)
     for i, (name, values) in enumerate(controller.effects):
         made.effect[i].effect = table[name]
@@ -462,7 +509,7 @@ def refused(error: LibraryError) -> InputError:
 
 def blob_body(controller: Controller) -> bytes:
     """Binary form without the checksum at its end; parameters.h describes it."""
-    known = library_effects(core(32))
+    known = known_effects(core(32), controller.own)
     parts = [struct.pack("<f", controller.torque_limit_Nm)]
     parts.append(struct.pack("<I", controller.torque_Nm.size))
     for torque, angle in zip(controller.torque_Nm, controller.angle_rad, strict=True):
@@ -533,7 +580,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     if gap:
         needs, size = "LM_PROFILE != LM_PROFILE_GAP", "-DLM_PROFILE=LM_PROFILE_GAP"
     else:
-        known = library_effects(core(32))
+        known = known_effects(core(32), controller.own)
         least = {
             "LM_CURVE_POINTS_MAX": max(16, controller.torque_Nm.size),
             "LM_PLAYS_MAX": max(1, len(plays)),
@@ -570,6 +617,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         f'#error "lostmotion: these parameters need {size}"',
         "#endif",
         "",
+        *_declarations(controller),
         f"static const lm_parameters {name} = {{",
         f"    {FORMAT}u,",
         f"    0x{fingerprint:08x}u,",
@@ -634,11 +682,25 @@ def _curve_text(controller: Controller) -> list[str]:
     return text
 
 
+def _symbol(controller: Controller, name: str) -> str:
+    """Name in C of an effect at work."""
+    own = controller.own.get(name)
+    return own.symbol if own is not None and own.symbol else f"lm_effect_{name}"
+
+
+def _declarations(controller: Controller) -> list[str]:
+    """The user's own effects, which stand in files of the user's."""
+    if not controller.own:
+        return []
+    lines = [f"extern const lm_effect {_symbol(controller, name)};" for name in controller.own]
+    return ["LM_BEGIN_DECLS", *lines, "LM_END_DECLS", ""]
+
+
 def _effects_text(controller: Controller) -> list[str]:
     text = ["#if LM_EFFECTS_MAX > 0", f"    , {len(controller.effects)}", "    , {"]
     for i, (name, values) in enumerate(controller.effects):
         numbers = ", ".join(literal(value) for value in values)
-        text.append(f"         {',' if i else ''}{{&lm_effect_{name}, {{{numbers}}}}}")
+        text.append(f"         {',' if i else ''}{{&{_symbol(controller, name)}, {{{numbers}}}}}")
     if not controller.effects:
         text.append("         {0, {0}}")
     return [*text, "     }", "#endif"]
@@ -659,7 +721,10 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
         build(controller)
     blob = format_blob(controller)
     content = blob if path.suffix == ".bin" else format_header(controller, name, title)
+    sources = _own_sources(controller, path.parent)
     write_whole(path, content)
+    for source, text in sources.items():
+        write_whole(source, text)
     limits = controller.limits
     return {
         "schema": "lostmotion.export/1",
@@ -670,11 +735,33 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
         "plays_outside": len(controller.outside),
         "plays_inside": len(controller.inside),
         "effects": [effect for effect, _ in controller.effects],
+        "sources": [str(source) for source in sources],
         "torque_limit_Nm": controller.torque_limit_Nm,
         "limits": {entry.name: getattr(limits, entry.name) for entry in fields(limits)},
         "watch": {e.name: getattr(controller.watch, e.name) for e in fields(controller.watch)},
         "notes": list(controller.notes),
     }
+
+
+def _own_sources(controller: Controller, folder: Path) -> dict[Path, str]:
+    """C files of the user's own effects; one that came from C has its file already.
+
+    Raises
+    ------
+    InputError
+        When an effect is a Python function.
+    """
+    from lostmotion.discover.formula import write_c
+
+    made = {
+        folder / f"{effect.name}.c": write_c(effect)
+        for effect in controller.own.values()
+        if not effect.symbol
+    }
+    for file, text in made.items():
+        if file.exists() and file.read_text(encoding="utf-8") != text:
+            raise InputError(file, "", "a file that exists and is another", "a free name")
+    return made
 
 
 def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
@@ -688,6 +775,8 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
     )
     for effect in answer["effects"]:
         print(f"  effect {effect}", file=out)
+    for source in answer["sources"]:
+        print(f"written: {source}, to be compiled with the library", file=out)
     print("\nlimits of the correction:", file=out)
     for name, value in {**answer["limits"], **answer["watch"]}.items():
         print(f"  {name} = {value:.6g}", file=out)

@@ -2,5 +2,6 @@
 
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
 from lostmotion.discover.effects import Effect, Value, effect, library
+from lostmotion.discover.formula import formula
 
-__all__ = ["Diagnosis", "Effect", "Value", "diagnose", "effect", "library"]
+__all__ = ["Diagnosis", "Effect", "Value", "diagnose", "effect", "formula", "library"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -84,6 +84,10 @@ class Effect:
         run.
     memory : int
         Numbers of memory.
+    formula : str
+        The function as text, where it was made from one: it can be written as C.
+    symbol : str
+        Name of the constant in C, of an effect that came from a shared object.
     """
 
     name: str
@@ -97,6 +101,8 @@ class Effect:
     typical_size: str = ""
     confused_with: tuple[str, ...] = ()
     experiment: str = ""
+    formula: str = ""
+    symbol: str = ""
 
     def run(
         self,
@@ -321,10 +327,10 @@ def load_python(file: str | Path) -> dict[str, Effect]:
 
 
 def load_shared_object(file: str | Path) -> dict[str, Effect]:
-    """Load a user's own effect in C: a shared object with an `lm_effect` named lm_user_effect.
+    """Load a user's own effect in C: a shared object with an `lm_effect`.
 
-    It must be compiled with LM_REAL_BITS=64 and with its card; the same source goes to the
-    controller.
+    Its name is lm_user_effect, or lm_effect_ and the name of the file. It must be compiled with
+    LM_REAL_BITS=64 and with its card; the same source goes to the controller.
     """
     c = core(64)
     path = Path(file)
@@ -334,15 +340,16 @@ def load_shared_object(file: str | Path) -> dict[str, Effect]:
         handle = ctypes.CDLL(str(path.resolve()))
     except OSError as error:
         raise InputError(path, "", one_line(str(error)), "a shared object") from None
-    try:
-        address = ctypes.addressof(ctypes.c_char.in_dll(handle, "lm_user_effect"))
-    except ValueError:
-        raise InputError(path, "lm_user_effect", "no such symbol", "const lm_effect") from None
+    symbols = ("lm_user_effect", f"lm_effect_{path.stem}")
+    symbol = next((name for name in symbols if hasattr(handle, name)), None)
+    if symbol is None:
+        raise InputError(path, " or ".join(symbols), "no such symbol", "const lm_effect")
+    address = ctypes.addressof(ctypes.c_char.in_dll(handle, symbol))
     pointer = c.ffi.cast("const lm_effect *", address)
     if pointer.card == c.ffi.NULL:
-        raise InputError(path, "lm_user_effect", "no card", "LM_EFFECT_CARDS not set to 0")
+        raise InputError(path, symbol, "no card", "LM_EFFECT_CARDS not set to 0")
     KEPT.append(handle)
-    found = from_c(pointer)
+    found = replace(from_c(pointer), symbol=symbol)
     return {found.name: found}
 
 

@@ -9,27 +9,23 @@ from lostmotion.errors import InputError
 PYTHON = '''"""A user's own effect: {name}. To use it:
 
 lostmotion diagnose DRIVE DATA --effects {name}.py
+lostmotion export DRIVE --effects {name}.py -o params.h
 """
 
-import numpy as np
+from lostmotion.discover import Value, formula
 
-from lostmotion.discover import Value, effect
-
-
-@effect(
+# What no formula can say is a function: see lostmotion.discover.effect.
+{name} = formula(
+    "{name}",
+    "size_rad_per_K * (temperature_C - 20) * tanh(torque_Nm / closing_Nm)",
     values=[
         # The result is proportional to a linear value; a shape enters in another way.
         Value("size_rad_per_K", role="linear", typical=5e-6, low=-1e-3, high=1e-3),
         Value("closing_Nm", role="shape", typical=1.0, low=1e-3, high=1e4),
     ],
-    needs=["torque_Nm", "temperature_C"],
     kind="angle",  # rad on top of the lost motion; "torque": N m; "width": factor on the friction
     mechanism="says in one sentence what happens in the drive",
-    equation="size (temperature - 20 C) tanh(torque / closing)",
 )
-def {name}(p, at):
-    """Return one number a sample; p has the values, at the columns of one recording."""
-    return p.size_rad_per_K * (at.temperature_C - 20.0) * np.tanh(at.torque_Nm / p.closing_Nm)
 '''
 
 PYTHON_TEST = '''"""Test of {name}: run with pytest."""
