@@ -16,6 +16,7 @@ from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import (
+    WORSE,
     Field,
     Settled,
     contest_of_term,
@@ -23,6 +24,7 @@ from lostmotion.discover.study import (
     make_candidates,
     make_field,
     plain_of,
+    plain_rms,
     settle,
     take_step,
 )
@@ -60,6 +62,12 @@ named effect explains the misfit, only not in every detail."""
 LEFTOVER_SHARE = 0.12
 """What is left of a named effect because its form is not exactly right counts as missing from this
 share of its size on."""
+
+TWIN_SHARE = 0.3
+"""The same share for an effect that is known to be confused with one in the model."""
+
+SIMPLER_SHARE = 0.97
+"""An effect with fewer values that reaches this share of the best one's gain is the answer."""
 
 NAMED_SHARE = 0.75
 """A named effect that reaches this share of the best shape's gain is the answer: a real effect
@@ -277,36 +285,47 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
     """
     settled = stage.settled
     candidate = stage.candidates[result.name]
-    base = settled.base.copy()
     evidence = stage.contest.evidence
     index = evidence.index(result.block)
     delta = np.concatenate((result.fixed_step, result.coefficients))
     own = stage.contest.deviations(index, result.omega, delta)
     fixed = evidence.fixed.size
     scale = np.concatenate((evidence.scale[:fixed], evidence.scale[evidence.scatter]))
-    apart = reference is not None and reference.base is not settled.base
-    if not apart:
-        take_step(base, scale, result.fixed_step, own)
-    if candidate.effect is not None:
-        base.terms.append(term_of(stage, result))
-    else:
-        base.additives.append(
-            Additive(
-                candidate.name,
-                candidate.columns,
-                result.coefficients / evidence.scale[evidence.blocks[result.name]],
-                candidate.covariate,
-                candidate.shape,
-            )
-        )
     sigma = float(np.median(settled.noise.sigma))
-    if apart:
+    base = settled.base.copy()
+    if reference is not None and reference.base is not settled.base:
+        put_in(base, stage, result)
         base.fit(noise=sigma, steps=APART_STEPS, tolerance=APART_TOLERANCE)
     else:
+        take_step(base, scale, result.fixed_step, own)
+        put_in(base, stage, result)
         base.fit(noise=sigma, steps=REFIT_STEPS)
+        if plain_rms(base) > WORSE * plain_rms(settled.base):
+            # The step led astray; the fit starts again from where the base stood.
+            base = settled.base.copy()
+            put_in(base, stage, result)
+            base.fit(noise=sigma, steps=APART_STEPS)
     done = settle(base, settled.noise)
     by_run = done.density - (reference or settled).density
     return Contender(result, candidate, done, float(by_run.sum()), by_run)
+
+
+def put_in(base: Base, stage: Field, result: Result) -> None:
+    """Add a candidate to a base with the values that the contest suggests."""
+    candidate = stage.candidates[result.name]
+    evidence = stage.contest.evidence
+    if candidate.effect is not None:
+        base.terms.append(term_of(stage, result))
+        return
+    base.additives.append(
+        Additive(
+            candidate.name,
+            candidate.columns,
+            result.coefficients / evidence.scale[evidence.blocks[result.name]],
+            candidate.covariate,
+            candidate.shape,
+        )
+    )
 
 
 def sharpen(stage: Field, winner: Contender) -> Contender | None:
@@ -340,6 +359,7 @@ def choose(
     least: float,
     least_shape: float | None = None,
     plain: tuple[Field, list[Result]] | None = None,
+    kept: Mapping[str, tuple[Effect, float]] | None = None,
 ) -> Step:
     """Find the candidate that is missing most, or none.
 
@@ -351,11 +371,19 @@ def choose(
         The same for shapes without a name.
     plain : tuple, optional
         Named candidates judged where all runs are alike.
+    kept : mapping, optional
+        Effects that this selection has put into the model, with their sizes.
     """
     count = tests_made(stage)
     leads = find_leads(stage, results, count, least, least_shape)
     if plain is not None:
         leads = add_leads(leads, *plain, count, least)
+    beside = kept or {}
+    leads = [
+        lead
+        for lead in leads
+        if lead.size >= least_beside(lead.stage.candidates[lead.result.name].effect, beside)
+    ]
     if not leads:
         return Step(stage, results, None, [])
 
@@ -369,7 +397,7 @@ def choose(
 
     contenders = best_starts(in_parallel(follow, leads))
     fit = [c for c in contenders if c.passes]
-    best_named = max((c for c in fit if c.candidate.named), key=lambda c: c.gain, default=None)
+    best_named = simplest([c for c in fit if c.candidate.named])
     best_shape = max((c for c in fit if not c.candidate.named), key=lambda c: c.gain, default=None)
     if best_shape is not None:
         sharper = sharpen(stage, best_shape)
@@ -395,6 +423,39 @@ def choose(
     if chosen is not None and chosen.candidate.named:
         step.rivals = rivals(stage, results, contenders, chosen)
     return step
+
+
+def simplest(contenders: list[Contender]) -> Contender | None:
+    """Find the effect that gains most, or one with fewer values that does next to as well."""
+    best = max(contenders, key=lambda c: c.gain, default=None)
+    if best is None:
+        return None
+    enough = min(best.gain - GAIN_LEAST, SIMPLER_SHARE * best.gain)
+    near = [c for c in contenders if c.gain >= enough]
+    return min(near, key=lambda c: (free_count(c), -c.gain))
+
+
+def free_count(contender: Contender) -> int:
+    """Number of values that the fit of an effect may move."""
+    assert contender.candidate.effect is not None
+    return len(free_values(contender.candidate.effect))
+
+
+def least_beside(effect: Effect | None, kept: Mapping[str, tuple[Effect, float]]) -> float:
+    """Least size of an effect beside those that are in the model.
+
+    What is left of an effect whose form is not exactly right looks like its twins.
+    """
+    if effect is None:
+        return 0.0
+    return max(
+        (
+            TWIN_SHARE * size
+            for name, (other, size) in kept.items()
+            if name in effect.confused_with or effect.name in other.confused_with
+        ),
+        default=0.0,
+    )
 
 
 def find_leads(
@@ -529,7 +590,13 @@ def select(
         least = max(SIZE_LEAST * noise_rms(noise, base), LEFTOVER_SHARE * largest)
         named_before = any(s.chosen is not None and s.chosen.candidate.named for s in steps)
         shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if named_before else least
-        step = choose(stage, results, least, shape, contest_of_plain(settled, effects, ratio))
+        kept = {
+            s.chosen.result.name: (s.chosen.candidate.effect, s.chosen.size)
+            for s in steps
+            if s.chosen is not None and s.chosen.candidate.effect is not None
+        }
+        plain = contest_of_plain(settled, effects, ratio)
+        step = choose(stage, results, least, shape, plain, kept)
         steps.append(step)
         if step.chosen is None or len(steps) > limit:
             break
