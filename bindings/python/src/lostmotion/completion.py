@@ -9,7 +9,7 @@ import shtab
 SHELLS: tuple[str, ...] = tuple(shtab.SUPPORTED_SHELLS)
 """Shells for which a script can be written."""
 
-FILES = ("DRIVE", "DATA", "LOG", "PLAN", "FILE", "SPEC")
+FILES = ("DRIVE", "DATA", "LOG", "PLAN", "OPTIONS", "FILE", "FITTED", "SPEC")
 """Beginnings of the names of arguments that are files."""
 
 FOLDERS = ("DIR", "RUN")
