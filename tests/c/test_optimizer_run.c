@@ -1,0 +1,398 @@
+/* A search in a folder, and the program: what they leave, and what they say when something is wrong
+ * on the disk or in the spec. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "output.h"
+#include "run.h"
+#include "spec.h"
+#include "unity.h"
+
+static char folder[64];
+static char note[LM_NOTE_MAX];
+static lm_run *run;
+
+/* Both deformations, so that a choice of names and one of generators are written. */
+static const char small_spec[] =
+    "seed 3\n"
+    "evaluations 700\n"
+    "rated_torque_Nm 40\n"
+    "objective tolerance_lost_motion\n"
+    "objective cost\n"
+    "fixed teeth.module_mm 0.25\n"
+    "fixed teeth.face_width_mm 10\n"
+    "choose teeth.deformation internal external\n"
+    "choose generator.type discs ring\n"
+    "choose teeth.flexspline_teeth 200\n"
+    "range teeth.flexspline_shift 2 4\n"
+    "range teeth.shift_difference -0.3 0.3\n"
+    "range generator.deflection_modules 0.88 1.05\n"
+    "range generator.contact_half_angle_deg 22 35\n"
+    "whole tolerance.0.grade 5 9\n"
+    "link 0.5 48 0.5 0 1 normal generator\n"
+    "radial 1e-5 0.6666666666666666 0.5 30\n"
+    "torsion 100000 1\n";
+
+void setUp(void) {
+  strcpy(folder, "optimizer_run_XXXXXX");
+  TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+  run = NULL;
+}
+
+void tearDown(void) {
+  char command[256];
+  lm_close_run(run);
+  snprintf(command, sizeof command, "rm -rf %s", folder);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+}
+
+static char *content(const char *name) {
+  char path[256];
+  char *text = (char *)calloc(1, 1 << 20);
+  FILE *file;
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  file = fopen(path, "rb");
+  TEST_ASSERT_NOT_NULL(text);
+  if (file == NULL) {
+    free(text);
+    return NULL;
+  }
+  (void)!fread(text, 1, (1 << 20) - 1, file);
+  fclose(file);
+  return text;
+}
+
+static void assert_holds(const char *name, const char *words) {
+  char *text = content(name);
+  TEST_ASSERT_NOT_NULL_MESSAGE(text, name);
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, words), words);
+  free(text);
+}
+
+static void assert_missing(const char *name) {
+  char *text = content(name);
+  TEST_ASSERT_NULL_MESSAGE(text, name);
+}
+
+static void assert_noted(const char *words) {
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(note, words), note);
+}
+
+static int open_here(const char *spec, int resume) {
+  lm_close_run(run);
+  return lm_open_run("the spec", spec, folder, resume, &run, note);
+}
+
+static int hooked;
+
+static void count_hook(void *context) {
+  (*(int *)context)++;
+}
+
+static int work_and_finish(int workers, volatile int *stop) {
+  const int status = lm_work_run(run, workers, count_hook, &hooked, stop, note);
+  return status == LM_EXIT_FAILED ? status : lm_finish_run(run, status, note);
+}
+
+static int do_all(const char *spec) {
+  volatile int stop = 0;
+  const int status = open_here(spec, 0);
+  return status != LM_EXIT_DONE ? status : work_and_finish(1, &stop);
+}
+
+static void test_a_run_leaves_its_files(void) {
+  hooked = 0;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(small_spec));
+  TEST_ASSERT_EQUAL_STRING("", note);
+  TEST_ASSERT_GREATER_THAN_INT(0, hooked);
+  assert_holds("best.toml", "kind = \"power\"\ndeflection_mm = 1.0000000000000001e-05\n");
+  assert_holds("best.toml", "kind = \"stiffness\"");
+  assert_holds("front.csv", "settled,teeth.deformation,generator.type");
+  assert_holds("front.csv", ",discs,200,");
+  assert_holds("combinations.csv", "external,discs,200,pruned,generator against deformation");
+  assert_holds("certificate.json", "\"holds\": true");
+  assert_holds("history.csv", "tasks,evaluations,best,front\n");
+  assert_missing("best.toml.part");
+  TEST_ASSERT_EQUAL_INT(1, lm_run_problem(run)->link_count);
+}
+
+static void test_a_search_already_there_is_not_overwritten(void) {
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(small_spec));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 0));
+  assert_noted("expected --resume");
+  TEST_ASSERT_NULL(run);
+}
+
+static void test_a_stopped_run_goes_on_to_the_same_bytes(void) {
+  static const char *const names[] = {"best.toml", "front.csv", "history.csv", "certificate.json"};
+  char *whole[4];
+  volatile int stop = 1;
+  char command[256];
+  int i;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(small_spec));
+  for (i = 0; i < 4; i++) {
+    whole[i] = content(names[i]);
+  }
+  snprintf(command, sizeof command, "rm -r %s/*", folder);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_STOPPED, work_and_finish(2, &stop));
+  assert_missing("best.toml");
+  stop = 0;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, work_and_finish(2, &stop));
+  /* a torn end is told and mended */
+  snprintf(command, sizeof command, "truncate -s -9 %s/journal.bin", folder);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
+  assert_noted("torn");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, work_and_finish(0, &stop));
+  for (i = 0; i < 4; i++) {
+    char *again = content(names[i]);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(whole[i], again, names[i]);
+    free(again);
+    free(whole[i]);
+  }
+}
+
+static void test_what_cannot_be_opened_is_told_and_nothing_written(void) {
+  char path[5000];
+  char command[256];
+  memset(path, 'a', sizeof path);
+  path[sizeof path - 1] = '\0';
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, lm_open_run("", small_spec, path, 0, &run, note));
+  assert_noted("a path of 4999 characters");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT,
+                        lm_open_run("", small_spec, "/proc/none/here", 0, &run, note));
+  assert_noted("expected a folder to write to");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here("fixed teeth.modul_mm 1\n", 0));
+  assert_noted("the spec: line 1: unknown key");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
+  assert_noted("No such file");
+  assert_missing("journal.bin");
+  snprintf(command, sizeof command, "mkdir %s/journal.bin", folder);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
+  snprintf(command, sizeof command, "rmdir %s/journal.bin && echo hello > %s/journal.bin", folder,
+           folder);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
+  assert_noted("expected the journal of a search");
+}
+
+static void test_another_specs_journal_is_refused(void) {
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(
+      LM_EXIT_BAD_INPUT,
+      open_here("objective cost\nrated_torque_Nm 1\nrange teeth.module_mm 1 2\n", 1));
+  assert_noted("another spec");
+}
+
+static void test_limits_that_contradict_say_what_would_have_to_give(void) {
+  char spec[2048];
+  snprintf(spec, sizeof spec, "%slimit lost_motion_max_arcmin 0.01\n", small_spec);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, do_all(spec));
+  assert_noted("no feasible design; relax");
+  assert_noted("lost_motion_max_arcmin by");
+  assert_holds("infeasible.json", "\"limit\": \"lost_motion_max_arcmin\"");
+  assert_missing("best.toml");
+}
+
+static void test_ranges_without_any_drive_say_so(void) {
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, do_all("evaluations 50\n"
+                                               "rated_torque_Nm 40\n"
+                                               "objective lost_motion\n"
+                                               "fixed teeth.module_mm 0.25\n"
+                                               "fixed teeth.face_width_mm 10\n"
+                                               "fixed teeth.flexspline_teeth 200\n"
+                                               "fixed generator.type ring\n"
+                                               "range teeth.flexspline_shift 2 4\n"));
+  assert_noted("no design exists in these ranges");
+  assert_missing("infeasible.json");
+}
+
+/* A disk that is full: the journal grows no further. */
+static void test_a_journal_that_cannot_grow_ends_the_run(void) {
+  struct rlimit before;
+  struct rlimit small;
+  volatile int stop = 0;
+  int status;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &before));
+  small = before;
+  small.rlim_cur = 8192;
+  (void)signal(SIGXFSZ, SIG_IGN);
+  TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &small));
+  status = lm_work_run(run, 1, NULL, NULL, &stop, note);
+  TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &before));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, status);
+  TEST_ASSERT_EQUAL_INT(1, stop);
+  assert_noted("the journal cannot be written: File too large");
+}
+
+static void test_results_that_cannot_be_written_are_told(void) {
+  volatile int stop = 0;
+  char command[256];
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
+  snprintf(command, sizeof command, "rm -r %s", folder);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  assert_noted("results cannot be written");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_STOPPED, lm_finish_run(run, LM_EXIT_STOPPED, note));
+}
+
+/* Each result in turn stands in the way of its own name. */
+static void test_every_result_that_has_no_place_is_told(void) {
+  static const char *const names[] = {"combinations.csv", "front.csv", "history.csv", "best.toml",
+                                      "certificate.json"};
+  volatile int stop = 0;
+  int i;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
+  for (i = 0; i < 5; i++) {
+    char command[256];
+    snprintf(command, sizeof command, "mkdir -p %s/%s.part", folder, names[i]);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note), names[i]);
+    snprintf(command, sizeof command, "cd %s && rmdir %s.part && rm -f %s && mkdir -p %s/x", folder,
+             names[i], names[i], names[i]);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note), names[i]);
+    snprintf(command, sizeof command, "rm -r %s/%s", folder, names[i]);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+    TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
+  }
+}
+
+static void test_nothing_is_refused(void) {
+  lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_take_answer(NULL, answer));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_take_answer(run, NULL));
+  free(answer);
+  lm_close_run(NULL);
+}
+
+static void test_a_drive_as_text_is_a_drive_file(void) {
+  volatile int stop = 0;
+  lm_found best;
+  lm_drive drive;
+  char *text;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
+  TEST_ASSERT_EQUAL_INT(1, lm_read_best(lm_run_search(run), &best));
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_point_drive(lm_run_problem(run), best.combination, best.unit, &drive, NULL));
+  text = lm_format_drive(&drive, "a name");
+  TEST_ASSERT_NOT_NULL(text);
+  TEST_ASSERT_NOT_NULL(strstr(text, "[drive]\nname = \"a name\"\n"));
+  drive.teeth.deformation = LM_EXTERNAL;
+  lm_free_text(text);
+  text = lm_format_drive(&drive, "");
+  TEST_ASSERT_NOT_NULL(strstr(text, "deformation = \"external\""));
+  lm_free_text(text);
+}
+
+/* --- the program --- */
+
+/* Exit status of the program with these words; what it says goes to a file of the folder. */
+static int call(const char *words) {
+  char command[1024];
+  int status;
+  snprintf(command, sizeof command, "%s %s > %s/out 2> %s/err", LM_PROGRAM, words, folder, folder);
+  status = system(command);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+static void write_spec(const char *spec) {
+  char path[256];
+  FILE *file;
+  snprintf(path, sizeof path, "%s/spec", folder);
+  file = fopen(path, "w");
+  TEST_ASSERT_NOT_NULL(file);
+  fputs(spec, file);
+  fclose(file);
+}
+
+static void assert_usage(const char *words, const char *said) {
+  TEST_ASSERT_EQUAL_INT_MESSAGE(2, call(words), words);
+  assert_holds("err", said);
+}
+
+static void test_bad_usage_is_told_in_one_line(void) {
+  assert_usage("", "a spec and a folder are needed");
+  assert_usage("a", "a spec and a folder are needed");
+  assert_usage("a b c", "too many arguments");
+  assert_usage("a b --speed", "unknown option");
+  assert_usage("a b --workers", "--workers needs a number from 1 to 256");
+  assert_usage("a b --workers 0", "--workers needs");
+  assert_usage("a b --workers 257", "--workers needs");
+  assert_usage("a b --workers 2x", "--workers needs");
+  assert_usage("a b --progress loud", "--progress needs json, bar or none");
+  assert_usage("none/spec b", "none/spec: No such file");
+}
+
+static void test_the_program_searches(void) {
+  char words[256];
+  write_spec(small_spec);
+  snprintf(words, sizeof words, "%s/spec %s/run --workers 1 --progress json", folder, folder);
+  TEST_ASSERT_EQUAL_INT(0, call(words));
+  assert_holds("out", "{\"stage\": \"done\", ");
+  assert_holds("run/best.toml", "[design.teeth]");
+  TEST_ASSERT_EQUAL_INT(2, call(words));
+  assert_holds("err", "lostmotion-optimizer: ");
+  snprintf(words, sizeof words, "%s/spec %s/run --resume --progress bar", folder, folder);
+  TEST_ASSERT_EQUAL_INT(0, call(words));
+  assert_holds("err", "feasible");
+  snprintf(words, sizeof words, "%s/spec %s/other --progress none", folder, folder);
+  TEST_ASSERT_EQUAL_INT(0, call(words));
+  write_spec("nonsense\n");
+  TEST_ASSERT_EQUAL_INT(2, call(words));
+  assert_holds("err", "line 1");
+}
+
+static void test_an_interrupted_program_saves_and_exits_130(void) {
+  char command[512];
+  char words[256];
+  char spec[2048];
+  int status;
+  snprintf(spec, sizeof spec, "%sevaluations 400000\n", small_spec);
+  write_spec(spec);
+  snprintf(command, sizeof command,
+           "timeout --preserve-status -s INT 1 %s %s/spec %s/run --progress bar 2> %s/err",
+           LM_PROGRAM, folder, folder, folder);
+  status = system(command);
+  TEST_ASSERT_EQUAL_INT(130, WEXITSTATUS(status));
+  assert_holds("run/front.csv", "settled");
+  snprintf(words, sizeof words, "%s/spec %s/run", folder, folder);
+  TEST_ASSERT_EQUAL_INT(2, call(words));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_run_leaves_its_files);
+  RUN_TEST(test_a_search_already_there_is_not_overwritten);
+  RUN_TEST(test_a_stopped_run_goes_on_to_the_same_bytes);
+  RUN_TEST(test_what_cannot_be_opened_is_told_and_nothing_written);
+  RUN_TEST(test_another_specs_journal_is_refused);
+  RUN_TEST(test_limits_that_contradict_say_what_would_have_to_give);
+  RUN_TEST(test_ranges_without_any_drive_say_so);
+  RUN_TEST(test_a_journal_that_cannot_grow_ends_the_run);
+  RUN_TEST(test_results_that_cannot_be_written_are_told);
+  RUN_TEST(test_every_result_that_has_no_place_is_told);
+  RUN_TEST(test_nothing_is_refused);
+  RUN_TEST(test_a_drive_as_text_is_a_drive_file);
+  RUN_TEST(test_bad_usage_is_told_in_one_line);
+  RUN_TEST(test_the_program_searches);
+  RUN_TEST(test_an_interrupted_program_saves_and_exits_130);
+  return UNITY_END();
+}
