@@ -150,7 +150,7 @@ static void mutate(breeder *b, double child[]) {
 }
 
 static void breed(breeder *b, int parents) {
-  while (b->count < 2 * parents && b->left > 0 && !(b->stop != NULL && *b->stop)) {
+  while (b->count < 2 * parents && b->left > 0 && !LM_READ_FLAG(b->stop)) {
     const lm_found *x = choose_parent(b, parents);
     const lm_found *y = choose_parent(b, parents);
     double child[LM_FREE_MAX] = {0};
@@ -188,7 +188,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   lm_lay_out(problem, &b->scan, &b->layout);
   b->count = task->parent_count;
   memcpy(b->population, task->parent, (size_t)task->parent_count * sizeof b->population[0]);
-  while (b->count < LM_PARENT_MAX && b->left > 0 && !(stop != NULL && *stop)) {
+  while (b->count < LM_PARENT_MAX && b->left > 0 && !LM_READ_FLAG(stop)) {
     double unit[LM_FREE_MAX] = {0};
     for (i = 0; i < problem->range_count; i++) {
       unit[i] = draw(b);
@@ -197,7 +197,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   }
   size = b->count < LM_PARENT_MAX ? b->count : LM_PARENT_MAX;
   lm_select_found(problem, b->population, b->count, size);
-  while (b->left > 0 && !(stop != NULL && *stop)) {
+  while (b->left > 0 && !LM_READ_FLAG(stop)) {
     b->count = size;
     breed(b, size);
     lm_select_found(problem, b->population, b->count, size);
@@ -206,5 +206,5 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   memcpy(answer->found + answer->found_count, b->population,
          (size_t)size * sizeof b->population[0]);
   free(b);
-  return stop != NULL && *stop ? LM_NOT_CONVERGED : LM_OK;
+  return LM_READ_FLAG(stop) ? LM_NOT_CONVERGED : LM_OK;
 }

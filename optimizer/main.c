@@ -34,7 +34,7 @@ static volatile int interrupted;
 
 static void interrupt(int signal_number) {
   (void)signal_number;
-  interrupted = 1;
+  LM_SET_FLAG(&interrupted);
 }
 
 static double seconds_now(void) {

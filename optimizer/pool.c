@@ -53,7 +53,7 @@ static void unlock(run *r) {
 }
 
 static int is_stopped(const run *r) {
-  return r->failed || (r->stop != NULL && *r->stop);
+  return r->failed || LM_READ_FLAG(r->stop);
 }
 
 /* The next task to do, copied while the lock is held: the last answer may end the batch. */
@@ -171,7 +171,7 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
 #else
   (void)work(&w[0]);
 #endif
-  if (stop != NULL && *stop) {
+  if (LM_READ_FLAG(stop)) {
     return LM_NOT_CONVERGED;
   }
   return r.failed ? LM_TOO_SMALL : LM_OK;

@@ -208,7 +208,7 @@ static void call_hook(lm_run *run, int last) {
 static void take_new(void *context, const lm_answer *answer) {
   lm_run *run = (lm_run *)context;
   if (lm_take_answer(run, answer) != LM_OK) {
-    *run->stop = 1;
+    LM_SET_FLAG(run->stop);
     return;
   }
   call_hook(run, 0);
@@ -237,7 +237,7 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
     return say(note, LM_EXIT_FAILED, "%s: the journal cannot be written: %s", run->folder,
                strerror(run->failed));
   }
-  if (*stop) {
+  if (LM_READ_FLAG(stop)) {
     return LM_EXIT_STOPPED;
   }
   return status == LM_OK ? LM_EXIT_DONE

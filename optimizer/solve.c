@@ -145,7 +145,7 @@ static int evaluate(solver *s, const double unit[], int slopes) {
   if (s->known && memcmp(unit, s->at, size) == 0 && (s->known_slopes || !slopes)) {
     return s->violation < REFUSED;
   }
-  if (s->stop != NULL && *s->stop) {
+  if (LM_READ_FLAG(s->stop)) {
     s->interrupted = 1;
   }
   if ((s->interrupted || s->left <= 0) && s->running != NULL) {

@@ -215,6 +215,23 @@ lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
   return LM_REAL(1) + from_middle * drive->teeth.face_width_mm / drive->flexspline.length_mm;
 }
 
+/* The root that the rack does not cut is as deep as the tip opposite needs, which comes furthest in
+ * the widest axial section. */
+static void deepen_root(const lm_drive *drive, lm_geometry *g) {
+  const int sections = drive->axial_sections;
+  const lm_real wider =
+      g->deflection_mm * (lm_section_factor(drive, sections - 1, sections) - LM_REAL(1));
+  if (sections < 2) {
+    return;
+  }
+  if (g->deformation == LM_INTERNAL) {
+    g->rigid_root_mm += wider;
+  } else {
+    g->flexspline_root_mm += wider;
+    g->neutral_mm += wider;
+  }
+}
+
 lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
                        lm_fault *fault) {
   lm_geometry geometry;
@@ -228,6 +245,7 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
                               drive->flexspline.rim_thickness_mm, &geometry, fault);
   }
   if (status == LM_OK) {
+    deepen_root(drive, &geometry);
     status = lm_make_neutral_line(&drive->generator, drive->teeth.deformation, geometry.neutral_mm,
                                   drive->generator.deflection_mm * section_factor, nodes,
                                   &mesh->line, fault);

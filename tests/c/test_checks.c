@@ -244,6 +244,58 @@ static void external_margins(void) {
   ASSERT_NEAR(0.01, 0.09, in_arcmin(smallest.gap_rad)); /* table of E: 0.090 at 0 deg */
 }
 
+/* A short cup opens by 26 % at its edge, 0.062 mm; the root that no rack cuts is deeper by that, so
+ * that 0.2 modules stay. */
+static void the_free_root_is_as_deep_as_the_widest_section_needs(void) {
+  lm_drive drives[2];
+  int i;
+  drives[0] = reference_a();
+  drives[1] = reference_e();
+  for (i = 0; i < 2; i++) {
+    lm_drive *d = &drives[i];
+    d->axial_sections = 3;
+    d->flexspline.length_mm = LM_REAL(0.5 / 0.26) * d->teeth.face_width_mm;
+    *d = complete(*d);
+    prepare(d, 3);
+    TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 3, 8, &smallest, &fault));
+    TEST_ASSERT_EQUAL(LM_OK, lm_check_design(d, meshes, 3, &smallest, checks, &fault));
+    ASSERT_NEAR(1e-5, 0.2 * 0.25,
+                checks[i == 0 ? LM_CHECK_RIGID_ROOT : LM_CHECK_FLEXSPLINE_ROOT].value);
+  }
+}
+
+/* At the end of the overlap tip stands against tip; there the gap is finite, and just beyond it is
+ * not. */
+static void the_end_of_the_overlap_is_found(void) {
+  lm_drive drives[2];
+  int i;
+  int forward;
+  drives[0] = reference_a();
+  drives[1] = reference_e();
+  for (i = 0; i < 2; i++) {
+    const lm_drive d = complete(drives[i]);
+    prepare(&d, 1);
+    for (forward = 0; forward < 2; forward++) {
+      const lm_real step = LM_REAL(1e-3);
+      lm_real angle = LM_REAL(0);
+      lm_clearance_end end;
+      lm_clearance at = lm_tooth_clearance(&meshes[0], angle);
+      while (isfinite(forward ? at.forward.gap_rad : at.backward.gap_rad)) {
+        angle += step;
+        TEST_ASSERT_TRUE(angle < LM_REAL(1.5));
+        at = lm_tooth_clearance(&meshes[0], angle);
+      }
+      end = lm_find_overlap_end(&meshes[0], angle - LM_REAL(20) * step, angle + step, forward);
+      TEST_ASSERT_TRUE(end.angle_rad <= angle && end.angle_rad >= angle - step);
+      ASSERT_NEAR(1e-5, i == 0 ? meshes[0].polar_low_mm : meshes[0].polar_high_mm,
+                  end.gap.radius_mm);
+      at = lm_tooth_clearance(&meshes[0], end.angle_rad - LM_REAL(1e-5));
+      ASSERT_NEAR(2e-4, in_arcmin(forward ? at.forward.gap_rad : at.backward.gap_rad) / 60,
+                  in_arcmin(end.gap.gap_rad) / 60);
+    }
+  }
+}
+
 static void every_check_has_a_name_and_a_unit(void) {
   int i;
   int j;
@@ -304,6 +356,8 @@ int main(void) {
   RUN_TEST(ends_of_a_short_cup_collide);
   RUN_TEST(spatial_margins_are_the_narrowest);
   RUN_TEST(external_margins);
+  RUN_TEST(the_free_root_is_as_deep_as_the_widest_section_needs);
+  RUN_TEST(the_end_of_the_overlap_is_found);
   RUN_TEST(every_check_has_a_name_and_a_unit);
   RUN_TEST(nonsense_is_refused_and_nothing_written);
   RUN_TEST(teeth_that_never_meet_have_no_smallest_gap);

@@ -151,7 +151,9 @@ static void record(void *context, const lm_answer *answer) {
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(r->journal, answer));
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
   r->left--;
-  r->stop = r->left <= 0;
+  if (r->left <= 0) {
+    LM_SET_FLAG(&r->stop);
+  }
 }
 
 static int skip_answered(void *context, int id) {
