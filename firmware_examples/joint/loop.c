@@ -54,6 +54,7 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   joint->speed_rad_s = 0;
   joint->change_rad_s2 = 0;
   joint->current_Nm = 0;
+  joint->believed_Nm = 0;
   joint->motor_Nm = 0;
   joint->sum_Nm = 0;
   joint->correction.correction_rad = 0;
@@ -93,7 +94,8 @@ static float model_torque(loop *joint, float command_Nm) {
         &motor, joint->motor_Nm / ((float)PLANT_RATIO * TORQUE_CONSTANT),
         joint->speed_rad_s * (float)PLANT_RATIO, joint->change_rad_s2 * (float)PLANT_RATIO);
     joint->current_Nm += CURRENT_FILTER * (now_Nm - joint->current_Nm);
-    return joint->current_Nm;
+    return lm_hold_torque(&joint->believed_Nm, joint->current_Nm,
+                          lm_bound_torque(&motor, joint->speed_rad_s * (float)PLANT_RATIO));
   }
   return command_Nm;
 }

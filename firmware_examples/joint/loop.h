@@ -44,8 +44,9 @@ typedef struct loop {
   float speed_error_rad_s;
   float speed_rad_s;
   float change_rad_s2;
-  float current_Nm; /* torque from the current, filtered */
-  float motor_Nm;   /* what the current makes, on the output's side */
+  float current_Nm;  /* torque from the current, filtered */
+  float believed_Nm; /* what is believed of it */
+  float motor_Nm;    /* what the current makes, on the output's side */
   float sum_Nm;
   lm_correction correction;
 } loop;

@@ -15,6 +15,19 @@ lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real vel
   return -rotor_Nm * motor->ratio * factor;
 }
 
+lm_real lm_bound_torque(const lm_motor *motor, lm_real velocity_rad_s) {
+  lm_real moving = clamp(absolute(velocity_rad_s / motor->standstill_rad_s), 0, 1);
+  return motor->coulomb_Nm * absolute(motor->ratio) * (1 - moving);
+}
+
+lm_real lm_hold_torque(lm_real *believed_Nm, lm_real torque_Nm, lm_real uncertainty_Nm) {
+  if (is_finite(torque_Nm)) {
+    lm_real unsure_Nm = is_finite(uncertainty_Nm) ? greatest(uncertainty_Nm, 0) : 0;
+    *believed_Nm = clamp(*believed_Nm, torque_Nm - unsure_Nm, torque_Nm + unsure_Nm);
+  }
+  return *believed_Nm;
+}
+
 lm_real lm_guess_torque(const lm_load_guess *guess, lm_real *resisting_Nm, lm_real moved_rad,
                         lm_real bias_Nm) {
   if (is_finite(moved_rad)) {

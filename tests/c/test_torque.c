@@ -64,6 +64,37 @@ static void a_motion_that_is_not_finite_is_not_made(void) {
   assert_near(3, resisting_Nm);
 }
 
+static void at_standstill_the_friction_may_point_either_way(void) {
+  lm_real zero = 0;
+  assert_near(0.05 * 100, lm_bound_torque(&motor, 0));
+  assert_near(0.025 * 100, lm_bound_torque(&motor, LM_REAL(-0.05)));
+  TEST_ASSERT_TRUE(lm_bound_torque(&motor, 3) == 0);
+  assert_near(0.05 * 100, lm_bound_torque(&motor, zero / zero));
+  motor.ratio = -100;
+  assert_near(0.05 * 100, lm_bound_torque(&motor, 0));
+}
+
+/* The truth is always possible, so what is believed is never further off than twice what is unsure.
+ */
+static void a_held_torque_moves_no_further_than_it_must(void) {
+  lm_real believed = 0;
+  assert_near(7, lm_hold_torque(&believed, 10, 3));
+  assert_near(7, lm_hold_torque(&believed, 5, 3));
+  assert_near(7, lm_hold_torque(&believed, 8, 3));
+  assert_near(5, lm_hold_torque(&believed, 2, 3));
+  assert_near(-4, lm_hold_torque(&believed, -4, 0));
+}
+
+static void a_held_torque_survives_any_input(void) {
+  lm_real zero = 0;
+  lm_real believed = 2;
+  TEST_ASSERT_TRUE(lm_hold_torque(&believed, zero / zero, 1) == 2);
+  TEST_ASSERT_TRUE(lm_hold_torque(&believed, 1 / zero, 1) == 2);
+  TEST_ASSERT_TRUE(lm_hold_torque(&believed, 3, zero / zero) == 3);
+  TEST_ASSERT_TRUE(lm_hold_torque(&believed, 4, -1) == 4);
+  TEST_ASSERT_TRUE(lm_hold_torque(&believed, 5, 1 / zero) == 5);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(a_motor_that_drives_loses_by_efficiency);
@@ -72,5 +103,8 @@ int main(void) {
   RUN_TEST(the_sign_of_the_ratio_counts);
   RUN_TEST(the_guess_resists_motion_and_has_a_dead_band);
   RUN_TEST(a_motion_that_is_not_finite_is_not_made);
+  RUN_TEST(at_standstill_the_friction_may_point_either_way);
+  RUN_TEST(a_held_torque_moves_no_further_than_it_must);
+  RUN_TEST(a_held_torque_survives_any_input);
   return UNITY_END();
 }

@@ -7,6 +7,7 @@
 #define lm_ball_hertz_coefficient lm_ball_hertz_coefficient_f32
 #define lm_beam_yield lm_beam_yield_f32
 #define lm_bearing_share lm_bearing_share_f32
+#define lm_bound_torque lm_bound_torque_f32
 #define lm_bound_uncertainty lm_bound_uncertainty_f32
 #define lm_build_curve lm_build_curve_f32
 #define lm_build_play_bank lm_build_play_bank_f32
@@ -82,6 +83,7 @@
 #define lm_gap_rotation lm_gap_rotation_f32
 #define lm_gap_rotation_smooth lm_gap_rotation_smooth_f32
 #define lm_guess_torque lm_guess_torque_f32
+#define lm_hold_torque lm_hold_torque_f32
 #define lm_hyperbolic_tangent lm_hyperbolic_tangent_f32
 #define lm_independent_take_up lm_independent_take_up_f32
 #define lm_invert_curve lm_invert_curve_f32

@@ -3,7 +3,19 @@
  * The model wants the external torque on the output shaft, positive in the direction of a positive
  * output angle. Three sources: a sensor (nothing to do here), the motor current
  * (lm_estimate_torque), or nothing but the commanded motion (lm_guess_torque). Everything here is
- * pure but for the one number of memory that the guess carries.
+ * pure but for the one number of memory that lm_guess_torque and lm_hold_torque carry.
+ *
+ * Torque from the motor current closes a loop: the correction moves the motor, what moves the motor
+ * shows in its current, the current makes the torque, and the torque the correction. With a filter
+ * on the current between about 5 and 80 Hz that loop can oscillate at a resonance of the joint (the
+ * one in firmware_examples/joint does from 10 to 80 Hz), and at standstill the unknown sign of the
+ * motor's friction makes noise of the size of that friction. Therefore:
+ *   - filter the estimate at a tenth of the lowest resonance or below (2 Hz in that joint, whose
+ *     resonance lies at 20 to 30 Hz);
+ *   - give lm_estimate_torque the motor's own velocity and acceleration, correction included;
+ *   - pass the estimate through lm_hold_torque with lm_bound_torque, so that what is not known at
+ *     standstill moves nothing;
+ *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
  */
 #ifndef LOSTMOTION_TORQUE_H
 #define LOSTMOTION_TORQUE_H
@@ -35,6 +47,18 @@ typedef struct lm_motor {
  * ratio and by the efficiency. Not finite in, not finite out: the compensator refuses it. */
 lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real velocity_rad_s,
                            lm_real acceleration_rad_s2);
+
+/* By how much [N*m, at the output, either way] lm_estimate_torque may be wrong because the motor's
+ * friction may point either way at this speed [rad/s]: coulomb_Nm * |ratio| at standstill, falling
+ * to nothing at standstill_rad_s. NaN counts as standstill. */
+lm_real lm_bound_torque(const lm_motor *motor, lm_real velocity_rad_s);
+
+/* The torque to tell the model where it is known to +-uncertainty [N*m] only: *believed_Nm (memory,
+ * starts at 0) moves to the nearest torque that is possible, and not at all while it is possible
+ * itself. So noise within the uncertainty, and a friction of unknown sign, move no correction.
+ * Where the uncertainty is zero it is the torque. Not finite: *believed_Nm stays; an uncertainty
+ * that is negative or NaN counts as zero. */
+lm_real lm_hold_torque(lm_real *believed_Nm, lm_real torque_Nm, lm_real uncertainty_Nm);
 
 /* What is known when only the command is: a load that resists motion, and a bias such as gravity.
  */

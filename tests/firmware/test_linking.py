@@ -1,0 +1,52 @@
+"""What a linker takes of the library that does nothing with unused sections."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from measure import LIBRARY, M4F, ROOT, run
+
+CONTROLLER = """
+#include "lostmotion/runtime.h"
+static lm_parameters parameters;
+static lm_compensator joint;
+static lm_memory memory;
+int main(void) {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  lm_recording recording = {0};
+  lm_real angle_rad;
+  if (lm_start_compensator(&joint, &parameters, 0, 0) == LM_OK) {
+    (void)lm_step_compensator(&joint, &at);
+  }
+  lm_run_model(&parameters, &memory, &recording, &angle_rad);
+  return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("compiler", ["gcc", M4F.compiler])
+def test_a_program_that_names_no_effect_links_none(tmp_path: Path, compiler: str) -> None:
+    flags = list(M4F.flags) if compiler == M4F.compiler else []
+    if compiler == M4F.compiler and M4F.missing():
+        pytest.skip(f"{M4F.missing()} is not installed")
+    flags += ["-std=c99", "-O2", "-DLM_REAL_BITS=32", "-DLM_PROFILE=LM_PROFILE_FULL"]
+    flags += [f"-I{ROOT / 'lib' / 'include'}", f"-I{ROOT / 'lib'}"]
+    objects = []
+    for source in LIBRARY:
+        objects.append(tmp_path / f"{source.stem}.o")
+        run([compiler, *flags, "-c", source, "-o", objects[-1]])
+    archive = tmp_path / "liblostmotion.a"
+    run(["ar", "rcs", archive, *objects])
+    main = tmp_path / "main.c"
+    main.write_text(CONTROLLER)
+    bare = (
+        ["-nostartfiles", "--specs=nosys.specs", "-Wl,-e,main"] if M4F.compiler == compiler else []
+    )
+    program = tmp_path / "program"
+    run([compiler, *flags, main, archive, *bare, "-o", program])
+    table = subprocess.run(["nm", program], capture_output=True, text=True, check=True).stdout
+    assert "lm_step_compensator" in table
+    assert "lm_effects_f32" not in table
+    assert "lm_effect_" not in table.replace("lm_effect_use", "")
