@@ -210,3 +210,41 @@ def test_messages_can_be_shown_on_any_terminal() -> None:
 def test_a_report_may_quote_a_file_name_that_is_no_text(tmp_path: Path) -> None:
     write_whole(tmp_path / "a.html", "in\udcffvalid")
     assert (tmp_path / "a.html").read_bytes() == rb"in\udcffvalid"
+
+
+@pytest.mark.parametrize("command", ["diagnose", "fit", "forecast"])
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        ([(0.0, 1.0), (0.1, 2.0), (0.2, -1.0)], "found 3 samples, expected at least 50"),
+        ([(0.1 * i, 3.0) for i in range(80)], "torque_Nm: found a constant 3 Nm"),
+    ],
+)
+def test_recordings_that_no_base_can_be_fitted_to_are_refused(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    write: Write,
+    command: str,
+    rows: list[tuple[float, float]],
+    expected: str,
+) -> None:
+    data = tmp_path / "data.csv"
+    data.write_text(HEADER + "".join(f"{t},{torque},{torque * 3e-5}\n" for t, torque in rows))
+    words = [command, str(write(BOUGHT)), str(data)]
+    if command == "fit":
+        words += ["-o", str(tmp_path / "fitted.toml")]
+    assert main(words) == 2
+    assert expected in capsys.readouterr().err
+    assert not (tmp_path / "fitted.toml").exists()
+
+
+def test_runs_of_a_few_samples_among_others_are_no_harm(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, write: Write
+) -> None:
+    table = damaged_inputs.recording()
+    for row in table[-3:]:
+        row[0] = "9"
+    data = tmp_path / "data.csv"
+    data.write_text(damaged_inputs.csv_text(table))
+    assert main(["diagnose", str(write(BOUGHT)), str(data), "--json", "-"]) == 0
+    assert '"runs": 4' in capsys.readouterr().out

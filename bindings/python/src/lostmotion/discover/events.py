@@ -51,6 +51,8 @@ def scan_run(
     lags = noise.lags
     phi, sigma = noise.phi[run], noise.sigma[run]
     n = y.size
+    if n <= 2 * EDGE:
+        return Event(run, int(at.start), float(c.time_s[at.start]), 0.0, 0.0)
     norm = np.sqrt(np.einsum("ij,ij->j", white, white))
     norm[norm == 0] = 1.0
     white = white / norm

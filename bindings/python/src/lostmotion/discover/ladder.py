@@ -45,6 +45,9 @@ FloatArray = npt.NDArray[np.float64]
 STEPS = 40
 """Evaluations of each rung's fit."""
 
+SAMPLES_LEAST = 50
+"""The base alone has some forty numbers: slopes, plays, offsets."""
+
 
 @dataclass
 class FittedModel:
@@ -151,11 +154,22 @@ def make_base(
     drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
 ) -> Base:
     """Make the base of a drive over a campaign, with what the file says of it already."""
+    require_samples(campaign)
     base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
     restore(drive, base, effects)
     for term in base.terms:
         require(term.effect, base.conditions)
     return base
+
+
+def require_samples(campaign: Campaign) -> None:
+    """Refuse a campaign that is too short for the base, or whose torque stands still."""
+    file = campaign.runs[0].file
+    if campaign.rows < SAMPLES_LEAST:
+        raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
+    torque = campaign.column("torque")
+    if np.ptp(torque) == 0:
+        raise InputError(file, "torque_Nm", f"a constant {torque[0]:.6g} Nm", "one that varies")
 
 
 def require(effect: Effect, conditions: Conditions) -> None:
