@@ -1,6 +1,6 @@
 """Recordings larger than memory: time, peak memory and verdict of a diagnosis.
 
-    cd tests && python benchmarks/bench_large.py [--rows 100000000] [--effect thermal_gap]
+    python tests/benchmarks/bench_large.py [--rows 100000000] [--effect thermal_gap]
 
 Writes a campaign of the rig with as many rows, run by run, into a temporary folder (Parquet, about
 25 bytes a row), diagnoses it through Dask on this machine, and diagnoses a tenth of the rows read
@@ -21,7 +21,9 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from rig.campaign import angle_noise, make_campaign
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from rig.campaign import angle_noise, make_campaign  # noqa: E402
 
 GIB = 2**30
 COUNT_RAD = 0.3 * np.pi / 180 / 3600
@@ -103,7 +105,7 @@ def diagnose(drive: Path, data: Path, *more: str) -> dict[str, object]:
 def main() -> int:
     """Write, diagnose, print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rows", type=int, default=100_000_000)
+    parser.add_argument("--rows", type=int, default=5_000_000)
     parser.add_argument("--effect", default="thermal_gap")
     parser.add_argument("--sigma", type=float, default=1.0)
     parser.add_argument("--seed", type=int, default=1)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 from lostmotion.cli import main
 from lostmotion.discover import diagnose
@@ -21,7 +22,6 @@ from lostmotion.discover.merged import (
 )
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign
-from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 
 def diagnosis_of(data: Campaign) -> Any:
@@ -101,7 +101,9 @@ def test_the_order_of_the_campaigns_does_not_matter(warm: tuple[Campaign, list[B
     two = judge_body(merge_bodies(warm[1][::-1], ["b", "a"]), library())
     assert one["verdict"] == two["verdict"]
     assert one["effects"] == two["effects"]
-    assert one["ladder"][-1]["rms_arcsec"] == pytest.approx(two["ladder"][-1]["rms_arcsec"], rel=0.02)
+    assert one["ladder"][-1]["rms_arcsec"] == pytest.approx(
+        two["ladder"][-1]["rms_arcsec"], rel=0.02
+    )
 
 
 def test_evidence_that_does_not_fit_together_is_refused(

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from distributed import LocalCluster
+from test_discover import DRIVE, campaign, gap
 
 from lostmotion.cli import main
 from lostmotion.discover import diagnose
@@ -25,7 +26,6 @@ from lostmotion.sample import (
     strides_for,
     thin_campaign,
 )
-from test_discover import DRIVE, campaign, gap
 
 FloatArray = npt.NDArray[np.float64]
 RATIO = 100.0
