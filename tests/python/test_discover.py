@@ -14,13 +14,15 @@ import pytest
 from lostmotion.base import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
-from lostmotion.discover.backbone import Base
+from lostmotion.discover.backbone import Base, Term
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.effects import load_python, load_shared_object
 from lostmotion.discover.ladder import fit_model, make_base
 from lostmotion.discover.plans import check, next_runs
+from lostmotion.discover.selection import refitted, without_idle
 from lostmotion.discover.study import clean_outliers
 from lostmotion.discover.template import template
+from lostmotion.discover.threads import in_parallel
 from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run
@@ -206,6 +208,48 @@ def test_wild_samples_are_counted_and_do_not_name_anything():
     base.fit()
     assert clean_outliers(base) > 50
     assert answer_of(data)["verdict"] == "complete"
+
+
+def test_what_is_measured_at_a_jump_of_the_load_is_no_outlier():
+    data = campaign(seed=3)
+    swing = data.runs[4]
+    at = np.arange(60, 440, 40)
+    swing.columns["torque"][at[0] :] += 8.0
+    swing.columns["lost_motion"][at[0]] += 40.0 * ARCSEC
+    swing.columns["lost_motion"][at[5]] += 40.0 * ARCSEC
+    base = Base(Conditions(data), RATED_NM)
+    base.fit()
+    clean_outliers(base)
+    first = int(base.conditions.starts[4])
+    assert not base.outlier[first + at[0]]
+    assert base.outlier[first + at[5]]
+
+
+def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
+    data = campaign(seed=3)
+    data.runs[4].columns["lost_motion"][20:480:20] += 40.0 * ARCSEC
+    base = Base(Conditions(data), RATED_NM)
+    base.fit()
+    clean_outliers(base)
+    assert not base.outlier[base.conditions.slices()[4]].any()
+
+
+def test_independent_pieces_of_work_keep_their_order():
+    assert in_parallel(lambda x: x * x, range(20)) == [x * x for x in range(20)]
+    assert in_parallel(str, [1]) == ["1"]
+
+
+def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
+    """Beside the gap that is there an effect without a part in it does not stand."""
+    settled = warm_gap.selection.settled[-1]
+    base = settled.base.copy()
+    offset = library()["torque_offset"]
+    base.terms.insert(0, Term(offset, offset.typical * 0.0, [0]))
+    both = refitted(base, settled.noise)
+    kept = without_idle(both, 0, 100)
+    assert [term.effect.name for term in kept.base.terms] == ["thermal_gap"]
+    given = without_idle(both, 1, 100)
+    assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
 
 
 def test_an_effect_in_python_is_found_like_one_of_the_library():

@@ -161,14 +161,6 @@ def test_evidence_with_other_columns_does_not_merge():
         merge([a, b])
 
 
-def test_a_step_of_a_scattering_column_needs_no_new_data():
-    evidence = data(4)
-    evidence.step_block(0, 5, "step")
-    place = evidence.blocks["step"][0]
-    assert np.all(evidence.gram[:5, place] == 0)
-    assert np.array_equal(evidence.gram[5:, place, place], evidence.gram[5:, 2, 2])
-
-
 @pytest.mark.parametrize("phi", [(0.0,), (0.6,), (0.5, 0.3)])
 def test_autoregression_finds_coefficients_and_innovations(phi):
     rng = np.random.default_rng(5)
@@ -226,3 +218,8 @@ def test_smallest_detectable_has_the_power_it_states():
     size = noncentrality(2, 20, 0.001)
     limit = stats.f.isf(0.001, 2, 20)
     assert stats.ncf.sf(limit, 2, 20, size) == pytest.approx(0.8, abs=1e-3)
+
+
+def test_spread_of_autoregressive_noise_is_its_standard_deviation():
+    noise = Noise([np.array([0.8])], np.array([3.0]))
+    assert noise.spread(0) == pytest.approx(3.0 / np.sqrt(1 - 0.64))

@@ -58,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     suite.add_argument("--kind", choices=KINDS, required=True)
     suite.add_argument("--count", type=int, required=True)
     suite.add_argument("--seeds", choices=("develop", "judge"), required=True)
+    suite.add_argument("--skip", type=int, default=0, help="seeds that others have seen")
     suite.add_argument("--no-twins", action="store_true", help="quicker: do not look for twins")
 
     show = commands.add_parser("show", help="what each effect needs to leave a residual")
@@ -132,6 +133,7 @@ def main() -> int:
                 arguments.plan,
                 _conditions(arguments),
                 not arguments.no_twins,
+                skip=arguments.skip,
             )
         elif arguments.command == "show":
             _show(arguments)

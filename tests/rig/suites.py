@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -126,11 +127,13 @@ def write_suite(
     conditions: Conditions = STANDARD,
     twins: bool = True,
     report: Callable[[str], None] = print,
+    skip: int = 0,
 ) -> list[dict[str, Any]]:
-    """Write `count` campaigns and the list of what is hidden in them (suite.json)."""
+    """Write `count` campaigns, from the seed after the first `skip`, and what is hidden in them."""
     plan = plan or ("aliased" if kind == "aliased" else "standard")
     truths = []
-    for index, seed in zip(range(count), seeds_of(kind, seeds), strict=False):
+    dealt_seeds = islice(enumerate(seeds_of(kind, seeds)), skip, skip + count)
+    for index, seed in dealt_seeds:
         extra = tuple(dict.fromkeys(conditions.extra_columns + _extra_columns(seed)))
         dealt = Conditions(**{**vars(conditions), "extra_columns": extra})
         campaign = _make(kind, index, seed, sigma, plan, dealt)

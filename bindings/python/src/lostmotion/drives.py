@@ -296,14 +296,20 @@ FIT_KEYS = (
 
 
 def _fit(file: str, table: Any) -> dict[str, Any]:
-    """Check that values, standard errors and covariance speak of the same parameters."""
+    """Check that values, standard errors and covariance speak of the same parameters.
+
+    Values that were chosen and not estimated have no standard error; the covariance is that of the
+    values that have one.
+    """
     read_table(file, "fit", table, FIT_KEYS, tables=("values", "standard_errors", "covariance"))
     if "values" not in table:
         raise InputError(file, "fit.values", "no such table", "[fit.values]")
     values = _numbers(file, "fit.values", table["values"])
+    estimated = list(values)
     if "standard_errors" in table:
         errors = _numbers(file, "fit.standard_errors", table["standard_errors"])
-        if list(errors) != list(values):
+        estimated = list(errors)
+        if estimated != [name for name in values if name in errors]:
             raise InputError(
                 file,
                 "fit.standard_errors",
@@ -312,7 +318,7 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
             )
     if "covariance" in table:
         rows = table["covariance"]
-        size = len(values)
+        size = len(estimated)
         if not (
             isinstance(rows, list)
             and len(rows) == size

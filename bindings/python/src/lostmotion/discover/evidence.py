@@ -82,19 +82,6 @@ class Evidence:
         parts = [self.fixed, *(self.blocks[name] for name in blocks), np.array([self.response])]
         return np.concatenate(parts).astype(np.intp)
 
-    def step_block(self, column: int, first: int, name: str) -> None:
-        """Add a block: a scattering column from run `first` on. It needs no new data."""
-        size = self.gram.shape[1]
-        grown = np.zeros((self.runs, size + 1, size + 1))
-        grown[:, :size, :size] = self.gram
-        source = self.scatter[column]
-        grown[first:, size, :size] = self.gram[first:, source, :]
-        grown[first:, :size, size] = self.gram[first:, :, source]
-        grown[first:, size, size] = self.gram[first:, source, source]
-        self.gram = grown
-        self.scale = np.append(self.scale, self.scale[source])
-        self.blocks[name] = np.array([size], dtype=np.intp)
-
 
 def load(file: str | Path) -> Evidence:
     """Read what `Evidence.save` wrote.

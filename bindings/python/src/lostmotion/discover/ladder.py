@@ -90,6 +90,8 @@ class FittedModel:
         """Tables of the drive file with the fit in it."""
         document = copy.deepcopy(drive.document)
         last = self.ladder[-1]
+        # What was chosen and not estimated, as the knots, has no error.
+        estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         document["fit"] = {
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
             "friction": "inside",
@@ -97,9 +99,13 @@ class FittedModel:
             "heldout_rms_arcsec": last["rms_heldout_arcsec"],
             "noise_floor_arcsec": self.noise_floor_arcsec,
             "samples": self.base.conditions.rows,
-            "covariance": [[float(x) for x in row] for row in self.covariance],
+            "covariance": [
+                [float(f"{self.covariance[i, j]:.6g}") for j in estimated] for i in estimated
+            ],
             "values": dict(zip(self.names, map(float, self.values), strict=True)),
-            "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
+            "standard_errors": {
+                self.names[i]: float(f"{self.standard_errors[i]:.6g}") for i in estimated
+            },
         }
         document["effect"] = [effect_table(term) for term in self.base.terms]
         if not document["effect"]:

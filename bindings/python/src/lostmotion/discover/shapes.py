@@ -68,9 +68,21 @@ def channels(base: Base) -> dict[str, FloatArray]:
     ):
         if column in c.columns and np.ptp(c.columns[column]) > 0:
             found[name] = c.columns[column]
+    found["torque_rate"] = usual_rates(base)
     found["time"] = c.time_s - c.time_s[c.starts[:-1]][c.run_of]
     found["run"] = c.run_of.astype(np.float64)
     return found
+
+
+def usual_rates(base: Base) -> FloatArray:
+    """How quickly the load changes in each run, N m / s: the median over the run."""
+    c = base.conditions
+    rates = []
+    for at in c.slices():
+        step = np.diff(c.time_s[at])
+        change = np.abs(np.diff(c.torque[at]))[step > 0]
+        rates.append(float(np.median(change / step[step > 0])) if change.size else 0.0)
+    return np.asarray(rates)[c.run_of]
 
 
 def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
