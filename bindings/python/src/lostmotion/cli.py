@@ -272,8 +272,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 def check_places(arguments: argparse.Namespace) -> None:
     """Refuse places that cannot be written to, or that hold an input, before any work."""
     taken = {name: f"the input '{name}'" for name in input_files(arguments)}
-    for option in ("json", "report", "table"):
-        file = getattr(arguments, option, None)
+    for option in ("json", "report", "table", "save-evidence"):
+        file = getattr(arguments, option.replace("-", "_"), None)
         if file is None or (option, file) == ("json", "-"):
             continue
         check_place(f"--{option}", file)
@@ -286,7 +286,10 @@ def check_places(arguments: argparse.Namespace) -> None:
 
 def input_files(arguments: argparse.Namespace) -> list[str]:
     """Files that a command line names for reading."""
-    data = getattr(arguments, "data", None) or []
+    data = [
+        *(getattr(arguments, "data", None) or []),
+        *(getattr(arguments, "evidence", None) or []),
+    ]
     named = [getattr(arguments, name, None) for name in ("drive", "spec")]
     return [name for name in [*named, *data] if name and "\0" not in name]
 
