@@ -93,6 +93,25 @@ coverage() {
       --txt-metric branch --fail-under-line 100 --fail-under-branch 100
 }
 
+# The optimizer's counters of the same run. Its tests fail every call to the system once
+# (test_optimizer_failures.c); the floors are what they reach.
+coverage_optimizer() {
+  "$gcovr" --root "$root" --filter 'optimizer/.*\.c$' --gcov-ignore-parse-errors all \
+    --json build-coverage/optimizer.json build-coverage &&
+    "$gcovr" --root "$root" --add-tracefile build-coverage/optimizer.json --txt &&
+    "$gcovr" --root "$root" --add-tracefile build-coverage/optimizer.json --txt \
+      --txt-metric branch --fail-under-line 87 --fail-under-branch 80
+}
+
+# The optimizer's threads.
+sanitize_threads() {
+  configure build-sanitize-thread -DCMAKE_C_COMPILER="$clang" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DCMAKE_C_FLAGS=-fsanitize=thread -DCMAKE_CXX_FLAGS=-fsanitize=thread \
+    -DCMAKE_EXE_LINKER_FLAGS=-fsanitize=thread -DLM_INSTALL=OFF -DLM_BUILD_EXAMPLES=OFF &&
+    cmake --build build-sanitize-thread --parallel "$jobs" --target test_optimizer_search &&
+    build-sanitize-thread/tests/c/test_optimizer_search
+}
+
 format_python() {
   "$ruff" format --quiet --diff --config "$package/pyproject.toml" "$package" tests
 }
@@ -131,8 +150,10 @@ step_with "$cppcheck" "cppcheck" cppcheck_lib
 step_with "$gcc" "gcc -fanalyzer" analyze
 step_with "$gcc" "Tests under ASan and UBSan, gcc" sanitize gcc "$gcc"
 step_with "$clang" "Tests under ASan and UBSan, clang" sanitize clang "$clang"
+step_with "$clang" "Threads of the optimizer under TSan" sanitize_threads
 if [ -n "$gcc" ]; then
   step_with "$gcovr" "Coverage of lib (gcovr)" coverage
+  step_with "$gcovr" "Coverage of the optimizer (gcovr)" coverage_optimizer
 fi
 if [ -n "$clang" ]; then
   step "MC/DC coverage of the runtime (llvm-cov)" sh tests/c/mcdc.sh "$clang" build-mcdc

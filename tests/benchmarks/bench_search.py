@@ -4,7 +4,8 @@ Every method gets the same evaluator and the same number of evaluations; a gradi
 ``LM_GRADIENT_CHARGE`` plain evaluations for every eight variables. Every feasible point that a
 method evaluates counts for its front, so nothing depends on how a method reports.
 
-    python bench_search.py BUILD [--seeds N] [--evaluations 5000 20000 ...] [--spec NAME]
+    python bench_search.py BUILD [--seeds N] [--first-seed N] [--evaluations 5000 20000 ...]
+        [--spec NAME]
 
 BUILD is a build folder with the static libraries. Prints one table a spec and budget: hypervolume of
 the front (two objectives) or the best objective (one), and seconds.
@@ -239,7 +240,7 @@ METHODS: dict[str, Callable[[c.CDLL, str, int, int], list[Vector]]] = {
 }
 
 
-def compare(lib: c.CDLL, text: str, evaluations: int, seeds: int) -> None:
+def compare(lib: c.CDLL, text: str, evaluations: int, seeds: range) -> None:
     """Print one table."""
     alone = text.count("\nobjective") == 1
     fronts: dict[str, list[list[Vector]]] = {}
@@ -248,8 +249,8 @@ def compare(lib: c.CDLL, text: str, evaluations: int, seeds: int) -> None:
         if name == "differential evolution" and not alone:
             continue
         began = time.perf_counter()
-        fronts[name] = [method(lib, text, evaluations, seed) for seed in range(1, seeds + 1)]
-        seconds[name] = (time.perf_counter() - began) / seeds
+        fronts[name] = [method(lib, text, evaluations, seed) for seed in seeds]
+        seconds[name] = (time.perf_counter() - began) / len(seeds)
     if alone:
         scores = {
             name: [min((p[0] for p in points), default=np.inf) for points in runs]
@@ -261,7 +262,7 @@ def compare(lib: c.CDLL, text: str, evaluations: int, seeds: int) -> None:
         scores = {
             name: [hypervolume(points, front) for points in runs] for name, runs in fronts.items()
         }
-    print(f"  {evaluations} evaluations, {seeds} seeds: "
+    print(f"  {evaluations} evaluations, {len(seeds)} seeds from {seeds[0]}: "
           f"{'best objective (less is better)' if alone else 'hypervolume (more is better)'}")  # fmt: skip
     for name, values in scores.items():
         print(
@@ -285,10 +286,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path)
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--evaluations", type=int, nargs="+", default=[5000, 20000])
     parser.add_argument("--spec", default="robot_joint")
     options = parser.parse_args()
     lib = load(options.build)
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
     text = (SPECS / f"{options.spec}.search").read_text()
     single = "\n".join(
         line
@@ -298,7 +301,7 @@ def main() -> None:
     for title, spec in (("trade-off", text), ("one objective", single)):
         print(f"{options.spec}, {title}")
         for evaluations in options.evaluations:
-            compare(lib, spec, evaluations, options.seeds)
+            compare(lib, spec, evaluations, seeds)
 
 
 if __name__ == "__main__":
