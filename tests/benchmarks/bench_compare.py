@@ -13,13 +13,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+
 from lostmotion.compare import compare
 from lostmotion.drives import read_drive
 from lostmotion.model import make_backbone
 from lostmotion.recordings import read_campaign
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from rig.campaign import make_campaign  # noqa: E402
+from rig.campaign import make_campaign
 
 ROUNDS = 3
 

@@ -13,9 +13,10 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
+
 from lostmotion.core import core
 from lostmotion.export import Controller, Limits, Play, Watch, build
-from numpy.typing import NDArray
 
 try:
     from numba import njit

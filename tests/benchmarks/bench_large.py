@@ -23,7 +23,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from rig.campaign import angle_noise, make_campaign  # noqa: E402
+from rig.campaign import angle_noise, make_campaign
 
 GIB = 2**30
 COUNT_RAD = 0.3 * np.pi / 180 / 3600

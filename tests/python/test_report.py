@@ -9,7 +9,6 @@ import itertools
 import math
 import shutil
 import subprocess
-import tomllib
 import xml.etree.ElementTree as ET
 from functools import cache
 from html.parser import HTMLParser
@@ -18,10 +17,12 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
+import tomllib
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon
+from test_discover import DRIVE, campaign, gap, ripple
 
 from conftest import DATA
 from lostmotion.catalogue import PARTS
@@ -54,7 +55,6 @@ from lostmotion.report.page import NARROW, WIDE, Figure, Section, Table
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import signs, simplify, text_width
 from lostmotion.units import ARCMIN
-from test_discover import DRIVE, campaign, gap, ripple
 
 DRIVES = DATA / "drives"
 LOOPS = DATA / "cycloidal_locked_output"
@@ -105,7 +105,12 @@ LABELS = {
         "1 ",
     ),
     "unexplained": ("torque, N·m", "arcsec", "base, falling"),
-    "fitted": ("rms, arcsec (grey: noise floor ", "+ thermal gap", "left, arcsec", "temperature, °C"),
+    "fitted": (
+        "rms, arcsec (grey: noise floor ",
+        "+ thermal gap",
+        "left, arcsec",
+        "temperature, °C",
+    ),
 }
 """Texts that the pictures of each section must hold."""
 
@@ -125,7 +130,7 @@ def measured() -> tuple[Drive, Comparison]:
 
 @cache
 def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
-    """A diagnosis or a fit of recordings with a gap that temperature opens, or with a ripple."""
+    """Diagnose or fit recordings with a gap that temperature opens, or with a ripple."""
     drive = parse_drive(tomllib.loads(DRIVE))
     data = campaign(add=ripple if kind == "unexplained" else gap)
     if kind == "fitted":
