@@ -335,7 +335,7 @@ def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[fl
     for index, table in enumerate(drive.effects):
         if table["name"] not in known:
             place = f"effect[{index}].name"
-            expected = "an effect of the library, or --effects FILE with your own"
+            expected = "an effect of the library; export takes your own by --effects FILE"
             raise InputError(drive.file, place, table["name"], expected)
         effect = known[table["name"]]
         keys = []
