@@ -638,7 +638,8 @@ static void keep_budget(lm_search *search) {
     wanted += search->batch[i].budget;
   }
   for (i = 0; i < search->batch_count && wanted > left; i++) {
-    const int budget = (int)(search->batch[i].budget * left / wanted);
+    /* nothing wanted and less than nothing left: 0 / 0 is no number */
+    const int budget = left > 0 ? (int)(search->batch[i].budget * left / wanted) : 1;
     search->batch[i].budget = budget > 1 ? budget : 1;
   }
 }
