@@ -23,7 +23,7 @@ static lm_run *run;
 /* Both deformations, so that a choice of names and one of generators are written. */
 static const char small_spec[] =
     "seed 3\n"
-    "evaluations 700\n"
+    "evaluations 300\n"
     "rated_torque_Nm 40\n"
     "objective tolerance_lost_motion\n"
     "objective cost\n"
