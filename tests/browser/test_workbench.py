@@ -387,8 +387,8 @@ const out = [], width = innerWidth;
 const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
 while (walk.nextNode()) {
   const node = walk.currentNode, parent = node.parentElement;
-  if (!node.data.trim() || !parent.checkVisibility({visibilityProperty: true, opacityProperty: true}))
-    continue;
+  const seen = parent.checkVisibility({visibilityProperty: true, opacityProperty: true});
+  if (!node.data.trim() || !seen) continue;
   if (parent.closest('title, script, style, .q-tabs, .scroll, .material-icons, .q-icon')) continue;
   const range = document.createRange();
   range.selectNodeContents(node);
@@ -403,7 +403,8 @@ return [out, document.documentElement.scrollWidth, width];
 
 CUT = """
 return [...document.querySelectorAll('body *')].filter(e => {
-  if (!e.checkVisibility() || e.closest('svg, .scroll, .q-tabs, input, .q-field, .q-uploader')) return false;
+  if (!e.checkVisibility()) return false;
+  if (e.closest('svg, .scroll, .q-tabs, input, .q-field, .q-uploader')) return false;
   const style = getComputedStyle(e);
   return style.overflowX != 'visible' && e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0;
 }).map(e => e.className + ': ' + e.textContent.slice(0, 60));
