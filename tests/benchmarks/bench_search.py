@@ -7,8 +7,8 @@ method evaluates counts for its front, so nothing depends on how a method report
     python bench_search.py BUILD [--seeds N] [--first-seed N] [--evaluations 5000 20000 ...]
         [--spec NAME]
 
-BUILD is a build folder with the static libraries. Prints one table a spec and budget: hypervolume of
-the front (two objectives) or the best objective (one), and seconds.
+BUILD is a build folder with the static libraries. Prints one table a spec and budget: hypervolume
+of the front (two objectives) or the best objective (one), and seconds.
 """
 
 from __future__ import annotations
@@ -70,9 +70,11 @@ def load(build: Path) -> c.CDLL:
     """Link the static libraries into one that Python can load."""
     shared = Path(tempfile.mkdtemp()) / "optimizer.so"
     subprocess.run(
-        ["cc", "-shared", "-o", shared, "-Wl,--whole-archive"]
-        + [build / "optimizer/liblostmotion_optimizer.a", build / "lib/liblostmotion.a"]
-        + ["-Wl,--no-whole-archive", "-lnlopt", "-lm", "-lpthread"],
+        [
+            *("cc", "-shared", "-o", shared, "-Wl,--whole-archive"),
+            *(build / "optimizer/liblostmotion_optimizer.a", build / "lib/liblostmotion.a"),
+            *("-Wl,--no-whole-archive", "-lnlopt", "-lm", "-lpthread"),
+        ],
         check=True,
     )
     lib = c.CDLL(str(shared))
@@ -115,7 +117,7 @@ class Problem:
             if w[0] == "choose":
                 sizes.append(len(w) - 2)
             elif w[0] == "ratio":
-                known = int(np.prod([s for s in sizes])) if sizes else 1
+                known = int(np.prod(sizes)) if sizes else 1
                 others = [len(v) - 2 for v in words if v[0] == "choose"]
                 rest = int(np.prod(others)) // known if others else 1
                 sizes.append(self.combinations // known // rest)
@@ -129,7 +131,7 @@ class Problem:
     def evaluate(self, x: Vector) -> tuple[Vector, Vector]:
         """Objectives and limits (12 single ones and the worst gap, g <= 0) of a point."""
         combination, factor = 0, 1
-        for size, value in zip(self.sizes, x[self.ranges :]):
+        for size, value in zip(self.sizes, x[self.ranges :], strict=True):
             combination += factor * min(int(value * size), size - 1)
             factor *= size
         unit = (c.c_double * FREE_MAX)(*np.clip(x[: self.ranges], 0, 1))
@@ -262,8 +264,8 @@ def compare(lib: c.CDLL, text: str, evaluations: int, seeds: range) -> None:
         scores = {
             name: [hypervolume(points, front) for points in runs] for name, runs in fronts.items()
         }
-    print(f"  {evaluations} evaluations, {len(seeds)} seeds from {seeds[0]}: "
-          f"{'best objective (less is better)' if alone else 'hypervolume (more is better)'}")  # fmt: skip
+    measure = "best objective (less is better)" if alone else "hypervolume (more is better)"
+    print(f"  {evaluations} evaluations, {len(seeds)} seeds from {seeds[0]}: {measure}")
     for name, values in scores.items():
         print(
             f"    {name:24s} median {np.median(values):.4f}  "
