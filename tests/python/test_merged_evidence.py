@@ -72,20 +72,6 @@ def test_what_no_effect_explains_hangs_on_torque() -> None:
     assert found["unexplained"]["depends_on"][0]["covariate"] == "torque"
 
 
-def test_what_no_campaign_shows_alone_is_seen_together() -> None:
-    # Each campaign at one temperature: alone neither can tell a gap that temperature opens.
-    cold, hot = campaign(seed=3, runs=8, warm=False), campaign(seed=4, runs=8, warm=False)
-    for data, degrees in ((cold, 12.0), (hot, 45.0)):
-        for run in data.runs:
-            run.columns["temperature"] = np.full(len(run), degrees)
-            opened = 0.3 * (degrees - 20.0) * np.tanh(run.torque_Nm / 0.2)
-            run.columns["lost_motion"] = run.columns["lost_motion"] + opened * np.pi / 648000
-    for data in (cold, hot):
-        assert "thermal_gap" not in diagnosis_of(data).effects
-    found = judge_body(merge_bodies([body_of(cold), body_of(hot)], ["a", "b"]), library())
-    assert "thermal_gap" in found["effects"]
-
-
 def test_evidence_reads_back_as_it_was(warm: tuple[Campaign, list[Body]], tmp_path: Path) -> None:
     body = warm[1][0]
     body.save(tmp_path / "one.npz")
