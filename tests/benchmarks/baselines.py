@@ -98,7 +98,7 @@ def by_lasso(base: Base, ratio: float) -> list[str]:
                 columns.append((centred / centred.std())[taken])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of slow convergence
-        fitted = LassoCV(cv=5, n_alphas=20, max_iter=2000).fit(
+        fitted = LassoCV(cv=5, alphas=20, max_iter=2000).fit(
             np.column_stack(columns), base.residual()[taken]
         )
     weights = np.abs(fitted.coef_)

@@ -114,9 +114,7 @@ def judge(truth: dict[str, Any], found: dict[str, Any]) -> str:
         shown = {d["covariate"] for d in found["unexplained"]["depends_on"]}
         stems = {name.rsplit("_", 1)[0] if "_" in name else name for name in wanted} | wanted
         return "right" if shown & stems else "right verdict, other column"
-    given = truth.get("twins") or []
-    lists = given.values() if isinstance(given, dict) else [given]
-    twins = {twin for names in lists for twin in names}
+    twins = set(truth.get("twins") or ())
     if verdict == "complete":
         return "none"
     if kind == "pair":
@@ -246,7 +244,7 @@ def tables(rows: list[dict[str, Any]]) -> list[str]:
         f"A campaign of up to {largest} rows takes {np.median(cpu):.1f} s of one core (median; "
         f"{np.max(cpu):.0f} s at most).",
     ]
-    tried = [d for d in rows if d["claims"]]
+    tried = [d for d in rows if d.get("claims")]
     if tried:
         out += ["", "| tool | hidden | campaigns | what it claims first |"]
         out += ["| --- | --- | --- | --- |"]
@@ -295,7 +293,7 @@ def report(done: dict[str, Any]) -> None:
         f"{done['name']:<18} {kind_of(truth):<8} {'+'.join(truth['effects']) or '-':<42} "
         f"{done['judged']:<28} {answer['verdict']:<15} {answer['effects']} {depends} "
         f"{ladder} floor {answer['noise_floor_arcsec']:.2f} "
-        f"{done['wall_s']:.0f} s, {done['cpu_s']:.0f} s cpu {done['claims'] or ''}",
+        f"{done['wall_s']:.0f} s, {done['cpu_s']:.0f} s cpu {done['claims'] or '-'}",
         flush=True,
     )
 
@@ -311,6 +309,8 @@ def main() -> int:
     parser.add_argument("--page", type=Path, help="write the tables as a page of the docs")
     arguments = parser.parse_args()
     rows = [done for file in arguments.results for done in json.loads(file.read_text())]
+    for done in rows:
+        done["judged"] = judge(done["truth"], done["answer"])
     files = sorted(f for folder in arguments.folder for f in folder.rglob("*.truth.json"))
     with ProcessPoolExecutor(arguments.workers) as pool:
         for done in pool.map(run, files, [arguments.baselines] * len(files)):

@@ -23,6 +23,8 @@ def test_a_single_effect_has_to_be_named_first() -> None:
     assert judge(truth("wear"), found("missing-effect", "wear")) == "right"
     assert judge(truth("wear"), found("missing-effect", "creep")) == "wrong"
     assert judge(truth("wear"), found("ambiguous", "creep", "wear")) == "in the set"
+    twins = truth("wear", twins={"creep": 0.99})
+    assert judge(twins, found("missing-effect", "creep")) == "twin"
     assert judge(truth("wear"), found("complete")) == "none"
     assert judge(truth("wear"), found("unexplained", "wear")) == "named (unexplained)"
 
