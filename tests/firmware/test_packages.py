@@ -307,7 +307,7 @@ def test_two_files_keep_their_bits_without_any_flag(tmp_path: Path, target: Targ
         pytest.skip("this processor cannot fuse")
     here = ROOT / "tests" / "firmware"
     sources = [here / "golden.c", here / "drive.c", TARGETS / target.start, TARGETS / "print.c"]
-    include = [f"-I{place}" for place in (tmp_path, TARGETS, here)]
+    include = [f"-I{place}" for place in (tmp_path, TARGETS, here, LIB)]
     flags = [*target.flags, "-std=gnu11", "-O2", "-ffp-contract=off", *include]
     program = tmp_path / "golden"
     run([target.compiler, *flags, *sources, fused, *target.link, "-o", program])
