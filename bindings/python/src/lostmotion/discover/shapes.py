@@ -68,7 +68,9 @@ def channels(base: Base) -> dict[str, FloatArray]:
     ):
         if column in c.columns and np.ptp(c.columns[column]) > 0:
             found[name] = c.columns[column]
-    found["torque_rate"] = usual_rates(base)
+    if not base.terms:
+        # What is left of creep or of a lag hangs on rates too, and is no second cause.
+        found["torque_rate"] = usual_rates(base)
     found["time"] = c.time_s - c.time_s[c.starts[:-1]][c.run_of]
     found["run"] = c.run_of.astype(np.float64)
     return found
