@@ -95,17 +95,36 @@ static int32_t nearest(lm_real value) {
   return (int32_t)(value + (value < 0 ? LM_REAL(-0.5) : LM_REAL(0.5)));
 }
 
-/* The sine of the angle a whole number of quarter turns further on. */
-static lm_real sine_of_quadrant(lm_real angle_rad, int32_t quarters) {
+/* What is left of an angle beyond the nearest whole number of quarter turns. */
+typedef struct reduced_angle {
+  lm_real rest_rad;
+  uint32_t quadrant;
+} reduced_angle;
+
+static reduced_angle reduce(lm_real angle_rad) {
   lm_real known_rad =
       (angle_rad >= -LM_TURN_MAX_RAD && angle_rad <= LM_TURN_MAX_RAD) ? angle_rad : 0;
   int32_t quarter = nearest(known_rad * TWO_OVER_PI);
   lm_real count = LM_REAL(quarter);
-  lm_real rest = ((known_rad - count * HALF_PI_1) - count * HALF_PI_2) - count * HALF_PI_3;
-  lm_real square = rest * rest;
-  uint32_t quadrant = (uint32_t)(quarter + quarters);
-  lm_real result = (quadrant & 1u) ? 1 + horner(cosine_series, COSINE_TERMS, square)
-                                   : rest + rest * horner(sine_series, SINE_TERMS, square);
+  reduced_angle reduced;
+  reduced.rest_rad = ((known_rad - count * HALF_PI_1) - count * HALF_PI_2) - count * HALF_PI_3;
+  reduced.quadrant = (uint32_t)quarter;
+  return reduced;
+}
+
+static lm_real near_sine(lm_real rest_rad) {
+  return rest_rad + rest_rad * horner(sine_series, SINE_TERMS, rest_rad * rest_rad);
+}
+
+static lm_real near_cosine(lm_real rest_rad) {
+  return 1 + horner(cosine_series, COSINE_TERMS, rest_rad * rest_rad);
+}
+
+/* The sine of the angle a whole number of quarter turns further on. */
+static lm_real sine_of_quadrant(lm_real angle_rad, uint32_t quarters) {
+  reduced_angle reduced = reduce(angle_rad);
+  uint32_t quadrant = reduced.quadrant + quarters;
+  lm_real result = (quadrant & 1u) ? near_cosine(reduced.rest_rad) : near_sine(reduced.rest_rad);
   return (quadrant & 2u) ? -result : result;
 }
 
@@ -115,6 +134,18 @@ lm_real lm_sine(lm_real angle_rad) {
 
 lm_real lm_cosine(lm_real angle_rad) {
   return sine_of_quadrant(angle_rad, 1);
+}
+
+lm_sine_cosine lm_sine_and_cosine(lm_real angle_rad) {
+  reduced_angle reduced = reduce(angle_rad);
+  lm_real sine = near_sine(reduced.rest_rad);
+  lm_real cosine = near_cosine(reduced.rest_rad);
+  lm_sine_cosine both;
+  both.sine = (reduced.quadrant & 1u) ? cosine : sine;
+  both.cosine = (reduced.quadrant & 1u) ? sine : cosine;
+  both.sine = (reduced.quadrant & 2u) ? -both.sine : both.sine;
+  both.cosine = ((reduced.quadrant + 1u) & 2u) ? -both.cosine : both.cosine;
+  return both;
 }
 
 /* Exponent field and fraction of an IEEE 754 number: the only place that looks at bits. */

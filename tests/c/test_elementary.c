@@ -35,6 +35,8 @@ static void sine_and_cosine_keep_their_bound(void) {
     lm_real x = LM_REAL(i) * LM_REAL(fabs((double)i) < 400000 ? 1.25e-5 : 7.99e-3);
     assert_within((double)lm_sine(x), sin((double)x), bound);
     assert_within((double)lm_cosine(x), cos((double)x), bound);
+    TEST_ASSERT_TRUE(lm_sine_and_cosine(x).sine == lm_sine(x));
+    TEST_ASSERT_TRUE(lm_sine_and_cosine(x).cosine == lm_cosine(x));
   }
 }
 
@@ -57,6 +59,7 @@ static void angles_without_meaning_count_as_zero(void) {
   for (i = 0; i < 4; ++i) {
     TEST_ASSERT_TRUE(lm_sine(strange[i]) == 0);
     TEST_ASSERT_TRUE(lm_cosine(strange[i]) == 1);
+    TEST_ASSERT_TRUE(lm_sine_and_cosine(strange[i]).sine == 0);
   }
 }
 

@@ -169,6 +169,7 @@ void prove_check(void) {
 static void run_elementary(float x) {
   (void)lm_sine(x);
   (void)lm_cosine(x);
+  (void)lm_sine_and_cosine(x);
   (void)lm_exponential(x);
   (void)lm_logarithm(x);
   (void)lm_hyperbolic_tangent(x);

@@ -27,6 +27,14 @@ LM_BEGIN_DECLS
 lm_real lm_sine(lm_real angle_rad);
 lm_real lm_cosine(lm_real angle_rad);
 
+/* Both of one angle, the same bits as from the two functions, for little more than one of them. */
+typedef struct lm_sine_cosine {
+  lm_real sine;
+  lm_real cosine;
+} lm_sine_cosine;
+
+lm_sine_cosine lm_sine_and_cosine(lm_real angle_rad);
+
 /* e^x; x is held between +-LM_EXPONENT_MAX (NaN counts as the lower end), so the result is
  * positive and finite. */
 #define LM_EXPONENT_MAX LM_REAL(87)

@@ -8,10 +8,11 @@ enum { COSINE_2_RAD, SINE_2_RAD, COSINE_4_RAD, SINE_4_RAD, VALUES };
  * between the two lobes. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  lm_real twice_rad = 2 * at->input_angle_rad;
-  lm_real four_rad = 4 * at->input_angle_rad;
-  return value[COSINE_2_RAD] * lm_cosine(twice_rad) + value[SINE_2_RAD] * lm_sine(twice_rad) +
-         value[COSINE_4_RAD] * lm_cosine(four_rad) + value[SINE_4_RAD] * lm_sine(four_rad);
+  lm_sine_cosine two = lm_sine_and_cosine(2 * at->input_angle_rad);
+  lm_real four_sine = 2 * two.sine * two.cosine;
+  lm_real four_cosine = 1 - 2 * two.sine * two.sine;
+  return value[COSINE_2_RAD] * two.cosine + value[SINE_2_RAD] * two.sine +
+         value[COSINE_4_RAD] * four_cosine + value[SINE_4_RAD] * four_sine;
 }
 
 #if LM_EFFECT_CARDS

@@ -8,12 +8,10 @@ enum { UPPER_COSINE_RAD, UPPER_SINE_RAD, LOWER_COSINE_RAD, LOWER_SINE_RAD, VALUE
  * generator. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  lm_real upper_rad = 2 * (at->input_angle_rad + at->output_angle_rad);
-  lm_real lower_rad = 2 * (at->input_angle_rad - at->output_angle_rad);
-  return value[UPPER_COSINE_RAD] * lm_cosine(upper_rad) +
-         value[UPPER_SINE_RAD] * lm_sine(upper_rad) +
-         value[LOWER_COSINE_RAD] * lm_cosine(lower_rad) +
-         value[LOWER_SINE_RAD] * lm_sine(lower_rad);
+  lm_sine_cosine upper = lm_sine_and_cosine(2 * (at->input_angle_rad + at->output_angle_rad));
+  lm_sine_cosine lower = lm_sine_and_cosine(2 * (at->input_angle_rad - at->output_angle_rad));
+  return value[UPPER_COSINE_RAD] * upper.cosine + value[UPPER_SINE_RAD] * upper.sine +
+         value[LOWER_COSINE_RAD] * lower.cosine + value[LOWER_SINE_RAD] * lower.sine;
 }
 
 #if LM_EFFECT_CARDS

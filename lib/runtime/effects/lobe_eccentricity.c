@@ -18,11 +18,11 @@ enum {
  * twice delta it carries alone, and the drive turns by delta less than with equal lobes. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  lm_real cosine = lm_cosine(at->input_angle_rad);
-  lm_real sine = lm_sine(at->input_angle_rad);
-  lm_real runout_rad = absolute(value[RUNOUT_COSINE_RAD] * cosine + value[RUNOUT_SINE_RAD] * sine);
+  lm_sine_cosine one = lm_sine_and_cosine(at->input_angle_rad);
+  lm_real runout_rad =
+      absolute(value[RUNOUT_COSINE_RAD] * one.cosine + value[RUNOUT_SINE_RAD] * one.sine);
   lm_real left_rad = runout_rad - value[COMPLIANCE_RAD_PER_NM] * absolute(at->wound_Nm);
-  return value[COSINE_RAD] * cosine + value[SINE_RAD] * sine -
+  return value[COSINE_RAD] * one.cosine + value[SINE_RAD] * one.sine -
          closed_share(at->wound_Nm, value[TAKEUP_NM]) * greatest(left_rad, 0);
 }
 

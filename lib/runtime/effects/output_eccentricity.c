@@ -7,8 +7,8 @@ enum { COSINE_RAD, SINE_RAD, VALUES };
 /* The output encoder runs eccentrically: e / r_e, once a turn of the output. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  return value[COSINE_RAD] * lm_cosine(at->output_angle_rad) +
-         value[SINE_RAD] * lm_sine(at->output_angle_rad);
+  lm_sine_cosine one = lm_sine_and_cosine(at->output_angle_rad);
+  return value[COSINE_RAD] * one.cosine + value[SINE_RAD] * one.sine;
 }
 
 #if LM_EFFECT_CARDS

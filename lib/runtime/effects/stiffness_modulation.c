@@ -7,9 +7,8 @@ enum { COSINE, SINE, VALUES };
 /* Stiffness varies with the tooth phase and the balls of the generator bearing, twice a turn. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
-  lm_real twice_rad = 2 * at->input_angle_rad;
-  return at->elastic_rad *
-         (value[COSINE] * lm_cosine(twice_rad) + value[SINE] * lm_sine(twice_rad));
+  lm_sine_cosine two = lm_sine_and_cosine(2 * at->input_angle_rad);
+  return at->elastic_rad * (value[COSINE] * two.cosine + value[SINE] * two.sine);
 }
 
 #if LM_EFFECT_CARDS
