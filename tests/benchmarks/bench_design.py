@@ -73,9 +73,7 @@ class Library:
         for section, swept in enumerate(self.swept):
             mesh = ffi.addressof(self.workspace.meshes, section)
             self._done(
-                lib.lm_sweep_clearances(
-                    mesh, PHASES, swept, self.capacity, self.count, self.fault
-                )
+                lib.lm_sweep_clearances(mesh, PHASES, swept, self.capacity, self.count, self.fault)
             )
 
     def smallest_gap(self) -> None:

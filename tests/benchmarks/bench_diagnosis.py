@@ -212,9 +212,9 @@ def tables(rows: list[dict[str, Any]]) -> list[str]:
     out += ["| --- | --- | --- | --- |"]
     effects: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for done in rows:
-        if kind_of(done["truth"]) in ("single", "outside"):
-            if condition(done["truth"]) == "standard":
-                effects[next(iter(done["truth"]["effects"]))].append(done)
+        alone = kind_of(done["truth"]) in ("single", "outside")
+        if alone and condition(done["truth"]) == "standard":
+            effects[next(iter(done["truth"]["effects"]))].append(done)
     for name, members in sorted(effects.items()):
         drives = sorted({d["truth"]["drive"].removeprefix("size ") for d in members})
         other = Counter(

@@ -309,7 +309,8 @@ def test_gaps_do_not_depend_on_the_points_of_a_flank(design: Design) -> None:
     for angle in (-10, 5, 25, 50):
         coarse = first_contact(design, angle, "forward")
         fine = first_contact(design, angle, "forward", points=1600)
-        assert coarse and fine
+        assert coarse
+        assert fine
         assert coarse.gap_rad * ARCMIN_PER_RAD == pytest.approx(
             fine.gap_rad * ARCMIN_PER_RAD, abs=1e-5
         )

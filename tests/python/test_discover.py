@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from lostmotion.base import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
@@ -58,12 +59,8 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
     made = []
     swings = [torque_of(r, rows) for r in range(runs)]
     # What friction remembers goes on from run to run.
-    remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(
-        runs, rows
-    )
-    temperature = (
-        rng.permutation(np.linspace(10, 45, runs)) if warm else np.full(runs, 20.0)
-    )
+    remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(runs, rows)
+    temperature = rng.permutation(np.linspace(10, 45, runs)) if warm else np.full(runs, 20.0)
     for r in range(runs):
         t = np.arange(rows) * 0.1
         torque = swings[r]
@@ -201,9 +198,7 @@ def test_wild_samples_are_counted_and_do_not_name_anything():
     data = campaign(seed=5)
     rng = np.random.default_rng(0)
     for run in data.runs:
-        run.columns["lost_motion"][rng.choice(np.arange(5, 495), 5, replace=False)] += (
-            60 * ARCSEC
-        )
+        run.columns["lost_motion"][rng.choice(np.arange(5, 495), 5, replace=False)] += 60 * ARCSEC
     base = Base(Conditions(data), RATED_NM)
     base.fit()
     assert clean_outliers(base) > 50
@@ -260,14 +255,10 @@ def test_an_effect_in_python_is_found_like_one_of_the_library():
     def cable_pull(p, at):
         return p.pull_rad * np.cos(2 * np.pi * at.wound_Nm / 5.0)
 
-    data = campaign(
-        seed=3, add=lambda columns, wound: 3.0 * np.cos(2 * np.pi * wound / 5.0)
-    )
+    data = campaign(seed=3, add=lambda columns, wound: 3.0 * np.cos(2 * np.pi * wound / 5.0))
     found = answer_of(data, effects={**library(), "cable_pull": cable_pull})
     assert found["effects"] == ["cable_pull"]
-    assert found["candidates"][0]["parameters"]["pull_rad"] == pytest.approx(
-        3 * ARCSEC, rel=0.1
-    )
+    assert found["candidates"][0]["parameters"]["pull_rad"] == pytest.approx(3 * ARCSEC, rel=0.1)
 
 
 def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
@@ -302,14 +293,8 @@ def test_the_c_template_compiles_and_is_loaded_without_rebuilding(tmp_path):
     subprocess.run(command, check=True)
     own = load_shared_object(made)["cable_pull"]
     conditions = Conditions(campaign(runs=2, rows=20))
-    out = own.run(
-        np.array([1e-6, 1.0]), conditions, conditions.torque, conditions.torque * 0
-    )
-    wanted = (
-        1e-6
-        * (conditions.columns["temperature_C"] - 20)
-        * np.clip(conditions.torque, -1, 1)
-    )
+    out = own.run(np.array([1e-6, 1.0]), conditions, conditions.torque, conditions.torque * 0)
+    wanted = 1e-6 * (conditions.columns["temperature_C"] - 20) * np.clip(conditions.torque, -1, 1)
     np.testing.assert_allclose(out, wanted, atol=1e-18)
 
 

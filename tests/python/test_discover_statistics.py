@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
+from scipy.signal import lfilter
+
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.diagnosis import noncentrality
 from lostmotion.discover.evidence import gather, load, merge
 from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups
 from lostmotion.errors import InputError
-from scipy import stats
-from scipy.signal import lfilter
 
 RUNS, ROWS = 14, 120
 
@@ -75,10 +76,7 @@ def test_an_effect_between_runs_is_found_and_estimated():
         assert result.p < 1e-3
         assert result.gain > 2
         size = result.coefficients[0] / evidence.scale[evidence.blocks["between"]][0]
-        error = (
-            np.sqrt(result.covariance[0, 0])
-            / evidence.scale[evidence.blocks["between"]][0]
-        )
+        error = np.sqrt(result.covariance[0, 0]) / evidence.scale[evidence.blocks["between"]][0]
         assert abs(size - 2.0) < 4 * error
 
 
@@ -89,9 +87,7 @@ def test_reml_recovers_the_scatter():
         contest = Contest(evidence)
         found.append(np.sqrt(contest.null_omega) / evidence.scale[evidence.scatter])
     # REML is unbiased for the variance; 60 x 13 degrees of freedom give 5 %.
-    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(
-        [0.5, 0.5], rel=0.12
-    )
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx([0.5, 0.5], rel=0.12)
 
 
 def test_reml_slope_is_the_derivative_of_its_objective():
@@ -119,9 +115,7 @@ def objective_at(contest: Contest, index, omega):
         total = (
             total
             + gram[np.ix_(index, index)]
-            - gram[np.ix_(index, b)]
-            @ np.diag(omega)
-            @ np.linalg.solve(k, gram[np.ix_(b, index)])
+            - gram[np.ix_(index, b)] @ np.diag(omega) @ np.linalg.solve(k, gram[np.ix_(b, index)])
         )
     h = total[:-1, :-1] + np.diag(contest.ridge(index))
     q = total[-1, -1] - total[:-1, -1] @ np.linalg.solve(h, total[:-1, -1])
@@ -164,9 +158,7 @@ def test_evidence_with_other_columns_does_not_merge():
 @pytest.mark.parametrize("phi", [(0.0,), (0.6,), (0.5, 0.3)])
 def test_autoregression_finds_coefficients_and_innovations(phi):
     rng = np.random.default_rng(5)
-    x = lfilter(
-        [1.0], np.concatenate(([1.0], -np.array(phi))), 2.0 * rng.normal(size=40000)
-    )
+    x = lfilter([1.0], np.concatenate(([1.0], -np.array(phi))), 2.0 * rng.normal(size=40000))
     covariance = np.array([x[k:] @ x[: x.size - k] for k in range(9)]) / x.size
     found, variance = autoregression(covariance, x.size)
     assert np.sqrt(variance) == pytest.approx(2.0, rel=0.02)
@@ -191,9 +183,7 @@ def test_whitened_noise_is_white_and_of_unit_size():
     rng = np.random.default_rng(6)
     x = lfilter([1.0], [1.0, -0.8], rng.normal(size=30000))
     starts = np.array([0, 10000, 30000])
-    noise = fit_noise(
-        x, np.concatenate((np.arange(10000), np.arange(20000))) * 0.1, starts, 0
-    )
+    noise = fit_noise(x, np.concatenate((np.arange(10000), np.arange(20000))) * 0.1, starts, 0)
     e = np.concatenate([noise.whiten(x[:10000], 0), noise.whiten(x[10000:], 1)])
     assert np.std(e) == pytest.approx(1.0, rel=0.02)
     assert abs(np.corrcoef(e[1:], e[:-1])[0, 1]) < 4 / np.sqrt(e.size)
@@ -207,9 +197,7 @@ def test_a_drift_is_not_taken_for_noise():
 
 
 def test_runs_are_grouped_by_their_sampling_rate():
-    time = np.concatenate(
-        (np.arange(50) * 0.1, np.arange(50) * 0.01, np.arange(50) * 0.105)
-    )
+    time = np.concatenate((np.arange(50) * 0.1, np.arange(50) * 0.01, np.arange(50) * 0.105))
     groups = rate_groups(time, np.array([0, 50, 100, 150]))
     assert groups[0] == groups[2] != groups[1]
 
