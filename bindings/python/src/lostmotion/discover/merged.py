@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -160,8 +161,13 @@ def load_body(file: str | Path) -> Body:
     except InputError:
         raise
     except Exception as error:  # NumPy raises many kinds for a file that is none of its own
-        expected = "evidence by diagnose --save-evidence"
-        raise InputError(file, "", one_line(str(error)) or "no evidence", expected) from None
+        if isinstance(error, FileNotFoundError):
+            found = "no such file"
+        elif not zipfile.is_zipfile(file):
+            found = "no .npz archive"
+        else:
+            found = one_line(str(error)) or "no evidence"
+        raise InputError(file, "", found, "evidence by diagnose --save-evidence") from None
 
 
 # --- from a campaign ------------------------------------------------------------------------------
