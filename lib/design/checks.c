@@ -78,15 +78,14 @@ static void refine(const lm_mesh meshes[], lm_real step, lm_smallest_gap *smalle
 }
 
 /* One flank of one sample, and the end of its overlap between it and the sample before: the gap
- * jumps there, and may be smallest at the very end. */
+ * jumps there, and may be smallest at the very end. Samples go away from the axis, and so does the
+ * wave fall: a flank leaves the overlap and does not come back. */
 static void look_at_flank(const lm_mesh *mesh, lm_real gap, lm_real angle, lm_real gap_before,
                           lm_real angle_before, int section, int forward,
                           lm_smallest_gap *smallest) {
   keep_smaller(smallest, gap, angle, section, forward);
-  if (real_isfinite(gap) != real_isfinite(gap_before)) {
-    const int overlaps = real_isfinite(gap);
-    const lm_clearance_end end = lm_find_overlap_end(mesh, overlaps ? angle : angle_before,
-                                                     overlaps ? angle_before : angle, forward);
+  if (real_isfinite(gap_before) && !real_isfinite(gap)) {
+    const lm_clearance_end end = lm_find_overlap_end(mesh, angle_before, angle, forward);
     keep_smaller(smallest, end.gap.gap_rad, end.angle_rad, section, forward);
   }
 }

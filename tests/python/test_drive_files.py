@@ -49,7 +49,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"drive.ratio": "100"}, ("drive.ratio", "'100'", "a number")),
     ({"drive.ratio": math.nan}, ("drive.ratio", "nan", "a finite number")),
     ({"drive.ratio_rad": 100}, ("drive.ratio_rad", "unit 'rad'", "no unit")),
-    ({"drive.rated_torque_Nm": 0}, ("drive.rated_torque_Nm", "from 1e-06 to 1e+06")),
+    ({"drive.rated_torque_Nm": 0}, ("drive.rated_torque_Nm", "from 1e-06 to 500000")),
     ({"drive.rated_torque_Nm": True}, ("drive.rated_torque_Nm", "true", "a number")),
     (
         {"drive.rated_torque_Nm": None, "drive.rated_torque": 67},

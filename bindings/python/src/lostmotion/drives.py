@@ -65,10 +65,13 @@ EFFECTS = (
 LEAST_TORQUE_NM, MOST_TORQUE_NM = 1e-6, 1e6
 """Torques of a drive: the library's own upper bound, and a millionth of the smallest gear's."""
 
+MOST_RATED_NM = MOST_TORQUE_NM / 2
+"""The controller's curve goes to twice the rated torque."""
+
 DRIVE_KEYS = (
     Key("name", kind="text"),
     Key("ratio", required=True, low=-1000, high=1000),
-    Key("rated_torque", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),
+    Key("rated_torque", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_RATED_NM),
 )
 
 CATALOGUE_KEYS = (

@@ -69,6 +69,11 @@ def read_plan(
             values = name.sign * recordings.numbers_of(str(file), header, table[header])
             if name.unit is not None:
                 values = units.convert(values, name.unit.symbol, name.quantity.unit)
+            recordings.check_range(str(file), header, values, name.quantity)
+            unknown = np.flatnonzero(~np.isfinite(values))
+            if unknown.size:
+                found = f"{values[unknown[0]]} in row {unknown[0] + 1}"
+                raise InputError(file, header, found, "a number: a plan is known in full")
             columns[name.quantity.name] = values
         for needed in ("time", "torque"):
             if needed not in columns:
@@ -86,6 +91,8 @@ def read_plan(
         for code, label in enumerate(names):
             at = codes == code
             runs.append(Run(label, str(file), {k: v[at] for k, v in columns.items()}))
+        if rows == 0:
+            raise InputError(file, "", "no rows", "a planned run")
     return Campaign(runs)
 
 
