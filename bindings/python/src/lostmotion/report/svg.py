@@ -59,6 +59,10 @@ def signs(text: str) -> str:
     return re.sub(r"(?<![\w-])-(?=[0-9.])", "−", text)
 
 
+POINT_LENGTH = 1e-9
+"""A chord shorter than this, in pixels, is a point: its square would vanish."""
+
+
 def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
     """Leave out points of a curve that lie within `slack` of the straight line without them.
 
@@ -85,7 +89,7 @@ def simplify(points: Array, slack: float = SIMPLIFY_PX) -> Array:
         inner = points[first + 1 : last] - points[first]
         chord = points[last] - points[first]
         length = float(np.hypot(*chord))
-        if length > 0:
+        if length > POINT_LENGTH:
             along = np.clip(inner @ chord / length**2, 0.0, 1.0)
             inner = inner - along[:, None] * chord
         distance = np.hypot(inner[:, 0], inner[:, 1])
