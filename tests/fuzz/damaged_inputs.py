@@ -18,9 +18,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import copy
-import datetime
-import gzip
 import hashlib
 import io
 import itertools
@@ -39,12 +36,24 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from damage import (
+    Kitchen,
+    damage_bytes,
+    damage_evidence,
+    damage_search,
+    damage_text,
+    make_recording,
+    make_toml,
+    odd_path,
+    odd_value,
+)
+from sound_files import DRIVES, made, sound_file, spec
+
 from lostmotion import cli
-from lostmotion.drives import format_toml
 from lostmotion.errors import InputError
 from lostmotion.workbench import bench as workbench
 
@@ -53,7 +62,7 @@ PATIENCE_S = 60.0
 
 UNCHANGED = "an output that was there before\n"
 
-SKIPPED = {"demo": "reads no file", "completion": "reads no file", "effects": "reads code"}
+SKIPPED = {"demo": "reads no file", "completion": "reads no file"}
 """Commands that are left out, and why."""
 
 OUTPUTS = {"export": "params.h", "fit": "fitted.toml", "design": "run"}
@@ -67,130 +76,40 @@ FILES = {
 }
 """Kinds of files by the names of arguments, where these differ."""
 
-NAMES = {"DRIVE": "drive.toml", "DATA": "data.csv", "SPEC": "spec.toml"}
+GIVEN = {
+    "workbench": ["DRIVE", "DATA"],
+    "merge": ["EVIDENCE", "EVIDENCE"],
+    "effects": ["OWN"],
+}
+"""Files of commands that take more or fewer than their arguments say."""
+
+NAMES = {
+    "DRIVE": "drive.toml",
+    "DATA": "data.csv",
+    "SPEC": "spec.toml",
+    "EVIDENCE": "one.npz",
+    "OWN": "own.py",
+}
+
+BLOB = "params.bin"
+"""Name of a drive file that is a blob of parameters."""
 
 SEARCH_PATIENCE_S = 3.0
 """A damaged spec may ask for a search of a day: it is interrupted."""
 
-SHARES = {"predict": 6, "clearances": 4, "export": 4, "compare": 2, "replay": 3, "workbench": 2}
+SHARES = {
+    "predict": 6,
+    "clearances": 4,
+    "export": 4,
+    "compare": 2,
+    "replay": 3,
+    "workbench": 2,
+    "merge": 2,
+    "effects": 2,
+}
 """How often a command is tried; the others once, for they may take a thousand times as long."""
 
 DATA = Path(__file__).parents[1] / "data"
-
-
-# --- sound files ---------------------------------------------------------------------------------
-
-
-def bought() -> dict[str, Any]:
-    """Harmonic Drive size 25, ratio above 50, with a second way to name a column."""
-    return {
-        "drive": {"name": "joint 2", "ratio": 100, "rated_torque_Nm": 67},
-        "catalogue": {
-            "T1_Nm": 14,
-            "T2_Nm": 48,
-            "K1_Nm_per_rad": 31e3,
-            "K2_Nm_per_rad": 50e3,
-            "K3_Nm_per_rad": 57e3,
-            "hysteresis_arcmin": 1,
-            "lost_motion_arcmin": 1,
-        },
-    }
-
-
-def drawn() -> dict[str, Any]:
-    """Reference design A with one member in each chain."""
-    return {
-        "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
-        "design": {
-            "friction_angle_deg": 5.7,
-            "axial_sections": 1,
-            "teeth": {
-                "deformation": "internal",
-                "module_mm": 0.25,
-                "flexspline_teeth": 200,
-                "rigid_teeth": 202,
-                "pressure_angle_deg": 20,
-                "flexspline_shift": 3.0,
-                "rigid_shift": 2.957,
-                "tooth_height": 1.75,
-                "engagement_depth": 1.2,
-                "root_clearance": 0.35,
-                "face_width_mm": 10,
-            },
-            "generator": {"type": "discs", "deflection_mm": 0.2375, "contact_half_angle_deg": 30},
-            "flexspline": {"rim_thickness_mm": 0.6, "wall_thickness_mm": 0.35, "length_mm": 25},
-            "material": {"youngs_modulus_GPa": 210, "poisson_ratio": 0.3},
-            "support": {"foundation_N_per_mm2": 2600},
-            "gap": {"generator_um": 2},
-            "radial_chain": [
-                {"kind": "ball", "ball_diameter_mm": 4, "balls": 21},
-                {"kind": "ring", "mean_radius_mm": 29, "thickness_mm": 5, "width_mm": 10},
-            ],
-            "torsion_chain": [
-                {"kind": "shaft", "outer_diameter_mm": 25, "length_mm": 40, "at": "output"},
-                {"kind": "stiffness", "stiffness_Nm_per_rad": 4.48e4},
-            ],
-            "tolerance": [
-                {"kind": "hole", "zone": "generator", "lower_um": 0, "upper_um": 5},
-                {"kind": "shaft", "zone": "generator", "it_grade": 5, "nominal_mm": 36},
-                {
-                    "kind": "link",
-                    "zone": "teeth",
-                    "influence": 1.374,
-                    "lower_um": -1,
-                    "upper_um": 1,
-                },
-            ],
-        },
-    }
-
-
-def spec() -> dict[str, Any]:
-    """A search that takes a moment."""
-    return {
-        "drive": {"rated_torque_Nm": 40},
-        "search": {
-            "objectives": ["lost_motion", "cost"],
-            "seed": 1,
-            "evaluations": 60,
-            "workers": 1,
-            "fixed": {"teeth.module_mm": 0.25, "teeth.face_width_mm": 10},
-            "range": {
-                "generator.deflection_mm": [0.22, 0.26],
-                "generator.type": {"choose": ["discs", "cosine"]},
-            },
-            "limits": {"safety_factor_min": 1.0},
-        },
-    }
-
-
-def sound_file(kind: str, drive: str) -> str:
-    """A file before any damage."""
-    if kind == "DRIVE":
-        return format_toml({"bought": bought, "drawn": drawn}[drive]())
-    return format_toml(spec()) if kind == "SPEC" else csv_text(recording())
-
-
-RUNS, ROWS = 3, 40
-
-
-def recording() -> list[list[str]]:
-    """Three runs of a torque that swings, with friction and a little noise; the header first."""
-    noise = random.Random(0)
-    table = [["run", "time_s", "torque_Nm", "lost_motion_rad", "temperature_C"]]
-    for run in range(RUNS):
-        slip = 0.0
-        for i in range(ROWS):
-            torque = 12.0 * (1 + run) * math.sin(2 * math.pi * i / (ROWS / 2))
-            slip = min(max(slip, torque - 2.0), torque + 2.0)
-            angle = torque / 31e3 + (slip - torque) * 2e-6 + noise.gauss(0, 2e-6)
-            row = (100.0 * run + 0.01 * i, torque, angle, 20 + 5 * run)
-            table.append([str(run), *(f"{value:.7g}" for value in row)])
-    return table
-
-
-def csv_text(table: list[list[str]], delimiter: str = ",", end: str = "\n") -> str:
-    return end.join(delimiter.join(row) for row in table) + end
 
 
 # --- cases ---------------------------------------------------------------------------------------
@@ -215,424 +134,6 @@ class Case:
     harmless: bool = False
 
 
-@dataclass
-class Kitchen:
-    """What a case is made from: dice, and the folder that its files go to."""
-
-    dice: random.Random
-    folder: Path
-    damage: list[str] = field(default_factory=list)
-
-    def note(self, *words: object) -> None:
-        self.damage.append(" ".join(str(word) for word in words))
-
-    def file(self, name: str, content: str | bytes) -> Path:
-        path = self.folder / name
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
-        return path
-
-
-NUMBERS: tuple[Any, ...] = (
-    0, 1, -1, 2, 0.5, -0.0, 1e-9, -1e-9, 1e-300, 5e-324, 1e300, -1e300, 1.7e308, 1e9, -1e9, 1e15,
-    2**31, 2**31 - 1, -(2**31), 2**53, 2**63, -(2**63), 2**64, 10**30, 10**400, 1e-30, 1e30, 1e6,
-    math.inf, -math.inf, math.nan, 89.999, 90, 180, 360, 720, 1001, -1001, 1.0000001,
-)  # fmt: skip
-
-TEXTS = (
-    "", " ", "0", "nan", "1e5", "internal", "discs", "ring", "ball", "hole", "true", "'", '"', "\\",
-    "\u0000", "a" * 5000, "\u202e", "\U0001f600", "ä", "torque_Nm", "-torque_Nm", "\n", "%s",
-)  # fmt: skip
-
-UNITS = (
-    "", "_Nm", "_mm", "_rad", "_deg", "_arcmin", "_um", "_m", "_Nm_per_rad", "_MPa", "_s", "_C",
-    "_F", "_K", "_furlong", "_per", "_Nm_per", "_1_per_s", "_mm2", "_mm_mm", "_N_per_mm", "_rev",
-    "_kg_m2_per_s2", "_", "__", "_nm", "_NM", "_1", "_mm4_per_mm4_per_mm4", "_rad_per_rad",
-)  # fmt: skip
-
-
-def odd_value(dice: random.Random, old: Any = None) -> Any:
-    """Return a value that may well be wrong; now and then one near the old."""
-    number = isinstance(old, (int, float)) and not isinstance(old, bool) and abs(old) < 1e300
-    if number and dice.random() < 0.35:
-        factor = dice.choice([-1, 0, 0.5, 0.9, 0.99, 1.01, 1.1, 2, 10, 1000, 1e-3])
-        return int(old * factor) if isinstance(old, int) else old * factor
-    return dice.choice(
-        [
-            lambda: dice.choice(NUMBERS),
-            lambda: dice.choice(NUMBERS),
-            lambda: dice.choice(TEXTS),
-            lambda: dice.choice([True, False]),
-            lambda: [],
-            lambda: [dice.choice(NUMBERS)] * dice.choice([1, 3, 1000]),
-            lambda: {},
-            lambda: {"a": {"b": 1}},
-            lambda: [{"kind": "ball"}],
-            lambda: [[[[]]]],
-            lambda: datetime.datetime(2026, 1, 2, 3, 4, 5),
-            lambda: datetime.date(2026, 1, 2),
-            lambda: datetime.time(3, 4),
-        ]
-    )()
-
-
-def tables(document: dict[str, Any]) -> list[dict[str, Any]]:
-    """All tables of a document, the document itself first."""
-    found = [document]
-    for value in document.values():
-        for inner in value if isinstance(value, list) else [value]:
-            if isinstance(inner, dict):
-                found += tables(inner)
-    return found
-
-
-def toml_text(document: dict[str, Any]) -> str:
-    """Format a document of any values, as `format_toml`, which does not know all of them."""
-    return format_toml(document)
-
-
-def damage_document(kitchen: Kitchen, document: dict[str, Any]) -> bool:
-    """Damage the meaning of a drive file; return whether it should still mean the same."""
-    dice = kitchen.dice
-    kind = dice.randrange(10)
-    table = dice.choice(tables(document))
-    keys = list(table)
-    key = dice.choice(keys) if keys else "name"
-    if kind <= 4:
-        table[key] = odd_value(dice, table.get(key))
-        kitchen.note("value of", key, "is", repr(table[key])[:60])
-    elif kind == 5:
-        table.pop(key, None)
-        kitchen.note("without", key)
-    elif kind == 6:
-        stem = key.split("_")[0] if dice.random() < 0.3 else key.rpartition("_")[0] or key
-        new = stem + dice.choice(UNITS)
-        table[new] = table.pop(key, 1)
-        kitchen.note(key, "renamed to", new)
-    elif kind == 7:
-        extra = dice.choice([key.upper(), key + "x", key[:-1], "ratio", "kind", "é", "a.b", ""])
-        table[extra] = odd_value(dice)
-        kitchen.note("one key more:", extra)
-    elif kind == 8:
-        other = dice.choice(tables(document))
-        table[key] = copy.deepcopy(other)
-        kitchen.note(key, "is a copy of another table")
-    else:
-        order = list(table.items())
-        dice.shuffle(order)
-        table.clear()
-        table.update(order)
-        kitchen.note("another order of keys")
-        return True
-    return False
-
-
-def damage_text(kitchen: Kitchen, text: str) -> tuple[bytes, bool]:
-    """Damage the bytes of a text file; return them, and whether they should mean the same."""
-    dice = kitchen.dice
-    raw = text.encode()
-    kind = dice.randrange(22)
-    place = dice.randrange(len(raw) + 1)
-    if kind == 0:
-        kitchen.note("random bytes")
-        return dice.randbytes(dice.choice([0, 1, 10, 1000, 100_000])), False
-    if kind in (1, 2):
-        kitchen.note("cut at byte", place)
-        return raw[:place], False
-    if kind in (3, 4):
-        out = bytearray(raw)
-        for _ in range(dice.choice([1, 1, 2, 10, 100])):
-            out[dice.randrange(len(out))] = dice.randrange(256)
-        kitchen.note("bytes changed")
-        return bytes(out), False
-    if kind == 5:
-        kitchen.note("a byte order mark")
-        return b"\xef\xbb\xbf" + raw, True
-    if kind == 6:
-        coding = dice.choice(["utf-16", "utf-16-le", "utf-32", "utf-8-sig", "cp1252", "latin-1"])
-        kitchen.note("written in", coding)
-        return (text + "# ä\n").encode(coding), False
-    if kind == 7:
-        kitchen.note("CRLF")
-        return raw.replace(b"\n", b"\r\n"), True
-    if kind == 8:
-        kitchen.note("CR only")
-        return raw.replace(b"\n", b"\r"), False
-    if kind == 9:
-        kitchen.note("empty")
-        return dice.choice(
-            [b"", b"\n", b" \n\t\n", b"#\n", b"\x00", b"\xff", b"\xef\xbb\xbf"]
-        ), False
-    if kind == 10:
-        lines = raw.split(b"\n")
-        lines.insert(dice.randrange(len(lines)), dice.choice(lines))
-        kitchen.note("a line twice")
-        return b"\n".join(lines), False
-    if kind == 11:
-        depth = dice.choice([10, 200, 2000, 100_000])
-        opening = dice.choice([b"[", b"{a=", b'"', b"a.", b"[["])
-        kitchen.note("nested", depth, "deep")
-        return raw + b"\nx = " + opening * depth, False
-    if kind == 12:
-        depth = dice.choice([10, 200, 2000])
-        kitchen.note("a closed nest", depth, "deep")
-        return raw + b"\nx = " + b"[" * depth + b"]" * depth, False
-    if kind == 13:
-        kitchen.note("a header of many parts")
-        return raw + b"\n[" + b".".join([b"a"] * dice.choice([10, 2000, 20_000])) + b"]\n", False
-    if kind == 14:
-        kitchen.note("a line of many characters")
-        return raw + dice.choice([b"#", b"x = 1", b"1,"]) * dice.choice([10_000, 200_000]), False
-    if kind == 15:
-        kitchen.note("a number of many digits")
-        return raw[:place] + b"9" * dice.choice([20, 400, 5000]) + raw[place:], False
-    if kind == 16:
-        kitchen.note("NUL at byte", place)
-        return raw[:place] + b"\x00" + raw[place:], False
-    if kind == 17:
-        lines = raw.split(b"\n")
-        dice.shuffle(lines)
-        kitchen.note("lines shuffled")
-        return b"\n".join(lines), False
-    if kind == 18:
-        kitchen.note("the file twice")
-        return raw + raw, False
-    if kind == 19:
-        kitchen.note("quotes put in")
-        return raw[:place] + dice.choice([b'"', b"'", b'"""', b"\\"]) + raw[place:], False
-    if kind == 20:
-        kitchen.note("no line end at the end")
-        return raw.rstrip(b"\n"), True
-    lines = raw.split(b"\n")
-    del lines[dice.randrange(len(lines))]
-    kitchen.note("a line less")
-    return b"\n".join(lines), False
-
-
-def damage_table(kitchen: Kitchen, table: list[list[str]]) -> bool:
-    """Damage the cells of a recording; return whether it should still mean the same."""
-    dice = kitchen.dice
-    width = len(table[0])
-    column = dice.randrange(width)
-    name = table[0][column]
-    row = dice.randrange(1, len(table))
-    kind = dice.randrange(15)
-    if kind <= 3:
-        cell = str(odd_value(dice, 1.0))[:6000]
-        rows = dice.choice([[row], range(1, len(table)), range(1, row + 1)])
-        for i in rows:
-            table[i][column] = cell
-        kitchen.note(name, "is", cell[:40].encode("ascii", "backslashreplace").decode(), "in rows")
-    elif kind == 4:
-        for line in table:
-            del line[column]
-        kitchen.note("without", name)
-    elif kind in (5, 6):
-        table[0][column] = name.rpartition("_")[0] + dice.choice(UNITS) if column else "run_s"
-        kitchen.note(name, "renamed to", table[0][column])
-    elif kind == 7:
-        table[0][column] = dice.choice([*table[0], "", " ", "x" * 200_000, name.upper(), "é"])
-        kitchen.note(name, "renamed to", table[0][column][:30])
-    elif kind == 8:
-        count = dice.choice([1, -1, 3])
-        table[row] = table[row][:count] if count < 0 else table[row] + ["1"] * count
-        kitchen.note("another number of fields in row", row)
-    elif kind == 9:
-        power = dice.choice([5, 12, 20, 150, 300, -20, -300])
-        for line in table[1:]:
-            line[column] += f"e{power}"
-        kitchen.note(name, "times 10 to the", power)
-    elif kind == 10:
-        del table[dice.choice([1, 2, 3, 5]) :]
-        kitchen.note(len(table) - 1, "rows")
-    elif kind == 11:
-        rows = table[1:]
-        dice.shuffle(rows)
-        table[1:] = rows
-        kitchen.note("rows shuffled")
-    elif kind == 12:
-        order = list(range(width))
-        dice.shuffle(order)
-        table[:] = [[line[i] for i in order] for line in table]
-        kitchen.note("another order of columns")
-        return True
-    elif kind == 13:
-        for line in table[1:]:
-            line[column] = line[column].replace(".", ",")
-        kitchen.note("decimal commas in", name)
-    else:
-        for line in table[1:]:
-            line[column] = f' "{line[column]}"' if dice.random() < 0.3 else f" {line[column]} "
-        kitchen.note("blanks or quotes round", name)
-    return False
-
-
-def parquet_bytes(kitchen: Kitchen, table: list[list[str]]) -> tuple[bytes, bool]:
-    """Write a recording as Parquet, sound or with wrong types."""
-    import pyarrow
-    import pyarrow.parquet
-
-    dice = kitchen.dice
-    columns: dict[str, Any] = {}
-    for i, name in enumerate(table[0]):
-        values = [row[i] for row in table[1:]]
-        columns[name] = pyarrow.array(
-            [int(v) for v in values] if name == "run" else [float(v) for v in values]
-        )
-    harmless = True
-    if dice.random() < 0.7:
-        name = dice.choice(table[0])
-        rows = len(table) - 1
-        make: Callable[[], Any] = dice.choice(
-            [
-                lambda: pyarrow.array([[1.0]] * rows),
-                lambda: pyarrow.array([{"a": 1}] * rows),
-                lambda: pyarrow.array(["x"] * rows),
-                lambda: pyarrow.array(["1"] * rows),
-                lambda: pyarrow.array([b"\xff"] * rows),
-                lambda: pyarrow.array([None] * rows),
-                lambda: pyarrow.array([None] * rows, pyarrow.float64()),
-                lambda: pyarrow.array([None, *[1] * (rows - 1)], pyarrow.int64()),
-                lambda: pyarrow.array([True] * rows),
-                lambda: pyarrow.array([2**63] * rows, pyarrow.uint64()),
-                lambda: pyarrow.array([datetime.datetime(2026, 1, 2)] * rows),
-                lambda: pyarrow.array([datetime.timedelta(seconds=1)] * rows),
-                lambda: pyarrow.array(columns[name].to_pylist(), pyarrow.float32()),
-                lambda: pyarrow.array([1] * rows, pyarrow.decimal128(10, 2)),
-                lambda: columns[name].dictionary_encode(),
-                lambda: pyarrow.array([math.nan, math.inf] * (rows // 2)),
-                lambda: pyarrow.array([1e300, -1e300] * (rows // 2)),
-            ]
-        )
-        columns[name] = make()
-        harmless = False
-        kitchen.note(name, "is", columns[name].type)
-    names = list(columns)
-    arrays = list(columns.values())
-    if dice.random() < 0.1:
-        names[-1] = names[0]
-        harmless = False
-        kitchen.note("the column", names[0], "twice")
-    arrow = pyarrow.table(arrays, names=names)
-    if dice.random() < 0.1:
-        arrow = arrow.slice(0, dice.choice([0, 1]))
-        harmless = False
-        kitchen.note(arrow.num_rows, "rows")
-    if dice.random() < 0.05:
-        arrow = arrow.select([])
-        harmless = False
-        kitchen.note("no columns")
-    buffer = io.BytesIO()
-    pyarrow.parquet.write_table(arrow, buffer)
-    return buffer.getvalue(), harmless
-
-
-def make_recording(kitchen: Kitchen) -> tuple[Path, bool]:
-    """Write a recording, damaged in its meaning, its text or its packing."""
-    dice = kitchen.dice
-    table = recording()
-    kind = dice.randrange(10)
-    if kind <= 3:
-        harmless = damage_table(kitchen, table)
-        return kitchen.file("data.csv", csv_text(table)), harmless
-    if kind <= 6:
-        raw, harmless = damage_text(kitchen, csv_text(table))
-        return kitchen.file("data.csv", raw), harmless
-    if kind == 7:
-        delimiter = dice.choice(";\t|: ")
-        kitchen.note("fields separated by", repr(delimiter))
-        return kitchen.file("data.csv", csv_text(table, delimiter)), delimiter in ";\t"
-    if kind == 8:
-        raw = gzip.compress(csv_text(table).encode(), mtime=0)
-        choice = dice.randrange(5)
-        if choice == 0:
-            place = dice.randrange(len(raw))
-            kitchen.note("gzip cut at byte", place)
-            return kitchen.file("data.csv.gz", raw[:place]), False
-        if choice == 1:
-            out = bytearray(raw)
-            out[dice.randrange(len(out))] ^= 1 << dice.randrange(8)
-            kitchen.note("a bit of a gzip turned")
-            return kitchen.file("data.csv.gz", bytes(out)), False
-        if choice == 2:
-            kitchen.note("gzip with something behind it")
-            return kitchen.file("data.csv.gz", raw + dice.randbytes(20)), False
-        if choice == 3:
-            kitchen.note("a gzip that is none")
-            return kitchen.file("data.csv.gz", csv_text(table)), False
-        kitchen.note("gzip")
-        return kitchen.file("data.csv.gz", raw), True
-    raw, harmless = parquet_bytes(kitchen, table)
-    choice = dice.randrange(4)
-    if choice == 0:
-        place = dice.randrange(len(raw))
-        kitchen.note("Parquet cut at byte", place)
-        return kitchen.file("data.parquet", raw[:place]), False
-    if choice == 1:
-        out = bytearray(raw)
-        for _ in range(dice.choice([1, 5, 50])):
-            out[dice.randrange(len(out))] = dice.randrange(256)
-        kitchen.note("bytes of a Parquet file changed")
-        return kitchen.file("data.parquet", bytes(out)), False
-    if choice == 2:
-        kitchen.note("Parquet under a CSV's name")
-        return kitchen.file("data.csv", raw), False
-    kitchen.note("Parquet")
-    return kitchen.file("data.parquet", raw), harmless
-
-
-def make_toml(kitchen: Kitchen, name: str, document: dict[str, Any]) -> tuple[Path, bool]:
-    """Write a drive file or a spec, damaged in its meaning or its text."""
-    if kitchen.dice.random() < 0.6:
-        harmless = damage_document(kitchen, document)
-        if not harmless and kitchen.dice.random() < 0.2:
-            damage_document(kitchen, document)
-        return kitchen.file(name, format_toml(document)), harmless
-    raw, harmless = damage_text(kitchen, format_toml(document))
-    return kitchen.file(name, raw), harmless
-
-
-def odd_path(kitchen: Kitchen, suffix: str) -> str:
-    """Return a path that is no sound file."""
-    dice, folder = kitchen.dice, kitchen.folder
-    choice = dice.randrange(12)
-    if choice == 0:
-        path = folder / f"folder{suffix}"
-        path.mkdir()
-    elif choice == 1:
-        path = folder / f"loop{suffix}"
-        path.symlink_to(path)
-    elif choice == 2:
-        path = folder / f"dangling{suffix}"
-        path.symlink_to(folder / "nowhere")
-    elif choice == 3:
-        path = folder / ("n" * 300 + suffix)
-    elif choice == 4:
-        kitchen.note("a path with NUL")
-        return f"{folder}/a\0{suffix}"
-    elif choice == 5:
-        path = folder / "file" / f"below{suffix}"
-        (folder / "file").write_text("")
-    elif choice == 6:
-        kitchen.note("an empty path")
-        return ""
-    elif choice == 7:
-        path = Path(os.devnull)
-    elif choice == 8:
-        path = folder / f"unreadable{suffix}"
-        path.write_text("")
-        path.chmod(0)
-    elif choice == 9:
-        path = folder / f"in\udcffvalid{suffix}"
-        if dice.random() < 0.5:
-            path.write_text("x")
-    elif choice == 10:
-        path = folder / f"two\nlines{suffix}"
-    else:
-        path = folder / f"none{suffix}"
-    kitchen.note("path", repr(str(path.name))[:60])
-    return str(path)
-
-
 def odd_option(kitchen: Kitchen, command: str) -> list[str]:
     """Return an option with a value that may well be wrong."""
     dice = kitchen.dice
@@ -651,6 +152,20 @@ def odd_option(kitchen: Kitchen, command: str) -> list[str]:
         ],
         "--json": [str(kitchen.folder / "none" / "a.json"), str(kitchen.folder), "", "a\0b", "/"],
         "--report": [str(kitchen.folder / "none" / "a.html"), str(kitchen.folder), "", "a\0b", "/"],
+        "--set": [
+            dice.choice(["period_us", "period_s", "torque_limit_Nm", "noise_arcsec", "x", ""])
+            + dice.choice(["=", "", "=="])
+            + numbers[0]
+        ],
+        "--name": [dice.choice(["a b", "", "1a", "int", "é", "_", "a" * 5000, numbers[0]])],
+        "--fit-on": [dice.choice(["0", "0,1", "9", "", ",", "0,0", "0,1,2", numbers[0]])],
+        "--ratio": [numbers[0], "1e999", "0"],
+        "--workers": [numbers[0], "0", "-1", "10**9"],
+        "--add": [dice.choice(["thermal_gap", "nothing", "", "wear", numbers[0]])],
+        "--effects": [str(kitchen.folder / "none.py"), str(kitchen.folder), "", "a\0b.py", "/"],
+        "--profile": [dice.choice(["standard", "small", "nothing", ""])],
+        "--table": [str(kitchen.folder / "none" / "a.csv"), str(kitchen.folder), "a\0b"],
+        "--save-evidence": [str(kitchen.folder / "none" / "a.npz"), str(kitchen.folder), "a\0b"],
         "--nonsense": [""],
     }
     known = {word for action in commands()[command]._actions for word in action.option_strings} | {
@@ -672,8 +187,8 @@ def commands() -> dict[str, argparse.ArgumentParser]:
 
 def command_files(command: str) -> list[str]:
     """Kinds of files that a command is given, by the names of its arguments."""
-    if command == "workbench":
-        return ["DRIVE", "DATA"]
+    if command in GIVEN:
+        return GIVEN[command]
     return [
         FILES.get(str(action.metavar), str(action.metavar))
         for action in commands()[command]._actions
@@ -684,6 +199,8 @@ def command_files(command: str) -> list[str]:
 
 def written(command: str, files: list[str]) -> list[str]:
     """Words of a command line that name its files; options where it wants options."""
+    if command == "effects":
+        return [f"--effects={file}" for file in files]
     required = [a for a in commands()[command]._actions if a.option_strings and a.required]
     options = [a.option_strings[0] for a in required if a.dest != "output"]
     first = len(files) - len(options)
@@ -706,17 +223,35 @@ def testable() -> list[str]:
     return found
 
 
-@dataclass(frozen=True)
-class Sound:
-    """The files and the answer of a command that is given nothing damaged."""
-
-    argv: tuple[str, ...]
-    answer: dict[str, Any]
-
-
 def drive_kinds(command: str) -> tuple[str, ...]:
     """Kinds of drives that a command takes."""
-    return ("drawn",) if command == "clearances" else ("bought", "drawn")
+    if command == "clearances":
+        return ("drawn",)
+    if command == "merge":
+        return ("bought", "drawn")
+    return ("bought", "drawn", "fitted", *(["blob"] if command == "replay" else []))
+
+
+def name_of(file: str, kind: str) -> str:
+    """Name of a file of a kind, for a drive of a kind."""
+    return BLOB if (file, kind) == ("DRIVE", "blob") else NAMES[file]
+
+
+def damaged(kitchen: Kitchen, file: str, kind: str) -> tuple[Path, bool]:
+    """Write a damaged file; return it, and whether it should still mean the same."""
+    name = name_of(file, kind)
+    if file == "DATA":
+        return make_recording(kitchen)
+    sound = sound_file(file, kind)
+    if file == "EVIDENCE":
+        raw, harmless = damage_evidence(kitchen, sound)
+    elif name == BLOB:
+        raw, harmless = damage_bytes(kitchen, sound), False
+    elif file == "OWN":
+        raw, harmless = damage_text(kitchen, sound.decode())
+    else:
+        return make_toml(kitchen, name, DRIVES[kind]() if file == "DRIVE" else spec())
+    return kitchen.file(name, raw), harmless
 
 
 def make_case(seed: int, number: int, folder: Path) -> tuple[Case, str, str]:
@@ -726,7 +261,6 @@ def make_case(seed: int, number: int, folder: Path) -> tuple[Case, str, str]:
     names = testable()
     command = dice.choices(names, [SHARES.get(name, 1) for name in names])[0]
     kind = dice.choice(drive_kinds(command))
-    document = {"bought": bought, "drawn": drawn}[kind]()
     kinds = command_files(command)
     target = dice.choice([*kinds, *kinds, *kinds, "option", "path"])
     harmless = target in kinds
@@ -734,19 +268,30 @@ def make_case(seed: int, number: int, folder: Path) -> tuple[Case, str, str]:
     odd = dice.choice(kinds) if target == "path" else ""
     files = []
     for place, file in enumerate(kinds):
-        name = NAMES[file]
+        name = name_of(file, kind)
         if kinds.index(file) != place:  # a second one, as of `next`
-            files.append(str(kitchen.file(f"more_{name}", sound_file(file, kind))))
+            files.append(str(kitchen.file(f"more_{name}", sound_file(file, kind, place))))
         elif file == odd:
             files.append(odd_path(kitchen, Path(name).suffix))
-        elif file == target and file == "DATA":
-            path, harmless = make_recording(kitchen)
-            files.append(str(path))
         elif file == target:
-            path, harmless = make_toml(kitchen, name, document if file == "DRIVE" else spec())
+            path, harmless = damaged(kitchen, file, kind)
             files.append(str(path))
         else:
             files.append(str(kitchen.file(name, sound_file(file, kind))))
+    if command == "design" and dice.random() < 0.5:
+        run = dict(made("search"))
+        if target == "SPEC":
+            harmless = False
+        else:
+            damage_search(kitchen, run)
+        for name, content in run.items():
+            kitchen.file(f"run/{name}", content)
+        options.append("--resume")
+    elif command == "effects" and dice.random() < 0.3:
+        # "out_" keeps a name that is allowed away from the file that is there.
+        harmless = False
+        words += ["new", dice.choice(["out_", "", ""]) + str(odd_value(dice))[:300]]
+        words[-1] = words[-1].replace("\0", "")
     words += written(command, files)
     if command in OUTPUTS:
         options += ["-o", str(folder / OUTPUTS[command])]
@@ -989,8 +534,10 @@ class Bench:
             kitchen = Kitchen(random.Random(0), folder)
             words: list[str] = [command]
             files: list[str] = []
-            for file in command_files(command):
-                files.append(str(kitchen.file(NAMES[file], sound_file(file, kind))))
+            kinds = command_files(command)
+            for place, file in enumerate(kinds):
+                name = name_of(file, kind) if kinds.index(file) == place else f"more_{NAMES[file]}"
+                files.append(str(kitchen.file(name, sound_file(file, kind, place))))
             words += written(command, files)
             if command in OUTPUTS:
                 words += ["-o", str(folder / OUTPUTS[command])]
