@@ -323,15 +323,15 @@ class Outcome:
     trace: str = ""
 
 
-def run_here(argv: list[str]) -> Outcome:
-    """Run a command in this process."""
+def run_here(argv: list[str], search_s: float = SEARCH_PATIENCE_S) -> Outcome:
+    """Run a command in this process; a search is interrupted after `search_s`."""
     out, error = io.StringIO(), io.StringIO()
 
     def too_long(*_: object) -> None:
         raise KeyboardInterrupt if argv[0] == "design" else Impatience
 
     old = signal.signal(signal.SIGALRM, too_long)
-    patience = SEARCH_PATIENCE_S if argv[0] == "design" else PATIENCE_S
+    patience = search_s if argv[0] == "design" else PATIENCE_S
     signal.setitimer(signal.ITIMER_REAL, patience)
     try:
         with (
@@ -541,7 +541,7 @@ class Bench:
             words += written(command, files)
             if command in OUTPUTS:
                 words += ["-o", str(folder / OUTPUTS[command])]
-            outcome = run_here([*words, "--json", str(folder / "answer.json")])
+            outcome = run_here([*words, "--json", str(folder / "answer.json")], PATIENCE_S)
             assert outcome.status == 0, (words, outcome)
             self.sound[command, kind] = read_answer((folder / "answer.json").read_text())
             shutil.rmtree(folder)

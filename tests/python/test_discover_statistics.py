@@ -9,9 +9,8 @@ from scipy.signal import lfilter
 
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.diagnosis import noncentrality
-from lostmotion.discover.evidence import gather, load, merge
+from lostmotion.discover.evidence import gather
 from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups
-from lostmotion.errors import InputError
 
 RUNS, ROWS = 14, 120
 
@@ -120,39 +119,6 @@ def objective_at(contest: Contest, index, omega):
     h = total[:-1, :-1] + np.diag(contest.ridge(index))
     q = total[-1, -1] - total[:-1, -1] @ np.linalg.solve(h, total[:-1, -1])
     return omega, 0.5 * (log_det + q + np.linalg.slogdet(h)[1])
-
-
-def test_merged_evidence_gives_what_all_runs_together_give():
-    whole = data(1, effect=1.0)
-    halves = []
-    for part in (slice(0, 7), slice(7, RUNS)):
-        half = data(1, effect=1.0)
-        half.gram = half.gram[part]
-        halves.append(half)
-    a, b = Contest(whole).test("between"), Contest(merge(halves)).test("between")
-    assert b.wald == pytest.approx(a.wald, rel=1e-9)
-    assert b.gain == pytest.approx(a.gain, rel=1e-9)
-
-
-def test_saved_evidence_reads_back_the_same(tmp_path):
-    evidence = data(2)
-    evidence.save(tmp_path / "e.npz")
-    again = load(tmp_path / "e.npz")
-    assert np.array_equal(again.gram, evidence.gram)
-    assert list(again.blocks) == list(evidence.blocks)
-
-
-def test_foreign_files_are_refused_as_evidence(tmp_path):
-    np.savez(tmp_path / "x.npz", a=np.zeros(3))
-    with pytest.raises(InputError, match="evidence"):
-        load(tmp_path / "x.npz")
-
-
-def test_evidence_with_other_columns_does_not_merge():
-    a, b = data(1), data(1)
-    b.blocks = {"other": b.blocks["between"]}
-    with pytest.raises(InputError, match="other columns"):
-        merge([a, b])
 
 
 @pytest.mark.parametrize("phi", [(0.0,), (0.6,), (0.5, 0.3)])

@@ -94,7 +94,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"fit": {"values": {"a": "x"}}}, ("fit.values.a", "'x'", "finite number")),
     (
         {"fit": {"values": {"a": 1.0}, "standard_errors": {"b": 1.0}}},
-        ("fit.standard_errors", "b", "the keys of [fit.values]: a"),
+        ("fit.standard_errors", "b", "keys of [fit.values]: a"),
     ),
     (
         {"fit": {"values": {"a": 1.0}, "covariance": [[1.0, 2.0]]}},

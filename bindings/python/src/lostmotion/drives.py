@@ -302,7 +302,7 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
     """Check that values, standard errors and covariance speak of the same parameters.
 
     Values that were chosen and not estimated have no standard error; the covariance is that of the
-    values that have one.
+    values that have one, in the order of ``[fit.standard_errors]``.
     """
     read_table(file, "fit", table, FIT_KEYS, tables=("values", "standard_errors", "covariance"))
     if "values" not in table:
@@ -312,12 +312,13 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
     if "standard_errors" in table:
         errors = _numbers(file, "fit.standard_errors", table["standard_errors"])
         estimated = list(errors)
-        if estimated != [name for name in values if name in errors]:
+        unknown = [name for name in errors if name not in values]
+        if unknown:
             raise InputError(
                 file,
                 "fit.standard_errors",
-                ", ".join(errors) or "nothing",
-                "the keys of [fit.values]: " + ", ".join(values),
+                ", ".join(unknown),
+                "keys of [fit.values]: " + ", ".join(values),
             )
     if "covariance" in table:
         rows = table["covariance"]

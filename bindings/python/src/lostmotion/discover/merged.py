@@ -13,6 +13,7 @@ Gram matrices, and not in the recordings.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import zipfile
@@ -109,26 +110,36 @@ class Body:
         blocks: dict[str, Any] = {
             f"block_{i}": self.white.blocks[name] for i, name in enumerate(names)
         }
-        np.savez_compressed(
-            out,
-            schema=np.array(SCHEMA),
-            about=np.array(json.dumps(self.about)),
-            point=self.point,
-            spread=self.spread,
-            rows=self.rows,
-            white=self.white.gram,
-            plain=self.plain.gram,
-            white_scale=self.white.scale,
-            plain_scale=self.plain.scale,
-            fixed=self.white.fixed,
-            scatter=self.white.scatter,
-            response=np.array(self.white.response),
-            white_precision=self.white.precision,
-            plain_precision=self.plain.precision,
-            names=np.array(names),
+        arrays: dict[str, Any] = {
+            "schema": np.array(SCHEMA),
+            "about": np.array(json.dumps(self.about)),
+            "point": self.point,
+            "spread": self.spread,
+            "rows": self.rows,
+            "white": self.white.gram,
+            "plain": self.plain.gram,
+            "white_scale": self.white.scale,
+            "plain_scale": self.plain.scale,
+            "fixed": self.white.fixed,
+            "scatter": self.white.scatter,
+            "response": np.array(self.white.response),
+            "white_precision": self.white.precision,
+            "plain_precision": self.plain.precision,
+            "names": np.array(names),
             **blocks,
-        )
+        }
+        np.savez_compressed(out, **arrays, checksum=np.array(checksum(arrays)))
         write_whole(file, out.getvalue())
+
+
+def checksum(arrays: Mapping[str, Any]) -> str:
+    """Sum over everything that is saved: numbers that fit together cannot be told from others."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {np.shape(arrays[name])}\n".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
 
 
 def load_body(file: str | Path) -> Body:
@@ -137,37 +148,38 @@ def load_body(file: str | Path) -> Body:
     Raises
     ------
     InputError
-        When the file is not evidence of this version.
+        When the file is not evidence of this version, or not as it was saved.
     """
     try:
         with np.load(file, allow_pickle=False) as data:
-            if str(data["schema"]) != SCHEMA:
-                raise InputError(file, "schema", str(data["schema"]), SCHEMA)
-            blocks = {str(n): data[f"block_{i}"] for i, n in enumerate(data["names"])}
-            white, plain = (
-                Evidence(
-                    data[kind],
-                    data[f"{kind}_scale"],
-                    data["fixed"],
-                    data["scatter"],
-                    dict(blocks),
-                    int(data["response"]),
-                    data[f"{kind}_precision"],
-                )
-                for kind in ("white", "plain")
-            )
-            about = json.loads(str(data["about"]))
-            return Body(white, plain, data["point"], data["spread"], data["rows"], about)
-    except InputError:
-        raise
+            saved = {name: data[name] for name in data.files}
+        schema, summed = str(saved["schema"]), str(saved.pop("checksum", "none"))
     except Exception as error:  # NumPy raises many kinds for a file that is none of its own
+        found = one_line(str(error)) or "no evidence"
         if isinstance(error, FileNotFoundError):
             found = "no such file"
-        elif not zipfile.is_zipfile(file):
+        elif Path(file).is_file() and not zipfile.is_zipfile(file):
             found = "no .npz archive"
-        else:
-            found = one_line(str(error)) or "no evidence"
         raise InputError(file, "", found, "evidence by diagnose --save-evidence") from None
+    if schema != SCHEMA:
+        raise InputError(file, "schema", schema, SCHEMA)
+    if summed != checksum(saved):
+        raise InputError(file, "checksum", summed, f"{checksum(saved)}, as of its contents")
+    blocks = {str(n): saved[f"block_{i}"] for i, n in enumerate(saved["names"])}
+    white, plain = (
+        Evidence(
+            saved[kind],
+            saved[f"{kind}_scale"],
+            saved["fixed"],
+            saved["scatter"],
+            dict(blocks),
+            int(saved["response"]),
+            saved[f"{kind}_precision"],
+        )
+        for kind in ("white", "plain")
+    )
+    about = json.loads(str(saved["about"]))
+    return Body(white, plain, saved["point"], saved["spread"], saved["rows"], about)
 
 
 # --- from a campaign ------------------------------------------------------------------------------
