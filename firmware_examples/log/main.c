@@ -4,6 +4,7 @@
  * CRC-32 of every bit that came out, the same as `lostmotion replay` finds. */
 #include <string.h>
 
+#include "bits.h"
 #include "log.h"
 #include "lostmotion/runtime.h"
 #include "params.h"
@@ -18,27 +19,6 @@ typedef struct score {
   float before;   /* sums of squares [arcsec^2] */
   float after;
 } score;
-
-static lm_real read_bits(uint32_t bits) {
-  lm_real value;
-  memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
-static uint32_t add_word(uint32_t crc, uint32_t word) {
-  uint8_t byte[4];
-  int i;
-  for (i = 0; i < 4; ++i) {
-    byte[i] = (uint8_t)(word >> (8 * i) & 0xFFu);
-  }
-  return lm_find_crc(crc, byte, sizeof byte);
-}
-
-static uint32_t add_bits(uint32_t crc, lm_real value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return add_word(crc, bits);
-}
 
 /* One pass over a run, from power-up. */
 static int pass(int32_t first, int32_t last, score *found, uint32_t *crc) {

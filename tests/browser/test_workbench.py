@@ -7,7 +7,6 @@ import itertools
 import json
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -20,14 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from chromium import BROWSER, DRIVER, SPEC, TESTS, WIDTHS, needs_driver
 
-TESTS = Path(__file__).parents[1]
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 PATIENCE_S = 120.0
 """For a diagnosis on a machine that does other things too."""
 
-WIDTHS = (1280, 400)
 TABS = (
     "Drive",
     "Measured",
@@ -38,31 +34,6 @@ TABS = (
     "Design",
     "Export",
 )
-
-BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
-DRIVER = shutil.which("chromedriver")
-MISSING = [
-    name for name, found in (("Chromium", BROWSER), ("its chromedriver", DRIVER)) if found is None
-]
-needs_browser = pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
-
-SPEC = """
-[search]
-objectives = ["lost_motion", "stiffness", "cost"]
-seed = 1
-evaluations = 24000
-workers = 1
-[search.fixed]
-"teeth.module_mm" = 0.25
-[search.range]
-"generator.deflection_mm" = [0.21, 0.28]
-"teeth.flexspline_shift" = [2, 5]
-"teeth.shift_difference" = [-0.4, 0.4]
-"flexspline.rim_thickness_mm" = [0.45, 0.8]
-"generator.type" = {choose = ["discs", "cosine"]}
-[search.limits]
-safety_factor_min = 1.0
-"""
 
 
 def command(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -219,7 +190,7 @@ def view(tmp_path: Path) -> Iterator[View]:
         driver.quit()
 
 
-@needs_browser
+@needs_driver
 def test_a_hidden_effect_is_found_added_and_exported(
     view: View, campaign: Path, tmp_path: Path
 ) -> None:
@@ -287,7 +258,7 @@ def test_a_hidden_effect_is_found_added_and_exported(
     assert "1 effects" in command("export", fitted, "-o", params, folder=tmp_path).stdout
 
 
-@needs_browser
+@needs_driver
 def test_a_search_is_stopped_and_resumed_with_the_same_end(view: View, tmp_path: Path) -> None:
     spec = tmp_path / "spec.toml"
     spec.write_text(SPEC)
@@ -324,7 +295,7 @@ def test_a_search_is_stopped_and_resumed_with_the_same_end(view: View, tmp_path:
     assert (tmp_path / "whole" / "front.csv").read_text() == front
 
 
-@needs_browser
+@needs_driver
 def test_long_work_leaves_the_page_alive_and_can_be_stopped(
     view: View, campaign: Path, tmp_path: Path
 ) -> None:
@@ -342,7 +313,7 @@ def test_long_work_leaves_the_page_alive_and_can_be_stopped(
         view.wait(lambda: view.text("#verdict"), "the verdict")
 
 
-@needs_browser
+@needs_driver
 def test_a_bad_file_gets_the_message_of_the_command_line(
     view: View, campaign: Path, tmp_path: Path
 ) -> None:
@@ -422,7 +393,7 @@ def overlapping(boxes: list[list[Any]]) -> list[tuple[str, str]]:
     return found
 
 
-@needs_browser
+@needs_driver
 def test_nothing_is_cut_off_or_overlaps_at_either_width(
     view: View, campaign: Path, tmp_path: Path
 ) -> None:

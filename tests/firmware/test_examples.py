@@ -26,6 +26,7 @@ from measure import (
     Target,
     emulate,
 )
+from needs import need
 
 from lostmotion.cli import main
 from lostmotion.recordings import read_campaign
@@ -50,12 +51,6 @@ def name_of(target: Target) -> str:
     return target.name
 
 
-def need(target: Target) -> Target:
-    if target.missing():
-        pytest.skip(f"{target.name}: {target.missing()} is not installed")
-    return target
-
-
 CORE = [file for file in LIBRARY if "effects" not in (file.parent.name, file.stem)]
 """The library without effects, which the build for a standard controller does not call."""
 
@@ -69,6 +64,7 @@ def build(
 ) -> Path:
     """Compile an example with the library for a target."""
     command = [target.compiler, *target.flags, *options, *FLAGS, "-O2", f"-I{EXAMPLES / 'joint'}"]
+    command += [f"-I{EXAMPLES / 'log'}"]
     command += ["-DLM_EFFECT_CARDS=0", *map(str, sources), str(TARGETS / target.start)]
     command += [str(TARGETS / "print.c"), *map(str, library), *target.link]
     command += ["-Wl,--gc-sections", "-o", str(program)]

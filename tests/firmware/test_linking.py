@@ -6,7 +6,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from measure import LIBRARY, M4F, ROOT, run
+from measure import ALL, LIBRARY, M4F, ROOT, Target, run
+from needs import need
 
 CONTROLLER = """
 #include "lostmotion/runtime.h"
@@ -26,12 +27,11 @@ int main(void) {
 """
 
 
-@pytest.mark.parametrize("compiler", ["gcc", M4F.compiler])
-def test_a_program_that_names_no_effect_links_none(tmp_path: Path, compiler: str) -> None:
-    flags = list(M4F.flags) if compiler == M4F.compiler else []
-    if compiler == M4F.compiler and M4F.missing():
-        pytest.skip(f"{M4F.missing()} is not installed")
-    flags += ["-std=c99", "-O2", "-DLM_REAL_BITS=32", "-DLM_PROFILE=LM_PROFILE_FULL"]
+@pytest.mark.parametrize("target", [ALL[0], M4F], ids=lambda target: target.name)
+def test_a_program_that_names_no_effect_links_none(tmp_path: Path, target: Target) -> None:
+    compiler = need(target).compiler
+    flags = [*target.flags, "-std=c99", "-O2"]
+    flags += ["-DLM_REAL_BITS=32", "-DLM_PROFILE=LM_PROFILE_FULL"]
     flags += [f"-I{ROOT / 'lib' / 'include'}", f"-I{ROOT / 'lib'}"]
     objects = []
     for source in LIBRARY:
@@ -41,9 +41,7 @@ def test_a_program_that_names_no_effect_links_none(tmp_path: Path, compiler: str
     run(["ar", "rcs", archive, *objects])
     main = tmp_path / "main.c"
     main.write_text(CONTROLLER)
-    bare = (
-        ["-nostartfiles", "--specs=nosys.specs", "-Wl,-e,main"] if M4F.compiler == compiler else []
-    )
+    bare = ["-nostartfiles", "--specs=nosys.specs", "-Wl,-e,main"] if target.bare else []
     program = tmp_path / "program"
     run([compiler, *flags, main, archive, *bare, "-o", program])
     table = subprocess.run(["nm", program], capture_output=True, text=True, check=True).stdout

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from measure import ALL, LIBRARY, M0, M4F, RV32, RV32F, Target
-from test_examples import DRIVE, HERE, HOST, LOGGED, build, name_of, need, output_of, write_log
+from needs import need
+from test_examples import DRIVE, HERE, HOST, LOGGED, build, name_of, output_of, write_log
 
 from lostmotion.cli import main
 from lostmotion.recordings import read_campaign

@@ -244,7 +244,9 @@ def test_the_module_runs_as_a_command_and_survives_a_closed_pipe(drawn_file: str
     assert closed.stderr == ""
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.skipif(
+    not Path("/dev/full").exists(), reason="no /dev/full on this system: no disk to be full"
+)
 def test_a_full_disk_behind_standard_output_is_one_line_and_status_1(drawn_file: str) -> None:
     command = [sys.executable, "-m", "lostmotion", "predict", drawn_file]
     with open("/dev/full", "w") as full:
@@ -366,7 +368,9 @@ def test_completion_scripts_know_every_command(capsys: Capture, shell: str) -> N
     assert capsys.readouterr().out == found["script"] + "\n"
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.skipif(
+    shutil.which("bash") is None, reason="bash is not installed: its completion was not tried"
+)
 def test_bash_completes_commands_options_and_files(
     capsys: Capture, tmp_path: Path, bought_file: str
 ) -> None:

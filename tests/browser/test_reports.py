@@ -1,0 +1,129 @@
+"""Every report in a real browser: complete without a network, on a screen, a phone and paper."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from chromium import BROWSER, SPEC, TESTS, WIDTHS, needs_browser, open_page
+
+from lostmotion import __version__
+from lostmotion.cli import main
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
+from test_discover import DRIVE, campaign, gap, write
+
+pytestmark = needs_browser
+
+REPORTS = ("predict", "drawn", "compare", "diagnose", "fit", "design")
+MEASURED = ("compare", "diagnose", "fit")
+
+MEASURE = """<script>
+const out = [...document.querySelectorAll('body *')].filter(e => e.checkVisibility() &&
+  !e.closest('svg, .scroll') && getComputedStyle(e).overflowX === 'visible' &&
+  e.getBoundingClientRect().right > innerWidth + 1).map(e => e.tagName + '.' + e.className);
+document.title = [document.documentElement.scrollWidth <= innerWidth, ...out].join('|');
+</script></body>"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with every report, each made by its command."""
+    out = tmp_path_factory.mktemp("reports")
+    drive, data, spec = out / "drive.toml", out / "data.csv", out / "spec.toml"
+    drive.write_text(DRIVE)
+    write(campaign(runs=8, rows=250, add=gap), data)
+    spec.write_text(SPEC.replace("24000", "2000"))
+    drawn = TESTS / "data" / "drives" / "reference_a.toml"
+    words = {
+        "predict": ["predict", drive],
+        "drawn": ["predict", drawn],
+        "compare": ["compare", drive, data],
+        "diagnose": ["diagnose", drive, data],
+        "fit": ["fit", drive, data, "--add", "thermal_gap", "-o", out / "fitted.toml"],
+    }
+    for name, command in words.items():
+        made = [*map(str, command), "--report", str(out / f"{name}.html"), "--quiet"]
+        assert main(made) == 0, name
+    assert main(["design", str(spec), "-o", str(out / "run"), "--quiet"]) == 0
+    (out / "run" / "report.html").rename(out / "design.html")
+    return out
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("name", REPORTS)
+def test_a_report_opens_without_complaint_and_fits(
+    folder: Path, tmp_path: Path, name: str, width: int
+) -> None:
+    page = (folder / f"{name}.html").read_text()
+    for outside in re.findall(r'(?:src|href)="(?!data:|#)([^"]*)"', page):
+        raise AssertionError(f"the page asks for {outside}")
+    (tmp_path / "page.html").write_text(page.replace("</body>", MEASURE))
+    dom, complaints = open_page(tmp_path / "page.html", width, tmp_path / "profile")
+    assert complaints == []
+    title = re.search(r"<title>(.*?)</title>", dom)
+    assert title is not None
+    assert title[1] == "true", f"wider than the window: {title[1]}"
+
+
+@pytest.mark.parametrize("name", REPORTS)
+def test_a_report_carries_the_numbers_behind_every_picture_and_how_it_was_made(
+    folder: Path, name: str
+) -> None:
+    page = (folder / f"{name}.html").read_text()
+    figures = re.findall(r"<figure.*?</figure>", page, re.DOTALL)
+    assert figures
+    for figure in figures:
+        assert 'download="' in figure, figure[-300:]
+        assert "data:text/csv" in figure, figure[-300:]
+    assert __version__ in page
+    assert "lostmotion " + ("predict" if name == "drawn" else name) in page
+    if name in MEASURED:
+        assert hashlib.sha256((folder / "data.csv").read_bytes()).hexdigest() in page
+
+
+@pytest.mark.parametrize("name", REPORTS)
+def test_a_report_can_be_printed(folder: Path, tmp_path: Path, name: str) -> None:
+    out = tmp_path / "page.pdf"
+    subprocess.run(
+        [
+            str(BROWSER),
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            f"--print-to-pdf={out}",
+            (folder / f"{name}.html").as_uri(),
+        ],
+        capture_output=True,
+        timeout=300,
+        check=True,
+    )
+    assert out.read_bytes().startswith(b"%PDF")
+    assert "@media print" in (folder / f"{name}.html").read_text()
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_front_shows_the_design_that_is_pointed_at(
+    folder: Path, tmp_path: Path, width: int
+) -> None:
+    pointed = tmp_path / "pointed.html"
+    pointed.write_text(
+        (folder / "design.html")
+        .read_text()
+        .replace(
+            "</body>",
+            "<script>document.querySelector('circle[data-design=\"2\"]').dispatchEvent("
+            "new PointerEvent('pointerenter'));document.title = document.querySelector("
+            "'.drive h3').textContent;</script></body>",
+        )
+    )
+    dom, complaints = open_page(pointed, width, tmp_path / "profile")
+    assert complaints == []
+    assert "<title>Design 3 of" in dom
+    assert dom.count("data-design=") >= 4
+    assert "teeth at the deformation axis, to scale" in dom

@@ -1,0 +1,51 @@
+"""What a test needs of the machine; where it is missing the test is left out and says why."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from measure import ROOT, Target
+
+TOOLS = ROOT / "build" / "tools"
+"""Each tool has a virtual environment of its own in there: their requirements do not agree."""
+
+UNREACHABLE = r"No matching distribution|Temporary failure|[Cc]onnection|[Tt]imed? ?out|ProxyError"
+"""What pip says where it does not reach an index."""
+
+
+def need(target: Target) -> Target:
+    """Give the target, where its compiler and its emulator are installed."""
+    if target.missing():
+        pytest.skip(f"{target.name}: {target.missing()} is not installed")
+    return target
+
+
+def tool(name: str, package: str) -> str:
+    """Path of a Python program, installed from the index where it is not at hand."""
+    venv = TOOLS / package
+    path = os.pathsep.join(
+        [str(Path(sys.executable).parent), str(venv / "bin"), os.environ["PATH"]]
+    )
+    found = shutil.which(name, path=path)
+    if found is None:
+        pip_install(venv, package)
+        found = shutil.which(name, path=path)
+    assert found is not None, f"{package} is installed but has no {name}"
+    return found
+
+
+def pip_install(venv: Path, package: str) -> None:
+    """Install a package into a virtual environment."""
+    subprocess.run([sys.executable, "-m", "venv", venv], check=True)
+    command = [venv / "bin" / "python", "-m", "pip", "--disable-pip-version-check", "-q", "install"]
+    done = subprocess.run([*command, package], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        said = [line for line in done.stderr.splitlines() if re.search(UNREACHABLE, line)]
+        assert said, done.stderr
+        pytest.skip(f"{package} could not be installed: {said[-1].strip()}")
