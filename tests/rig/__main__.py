@@ -59,6 +59,8 @@ def _parser() -> argparse.ArgumentParser:
     suite.add_argument("--count", type=int, required=True)
     suite.add_argument("--seeds", choices=("develop", "judge"), required=True)
     suite.add_argument("--skip", type=int, default=0, help="seeds that others have seen")
+    suite.add_argument("--effect", action="append", default=[], choices=sorted(HIDDEN))
+    suite.add_argument("--every", type=int, default=1, help="take every so many seeds only")
     suite.add_argument("--no-twins", action="store_true", help="quicker: do not look for twins")
 
     show = commands.add_parser("show", help="what each effect needs to leave a residual")
@@ -134,6 +136,8 @@ def main() -> int:
                 _conditions(arguments),
                 not arguments.no_twins,
                 skip=arguments.skip,
+                every=arguments.every,
+                only=tuple(arguments.effect),
             )
         elif arguments.command == "show":
             _show(arguments)

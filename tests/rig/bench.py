@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 from .drives import SIZES, build_drive, print_sheet
 from .hidden import HIDDEN, Bench, Readings
 from .mechanics import ARCSEC, SCALES, Array, Drive, Memory, Samples, turn
-from .plans import ROOM_C, make_plan
+from .plans import ROOM_C, Run, make_plan
 
 SIGMA_ARCSEC = 1.5
 """Noise of the angle, the unit of residuals."""
@@ -92,17 +92,27 @@ class TestBench:
         sheet_error: float = 0.03,
         sheet_bias: float = 0.0,
         spike: bool = False,
+        then: Callable[[list[Run], int], list[Run]] | None = None,
     ) -> None:
         self.seed = seed
         size = SIZES[drive % len(SIZES)]
         made = build_drive(size, stream(seed, "drive"))
         self.drive = print_sheet(made, stream(seed, "sheet"), sheet_error, sheet_bias)
-        self.plan = make_plan(plan, size.ratio, stream(seed, "plan"), spike)
+        self.plan = make_plan(plan, size.ratio, stream(seed, "plan"), spike, then)
         self.scatter = scatter
         self.noise = noise
-        chance = stream(seed, "scatter")
+        chance, later = stream(seed, "scatter"), stream(seed, "scatter of later runs")
+        planned = self.plan.runs - self.plan.followed_by
         self.scattered = {
-            name: 1 + scatter * rms * chance.standard_normal(self.plan.runs)
+            name: 1
+            + scatter
+            * rms
+            * np.concatenate(
+                [
+                    chance.standard_normal(planned),
+                    later.standard_normal(self.plan.followed_by),
+                ]
+            )
             for name, rms in SCATTER.items()
         }
 

@@ -135,7 +135,7 @@ class Campaign:
         if conditions.temperature_lag_s:
             temperature = lagged(temperature, plan.step_s, conditions.temperature_lag_s)
         torque_noise = stream(bench.seed, "torque").standard_normal(len(noise))
-        loads = stream(bench.seed, "loads").standard_normal((2, len(noise))) * 1e-3
+        loads = stream(bench.seed, "loads").standard_normal((len(noise), 2)).T * 1e-3
         return {
             "run": plan.run + 1.0,
             "time_s": plan.time_s,

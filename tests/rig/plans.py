@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .mechanics import Array
 
 ROOM_C = 22.0
-PLANS = ("standard", "third", "loops", "aliased", "extended")
+PLANS = ("standard", "third", "loops", "aliased", "short", "extended")
 
 
 @dataclass
@@ -50,6 +50,8 @@ class Plan:
     cycles: Array
     tilt_moment: Array
     axial_force: Array
+    followed_by: int = 0
+    """How many of the runs, the last ones, are not the plan's own."""
 
     @property
     def runs(self) -> int:
@@ -71,7 +73,7 @@ class Plan:
         }
         first = np.diff(kept["run"], prepend=-1) > 0
         kept["step_s"] = np.where(first, 0.0, np.diff(kept["time_s"], prepend=0.0))
-        return Plan(name=self.name, kinds=self.kinds, **kept)
+        return Plan(name=self.name, kinds=self.kinds, followed_by=self.followed_by, **kept)
 
 
 def _triangle(phase: Array) -> Array:
@@ -217,6 +219,21 @@ def _aliased(ratio: int, chance: np.random.Generator) -> list[Run]:
     ]
 
 
+def _short(ratio: int, chance: np.random.Generator) -> list[Run]:
+    """A morning's work: two generator angles, one speed, and the drive warm when it has run."""
+    angles = chance.uniform(0, 2 * np.pi, 2)
+    runs = [
+        loop(amplitude, float(angle), ROOM_C + chance.uniform(-1, 1))
+        for angle in angles
+        for amplitude in (0.25, 0.6, 1.0)
+    ]
+    runs += [turning(ratio, load, 0.2, ROOM_C + chance.uniform(-1, 1)) for load in (0.0, 0.3, -0.3)]
+    return runs + [
+        loop(amplitude, float(angles[0]), 40.0 + chance.uniform(-0.3, 0.3), 1e5)
+        for amplitude in (0.6, 1.0)
+    ]
+
+
 def _extended(ratio: int, chance: np.random.Generator) -> list[Run]:
     """The standard plan and what else tells twins apart."""
     runs = _standard(ratio, chance)
@@ -237,21 +254,16 @@ _MAKERS: dict[str, Callable[[int, np.random.Generator], list[Run]]] = {
     "third": _third,
     "loops": _loops,
     "aliased": _aliased,
+    "short": _short,
     "extended": _extended,
 }
 
 
-def make_plan(name: str, ratio: int, chance: np.random.Generator, spike: bool = False) -> Plan:
-    """Make a plan; a spike overloads one cycle of its last full loop three times."""
-    runs = _MAKERS[name](ratio, chance)
-    # The bench never loads without a little moment and axial force; they follow load and pose.
+def _load_bearing(runs: list[Run], ratio: int, chance: np.random.Generator) -> None:
+    """Give runs the little moment and axial force that follow load and pose on any bench."""
     share = chance.uniform(0.05, 0.15, 2)
     phase = chance.uniform(0, 2 * np.pi, 2)
     level = chance.uniform(0.15, 0.35, (len(runs), 2)) * chance.choice((-1, 1), (len(runs), 2))
-    if spike:
-        last = max(i for i, run in enumerate(runs) if run.kind == "loop" and max(run.torque) > 0.9)
-        peak = (runs[last].time_s >= 30) & (runs[last].time_s < 45)
-        runs[last].torque = np.where(peak, 3.0, 1.0) * runs[last].torque
     for run, (moment, force) in zip(runs, level, strict=True):
         output = run.input_angle_rad / ratio
         sway = 2 * np.pi * run.time_s / (0.37 * run.time_s[-1])
@@ -261,6 +273,34 @@ def make_plan(name: str, ratio: int, chance: np.random.Generator, spike: bool = 
             )
         if run.axial_force is None:
             run.axial_force = share[1] * run.torque + force + 0.1 * np.sin(0.7 * sway + phase[1])
+
+
+def make_plan(
+    name: str,
+    ratio: int,
+    chance: np.random.Generator,
+    spike: bool = False,
+    then: Callable[[list[Run], int], list[Run]] | None = None,
+) -> Plan:
+    """Make a plan; a spike overloads one cycle of its last full loop three times.
+
+    `then` makes runs that follow those of the plan, which stay as they are without them.
+    """
+    runs = _MAKERS[name](ratio, chance)
+    if spike:
+        last = max(i for i, run in enumerate(runs) if run.kind == "loop" and max(run.torque) > 0.9)
+        peak = (runs[last].time_s >= 30) & (runs[last].time_s < 45)
+        runs[last].torque = np.where(peak, 3.0, 1.0) * runs[last].torque
+    _load_bearing(runs, ratio, chance)
+    if then is not None:
+        more = then(runs, ratio)
+        _load_bearing(more, ratio, chance)
+        return lay(name, [*runs, *more], len(more))
+    return lay(name, runs)
+
+
+def lay(name: str, runs: list[Run], followed_by: int = 0) -> Plan:
+    """Lay runs end to end."""
 
     def laid(get: Callable[[Run], Array]) -> Array:
         return np.concatenate([get(run) for run in runs])
@@ -279,4 +319,5 @@ def make_plan(name: str, ratio: int, chance: np.random.Generator, spike: bool = 
         cycles=laid(lambda run: np.full(len(run.time_s), run.cycles)),
         tilt_moment=laid(lambda run: run.tilt_moment),  # type: ignore[arg-type,return-value]
         axial_force=laid(lambda run: run.axial_force),  # type: ignore[arg-type,return-value]
+        followed_by=followed_by,
     )

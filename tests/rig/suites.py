@@ -66,7 +66,13 @@ def _extra_columns(seed: int) -> tuple[str, ...]:
 
 
 def _make(
-    kind: str, index: int, seed: int, sigma: float, plan: str, conditions: Conditions
+    kind: str,
+    index: int,
+    seed: int,
+    sigma: float,
+    plan: str,
+    conditions: Conditions,
+    only: tuple[str, ...],
 ) -> Campaign:
     chance = stream(seed, "choice")
     names: tuple[str, ...] | list[str]
@@ -88,7 +94,7 @@ def _make(
             if abs(found[0, 1]) < APART * np.sqrt(found[0, 0] * found[1, 1]):
                 return campaign
         raise TooSmallError(f"seed {seed}: no pair of effects that the plan could tell apart")
-    names = {"single": SINGLES, "outside": tuple(OUTSIDE), "aliased": ALIASED}[kind]
+    names = only or {"single": SINGLES, "outside": tuple(OUTSIDE), "aliased": ALIASED}[kind]
     # Every effect meets every drive before any meets one again.
     for attempt in range(len(names)):
         name = names[(index + attempt) % len(names)]
@@ -128,15 +134,17 @@ def write_suite(
     twins: bool = True,
     report: Callable[[str], None] = print,
     skip: int = 0,
+    every: int = 1,
+    only: tuple[str, ...] = (),
 ) -> list[dict[str, Any]]:
-    """Write `count` campaigns, from the seed after the first `skip`, and what is hidden in them."""
+    """Write `count` campaigns and what is hidden in them: of every so many seeds from `skip` on."""
     plan = plan or ("aliased" if kind == "aliased" else "standard")
     truths = []
-    dealt_seeds = islice(enumerate(seeds_of(kind, seeds)), skip, skip + count)
+    dealt_seeds = islice(enumerate(seeds_of(kind, seeds)), skip, skip + count * every, every)
     for index, seed in dealt_seeds:
         extra = tuple(dict.fromkeys(conditions.extra_columns + _extra_columns(seed)))
         dealt = Conditions(**{**vars(conditions), "extra_columns": extra})
-        campaign = _make(kind, index, seed, sigma, plan, dealt)
+        campaign = _make(kind, index, seed, sigma, plan, dealt, only)
         name = f"campaign_{seed:05d}"
         near = twins_of(campaign) if twins and kind in ("single", "aliased") else {}
         truth = campaign.write(folder, name, near)

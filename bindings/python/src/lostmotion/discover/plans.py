@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy import stats
 
 from lostmotion import recordings, units
 from lostmotion.base import Backbone
@@ -272,8 +273,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
         for a, b in combinations(means, 2):
             if np.ptp(means[a]) == 0 or np.ptp(means[b]) == 0:
                 continue
-            rank = [np.argsort(np.argsort(means[n])).astype(float) for n in (a, b)]
-            close = float(np.corrcoef(rank[0], rank[1])[0, 1])
+            close = float(stats.spearmanr(means[a], means[b]).statistic)
             if abs(close) > ALIASED:
                 aliased.append({"columns": [a, b], "rank_correlation": close})
     constant = [n for n, values in columns.items() if np.ptp(values) == 0]

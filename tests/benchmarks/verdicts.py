@@ -1,0 +1,152 @@
+"""What an answer of the diagnosis is worth, given what was hidden."""
+
+from __future__ import annotations
+
+from typing import Any
+
+SECONDS = 1.0
+"""How far a sudden event may be placed from where it was."""
+
+
+def kind_of(truth: dict[str, Any]) -> str:
+    """Which kind of campaign it is."""
+    hidden = list(truth["effects"])
+    if not hidden:
+        return "clean"
+    if any(name.startswith("outside") for name in hidden):
+        return "outside"
+    if truth["plan"] in ("aliased", "short"):
+        return str(truth["plan"])
+    return "pair" if len(hidden) > 1 else "single"
+
+
+def judge(truth: dict[str, Any], found: dict[str, Any]) -> str:
+    """What the answer is, in a few words; `right` when it is what was asked for."""
+    return {
+        "clean": _clean,
+        "outside": _outside,
+        "pair": _pair,
+    }.get(kind_of(truth), _single)(truth, found)
+
+
+def _clean(truth: dict[str, Any], found: dict[str, Any]) -> str:
+    verdict, named = found["verdict"], found["effects"]
+    if not truth.get("events"):
+        return "right" if verdict == "complete" else f"false alarm ({verdict})"
+    if named:
+        return f"false alarm ({verdict})"
+    if not placed(truth, found):
+        return f"event not found ({verdict})"
+    return "right" if verdict == "unexplained" else f"event, but {verdict}"
+
+
+def _outside(truth: dict[str, Any], found: dict[str, Any]) -> str:
+    verdict = found["verdict"]
+    if truth.get("events"):
+        if not placed(truth, found):
+            return f"event not found ({verdict})"
+        return "right" if verdict == "unexplained" else f"event, but {verdict}"
+    if verdict != "unexplained":
+        return f"not unexplained ({verdict})"
+    wanted = {name for cause in truth["hidden"] for name in (cause.get("depends_on") or [])}
+    shown = {entry["covariate"] for entry in found["unexplained"]["depends_on"]}
+    return "right" if shown & wanted else "unexplained, other column"
+
+
+def _pair(truth: dict[str, Any], found: dict[str, Any]) -> str:
+    hidden, named = set(truth["effects"]), set(found["effects"])
+    if found["verdict"] == "complete":
+        return "none"
+    if hidden <= named:
+        return "right" if nothing_left(truth, found) else "both named, something left over"
+    return "one of two" if hidden & named else f"neither ({found['verdict']})"
+
+
+def _single(truth: dict[str, Any], found: dict[str, Any]) -> str:
+    (hidden,) = truth["effects"]
+    verdict, named = found["verdict"], found["effects"]
+    if hangs_on_nothing(truth):
+        # Its column is not there: nobody can name it, and nothing else is to be named for it.
+        if verdict in truth["verdicts"]:
+            return "right" if not named or verdict == "ambiguous" else "another beside the unknown"
+        return "none" if verdict == "complete" else "wrong"
+    if truth.get("events") and not placed(truth, found):
+        return "event not found"
+    if verdict == "complete":
+        return "none"
+    if named and named[0] == hidden:
+        if not nothing_left(truth, found):
+            return "first, something left over"
+        return "right" if named == [hidden] else "first, with others"
+    if hidden in named:
+        return "in the set" if verdict == "ambiguous" else "named later"
+    if set(named) & set(truth.get("twins") or ()):
+        return "twin"
+    if named:
+        return "wrong"
+    return "unexplained"
+
+
+def placed(truth: dict[str, Any], found: dict[str, Any]) -> bool:
+    """Whether every sudden event was located: its run, and its second."""
+    return all(
+        any(
+            str(e["run"]) == str(event["run"]) and abs(e["time_s"] - event["time_s"]) <= SECONDS
+            for e in found["events"]
+        )
+        for event in truth["events"]
+    )
+
+
+def nothing_left(truth: dict[str, Any], found: dict[str, Any]) -> bool:
+    """Whether nothing but true events is left over beside what is named."""
+    if found["verdict"] != "unexplained":
+        return True
+    shapes = [d for d in found["unexplained"]["depends_on"] if not d["shape"].startswith("step of")]
+    return bool(truth.get("events")) and not shapes
+
+
+def hangs_on_nothing(truth: dict[str, Any]) -> bool:
+    """Whether the column that the hidden effect hangs on was left out of the recordings."""
+    return bool(truth["effects"]) and truth["verdicts"] == ["unexplained", "ambiguous"]
+
+
+def good(truth: dict[str, Any], judged: str) -> bool:
+    """Whether the answer is what was asked for."""
+    asked = {
+        "single": ("right", "first, with others", "first, something left over"),
+        "pair": ("right", "both named, something left over"),
+        "aliased": ("right", "first, with others", "in the set"),
+        "short": ("right", "first, with others", "in the set"),
+    }
+    return judged in asked.get(kind_of(truth), ("right",))
+
+
+def wrong_alone(truth: dict[str, Any], found: dict[str, Any]) -> bool:
+    """Whether effects are named and none of the hidden ones is among them."""
+    twins = set(truth.get("twins") or ())
+    return bool(found["effects"]) and not set(found["effects"]) & (set(truth["effects"]) | twins)
+
+
+def condition(truth: dict[str, Any]) -> str:
+    """In a few words how a campaign differs from the standard one."""
+    c = truth["conditions"]
+    words = []
+    if c["noise"] != 1:
+        words.append(f"{c['noise']:g} times the noise")
+    if c["scatter"] != 1:
+        words.append(f"{c['scatter']:g} times the scatter")
+    if truth["plan"] == "third":
+        words.append("a third of the runs")
+    if c["sheet_bias"]:
+        words.append(f"sheet {100 * c['sheet_bias']:g} % off")
+    if c["outliers"]:
+        words.append(f"{100 * c['outliers']:g} % outliers")
+    if c["dropped_counts"]:
+        words.append(f"{c['dropped_counts']} encoder counts lost")
+    if c["dropped_columns"]:
+        words.append("without " + ", ".join(c["dropped_columns"]))
+    sizes = [e["residual_sigma"] for e in truth["hidden"] if "residual_sigma" in e]
+    if sizes and max(sizes) < 0.4:
+        words.append("half the effect")
+    return ", ".join(words) or "standard"

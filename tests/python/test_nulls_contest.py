@@ -1,0 +1,119 @@
+"""The contest where nothing is missing: every p, every gate, and what errors are promised."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from nulls import fewest, most
+from scipy import stats
+from scipy.signal import lfilter
+
+from lostmotion.discover.contest import Contest
+from lostmotion.discover.evidence import Evidence, gather
+from lostmotion.discover.noise import Noise, fit_noise
+from lostmotion.discover.selection import PAIRED_T, accepted, paired_t
+
+RUNS, ROWS, SCATTER, COLOUR = 14, 100, 0.5, 0.7
+CANDIDATES = 16
+
+
+def made(seed: int, *, coloured: bool = False, size: float = 0.0) -> Evidence:
+    """Runs whose slope and zero scatter; candidates that vary within runs, and from run to run."""
+    rng = np.random.default_rng(seed)
+    rows = RUNS * ROWS
+    starts = np.arange(RUNS + 1) * ROWS
+    run_of = np.repeat(np.arange(RUNS), ROWS)
+    x = np.tile(np.linspace(-1, 1, ROWS), RUNS)
+    columns = np.column_stack((x, np.ones(rows)))
+    blocks = []
+    for k in range(CANDIDATES):
+        level = rng.normal(size=(RUNS, 2))
+        wave = np.sin((k + 2) * x + rng.uniform(0, 6, RUNS)[run_of])
+        between, within = x * level[run_of, 0], wave * level[run_of, 1]
+        blocks.append((f"{k}", [between[:, None], within[:, None]][k % 2]))
+    own = SCATTER * rng.normal(size=(RUNS, 2))
+    noise = rng.normal(size=(RUNS, ROWS))
+    white = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
+    if coloured:
+        noise = lfilter([1.0], [1.0, -COLOUR], noise, axis=1)
+        white = fit_noise(noise.ravel(), np.tile(np.arange(ROWS) * 0.1, RUNS), starts, 0)
+    y = 3 * x + np.einsum("nk,nk->n", columns, own[run_of]) + noise.ravel()
+    y += size * blocks[0][1][:, 0]
+    return gather(columns, np.zeros(2), columns, blocks, y, white, starts)
+
+
+@pytest.fixture(scope="module")
+def judged():
+    """All candidates of many bodies of evidence in which there is nothing."""
+    return [
+        [contest.test(f"{k}") for k in range(CANDIDATES)]
+        for contest in (Contest(made(seed)) for seed in range(40))
+    ]
+
+
+def test_p_of_the_f_test_is_what_it_says_and_not_far_more_careful(judged) -> None:
+    p = np.array([result.p for row in judged for result in row])
+    # The candidates of one body share its noise: a bound for fewer trials than there are.
+    for level in (0.01, 0.05, 0.2):
+        assert np.count_nonzero(p <= level) / p.size <= most(200, level) / 200
+    assert np.count_nonzero(p <= 0.2) / p.size >= fewest(200, 0.2) / 200
+
+
+def test_p_of_the_sign_flips_is_what_it_says(judged) -> None:
+    p = np.array([result.flip_p for row in judged for result in row])
+    for level in (0.05, 0.2):
+        assert np.count_nonzero(p <= level) / p.size <= most(200, level) / 200
+
+
+def test_all_gates_together_keep_five_percent_over_all_candidates(judged) -> None:
+    # Bonferroni over the candidates: one body of evidence is one trial.
+    alarms = sum(any(accepted(result, CANDIDATES) for result in row) for row in judged)
+    assert alarms <= most(40, 0.05)
+
+
+def test_coloured_noise_does_not_look_like_an_effect() -> None:
+    alarms, trials = 0, 40
+    for seed in range(100, 100 + trials):
+        contest = Contest(made(seed, coloured=True))
+        p = [contest.test(name).p for name in ("0", "1")]
+        alarms += min(p) * 2 <= 0.05
+    assert alarms <= most(trials, 0.05)
+
+
+def test_colour_that_is_not_whitened_would() -> None:
+    # The same with white noise in the model: what the test above is there to find.
+    alarms = 0
+    for seed in range(100, 120):
+        rng = np.random.default_rng(seed)
+        noise = lfilter([1.0], [1.0, -0.95], rng.normal(size=(RUNS, ROWS)), axis=1).ravel()
+        noise /= noise.std()
+        x = np.tile(np.linspace(-1, 1, ROWS), RUNS)
+        starts = np.arange(RUNS + 1) * ROWS
+        white = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
+        columns = np.column_stack((x, np.ones(x.size)))
+        block = [("wave", np.sin(3 * x)[:, None])]
+        evidence = gather(columns, np.zeros(2), columns, block, noise, white, starts)
+        alarms += Contest(evidence).test("wave").p <= 0.05
+    assert alarms > most(20, 0.05)
+
+
+@pytest.mark.parametrize("size", [0.0, 1.0])
+def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_say(size: float) -> None:
+    trials, outside = 120, 0
+    for seed in range(trials):
+        evidence = made(seed, size=size)
+        result = Contest(evidence).test("0")
+        scale = evidence.scale[evidence.blocks["0"]][0]
+        error = np.sqrt(result.covariance[0, 0]) / scale
+        # A between-run effect with 14 runs has no more than their freedom.
+        limit = stats.t.isf(0.025, RUNS - 3)
+        outside += abs(result.coefficients[0] / scale - size) > limit * error
+    assert fewest(trials, 0.05) <= outside <= most(trials, 0.05)
+
+
+def test_equal_effects_are_seldom_told_apart_by_chance() -> None:
+    rng = np.random.default_rng(5)
+    trials = 2000
+    told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= PAIRED_T for _ in range(trials))
+    level = float(stats.t.sf(PAIRED_T, RUNS - 1))
+    assert fewest(trials, level) <= told <= most(trials, level)
