@@ -247,6 +247,16 @@ def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
     assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
 
 
+@pytest.mark.parametrize(
+    ("function", "found"),
+    [(lambda p, at: 1 / 0, "ZeroDivisionError"), (lambda p, at: "x", "ValueError: could not")],
+)
+def test_an_effect_of_ones_own_that_fails_is_bad_input(function, found):
+    own = effect(values=[], needs=["torque_Nm"], name="cable_pull")(function)
+    with pytest.raises(InputError, match=f"effect cable_pull: found {found}"):
+        own.function(np.zeros(0), {"torque_Nm": np.zeros(3)}, np.zeros(1))
+
+
 def test_an_effect_in_python_is_found_like_one_of_the_library():
     @effect(
         values=[Value("pull_rad", "linear", 1e-5, -1e-2, 1e-2)],

@@ -87,6 +87,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         {"effect": [{"name": "thermal_gpa"}]},
         ("effect[0].name", "'thermal_gpa'", "did you mean 'thermal_gap'?"),
     ),
+    ({"effect": [{"name": {"a": 1}}]}, ("effect[0].name", "a table", "the name of an effect")),
     ({"effect": [{"name": "wear"}, {"name": "wear"}]}, ("effect[1].name", "'wear'", "once")),
     ({"effect": [{"name": "wear", "a_um": "3"}]}, ("effect[0].a_um", "'3'", "finite number")),
     ({"fit": {}}, ("fit.values", "no such table")),

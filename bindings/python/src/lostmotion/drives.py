@@ -350,7 +350,7 @@ def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
         if not isinstance(table, Mapping):
             raise InputError(file, at, show(table), "a table [[effect]]")
         name = table.get("name")
-        if name not in EFFECTS and name not in fitted:
+        if not isinstance(name, str) or (name not in EFFECTS and name not in fitted):
             hint = did_you_mean(name, EFFECTS) if isinstance(name, str) else ""
             found = "nothing" if name is None else show(name)
             raise InputError(file, f"{at}.name", found, f"the name of an effect{hint}")

@@ -266,8 +266,12 @@ def effect(
                 condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in CONDITIONS
             }
             p = SimpleNamespace(**{v.name: float(n) for v, n in zip(values, numbers, strict=True)})
-            result = function(p, SimpleNamespace(**{**everything, **run}))
-            result = np.broadcast_to(np.asarray(result, dtype=np.float64), (size,))
+            try:
+                result = function(p, SimpleNamespace(**{**everything, **run}))
+                result = np.broadcast_to(np.asarray(result, dtype=np.float64), (size,))
+            except Exception as error:  # the user's own code may raise anything
+                found = f"{type(error).__name__}: {error}"
+                raise InputError(f"effect {own}", "", found, "an array of numbers") from None
             if not np.all(np.isfinite(result)):
                 raise InputError(f"effect {own}", "", "a result that is not finite", "numbers")
             return np.asarray(result)
