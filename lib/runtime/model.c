@@ -52,16 +52,6 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 }
 
 #if LM_EFFECTS_MAX > 0
-/* Beyond this no condition means anything, and products with an effect's values would leave float's
- * range. */
-#define CONDITION_MAX LM_REAL(1e12)
-/* Between two samples, s; a clock that runs backwards stands still. */
-#define ELAPSED_MAX LM_REAL(1e6)
-
-static lm_real known(lm_real value, lm_real unknown) {
-  return is_within(value, CONDITION_MAX) ? value : unknown;
-}
-
 static void keep_known(lm_conditions *at) {
   at->input_angle_rad = known(at->input_angle_rad, 0);
   at->output_angle_rad = known(at->output_angle_rad, 0);
@@ -185,12 +175,3 @@ lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memo
 }
 
 #endif
-
-void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_recording *recording,
-                  lm_real *angle_rad) {
-  int64_t k;
-  for (k = 0; k < recording->count; ++k) {
-    lm_conditions at = lm_read_conditions(recording, k);
-    angle_rad[k] = lm_step_model(parameters, memory, &at);
-  }
-}

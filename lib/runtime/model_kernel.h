@@ -18,6 +18,18 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
   return torque_Nm < 0 ? -limit_Nm : before_Nm;
 }
 
+#if LM_EFFECTS_MAX > 0
+/* Beyond this no condition means anything, and products with an effect's values would leave float's
+ * range. */
+#define CONDITION_MAX LM_REAL(1e12)
+/* Between two samples, s; a clock that runs backwards stands still. */
+#define ELAPSED_MAX LM_REAL(1e6)
+
+static inline lm_real known(lm_real value, lm_real unknown) {
+  return is_within(value, CONDITION_MAX) ? value : unknown;
+}
+#endif
+
 /* What drives the model: the torque, in the gap profile the commanded angle. */
 static inline lm_real model_input(const lm_conditions *at) {
 #if LM_PROFILE == LM_PROFILE_GAP

@@ -297,6 +297,104 @@ static void a_recording_is_the_single_steps(void) {
   TEST_ASSERT_EQUAL_MEMORY(&other, &memory, sizeof memory);
 }
 
+enum { ROWS = 203, COLUMNS = 10 };
+
+/* A recording that has a column where the bit is set; now and then a number means nothing. */
+static lm_recording draw_recording(uint32_t columns) {
+  static lm_real column[COLUMNS][ROWS];
+  static const lm_real reach[COLUMNS] = {90, LM_REAL(3.1), LM_REAL(3.1), 100, 50,
+                                         60, 1000000,      20,           500, LM_REAL(0.01)};
+  const lm_real *found[COLUMNS];
+  lm_real zero = 0;
+  lm_recording recording;
+  int i;
+  int k;
+  for (i = 0; i < COLUMNS; ++i) {
+    found[i] = (columns >> i) & 1u ? column[i] : 0;
+    for (k = 0; k < ROWS; ++k) {
+      lm_real chance = draw(&seed, 0, 1);
+      column[i][k] = draw(&seed, -reach[i], reach[i]);
+      if (chance < LM_REAL(0.03)) {
+        column[i][k] = chance < LM_REAL(0.01) ? zero / zero : 1 / zero;
+      }
+    }
+  }
+  memset(&recording, 0, sizeof recording);
+  recording.count = ROWS;
+  recording.torque_Nm = found[0];
+  recording.input_angle_rad = found[1];
+  recording.output_angle_rad = found[2];
+  recording.input_velocity_rad_s = found[3];
+  recording.output_acceleration_rad_s2 = found[4];
+  recording.temperature_C = found[5];
+  recording.cycles = found[6];
+  recording.tilt_moment_Nm = found[7];
+  recording.axial_force_N = found[8];
+  recording.elapsed_s = found[9];
+  return recording;
+}
+
+/* Up to twelve plays, with bands that widen or not, outside and inside. */
+static void draw_plays(void) {
+  lm_play play[LM_PLAYS_MAX];
+  int32_t count = (int32_t)draw(&seed, 0, LM_REAL(12.99));
+  int32_t outside = (int32_t)draw(&seed, 0, LM_REAL(count) + LM_REAL(0.99));
+  int widens = draw(&seed, 0, 1) < LM_REAL(0.3);
+  int32_t i;
+  for (i = 0; i < count; ++i) {
+    play[i].radius_Nm = draw(&seed, 0, 20);
+    play[i].widening = widens ? draw(&seed, 0, LM_REAL(0.5)) : 0;
+    play[i].weight = i < outside ? LM_REAL(1e-7) : LM_REAL(0.05);
+  }
+  TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&parameters.plays, play, count, outside, &fault));
+}
+
+/* Each effect of the library by chance, in the order of the kinds, at its typical values. */
+static void draw_effects(lm_real share) {
+  int kind;
+  int i;
+  int32_t j;
+  int32_t memories = 0;
+  parameters.effect_count = 0;
+  for (kind = LM_EFFECT_TORQUE; kind <= LM_EFFECT_ANGLE; ++kind) {
+    for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+      const lm_effect *effect = lm_effects[i];
+      if ((int)effect->kind != kind || draw(&seed, 0, 1) > share) {
+        continue;
+      }
+      add_effect(&parameters, effect, 0, 0);
+      memories += effect->memory_count;
+      for (j = 0; j < effect->value_count; ++j) {
+        parameters.effect[parameters.effect_count - 1].value[j] = effect->card->value[j].typical;
+      }
+    }
+  }
+  TEST_ASSERT_TRUE(memories <= LM_EFFECT_MEMORY_MAX);
+}
+
+static void any_recording_is_the_single_steps(void) {
+  int trial;
+  for (trial = 0; trial < 400; ++trial) {
+    lm_recording recording;
+    lm_memory other;
+    lm_real angle[ROWS];
+    int k;
+    draw_plays();
+    draw_effects(trial % 4 == 0 ? 0 : draw(&seed, 0, 1));
+    TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
+    recording = draw_recording(trial % 5 == 0 ? 0x3FFu : seed >> 16);
+    lm_settle_model(&parameters, &memory);
+    other = memory;
+    lm_run_model(&parameters, &other, &recording, angle);
+    for (k = 0; k < ROWS; ++k) {
+      lm_conditions moment = lm_read_conditions(&recording, k);
+      lm_real expected = lm_step_model(&parameters, &memory, &moment);
+      TEST_ASSERT_EQUAL_MEMORY(&expected, &angle[k], sizeof expected);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&memory, &other, sizeof memory);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(the_sum_is_backbone_and_friction);
@@ -313,5 +411,6 @@ int main(void) {
   RUN_TEST(conditions_that_are_not_finite_are_not_known);
   RUN_TEST(settling_puts_any_memory_right);
   RUN_TEST(a_recording_is_the_single_steps);
+  RUN_TEST(any_recording_is_the_single_steps);
   return UNITY_END();
 }

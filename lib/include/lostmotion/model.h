@@ -78,9 +78,10 @@ lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memo
                           lm_fault *fault);
 #endif
 
-/* A whole recording, sample by sample; the memory carries the history in and out. Columns of the
- * recording that are null count as not measured, elastic_rad and wound_Nm are not read. Writes
- * angle_rad[count]. */
+/* A whole recording; the memory, settled, carries the history in and out. Columns of the recording
+ * that are null count as not measured, elastic_rad and wound_Nm are not read. Writes
+ * angle_rad[count], the bits of lm_step_model sample by sample. For the desktop: effects run over
+ * blocks of samples, on some kB of stack. */
 void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_recording *recording,
                   lm_real *angle_rad);
 
