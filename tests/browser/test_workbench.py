@@ -415,10 +415,28 @@ def test_nothing_is_cut_off_or_overlaps_at_either_width(
         assert not view.driver.execute_script(CUT), f"{name} at {width}"
         view.size(width)
 
+    with serving(tmp_path) as address:
+        view.driver.get(address)
+        for width in WIDTHS:
+            view.size(width)
+            for tab in TABS:
+                view.turn_to(tab)
+                look(f"Empty {tab}", width)
+        view.type("drive file", "/a/folder/with/a/long/name/that/does/not/exist/joint.toml")
+        view.press("Load")
+        view.wait(lambda: "no such file" in view.text(".message"), "the message")
+        for width in WIDTHS:
+            view.size(width)
+            look("Refused", width)
     with serving(tmp_path, campaign / "joint.toml", campaign / "joint.csv.gz") as address:
         view.driver.get(address)
         view.turn_to("Effects")
         view.press("Find what is missing")
+        view.wait(lambda: view.all(".job button"), "the work")
+        for width in WIDTHS:
+            view.size(width)
+            look("Busy", width)
+        view.size(WIDTHS[0])
         view.wait(lambda: view.text("#verdict"), "the verdict")
         view.idle()
         view.wait(lambda: view.all("#tick-thermal_gap:not([aria-disabled=true])"), "the list")

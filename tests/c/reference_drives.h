@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unity.h>
 
 #include "lostmotion/drive.h"
 
@@ -70,6 +71,14 @@ static inline lm_drive reference_e(void) {
   drive.teeth.rigid_teeth = 200;
   drive.teeth.rigid_shift = LM_REAL(3.05);
   drive.generator.type = LM_RING;
+  return drive;
+}
+
+/* A drive with everything that follows from what it states. */
+static inline lm_drive completed(lm_drive drive) {
+  lm_fault unfit;
+  TEST_ASSERT_EQUAL(LM_OK, lm_complete_drive(&drive, &unfit));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_drive(&drive, &unfit));
   return drive;
 }
 

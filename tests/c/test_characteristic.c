@@ -16,12 +16,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static lm_drive complete(lm_drive drive) {
-  TEST_ASSERT_EQUAL(LM_OK, lm_complete_drive(&drive, &fault));
-  TEST_ASSERT_EQUAL(LM_OK, lm_check_drive(&drive, &fault));
-  return drive;
-}
-
 /* check_values.md, coupled teeth: the two constants fitted to the catalogue of size 20, and C_t of
  * the pairs.
  */
@@ -32,7 +26,7 @@ static lm_drive calibrated(void) {
   drive.torsion_count = 1;
   drive.torsion[0].stiffness_Nm_per_rad = LM_REAL(4.48e4);
   drive.torsion[0].ratio = LM_REAL(1);
-  drive = complete(drive);
+  drive = completed(drive);
   drive.radial_law_count = 0; /* ring and generator are all in the foundation there */
   return drive;
 }
@@ -66,7 +60,7 @@ static void characteristic_against_the_catalogue(void) {
   for (i = 0; i < 3; i++) {
     ASSERT_NEAR(0.03 * catalogue[i], catalogue[i], in_arcmin(point[i].total_rad));
   }
-  drive = complete(reference_a());
+  drive = completed(reference_a());
   evaluate(&drive, 0, torque, 3);
   for (i = 0; i < 3; i++) {
     TEST_ASSERT_TRUE(in_arcmin(point[i].total_rad) > catalogue[i] / 4);
@@ -100,7 +94,7 @@ static lm_drive rich(void) {
   drive.friction_angle_rad = LM_REAL(0.1);
   drive.axial_sections = 3;
   drive.teeth.rigid_shift = LM_REAL(3.06);
-  return complete(drive);
+  return completed(drive);
 }
 
 static void parts_add_up_and_the_sum_is_monotone_through_zero(void) {
@@ -109,8 +103,8 @@ static void parts_add_up_and_the_sum_is_monotone_through_zero(void) {
   int d;
   drives[0] = calibrated();
   drives[1] = rich();
-  drives[2] = complete(reference_e());
-  drives[3] = complete(reference_a());
+  drives[2] = completed(reference_e());
+  drives[3] = completed(reference_a());
   drives[3].generator.type = LM_COSINE;
   drives[4] = calibrated();
   drives[4].teeth.rigid_shift = LM_REAL(2.89); /* preloaded */
@@ -295,13 +289,13 @@ static void a_similar_drive_has_the_same_angles(void) {
   const lm_real at_large[] = {LM_REAL(12.8), 320};
   double angle[2];
   int i;
-  small = complete(small);
+  small = completed(small);
   large.rated_torque_Nm = LM_REAL(320);
   large.teeth.module_mm = LM_REAL(0.5);
   large.teeth.face_width_mm = LM_REAL(20);
   large.generator.deflection_mm = LM_REAL(0.475);
   large.flexspline.rim_thickness_mm = LM_REAL(1.2);
-  large = complete(large);
+  large = completed(large);
   evaluate(&small, 0, at_small, 2);
   angle[0] = (double)point[0].total_rad;
   angle[1] = (double)point[1].total_rad;
@@ -323,7 +317,7 @@ static void pairs_give_by_the_energy_integral(void) {
   evaluate(&drive, 0, torque, 1);
   TEST_ASSERT_TRUE(point[0].tooth_bending_rad > LM_REAL(0.8) * given);
   TEST_ASSERT_TRUE(point[0].tooth_bending_rad < LM_REAL(2.5) * given);
-  drive = complete(reference_e());
+  drive = completed(reference_e());
   evaluate(&drive, 0, torque, 1);
   TEST_ASSERT_TRUE(point[0].tooth_bending_rad > 0);
   TEST_ASSERT_TRUE(point[0].tooth_bending_rad < LM_REAL(0.1) * point[0].total_rad);
@@ -437,7 +431,7 @@ static void too_many_pairs_are_refused(void) {
   drive.generator.eccentricity_mm = LM_REAL(0.001);
   drive.support.gap_limit_rad = LM_REAL(600) * ARCMIN;
   drive.support.engagement_limit_rad = HALF_PI;
-  drive = complete(drive);
+  drive = completed(drive);
   TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
   for (side = 0; side < 60; side++) { /* full after a forward or after a backward pair */
     TEST_ASSERT_EQUAL(LM_TOO_SMALL,
@@ -454,7 +448,7 @@ static void pairs_without_a_compliance_are_refused(void) {
   const lm_real torque[] = {1};
   int d;
   for (d = 0; d < 2; d++) {
-    const lm_drive good = complete(d == 0 ? reference_a() : reference_e());
+    const lm_drive good = completed(d == 0 ? reference_a() : reference_e());
     lm_drive drive = good;
     evaluate(&good, 0, torque, 1);
     drive.material.youngs_modulus_MPa = 0;
@@ -479,7 +473,7 @@ static void pointed_teeth_are_refused_by_their_height(void) {
   drive.teeth.flexspline_shift = LM_REAL(6);
   drive.teeth.rigid_shift = LM_REAL(5.957);
   drive.teeth.tooth_height = LM_REAL(2.4);
-  drive = complete(drive);
+  drive = completed(drive);
   TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
   TEST_ASSERT_EQUAL(LM_INCONSISTENT,
                     lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));

@@ -14,12 +14,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static lm_drive complete(lm_drive drive) {
-  TEST_ASSERT_EQUAL(LM_OK, lm_complete_drive(&drive, &fault));
-  TEST_ASSERT_EQUAL(LM_OK, lm_check_drive(&drive, &fault));
-  return drive;
-}
-
 static void prepare(const lm_drive *drive, int sections) {
   int i;
   for (i = 0; i < sections; i++) {
@@ -43,7 +37,7 @@ static void rack_form_radius_of_the_reference(void) {
 /* Radii of check_values.md, reference drive A: r_a1 25.85, r_a2 25.7875, r_f1 25.4125, w0 0.2375,
  * |w(90 deg)| 1.04376. */
 static void radial_margins_of_the_reference(void) {
-  const lm_drive a = complete(reference_a());
+  const lm_drive a = completed(reference_a());
   run(&a, 1);
   ASSERT_NEAR(1e-4, 25.7875 - 0.2375, checks[LM_CHECK_FORM_RADIUS].value);
   ASSERT_NEAR(1e-4, 25.5370, checks[LM_CHECK_FORM_RADIUS].limit);
@@ -58,7 +52,7 @@ static void radial_margins_of_the_reference(void) {
 /* The tip of a rack-cut tooth: 2 r (pi/2z + 2 x tan a / z + inv a - inv acos(r_b / r)), and of an
  * internal tooth what the spaces leave, written out in double here. */
 static void tip_thickness_of_both_gears(void) {
-  const lm_drive a = complete(reference_a());
+  const lm_drive a = completed(reference_a());
   const double alpha = 20.0 * 3.14159265358979323846 / 180.0;
   const double inv = tan(alpha) - alpha;
   const double at1 = acos(25.0 * cos(alpha) / 25.85);
@@ -84,7 +78,7 @@ static void stresses_of_the_reference(void) {
   double bending;
   double shear;
   a.flexspline.wall_thickness_mm = LM_REAL(0.35);
-  a = complete(a);
+  a = completed(a);
   run(&a, 1);
   ASSERT_NEAR(0.05, 40e3 / (2 * 3.14159265 * 25.1125 * 25.1125 * 0.35),
               checks[LM_CHECK_TORSION_STRESS].value);
@@ -110,7 +104,7 @@ static void smallest_gap_is_the_smallest_over_all_angles_and_phases(void) {
     lm_real least = LM_REAL(1);
     int i;
     a.generator.type = types[t];
-    a = complete(a);
+    a = completed(a);
     prepare(&a, 1);
     TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 1, 8, &smallest, &fault));
     for (i = -45000; i <= 45000; i += 2) {
@@ -135,8 +129,8 @@ static void smallest_gap_from_a_sweep(void) {
   lm_smallest_gap scanned;
   int count = 0;
   int d;
-  drives[0] = complete(reference_a());
-  drives[1] = complete(reference_e());
+  drives[0] = completed(reference_a());
+  drives[1] = completed(reference_e());
   for (d = 0; d < 2; d++) {
     int i;
     prepare(&drives[d], 3);
@@ -183,7 +177,7 @@ static void smallest_gap_may_lie_on_the_backward_flank(void) {
   a.generator.type = LM_ELLIPSE;
   a.generator.deflection_mm = LM_REAL(0.56757);
   a.flexspline.rim_thickness_mm = LM_REAL(1.677);
-  a = complete(a);
+  a = completed(a);
   prepare(&a, 1);
   TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 1, 8, &smallest, &fault));
   TEST_ASSERT_EQUAL(0, smallest.forward);
@@ -212,7 +206,7 @@ static void ends_of_a_short_cup_collide(void) {
 
 /* The widest section sets every margin of a spatial drive. */
 static void spatial_margins_are_the_narrowest(void) {
-  const lm_drive a = complete(reference_a());
+  const lm_drive a = completed(reference_a());
   lm_check planar[LM_CHECK_COUNT];
   int i;
   run(&a, 1);
@@ -229,7 +223,7 @@ static void spatial_margins_are_the_narrowest(void) {
  * + 0.2 m.
  */
 static void external_margins(void) {
-  const lm_drive e = complete(reference_e());
+  const lm_drive e = completed(reference_e());
   const double root = 0.25 * (100 + 3.05 - 1 - 0.35);
   const double tip = root + 1.75 * 0.25;
   const double tip_f = tip + 0.2375 - 1.2 * 0.25;
@@ -255,7 +249,7 @@ static void the_free_root_is_as_deep_as_the_widest_section_needs(void) {
     lm_drive *d = &drives[i];
     d->axial_sections = 3;
     d->flexspline.length_mm = LM_REAL(0.5 / 0.26) * d->teeth.face_width_mm;
-    *d = complete(*d);
+    *d = completed(*d);
     prepare(d, 3);
     TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 3, 8, &smallest, &fault));
     TEST_ASSERT_EQUAL(LM_OK, lm_check_design(d, meshes, 3, &smallest, checks, &fault));
@@ -273,7 +267,7 @@ static void the_end_of_the_overlap_is_found(void) {
   drives[0] = reference_a();
   drives[1] = reference_e();
   for (i = 0; i < 2; i++) {
-    const lm_drive d = complete(drives[i]);
+    const lm_drive d = completed(drives[i]);
     prepare(&d, 1);
     for (forward = 0; forward < 2; forward++) {
       const lm_real step = LM_REAL(1e-3);
@@ -313,7 +307,7 @@ static void every_check_has_a_name_and_a_unit(void) {
 }
 
 static void nonsense_is_refused_and_nothing_written(void) {
-  lm_drive a = complete(reference_a());
+  lm_drive a = completed(reference_a());
   lm_smallest_gap kept;
   run(&a, 1);
   kept = smallest;
@@ -337,7 +331,7 @@ static void nonsense_is_refused_and_nothing_written(void) {
 
 /* A rigid tip raised beyond the reach of the flexspline: teeth that never overlap. */
 static void teeth_that_never_meet_have_no_smallest_gap(void) {
-  const lm_drive a = complete(reference_a());
+  const lm_drive a = completed(reference_a());
   prepare(&a, 1);
   meshes[0].polar_low_mm = LM_REAL(30);
   TEST_ASSERT_EQUAL(LM_NO_CONTACT, lm_find_smallest_gap(meshes, 1, 8, &smallest, &fault));

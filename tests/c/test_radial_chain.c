@@ -1,6 +1,6 @@
 #include "lostmotion/radial_chain.h"
 
-#include "elastic.h"
+#include "expect.h"
 
 #define STEEL_E LM_REAL(2.1e5)
 

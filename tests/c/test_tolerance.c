@@ -1,14 +1,11 @@
 #include "lostmotion/tolerance.h"
 
-#include <math.h>
 #include <string.h>
-#include <unity.h>
 
-#define ROUNDING (LM_REAL_BITS == 64 ? 1e-13 : 2e-6)
+#include "expect.h"
+
 #define LOG2_SAMPLES 12
 
-static lm_fault fault;
-static lm_real out;
 static lm_tolerance_limits limits;
 static lm_gap_statistics statistics;
 static lm_sampling_plan plan;
@@ -31,30 +28,9 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void close_to(double expected, lm_real found, double relative) {
-  const double allowed = (relative > ROUNDING ? relative : ROUNDING) * fabs(expected);
-  TEST_ASSERT_DOUBLE_WITHIN(allowed, expected, (double)found);
-}
-
 static void near_to(double expected, lm_real found, double absolute) {
   TEST_ASSERT_DOUBLE_WITHIN(absolute, expected, (double)found);
 }
-
-/* A refusal: this status, this input named in the fault, and the same without a fault to fill. */
-#define REFUSED(expected_status, expected_input, call)       \
-  do {                                                       \
-    lm_fault *fault_or_null = &fault;                        \
-    fault.input = "";                                        \
-    TEST_ASSERT_EQUAL_INT((expected_status), (call));        \
-    TEST_ASSERT_EQUAL_INT((expected_status), fault.status);  \
-    TEST_ASSERT_EQUAL_STRING((expected_input), fault.input); \
-    fault_or_null = 0;                                       \
-    TEST_ASSERT_EQUAL_INT((expected_status), (call));        \
-  } while (0)
-#define OUTSIDE(input, call) REFUSED(LM_OUT_OF_RANGE, input, call)
-#define ACCEPTED(call) TEST_ASSERT_EQUAL_INT(LM_OK, (call))
-
-static const lm_real nan_value = (lm_real)NAN;
 
 static lm_tolerance_link link_of(double influence, double lower_um, double upper_um,
                                  lm_distribution distribution, lm_gap_zone zone) {
@@ -94,7 +70,7 @@ static void tolerance_grades_are_those_of_the_standard(void) {
   OUTSIDE("grade", lm_it_tolerance(40, 17, &out, fault_or_null));
   OUTSIDE("diameter_mm", lm_it_tolerance(0, 6, &out, fault_or_null));
   OUTSIDE("diameter_mm", lm_it_tolerance(501, 6, &out, fault_or_null));
-  REFUSED(LM_NOT_FINITE, "diameter_mm", lm_it_tolerance(nan_value, 6, &out, fault_or_null));
+  REFUSED(LM_NOT_FINITE, "diameter_mm", lm_it_tolerance(NAN_VALUE, 6, &out, fault_or_null));
   REFUSED(LM_NULL, "tolerance_mm", lm_it_tolerance(40, 6, 0, fault_or_null));
 }
 
@@ -283,7 +259,7 @@ static void links_out_of_range_are_refused_by_name(void) {
     OUTSIDE(name[i], lm_worst_limits(&bad[i], 1, &limits, fault_or_null));
     OUTSIDE(name[i], lm_probable_limits(&bad[i], 1, 3, &limits, fault_or_null));
   }
-  good.influence = nan_value;
+  good.influence = NAN_VALUE;
   REFUSED(LM_NOT_FINITE, "tolerance.influence", lm_check_tolerance_links(&good, 1, fault_or_null));
   good = link_of(1, 3, -3, LM_NORMAL, LM_GENERATOR_GAP);
   REFUSED(LM_INCONSISTENT, "tolerance.upper_mm", lm_check_tolerance_links(&good, 1, fault_or_null));
@@ -674,7 +650,7 @@ static void sampling_refuses_nonsense_by_name(void) {
   PLAN_REFUSED("plan.high_probability", high_probability, LM_REAL(1.1));
   PLAN_REFUSED("plan.limit_mm", limit_mm, LM_REAL(-0.1));
   bad = plan;
-  bad.limit_mm = nan_value;
+  bad.limit_mm = NAN_VALUE;
   REFUSED(LM_NOT_FINITE, "plan.limit_mm",
           lm_sample_gap(&one, 1, &bad, workspace, enough, &statistics, fault_or_null));
   REFUSED(LM_NULL, "plan",

@@ -1,6 +1,6 @@
 #include "lostmotion/tooth_bending.h"
 
-#include "elastic.h"
+#include "expect.h"
 
 #define A20 LM_REAL(20 * DEG)
 

@@ -1,6 +1,6 @@
 #include "lostmotion/torsion_chain.h"
 
-#include "elastic.h"
+#include "expect.h"
 
 #define STEEL_G LM_REAL(8e4)
 

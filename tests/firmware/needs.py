@@ -15,14 +15,22 @@ from measure import ROOT, Target
 TOOLS = ROOT / "build" / "tools"
 """Each tool has a virtual environment of its own in there: their requirements do not agree."""
 
+PACKAGES = {
+    "arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi",
+    "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf",
+    "qemu-system-riscv32": "qemu-system-misc",
+}
+"""Debian's names of the packages, where these differ from the program's."""
+
 UNREACHABLE = r"No matching distribution|Temporary failure|[Cc]onnection|[Tt]imed? ?out|ProxyError"
 """What pip says where it does not reach an index."""
 
 
 def need(target: Target) -> Target:
     """Give the target, where its compiler and its emulator are installed."""
-    if target.missing():
-        pytest.skip(f"{target.name}: {target.missing()} is not installed")
+    missing = target.missing()
+    if missing:
+        pytest.skip(f"{target.name}: no {missing}: apt install {PACKAGES.get(missing, missing)}")
     return target
 
 

@@ -1,7 +1,6 @@
-/* What the tests of the elastic members share: numbers in degrees and arc seconds, and the words
- * for a result and for a refusal. */
-#ifndef LOSTMOTION_TESTS_ELASTIC_H
-#define LOSTMOTION_TESTS_ELASTIC_H
+/* What a test expects of a function of the design model: a result up to rounding, or a refusal. */
+#ifndef LOSTMOTION_TESTS_EXPECT_H
+#define LOSTMOTION_TESTS_EXPECT_H
 
 #include <math.h>
 #include <unity.h>
