@@ -4,7 +4,7 @@
 
 Every suite is what `python -m rig suite` writes into its folder of DIR with the options that the
 table says. The degraded ones take seeds of the standard ones again, so that a campaign and its
-spoilt copy differ by the spoiling alone.
+spoilt copy differ by the spoiling alone. Twins are not looked for: naming one counts as wrong.
 """
 
 from __future__ import annotations
@@ -87,15 +87,13 @@ def write(name: str, folder: Path, seeds: str, share: float) -> str:
     """Write one suite, or the first of it."""
     suite = SUITES[name]
     seen = SEEN[suite.kind] if seeds == "judge" else 0
-    # Nobody reads twins but where one name is asked for.
-    twins = suite.kind in ("single", "aliased") and name not in ("short",)
     write_suite(
         suite.kind,
         math.ceil(share * suite.count),
         seeds,
         folder / name,
         conditions=Conditions(**suite.conditions),
-        twins=twins,
+        twins=False,
         report=lambda _: None,
         skip=seen + (suite.after if seeds == "judge" else 0),
         every=suite.every,

@@ -82,7 +82,8 @@ def scan_run(
     for j in range(phi.size):
         own[: n - j] += response_of[j] ** 2 - tail**2
     own = own - np.einsum("ij,ij->i", cross, np.linalg.solve(gram, cross.T).T)
-    good = own > 1e-3 * max(float(own.max()), 1e-300)
+    # Where the run's own curve leaves next to nothing of a step, one wild sample would make it.
+    good = own > max(1e-3 * float(own.max()), EDGE * tail**2, 1e-300)
     good[:EDGE] = good[-EDGE:] = False
     z = np.where(good, first / np.sqrt(np.where(good, own, 1.0)), 0.0)
     k = int(np.argmax(np.abs(z)))
