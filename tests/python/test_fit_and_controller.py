@@ -8,14 +8,16 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from lostmotion.core import core
 from lostmotion.discover.backbone import PLAYS, Base, Term
 from lostmotion.discover.conditions import RATE_WINDOW, Conditions
 from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import FittedModel
+from lostmotion.discover.ladder import FittedModel, fit_model, restore
 from lostmotion.drives import format_toml, read_drive
+from lostmotion.errors import InputError
 from lostmotion.export import build, make_controller
 from lostmotion.recordings import Campaign, read_campaign
-from lostmotion.replay import OUTPUTS, replay
+from lostmotion.replay import OUTPUTS, conditions, replay
 from lostmotion.units import ARCSEC
 
 RATIO = 100
@@ -70,6 +72,18 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     return read_campaign([file], ratio=RATIO)
 
 
+PLACES = ("inside", "both")
+"""Where friction sits (`lostmotion.discover.held_out.Friction`)."""
+
+OUTSIDE = 0.04
+"""Compliance of each play outside, over the least one of the backbone."""
+
+
+def put_friction_outside(base: Base) -> None:
+    """Friction outside the elasticity as well, as much as leaves the model an inverse."""
+    base.outside = np.full(PLAYS, OUTSIDE * float(base.slopes.min()))
+
+
 def fitted(campaign: Campaign, name: str, size: float) -> Base:
     """A base as a fit leaves it, with one effect of some multiple of its typical size."""
     base = Base(Conditions(campaign), RATED_NM)
@@ -92,14 +106,16 @@ def rounding(angle: npt.NDArray[np.float64]) -> float:
     return float(ROUNDINGS * np.finfo(np.float32).epsneg * np.max(np.abs(angle)))
 
 
-def exported(base: Base, folder: Path) -> npt.NDArray[np.float64]:
-    """Lost motion in arc seconds that the controller computes, by way of the fitted drive file."""
+def fitted_file(base: Base, folder: Path) -> Path:
+    """Write the drive file of a fitted base."""
     numbers = {
         "slope_{}_rad_per_Nm": base.slopes * ARCSEC,
         "play_share_{}": base.shares,
         "knot_{}_Nm": base.knots_Nm,
         "play_radius_{}_Nm": base.radius_Nm,
     }
+    if base.outside is not None:
+        numbers["play_outside_{}_rad_per_Nm"] = base.outside * ARCSEC
     named = {
         name.format(i + 1): value
         for name, values in numbers.items()
@@ -120,19 +136,28 @@ def exported(base: Base, folder: Path) -> npt.NDArray[np.float64]:
     (folder / "joint.toml").write_text(DRIVE)
     document = model.document(read_drive(folder / "joint.toml"))
     (folder / "fitted.toml").write_text(format_toml(document))
-    controller = make_controller(read_drive(folder / "fitted.toml"), profile="full")
+    return folder / "fitted.toml"
+
+
+def exported(base: Base, folder: Path) -> npt.NDArray[np.float64]:
+    """Lost motion in arc seconds that the controller computes, by way of the fitted drive file."""
+    controller = make_controller(read_drive(fitted_file(base, folder)), profile="full")
     tape = replay(build(controller), base.conditions.campaign).tapes[0]
     model_rad = tape.values[:, OUTPUTS.index("lost_motion_rad")]
     return np.asarray(model_rad, dtype=np.float64) / ARCSEC
 
 
+@pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("name", sorted(library()))
 def test_the_controller_computes_what_the_fit_predicts(
-    campaign: Campaign, tmp_path: Path, name: str
+    campaign: Campaign, tmp_path: Path, name: str, place: str
 ) -> None:
     without = fitted(campaign, name, 0.0)
     without.terms = []
     base = fitted(campaign, name, 3.0)
+    if place == "both":
+        put_friction_outside(without)
+        put_friction_outside(base)
     predicted = base.at().angle
     # The effect is there to be seen, far above the rounding.
     assert np.max(np.abs((predicted - without.at().angle)[INNER])) > 1000 * rounding(predicted)
@@ -146,3 +171,80 @@ def test_all_effects_at_once(campaign: Campaign, tmp_path: Path) -> None:
     predicted = base.at().angle
     difference = (exported(base, tmp_path) - predicted)[INNER]
     assert np.max(np.abs(difference)) < rounding(predicted)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_replay_gives_the_bits_of_the_model_in_float32(
+    campaign: Campaign, tmp_path: Path, place: str
+) -> None:
+    base = fitted(campaign, "wear", 1.0)
+    base.terms = [fitted(campaign, name, 1.0).terms[0] for name in sorted(library())]
+    if place == "both":
+        put_friction_outside(base)
+    parameters = build(make_controller(read_drive(fitted_file(base, tmp_path)), profile="full"))
+    c = core(32)
+    columns = {name: c.array(values) for name, values in conditions(campaign.runs[0]).items()}
+    recording = c.ffi.new("lm_recording *")
+    recording.count = SAMPLES
+    kept = {name: c.pointer(values) for name, values in columns.items()}
+    for name, pointer in kept.items():
+        setattr(recording, name, pointer)
+    memory = c.ffi.new("lm_memory *")
+    c.lib.lm_start_model(memory, columns["torque_Nm"][0])
+    angle = c.zeros(SAMPLES)
+    c.lib.lm_run_model(parameters, memory, recording, c.pointer(angle, write=True))
+    tape = replay(parameters, campaign).tapes[0]
+    controller = np.ascontiguousarray(tape.values[:, OUTPUTS.index("lost_motion_rad")])
+    assert np.ptp(angle) > 1e-4
+    np.testing.assert_array_equal(controller.view(np.uint32), angle.view(np.uint32))
+
+
+def test_friction_outside_survives_its_file_and_is_refused_where_it_is_too_much(
+    campaign: Campaign, tmp_path: Path
+) -> None:
+    base = fitted(campaign, "wear", 1.0)
+    put_friction_outside(base)
+    drive = read_drive(fitted_file(base, tmp_path))
+    assert drive.fit is not None
+    assert drive.fit["friction"] == "both"
+    again = Base(Conditions(campaign), RATED_NM)
+    restore(drive, again, library())
+    assert again.outside is not None
+    assert base.outside is not None
+    np.testing.assert_allclose(again.outside, base.outside, rtol=1e-12)
+    made = make_controller(drive, profile="full")
+    assert (len(made.outside), len(made.inside)) == (PLAYS, PLAYS)
+    with pytest.raises(InputError, match="plays: found 16, expected at most 8 in the profile"):
+        make_controller(drive)
+    base.outside *= 10
+    with pytest.raises(InputError, match="the loop is too wide for the drive"):
+        build(make_controller(read_drive(fitted_file(base, tmp_path)), profile="full"))
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_runs_that_were_not_fitted_decide_where_friction_sits(
+    campaign: Campaign, tmp_path: Path, place: str
+) -> None:
+    base = fitted(campaign, "wear", 0.0)
+    base.terms = []
+    if place == "both":
+        base.shares = np.full(PLAYS, 0.01)
+        base.outside = np.full(PLAYS, 0.5)
+    noise = 0.5 * np.random.default_rng(4).standard_normal(SAMPLES)
+    columns = {
+        "run": np.arange(SAMPLES) // 500,
+        "time_s": campaign.runs[0].time_s,
+        "torque_Nm": campaign.column("torque"),
+        "lost_motion_arcsec": base.at().angle + noise,
+    }
+    file = tmp_path / "runs.csv"
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(file, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+    (tmp_path / "joint.toml").write_text(DRIVE)
+    drive = read_drive(tmp_path / "joint.toml")
+    data = read_campaign([file], ratio=RATIO)
+    model = fit_model(drive, data, None, [], library())
+    assert model.document(drive)["fit"]["friction"] == place
+    assert model.ladder[-1]["rms_heldout_arcsec"] < 0.6
+    kept = fit_model(drive, data, None, [], library(), friction="inside")
+    assert kept.document(drive)["fit"]["friction"] == "inside"

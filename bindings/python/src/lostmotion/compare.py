@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from lostmotion.base import Backbone, run_plays
 from lostmotion.discover.backbone import Base
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.held_out import held_out_residual
+from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_residual
 from lostmotion.discover.threads import one_thread
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign
@@ -26,15 +26,9 @@ from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
-Friction = Literal["inside", "both"]
 
 STEPS = 25
 """Evaluations of a fit."""
-
-CLEARLY_BETTER = 0.7
-"""Friction outside the elasticity as well must bring the held-out error below this share of what it
-is with friction inside alone: less may be an effect that is missing (load-dependent friction takes
-away a quarter on campaigns of the rig), which `diagnose` tells apart."""
 
 BINS = 16
 """Bins of a covariate; each holds the same number of samples."""

@@ -279,19 +279,20 @@ def _fitted_backbone(drive: Drive, limit_Nm: float) -> tuple[FloatArray, FloatAr
     )
 
 
-def _fitted_plays(drive: Drive) -> list[Play]:
-    """The plays of a fit, which sit inside the elasticity; those without a share are left out."""
+def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
+    """The plays of a fit by the pattern of their weights; those without a weight are left out."""
     radii = _fit_values(drive, "play_radius_{}_Nm")
-    shares = _fit_values(drive, "play_share_{}")
-    pairs = zip(radii, shares, strict=False)
-    return [Play(float(radius), 0.0, float(share)) for radius, share in pairs if share > 0]
+    weights = _fit_values(drive, pattern)
+    pairs = zip(radii, weights, strict=False)
+    return [Play(float(radius), 0.0, float(weight)) for radius, weight in pairs if weight > 0]
 
 
 def _friction(drive: Drive, notes: list[str]) -> tuple[list[Play], list[Play]]:
     """Plays outside and inside the elasticity."""
-    fitted = _fitted_plays(drive)
-    if fitted:
-        return [], fitted
+    outside = _fitted_plays(drive, "play_outside_{}_rad_per_Nm")
+    inside = _fitted_plays(drive, "play_share_{}")
+    if outside or inside:
+        return outside, inside
     if drive.catalogue is not None:
         bank = drive.catalogue.plays(drive.rated_torque_Nm)
         if bank is None:

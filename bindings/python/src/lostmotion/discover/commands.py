@@ -65,6 +65,11 @@ def add_commands(command: Command, add_map: Option) -> None:
     )
     add_inputs(added, add_map)
     added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
+    added.add_argument(
+        "--friction",
+        choices=("inside", "both"),
+        help="inside the elasticity, or outside as well; by default as unseen runs ask for",
+    )
     added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
     add_effects(added)
     add_report(added)
@@ -245,7 +250,15 @@ def run_fit(arguments: argparse.Namespace) -> None:
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("fitting", quiet=arguments.quiet) as bar, one_thread():
-        model = fit_model(drive, campaign, backbone, arguments.add, effects, progress=bar)
+        model = fit_model(
+            drive,
+            campaign,
+            backbone,
+            arguments.add,
+            effects,
+            friction=arguments.friction,
+            progress=bar,
+        )
     if arguments.report is not None:
         with one_thread():
             section = fit_section(drive, model, recording_files(arguments.data))
@@ -372,7 +385,8 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
 def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
     """Print how the error fell."""
     for rung in model.ladder:
-        what = " + ".join(["base", *rung["effects"]])
+        outside = ["friction outside"] if rung.get("friction") == "both" else []
+        what = " + ".join(["base", *rung["effects"], *outside])
         print(
             f"{what:<48} {rung['rms_arcsec']:8.2f} arcsec  held out "
             f"{rung['rms_heldout_arcsec']:8.2f}",

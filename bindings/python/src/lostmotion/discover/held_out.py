@@ -7,6 +7,7 @@ own, because the zero of an encoder is arbitrary.
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,13 @@ from lostmotion.discover.backbone import Base
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+
+Friction = Literal["inside", "both"]
+
+CLEARLY_BETTER = 0.7
+"""Friction outside the elasticity as well must bring the held-out error below this share of what it
+is with friction inside alone: less may be an effect that is missing (load-dependent friction takes
+away a quarter on campaigns of the rig), which `diagnose` tells apart."""
 
 RIDGE = 1e-9
 """Relative ridge: what the other runs do not see stays where it is."""

@@ -25,7 +25,7 @@ from lostmotion.discover.candidates import (
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.diagnosis import noise_floor
 from lostmotion.discover.effects import Effect, find_effect
-from lostmotion.discover.held_out import held_out_rms
+from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_rms
 from lostmotion.discover.selection import free_values, noise_rms, term_of
 from lostmotion.discover.study import (
     Settled,
@@ -94,7 +94,7 @@ class FittedModel:
         estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         document["fit"] = {
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
-            "friction": "inside",
+            "friction": "inside" if self.base.outside is None else "both",
             "rms_arcsec": last["rms_arcsec"],
             "heldout_rms_arcsec": last["rms_heldout_arcsec"],
             "noise_floor_arcsec": self.noise_floor_arcsec,
@@ -153,6 +153,10 @@ def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
     )
     base.radius_Nm = np.array([values[f"play_radius_{i + 1}_Nm"] for i in range(PLAYS)])
     base.shares = np.array([values[f"play_share_{i + 1}"] for i in range(PLAYS)])
+    if "play_outside_1_rad_per_Nm" in values:
+        base.outside = (
+            np.array([values[f"play_outside_{i + 1}_rad_per_Nm"] for i in range(PLAYS)]) / ARCSEC
+        )
     base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
 
 
@@ -214,11 +218,21 @@ def fit_model(
     add: Sequence[str],
     effects: Mapping[str, Effect],
     *,
+    friction: Friction | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> FittedModel:
-    """Fit the base, then each effect on top, all refitted together at each rung."""
+    """Fit the base, then each effect on top, all refitted together at each rung.
+
+    Parameters
+    ----------
+    friction : {"inside", "both"}, optional
+        Where friction sits: inside the elasticity, or outside as well. By default as in a file that
+        was fitted already, else as runs that the fit has not seen ask for.
+    """
     chosen = [find_effect(name, effects) for name in add]
     base = make_base(drive, campaign, backbone, effects)
+    if friction == "inside":
+        base.outside = None
     present = {term.effect.name for term in base.terms}
     for effect in chosen:
         require(effect, base.conditions)
@@ -253,6 +267,13 @@ def fit_model(
         base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
         base.fit(steps=STEPS)
         ladder.append(rung(base))
+    if base.outside is None and friction != "inside":
+        both = with_outside_friction(base)
+        found = rung(both)
+        best = CLEARLY_BETTER * ladder[-1]["rms_heldout_arcsec"]
+        if friction == "both" or found["rms_heldout_arcsec"] < best:
+            base = both
+            ladder.append({**found, "friction": "both"})
     candidates, _ = make_candidates(base, effects, drive.ratio)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
@@ -269,6 +290,14 @@ def fit_model(
         covariance,
         inseparable,
     )
+
+
+def with_outside_friction(base: Base) -> Base:
+    """Refit with friction outside the elasticity as well."""
+    both = base.copy()
+    both.allow_outside_friction()
+    both.fit(steps=STEPS)
+    return both
 
 
 CORRELATED = 0.99
@@ -303,6 +332,11 @@ def table_of(
             names.append(f"{term.effect.name}.{term.effect.values[i].name}")
             values.append(term.values[i])
             unit.append(1.0)
+    if base.outside is not None:
+        keep += range(place, place + PLAYS)
+        names += [f"play_outside_{i + 1}_rad_per_Nm" for i in range(PLAYS)]
+        values += [*(base.outside * ARCSEC)]
+        unit += [ARCSEC] * PLAYS
     covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     correlation = covariance / np.outer(deviation, deviation)

@@ -19,6 +19,8 @@ def step_name(rungs: Sequence[Mapping[str, Any]], number: int) -> str:
         return " + ".join(["base", *now]).replace("_", " ")
     before = list(rungs[number - 1]["effects"])
     new = [name for name in now if name not in before] or now
+    if new == before and rungs[number].get("friction") == "both":
+        new = ["friction outside"]
     return "+ " + ", ".join(new).replace("_", " ")
 
 
