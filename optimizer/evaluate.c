@@ -166,9 +166,10 @@ lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
 /* --- tolerances ---------------------------------------------------------------------------------
  */
 
-/* The radial gap at the stated level, and the signed sum of each zone at its tightest. */
+/* The radial gap at the stated level and in the mean, and the signed sum of each zone at its tightest. */
 typedef struct tolerance_state {
   lm_real gap_mm;
+  lm_real mean_gap_mm;
   lm_real tightest_mm[LM_GAP_ZONES];
 } tolerance_state;
 
@@ -227,6 +228,7 @@ static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive 
     low[i] = larger(state->tightest_mm[i], LM_REAL(0));
     high[i] = larger(nominal[i] + limits.signed_max_mm[i], LM_REAL(0));
   }
+  state->mean_gap_mm = lm_mean_radial_gap(drive);
   if (problem->level == LM_LEVEL_QUANTILE) {
     state->gap_mm = sampled_gap(problem, drive);
   } else if (problem->level == LM_LEVEL_WORST) {
@@ -243,12 +245,11 @@ static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive 
 /* --- figures ------------------------------------------------------------------------------------
  */
 
-/* Share of a reversal that a radial gap takes: both directions. */
-static lm_status gap_reversal(const lm_drive *drive, const lm_mesh_state *mesh, lm_real gap_mm,
-                              lm_real torque_Nm, lm_real *reversal_rad, lm_fault *fault) {
+/* Turn of the output that a radial gap adds at a torque. */
+static lm_status gap_turn(const lm_drive *drive, const lm_mesh_state *mesh, lm_real gap_mm,
+                          lm_real torque_Nm, lm_real *turn_rad, lm_fault *fault) {
   lm_real full;
   lm_real closing;
-  lm_real turned;
   lm_status status =
       lm_radial_gap_angle(gap_mm, mesh->flank_angle_rad, mesh->radius_mm, &full, fault);
   if (status == LM_OK) {
@@ -256,47 +257,70 @@ static lm_status gap_reversal(const lm_drive *drive, const lm_mesh_state *mesh, 
                                    mesh->flank_angle_rad, &closing, fault);
   }
   if (status == LM_OK) {
-    status = lm_gap_rotation(torque_Nm, closing, full, &turned, fault);
-  }
-  if (status == LM_OK) {
-    *reversal_rad = LM_REAL(2) * turned;
+    status = lm_gap_rotation(torque_Nm, closing, full, turn_rad, fault);
   }
   return status;
 }
 
-static lm_status measure_motion(const lm_problem *problem, const lm_layout *layout,
-                                const lm_drive *drive, const tolerance_state *tolerance,
-                                lm_real result[], lm_design_workspace *workspace, lm_fault *fault) {
+/* The expensive part: contacts and their balance at every tooth phase. */
+static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
+                              lm_gapless gapless[], lm_design_workspace *workspace,
+                              lm_fault *fault) {
   const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(drive->teeth.flexspline_teeth);
-  lm_real torque[3];
-  lm_real loaded[LM_PHASE_MAX];
-  int next = layout->figure_start[LM_FIGURE_KINEMATIC_ERROR];
+  lm_real torque[LM_GAPLESS_TORQUES];
   int p;
-  int q;
+  int t;
   torque[0] = LM_REAL(-problem->torque_Nm);
   torque[1] = LM_REAL(problem->torque_Nm);
   torque[2] = LM_REAL(problem->rated_torque_Nm);
   for (p = 0; p < problem->phases; p++) {
     const lm_real phase = pitch * LM_REAL(p) / LM_REAL(problem->phases);
-    lm_contributions at[3];
-    lm_mesh_state mesh;
-    lm_real reversal;
-    lm_real turned;
-    lm_status status =
-        lm_evaluate_characteristic(drive, phase, torque, 3, at, &mesh, workspace, fault);
+    lm_contributions at[LM_GAPLESS_TORQUES];
+    const lm_status status = lm_evaluate_characteristic(
+        drive, phase, torque, LM_GAPLESS_TORQUES, at, &gapless[p].mesh, workspace, fault);
+    if (status != LM_OK) {
+      return status;
+    }
+    for (t = 0; t < LM_GAPLESS_TORQUES; t++) {
+      gapless[p].total_rad[t] = at[t].total_rad - at[t].radial_gap_rad;
+    }
+  }
+  return LM_OK;
+}
+
+/* The figures of motion: what has no gap, and the turn of the mean gap and of the level's. */
+static lm_status measure_motion(const lm_problem *problem, const lm_layout *layout,
+                                const lm_drive *drive, const tolerance_state *tolerance,
+                                const lm_gapless gapless[], lm_real result[], lm_fault *fault) {
+  const lm_real torque = LM_REAL(problem->torque_Nm);
+  const lm_real rated = LM_REAL(problem->rated_torque_Nm);
+  lm_real loaded[LM_PHASE_MAX];
+  int next = layout->figure_start[LM_FIGURE_KINEMATIC_ERROR];
+  int p;
+  int q;
+  for (p = 0; p < problem->phases; p++) {
+    const lm_mesh_state *mesh = &gapless[p].mesh;
+    const lm_real *total = gapless[p].total_rad;
+    lm_real level = LM_REAL(0);
+    lm_real mean = LM_REAL(0);
+    lm_real mean_loaded = LM_REAL(0);
+    lm_status status = gap_turn(drive, mesh, tolerance->gap_mm, torque, &level, fault);
     if (status == LM_OK) {
-      status = gap_reversal(drive, &mesh, tolerance->gap_mm, torque[1], &turned, fault);
+      status = gap_turn(drive, mesh, tolerance->mean_gap_mm, torque, &mean, fault);
+    }
+    if (status == LM_OK) {
+      status = gap_turn(drive, mesh, tolerance->mean_gap_mm, rated, &mean_loaded, fault);
     }
     if (status != LM_OK) {
       return status;
     }
-    reversal = at[1].total_rad - at[0].total_rad;
-    result[layout->figure_start[LM_FIGURE_LOST_MOTION] + p] = reversal / ARCMIN;
+    result[layout->figure_start[LM_FIGURE_LOST_MOTION] + p] =
+        (total[1] - total[0] + LM_REAL(2) * mean) / ARCMIN;
     result[layout->figure_start[LM_FIGURE_TOLERANCE_LOST_MOTION] + p] =
-        (reversal - (at[1].radial_gap_rad - at[0].radial_gap_rad) + turned) / ARCMIN;
+        (total[1] - total[0] + LM_REAL(2) * level) / ARCMIN;
     result[layout->figure_start[LM_FIGURE_COMPLIANCE] + p] =
-        (at[2].total_rad - at[1].total_rad) / (ARCMIN * (torque[2] - torque[1]));
-    loaded[p] = mesh.middle_rad + at[2].total_rad;
+        (total[2] - total[1] + mean_loaded - mean) / (ARCMIN * (rated - torque));
+    loaded[p] = mesh->middle_rad + total[2] + mean_loaded;
   }
   for (p = 0; p < problem->phases; p++) {
     for (q = 0; q < problem->phases; q++) {
@@ -339,9 +363,19 @@ static lm_real outer_diameter(const lm_drive *drive, const lm_geometry *g) {
   return LM_REAL(2) * (radius + ring);
 }
 
+/* Interference of the radial chain at its tightest; -1: not limited. */
+static lm_real interference_row(const lm_problem *problem, const lm_drive *drive,
+                                const tolerance_state *tolerance) {
+  if (!(problem->bounds.interference_max_mm >= 0)) {
+    return LM_REAL(-1);
+  }
+  return (larger(-tolerance->tightest_mm[0], -tolerance->tightest_mm[1]) -
+          LM_REAL(problem->bounds.interference_max_mm)) /
+         drive->teeth.module_mm;
+}
+
 /* Rows by lm_limit; what is not limited counts -1. */
-static void measure_limits(const lm_problem *problem, const lm_drive *drive,
-                           const tolerance_state *tolerance, const lm_check check[],
+static void measure_limits(const lm_problem *problem, const lm_drive *drive, const lm_check check[],
                            const lm_geometry *g, lm_real row[]) {
   static const lm_check_id by_module[] = {LM_CHECK_FORM_RADIUS,  LM_CHECK_FLEXSPLINE_TIP,
                                           LM_CHECK_RIGID_TIP,    LM_CHECK_FLEXSPLINE_ROOT,
@@ -368,12 +402,6 @@ static void measure_limits(const lm_problem *problem, const lm_drive *drive,
   if (bounds->outer_diameter_max_mm > 0) {
     row[LM_LIMIT_OUTER_DIAMETER] =
         outer_diameter(drive, g) / LM_REAL(bounds->outer_diameter_max_mm) - LM_REAL(1);
-  }
-  row[LM_LIMIT_INTERFERENCE] = LM_REAL(-1);
-  if (bounds->interference_max_mm >= 0) {
-    row[LM_LIMIT_INTERFERENCE] = (larger(-tolerance->tightest_mm[0], -tolerance->tightest_mm[1]) -
-                                  LM_REAL(bounds->interference_max_mm)) /
-                                 drive->teeth.module_mm;
   }
 }
 
@@ -441,9 +469,21 @@ static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const l
   }
 }
 
+/* What hangs on the tolerances but not on the angles. */
+static lm_status measure_production(const lm_problem *problem, const lm_layout *layout,
+                                    const lm_real value[], const lm_drive *drive,
+                                    const tolerance_state *tolerance, const lm_gapless gapless[],
+                                    lm_real result[], lm_fault *fault) {
+  result[layout->figure_start[LM_FIGURE_COST]] = cost_of(problem, value, drive);
+  result[layout->single_start + LM_LIMIT_INTERFERENCE] =
+      interference_row(problem, drive, tolerance);
+  return measure_motion(problem, layout, drive, tolerance, gapless, result, fault);
+}
+
 lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                            const lm_real value[LM_KEY_COUNT], const lm_drive *drive,
-                           lm_real result[], lm_design_workspace *workspace, lm_fault *fault) {
+                           lm_real result[], lm_gapless gapless[LM_PHASE_MAX],
+                           lm_design_workspace *workspace, lm_fault *fault) {
   tolerance_state tolerance;
   lm_check check[LM_CHECK_COUNT];
   lm_smallest_gap apart; /* the gaps have rows of their own */
@@ -459,15 +499,29 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     status = lm_check_design(drive, workspace->meshes, drive->axial_sections, &apart, check, fault);
   }
   if (status == LM_OK) {
-    status = measure_motion(problem, layout, drive, &tolerance, result, workspace, fault);
+    status = find_gapless(problem, drive, gapless, workspace, fault);
+  }
+  if (status == LM_OK) {
+    status =
+        measure_production(problem, layout, value, drive, &tolerance, gapless, result, fault);
   }
   if (status != LM_OK) {
     return status;
   }
   result[layout->figure_start[LM_FIGURE_STRESS]] = LM_REAL(1) / check[LM_CHECK_SAFETY].value;
-  result[layout->figure_start[LM_FIGURE_COST]] = cost_of(problem, value, drive);
-  measure_limits(problem, drive, &tolerance, check, &workspace->meshes[0].geometry,
+  measure_limits(problem, drive, check, &workspace->meshes[0].geometry,
                  result + layout->single_start);
   measure_gaps(problem, scan, drive, &tolerance, workspace, result + layout->gap_start);
   return LM_OK;
+}
+
+lm_status lm_measure_tolerances(const lm_problem *problem, const lm_layout *layout,
+                                const lm_real value[LM_KEY_COUNT], const lm_drive *drive,
+                                const lm_gapless gapless[LM_PHASE_MAX], lm_real result[],
+                                lm_fault *fault) {
+  tolerance_state tolerance;
+  const lm_status status = find_tolerance_state(problem, drive, &tolerance, fault);
+  return status != LM_OK ? status
+                         : measure_production(problem, layout, value, drive, &tolerance, gapless,
+                                              result, fault);
 }

@@ -21,13 +21,32 @@ void lm_fill_values(const lm_problem *problem, int combination, const lm_real un
 lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
                          lm_drive *drive, lm_fault *fault);
 
+/* What a tooth phase shows before any radial gap: the total turn at the stated torque backwards and
+ * forwards, and at the rated one. */
+#define LM_GAPLESS_TORQUES 3
+typedef struct lm_gapless {
+  lm_mesh_state mesh;
+  lm_real total_rad[LM_GAPLESS_TORQUES];
+} lm_gapless;
+
 /* Figures and limits of a built drive into result[layout->count], by lm_lay_out.
  *  Figures in their units. Limits are scaled to g <= 0: lengths in modules, stresses in shares of
  *  the limit, gaps in arcmin. A pair without overlap counts -LM_GAP_FREE_ARCMIN.
- * Errors of the model; then result[] is not complete. */
+ * gapless[problem->phases] is what lm_measure_tolerances goes on from. Errors of the model; then
+ * result[] is not complete. */
 lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                            const lm_real value[LM_KEY_COUNT], const lm_drive *drive,
-                           lm_real result[], lm_design_workspace *workspace, lm_fault *fault);
+                           lm_real result[], lm_gapless gapless[LM_PHASE_MAX],
+                           lm_design_workspace *workspace, lm_fault *fault);
+
+/* Of a drive that differs from a measured one in its tolerances alone: the figures of motion, cost
+ * and interference. The rest of result[] stays as it is, for nothing else hangs on tolerances, but
+ * for the side clearances where gap_at_worst_corner is asked: not to be used there. Errors as
+ * lm_measure_drive. */
+lm_status lm_measure_tolerances(const lm_problem *problem, const lm_layout *layout,
+                                const lm_real value[LM_KEY_COUNT], const lm_drive *drive,
+                                const lm_gapless gapless[LM_PHASE_MAX], lm_real result[],
+                                lm_fault *fault);
 
 #define LM_GAP_FREE_ARCMIN 10.0
 

@@ -502,7 +502,7 @@ lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, cons
   status = lm_build_drive(problem, workspace->value, &workspace->drive, fault);
   if (status == LM_OK) {
     status = lm_measure_drive(problem, scan, layout, workspace->value, &workspace->drive, result,
-                              &workspace->design, fault);
+                              workspace->gapless, &workspace->design, fault);
   }
   if (status == LM_OK) {
     status = check_result(problem, layout, combination, unit, result, fault);
@@ -528,6 +528,15 @@ lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
     }
   }
   return status;
+}
+
+int lm_slope_charge(const lm_problem *problem) {
+  int ranges = 0;
+  int i;
+  for (i = 0; i < problem->range_count; i++) {
+    ranges += problem->range[i].key < LM_KEY_GRADE || problem->bounds.gap_at_worst_corner;
+  }
+  return LM_GRADIENT_CHARGE * (ranges > 8 ? (ranges + 7) / 8 : 1);
 }
 
 double lm_figure_of(const lm_layout *layout, const double result[], int figure) {

@@ -17,8 +17,10 @@ extern "C" {
 
 /* What a gradient costs in plain evaluations, at up to 8 ranges, and again for each further 8:
  * measured, see tests/benchmarks/bench_search.py. Fixed, so that a budget means the same on every
- * machine. */
+ * machine. Ranges of tolerance grades do not count, for the contacts do not hang on them; they do
+ * where gap_at_worst_corner is asked. */
 #define LM_GRADIENT_CHARGE 8
+int lm_slope_charge(const lm_problem *problem);
 
 /* --- names; "" outside the list --- */
 

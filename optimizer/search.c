@@ -85,10 +85,6 @@ static double draw(const lm_search *search, int id, int which) {
   return (double)(lm_mix(seed + (uint64_t)which) >> 11) / 9007199254740992.0;
 }
 
-static int slope_charge(const lm_search *search) {
-  return LM_GRADIENT_CHARGE * ((search->problem.range_count + 7) / 8);
-}
-
 /* --- bounds -------------------------------------------------------------------------------------
  */
 
@@ -310,7 +306,7 @@ static void plan_evolve(lm_search *search) {
  * as the runners halve and their budget doubles. */
 static void start_race(lm_search *search) {
   const double budget =
-      RACE_SHARE * search->problem.evaluations / (RUNG_SLOPES * slope_charge(search));
+      RACE_SHARE * search->problem.evaluations / (RUNG_SLOPES * lm_slope_charge(&search->problem));
   int screened = 0;
   int runners = 1;
   int i;
@@ -344,7 +340,7 @@ static void plan_race(lm_search *search) {
   for (i = 0; i < search->runners && search->batch_count < BATCH_MAX; i++) {
     const int combination = search->order[i];
     (void)add_task(search, search->rung % 2 == 0 ? LM_TASK_SLSQP : LM_TASK_COBYLA, combination,
-                   (RUNG_SLOPES << search->rung) * slope_charge(search),
+                   (RUNG_SLOPES << search->rung) * lm_slope_charge(&search->problem),
                    search->state[combination].unit);
   }
 }
@@ -352,8 +348,8 @@ static void plan_race(lm_search *search) {
 /* Half of what is left of the budget, on as many combinations as it carries. */
 static void plan_polish(lm_search *search) {
   const int left = (search->problem.evaluations - search->used) / 2;
-  int slopes = 40 * slope_charge(search);
-  int polished = left / (3 * 10 * slope_charge(search));
+  int slopes = 40 * lm_slope_charge(&search->problem);
+  int polished = left / (3 * 10 * lm_slope_charge(&search->problem));
   int screened = 0;
   int i;
   for (i = 0; i < search->combinations; i++) {
@@ -395,7 +391,7 @@ static int pick_combination(const lm_search *search, int id) {
 
 static void plan_restarts(lm_search *search) {
   const int left = search->problem.evaluations - search->used;
-  const int charge = 30 * slope_charge(search);
+  const int charge = 30 * lm_slope_charge(&search->problem);
   int i;
   if (left < charge / 2 || search->quiet >= QUIET_ROUNDS) {
     return;
@@ -560,7 +556,7 @@ static void make_aim(const lm_search *search, int level, int levels, lm_aim *aim
 
 /* Without any feasible design yet: restarts until one is met. */
 static void plan_front(lm_search *search) {
-  const int charge = 20 * slope_charge(search);
+  const int charge = 20 * lm_slope_charge(&search->problem);
   const int left = search->problem.evaluations - search->used;
   int levels = left / (3 * charge) / 3;
   int level;
@@ -614,7 +610,7 @@ static void plan_settle(lm_search *search) {
     const int place = wanted > 1 ? n * (search->archive_count - 1) / (wanted - 1) : 0;
     const lm_found *found = &search->archive[place];
     lm_task *task = add_task(search, LM_TASK_SETTLE, found->combination,
-                             SETTLE_SLOPES * slope_charge(search), found->unit);
+                             SETTLE_SLOPES * lm_slope_charge(&search->problem), found->unit);
     if (search->problem.objective_count > 1) {
       int j;
       scale_aim(search, &task->aim);

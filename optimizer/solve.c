@@ -66,12 +66,8 @@ void lm_lead_aim(lm_aim *aim) {
   }
 }
 
-static int slope_charge(const lm_problem *problem) {
-  return LM_GRADIENT_CHARGE * ((problem->range_count + 7) / 8);
-}
-
 int lm_charge_of(const lm_problem *problem, const lm_answer *answer) {
-  return answer->plain + answer->slopes * slope_charge(problem);
+  return answer->plain + answer->slopes * lm_slope_charge(problem);
 }
 
 double lm_aim_value(const lm_problem *problem, const lm_aim *aim, const double objective[]) {
@@ -151,7 +147,7 @@ static int evaluate(solver *s, const double unit[], int slopes) {
   if ((s->interrupted || s->left <= 0) && s->running != NULL) {
     nlopt_force_stop(s->running);
   }
-  s->left -= slopes ? slope_charge(s->problem) : 1;
+  s->left -= slopes ? lm_slope_charge(s->problem) : 1;
   memcpy(s->at, unit, size);
   s->known = 1;
   s->known_slopes = slopes;

@@ -3,12 +3,14 @@
 #define LOSTMOTION_OPTIMIZER_WORKSPACE_H
 
 #include "lostmotion/characteristic.h"
+#include "evaluate.h"
 #include "points.h"
 
 struct lm_workspace {
   lm_design_workspace design;
   lm_drive drive;
   double value[LM_KEY_COUNT];
+  lm_gapless gapless[LM_PHASE_MAX];
   void *dual; /* of derivatives.cpp */
 };
 
