@@ -166,7 +166,8 @@ lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
 /* --- tolerances ---------------------------------------------------------------------------------
  */
 
-/* The radial gap at the stated level and in the mean, and the signed sum of each zone at its tightest. */
+/* The radial gap at the stated level and in the mean, and the signed sum of each zone at its
+ * tightest. */
 typedef struct tolerance_state {
   lm_real gap_mm;
   lm_real mean_gap_mm;
@@ -276,8 +277,8 @@ static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
   for (p = 0; p < problem->phases; p++) {
     const lm_real phase = pitch * LM_REAL(p) / LM_REAL(problem->phases);
     lm_contributions at[LM_GAPLESS_TORQUES];
-    const lm_status status = lm_evaluate_characteristic(
-        drive, phase, torque, LM_GAPLESS_TORQUES, at, &gapless[p].mesh, workspace, fault);
+    const lm_status status = lm_evaluate_characteristic(drive, phase, torque, LM_GAPLESS_TORQUES,
+                                                        at, &gapless[p].mesh, workspace, fault);
     if (status != LM_OK) {
       return status;
     }
@@ -502,8 +503,7 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     status = find_gapless(problem, drive, gapless, workspace, fault);
   }
   if (status == LM_OK) {
-    status =
-        measure_production(problem, layout, value, drive, &tolerance, gapless, result, fault);
+    status = measure_production(problem, layout, value, drive, &tolerance, gapless, result, fault);
   }
   if (status != LM_OK) {
     return status;

@@ -9,6 +9,7 @@
 #define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
 #define MUTATION_INDEX 20.0
 #define DIFFERENCE_SHARE 0.5 /* of the children; the others are crossed */
+#define GRAFT_SHARE 0.5      /* of the children, where tolerances are weighed */
 #define CHOICE_MUTATION 0.04
 
 typedef struct breeder {
@@ -19,6 +20,7 @@ typedef struct breeder {
   uint64_t state; /* of the generator */
   int left;
   int combinations;
+  double graft_share;
   lm_scan scan;
   lm_layout layout;
   double result[LM_RESULT_MAX];
@@ -137,6 +139,35 @@ static void differ(breeder *b, const double x[], const double better[], const do
   }
 }
 
+static int is_grade(const lm_problem *problem, int range) {
+  return problem->range[range].key >= LM_KEY_GRADE;
+}
+
+/* Whether tolerances are weighed against each other: there are several, and they cost. */
+static int trades_tolerances(const lm_problem *problem) {
+  int costs = problem->bounds.figure_max[LM_FIGURE_COST] > 0;
+  int grades = 0;
+  int i;
+  for (i = 0; i < problem->objective_count; i++) {
+    costs = costs || problem->objective[i] == LM_FIGURE_COST;
+  }
+  for (i = 0; i < problem->range_count; i++) {
+    grades += is_grade(problem, i);
+  }
+  return costs && grades > 1;
+}
+
+/* The teeth of one design with tolerances on the line through two others: which tolerances are
+ * worth their cost hangs little on the teeth. */
+static void graft(breeder *b, const double teeth[], const double p[], const double q[],
+                  double child[]) {
+  const double share = 1.5 * draw(b) - 0.25;
+  int k;
+  for (k = 0; k < b->problem->range_count; k++) {
+    child[k] = is_grade(b->problem, k) ? clip(p[k] + share * (q[k] - p[k])) : teeth[k];
+  }
+}
+
 static void mutate(breeder *b, double child[]) {
   int k;
   for (k = 0; k < b->problem->range_count; k++) {
@@ -155,6 +186,12 @@ static void breed(breeder *b, int parents) {
     const lm_found *y = choose_parent(b, parents);
     double child[LM_FREE_MAX] = {0};
     int combination;
+    if (draw(b) < b->graft_share) {
+      const lm_found *p = &b->population[pick(b, parents)];
+      graft(b, x->unit, y->unit, p->unit, child);
+      admit(b, cross_combinations(b, x->combination, x->combination), child);
+      continue;
+    }
     if (draw(b) < DIFFERENCE_SHARE) {
       const lm_found *p = &b->population[pick(b, parents)];
       const lm_found *q = &b->population[pick(b, parents)];
@@ -183,6 +220,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   b->stop = stop;
   b->state = task->seed;
   b->left = task->budget;
+  b->graft_share = trades_tolerances(problem) ? GRAFT_SHARE : 0;
   b->combinations = lm_count_combinations(problem);
   lm_default_scan(&b->scan);
   lm_lay_out(problem, &b->scan, &b->layout);

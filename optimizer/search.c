@@ -16,16 +16,21 @@
 #define SETTLE_SLOPES 300 /* gradients for one of them; most take a third */
 #define SCREEN_POINTS 4   /* of a combination */
 #define POINT_CHARGE 2    /* of a screened point: itself, and with its gap closed */
+#define BRIDGE_CHARGE 6   /* of three points between two designs */
+#define BRIDGES_MAX 6     /* of one round of the trade-off */
+#define OTHER_SHARE 0.3   /* of the levels: a second combination is tried there */
+#define LEVEL_SLOPES 15   /* gradients for one level; warm starts need no more */
 #define RUNG_SLOPES 12    /* evaluations with derivatives of the first rung */
 #define LEVELS_MAX 12     /* of one round of the trade-off */
 #define QUIET_ROUNDS 4    /* restarts without a better design before the search ends early */
 
 /* Shares of the budget. */
 #define SCREEN_SHARE 0.15
-#define EVOLVE_SHARE 0.8 /* up to here */
-#define RACE_SHARE 0.05
+#define EVOLVE_SHARE 0.7 /* up to here */
+#define RACE_SHARE 0.03
 
 #define ISLANDS_MAX 4
+#define EPOCH_BUDGET 4000     /* evaluations of a population before the next one starts anew */
 #define ISLAND_BUDGET 200     /* evaluations of one island between two exchanges */
 #define FEW_EVALUATIONS 10000 /* below, two islands */
 
@@ -50,9 +55,10 @@ struct lm_search {
   int round;
   int quiet;
   double round_best;
-  int cursor;  /* of the screen */
-  int *order;  /* of the screen, then ranking of the race */
-  int runners; /* combinations in the race */
+  int epoch_end; /* of the present population, in evaluations */
+  int cursor;    /* of the screen */
+  int *order;    /* of the screen, then ranking of the race */
+  int runners;   /* combinations in the race */
   int next_id;
   int used;
   int plain;
@@ -267,8 +273,19 @@ static void rank(lm_search *search, int count) {
   }
 }
 
-/* Islands start from the screened designs, the best combinations first. */
-static void start_population(lm_search *search) {
+/* Designs spread over the front, its ends among them. */
+static void add_spread(lm_search *search) {
+  const int places = ISLANDS_MAX * LM_PARENT_MAX - search->population_count;
+  const int count = search->archive_count < places ? search->archive_count : places;
+  int n;
+  for (n = 0; n < count; n++) {
+    const int place = count > 1 ? n * (search->archive_count - 1) / (count - 1) : 0;
+    search->population[search->population_count++] = search->archive[place];
+  }
+}
+
+/* The best kept design of each combination, the best combinations first. */
+static void add_champions(lm_search *search) {
   int screened = 0;
   int i;
   for (i = 0; i < search->combinations; i++) {
@@ -277,8 +294,7 @@ static void start_population(lm_search *search) {
     }
   }
   rank(search, screened);
-  search->population_count = 0;
-  for (i = 0; i < screened && i < ISLANDS_MAX * LM_PARENT_MAX / 2; i++) {
+  for (i = 0; i < screened && search->population_count < ISLANDS_MAX * LM_PARENT_MAX / 2; i++) {
     const combination_state *state = &search->state[search->order[i]];
     if (state->pool_count > 0) {
       search->population[search->population_count++] = state->pool[0];
@@ -286,13 +302,38 @@ static void start_population(lm_search *search) {
   }
 }
 
+/* Islands start from the screened designs. */
+static void start_population(lm_search *search) {
+  search->population_count = 0;
+  add_champions(search);
+  search->epoch_end = search->problem.evaluations < FEW_EVALUATIONS ? search->problem.evaluations
+                                                                    : search->used + EPOCH_BUDGET;
+}
+
+/* A population settles in one region, so that a larger budget goes into several which start anew;
+ * the last one, with half of the share, starts from what all have found. */
+static void start_epoch(lm_search *search, double share) {
+  search->population_count = 0;
+  if (search->used + EPOCH_BUDGET <= share / 2) {
+    search->epoch_end = search->used + EPOCH_BUDGET;
+    return;
+  }
+  search->epoch_end = search->problem.evaluations;
+  add_champions(search);
+  add_spread(search);
+}
+
 /* Islands exchange by dealing the population out anew, best first in turn. */
 static void plan_evolve(lm_search *search) {
   const int islands = search->problem.evaluations < FEW_EVALUATIONS ? ISLANDS_MAX / 2 : ISLANDS_MAX;
+  const double share = EVOLVE_SHARE * search->problem.evaluations;
   int i;
   int k;
-  if (search->used + islands * ISLAND_BUDGET / 2 > EVOLVE_SHARE * search->problem.evaluations) {
+  if (search->used + islands * ISLAND_BUDGET / 2 > share) {
     return;
+  }
+  if (search->used >= search->epoch_end) {
+    start_epoch(search, share);
   }
   for (i = 0; i < islands; i++) {
     lm_task *task = add_task(search, LM_TASK_EVOLVE, 0, ISLAND_BUDGET, NULL);
@@ -345,9 +386,11 @@ static void plan_race(lm_search *search) {
   }
 }
 
-/* Half of what is left of the budget, on as many combinations as it carries. */
+/* A share of what is left of the budget, on as many combinations as it carries: half of it for one
+ * objective; with more the ends of the front are but a part of the work. */
 static void plan_polish(lm_search *search) {
-  const int left = (search->problem.evaluations - search->used) / 2;
+  const double share = search->problem.objective_count > 1 ? 0.2 : 0.5;
+  const int left = (int)((search->problem.evaluations - search->used) * share);
   int slopes = 40 * lm_slope_charge(&search->problem);
   int polished = left / (3 * 10 * lm_slope_charge(&search->problem));
   int screened = 0;
@@ -502,7 +545,8 @@ static double gap_level(const lm_search *search, const lm_aim *aim, int which) {
     for (i = 0; i + 1 < search->archive_count; i++) {
       const double *a = search->archive[i].objective;
       const double *b = search->archive[i + 1].objective;
-      const double width = (b[0] - a[0]) / aim->scale[0] + (a[1] - b[1]) / aim->scale[1];
+      const double width =
+          (b[0] - a[0]) / aim->scale[0] * (a[1] - b[1]) / aim->scale[1]; /* area at stake */
       if (width > widest && width < taken) {
         widest = width;
         level = (a[1] + b[1]) / 2;
@@ -554,9 +598,39 @@ static void make_aim(const lm_search *search, int level, int levels, lm_aim *aim
   }
 }
 
+/* The steps of the front with the largest area at stake, where both ends are designs of one
+ * combination. */
+static void plan_bridges(lm_search *search, int left) {
+  unsigned char bridged[ARCHIVE_MAX] = {0};
+  int n;
+  for (n = 0; n < BRIDGES_MAX && (n + 1) * BRIDGE_CHARGE <= left; n++) {
+    lm_task *task;
+    double most = 0;
+    int widest = -1;
+    int i;
+    for (i = 0; i + 1 < search->archive_count; i++) {
+      const lm_found *a = &search->archive[i];
+      const lm_found *b = a + 1;
+      const double area = (b->objective[0] - a->objective[0]) * (a->objective[1] - b->objective[1]);
+      if (!bridged[i] && a->combination == b->combination && area > most) {
+        most = area;
+        widest = i;
+      }
+    }
+    if (widest < 0) {
+      return;
+    }
+    bridged[widest] = 1;
+    task = add_task(search, LM_TASK_BRIDGE, search->archive[widest].combination, BRIDGE_CHARGE,
+                    search->archive[widest].unit);
+    task->parent[0] = search->archive[widest + 1];
+    task->parent_count = 1;
+  }
+}
+
 /* Without any feasible design yet: restarts until one is met. */
 static void plan_front(lm_search *search) {
-  const int charge = 20 * lm_slope_charge(&search->problem);
+  const int charge = LEVEL_SLOPES * lm_slope_charge(&search->problem);
   const int left = search->problem.evaluations - search->used;
   int levels = left / (3 * charge) / 3;
   int level;
@@ -568,6 +642,12 @@ static void plan_front(lm_search *search) {
     return;
   }
   levels = levels < 2 ? 2 : levels > LEVELS_MAX ? LEVELS_MAX : levels;
+  if (search->problem.objective_count == 2 && search->round % 2 == 1) {
+    plan_bridges(search, left);
+    if (search->batch_count > 0) {
+      return;
+    }
+  }
   for (level = 0; level < levels; level++) {
     lm_aim aim;
     const lm_found *start;
@@ -578,13 +658,15 @@ static void plan_front(lm_search *search) {
     }
     make_aim(search, level, levels, &aim);
     start = best_of_archive(search, &aim);
-    task = add_task(search, (level + search->round) % 2 == 0 ? LM_TASK_SLSQP : LM_TASK_COBYLA,
+    task = add_task(search, (level + search->round) % 3 != 1 ? LM_TASK_SLSQP : LM_TASK_COBYLA,
                     start->combination, charge < left ? charge : left, start->unit);
     task->aim = aim;
-    if (draw(search, task->id, 6) < 0.25) {
+    if (draw(search, task->id, 6) < 0.1) {
       disturb(search, task, 0.1);
     }
-    other = best_other(search, &aim, start->combination);
+    other = draw(search, search->next_id, 7) < OTHER_SHARE
+                ? best_other(search, &aim, start->combination)
+                : NULL;
     if (other != NULL && (search->batch_count + 1) * charge <= left) {
       task = add_task(search, LM_TASK_SLSQP, other->combination, charge, other->unit);
       task->aim = aim;

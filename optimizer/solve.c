@@ -476,6 +476,25 @@ static void screen(solver *s, const lm_task *task) {
   }
 }
 
+/* Between two designs that are good for neighbouring aims lie designs that are good for the aims
+ * between: points at even distances on the line, each with its gap closed. */
+static void bridge(solver *s, const lm_task *task) {
+  const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
+  int i;
+  int k;
+  for (i = 1; i <= points && !s->interrupted; i++) {
+    const double share = (double)i / (points + 1);
+    double unit[LM_FREE_MAX] = {0};
+    for (k = 0; k < s->problem->range_count; k++) {
+      unit[k] = task->unit[k] + share * (task->parent[0].unit[k] - task->unit[k]);
+    }
+    if (evaluate(s, unit, 0) &&
+        lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
+      (void)evaluate(s, unit, 0);
+    }
+  }
+}
+
 /* Smallest side clearance between all angles at the answer's point, arcmin, and its angle; 0 when
  * the model refuses. */
 static int find_fine_gap(solver *s, const double unit[], double *gap_arcmin, double *angle_rad) {
@@ -671,6 +690,9 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
       break;
     case LM_TASK_ISRES:
       run_plain(&s, task->unit, NLOPT_GN_ISRES, 0.3, task->seed);
+      break;
+    case LM_TASK_BRIDGE:
+      bridge(&s, task);
       break;
     case LM_TASK_SETTLE:
       settle(&s, task);

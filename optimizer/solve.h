@@ -56,6 +56,7 @@ typedef enum lm_task_kind {
   LM_TASK_COBYLA,     /* no gradients, largest limits of each group */
   LM_TASK_ISRES,      /* population of 60 */
   LM_TASK_EVOLVE,     /* a population over all combinations */
+  LM_TASK_BRIDGE,     /* points between two designs of one combination, gaps closed */
   LM_TASK_SETTLE      /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;
 
@@ -68,7 +69,7 @@ typedef struct lm_task {
   lm_aim aim;
   double unit[LM_FREE_MAX]; /* start */
   int parent_count;
-  lm_found parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE */
+  lm_found parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE; the other end of LM_TASK_BRIDGE */
 } lm_task;
 
 typedef struct lm_answer {

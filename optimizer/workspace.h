@@ -2,8 +2,8 @@
 #ifndef LOSTMOTION_OPTIMIZER_WORKSPACE_H
 #define LOSTMOTION_OPTIMIZER_WORKSPACE_H
 
-#include "lostmotion/characteristic.h"
 #include "evaluate.h"
+#include "lostmotion/characteristic.h"
 #include "points.h"
 
 struct lm_workspace {
