@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from conftest import BOUGHT, DATA, DRAWN
-from lostmotion import __version__, cli
+from lostmotion import __version__, cli, terminal
 from lostmotion.cli import main
 from lostmotion.completion import SHELLS
 from lostmotion.errors import LibraryError
@@ -292,7 +292,7 @@ def test_progress_is_drawn_on_a_terminal_only(
     capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with cli.Progress("comparing") as progress:
+    with terminal.Progress("comparing") as progress:
         progress(1, 2)
     assert "comparing [###############...............] 1/2" in capsys.readouterr().err
 
@@ -320,7 +320,7 @@ def test_quiet_prints_nothing_but_the_json_that_was_asked_for(
     assert main(["predict", "none.toml", "-q"]) == 2
     assert "no such file" in capsys.readouterr().err
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with cli.Progress("comparing", quiet=True) as progress:
+    with terminal.Progress("comparing", quiet=True) as progress:
         progress(1, 2)
     assert capsys.readouterr() == ("", "")
     assert main(["predict", bought_file, "-q", "-v"]) == 2

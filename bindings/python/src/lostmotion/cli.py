@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import logging
 import math
 import os
@@ -20,13 +19,7 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.completion import SHELLS, completion_script
 from lostmotion.demo import demonstrate, show_demonstration
 from lostmotion.design.command import add_design_command
-from lostmotion.discover.commands import (
-    add_commands,
-    add_dask,
-    add_effects,
-    add_report,
-    effects_of,
-)
+from lostmotion.discover.commands import add_commands
 from lostmotion.discover.effects import library
 from lostmotion.discover.ladder import make_base
 from lostmotion.drives import read_drive
@@ -34,11 +27,24 @@ from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.export import PROFILES, export, make_controller, read_settings, show_export
 from lostmotion.files import check_place, reason, write_whole
 from lostmotion.model import make_backbone
+from lostmotion.options import (
+    add_data,
+    add_drive,
+    add_effects,
+    add_inputs,
+    add_phase,
+    add_report,
+    add_settings,
+    effects_of,
+    number,
+    whole_number,
+)
 from lostmotion.predict import clearances, predict
 from lostmotion.recordings import parse_map, read_campaign, recording_files
 from lostmotion.replay import read_parameters, replay, show_replay
 from lostmotion.report import comparison_section, drive_section, write_report
 from lostmotion.sample import read_or_sample
+from lostmotion.terminal import Progress, deliver, fixed, show_table
 from lostmotion.workbench.command import add_command as add_workbench
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -159,11 +165,11 @@ def make_parser() -> argparse.ArgumentParser:
         "The characteristic and its five contributions.",
         "lostmotion predict drive.toml --torque -40:40:81 --json prediction.json",
     )
-    added.add_argument("drive", metavar="DRIVE", help="drive file")
+    add_drive(added)
     added.add_argument(
         "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
     )
-    added.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+    add_phase(added)
     add_report(added)
 
     added = command(
@@ -172,8 +178,8 @@ def make_parser() -> argparse.ArgumentParser:
         "Side clearances of every tooth, both ways, with contact radius and interference.",
         "lostmotion clearances drive.toml --angles-deg -10,0,10,20",
     )
-    added.add_argument("drive", metavar="DRIVE", help="drive file with a [design]")
-    added.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+    add_drive(added, "drive file with a [design]")
+    add_phase(added)
     added.add_argument("--angles-deg", metavar="A,B,C", help="angles to place a tooth at")
 
     added = command(
@@ -182,10 +188,7 @@ def make_parser() -> argparse.ArgumentParser:
         "Model against measurement: where it fits and where it fails.",
         "lostmotion compare drive.toml recordings/ --map POSITION=lost_motion_rev",
     )
-    added.add_argument("drive", metavar="DRIVE", help="drive file")
-    added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
-    add_map(added)
-    add_dask(added)
+    add_inputs(added)
     added.add_argument(
         "--fit-on",
         metavar="RUN,RUN...",
@@ -195,7 +198,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_effects(added)
     add_report(added)
 
-    add_commands(command, add_map)
+    add_commands(command)
     add_design_command(command)
 
     added = command(
@@ -204,7 +207,7 @@ def make_parser() -> argparse.ArgumentParser:
         "Parameters for the controller, as a C header or a binary blob.",
         "lostmotion export drive.toml -o params.h --set period_us=500",
     )
-    added.add_argument("drive", metavar="DRIVE", help="drive file")
+    add_drive(added)
     added.add_argument(
         "-o", "--output", metavar="FILE", required=True, help="a name that ends in .h or .bin"
     )
@@ -219,13 +222,12 @@ def make_parser() -> argparse.ArgumentParser:
         "The controller's own code over recorded logs, bit for bit.",
         "lostmotion replay params.bin log.csv --table ticks.csv",
     )
-    added.add_argument("drive", metavar="DRIVE", help="drive file, or a blob by export")
-    added.add_argument("data", metavar="LOG", nargs="+", help="recordings, or folders of them")
+    add_drive(added, "drive file, or a blob by export")
+    add_data(added, "LOG")
     added.add_argument("--table", metavar="FILE.csv", help="write every tick")
     add_settings(added)
-    add_map(added)
 
-    add_workbench(command, add_map)
+    add_workbench(command)
 
     added = command(
         "demo",
@@ -247,28 +249,6 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def add_map(parser: argparse.ArgumentParser) -> None:
-    """Add the option that reads foreign column names."""
-    parser.add_argument(
-        "--map",
-        action="append",
-        default=[],
-        metavar="COLUMN=NAME_UNIT",
-        help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round",
-    )
-
-
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Add the option that states what a drive file does not say of the controller."""
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY_UNIT=NUMBER",
-        help="period, torque_limit, a limit of the correction or of the watch",
-    )
-
-
 def check_places(arguments: argparse.Namespace) -> None:
     """Refuse places that cannot be written to, or that hold an input, before any work."""
     taken = {name: f"the input '{name}'" for name in input_files(arguments)}
@@ -286,33 +266,10 @@ def check_places(arguments: argparse.Namespace) -> None:
 
 def input_files(arguments: argparse.Namespace) -> list[str]:
     """Files that a command line names for reading."""
-    data = [
-        *(getattr(arguments, "data", None) or []),
-        *(getattr(arguments, "evidence", None) or []),
-    ]
+    several = ("data", "evidence", "plan", "effects")
+    data = [file for name in several for file in getattr(arguments, name, None) or []]
     named = [getattr(arguments, name, None) for name in ("drive", "spec")]
     return [name for name in [*named, *data] if name and "\0" not in name]
-
-
-def number(option: str, text: str, limit: float) -> float:
-    """Read a number of the command line whose size is at most `limit`."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(option, "", f"'{text}'", "a number")
-    if abs(value) > limit:
-        raise InputError(option, "", f"'{text}'", f"a number from {-limit:g} to {limit:g}")
-    return value
-
-
-def whole_number(option: str, text: str, low: int, high: int) -> int:
-    """Read an integer of the command line."""
-    digits = text.isascii() and text.isdecimal() and len(text) <= len(str(high))
-    if not digits or not low <= int(text) <= high:
-        raise InputError(option, "", f"'{text}'", f"an integer from {low} to {high}")
-    return int(text)
 
 
 def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -328,23 +285,6 @@ def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.fl
     if not np.all(np.diff(spaced) > 0):
         raise InputError("--torque", "", f"'{text}'", expected)
     return spaced
-
-
-def deliver(
-    answer: dict[str, Any], arguments: argparse.Namespace, show: Callable[[TextIO], None]
-) -> None:
-    """Print the answer for people, or write it as JSON, or both when the JSON goes to a file."""
-    to = arguments.json
-    if to == "-":
-        print(json.dumps(answer, indent=1, allow_nan=False))
-        return
-    if to is not None:
-        write_whole(to, json.dumps(answer, indent=1, allow_nan=False) + "\n")
-    if arguments.quiet:
-        return
-    show(sys.stdout)
-    if to is not None:
-        print(f"\nwritten: {one_line(to)}")
 
 
 def run_predict(arguments: argparse.Namespace) -> None:
@@ -456,43 +396,6 @@ def loudness(arguments: argparse.Namespace) -> Iterator[None]:
     finally:
         log.removeHandler(handler)
         log.setLevel(level)
-
-
-class Progress:
-    """A progress bar on a terminal; nothing in a pipe, and nothing with ``--quiet``."""
-
-    WIDTH = 30
-
-    def __init__(self, label: str, *, quiet: bool = False) -> None:
-        self.label = label
-        self.shown = sys.stderr.isatty() and not quiet
-
-    def __enter__(self) -> Progress:
-        return self
-
-    def __call__(self, done: int, steps: int) -> None:
-        """Draw the bar at `done` of `steps`."""
-        if self.shown:
-            full = self.WIDTH * done // max(steps, 1)
-            bar = "#" * full + "." * (self.WIDTH - full)
-            print(f"\r{self.label} [{bar}] {done}/{steps}", end="", file=sys.stderr, flush=True)
-
-    def __exit__(self, *_: object) -> None:
-        if self.shown:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
-
-
-def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) -> None:
-    """Print columns aligned to the right."""
-    widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
-    for line in (head, *rows):
-        cells = (cell.rjust(width) for cell, width in zip(line, widths, strict=True))
-        print("  ".join(cells), file=out)
-
-
-def fixed(value: float | None, digits: int = 3) -> str:
-    """Format a number, or a dash for none."""
-    return "-" if value is None else f"{value:.{digits}f}"
 
 
 def show_prediction(answer: dict[str, Any], out: TextIO) -> None:

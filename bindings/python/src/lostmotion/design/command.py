@@ -13,8 +13,8 @@ from lostmotion.design.result import Result
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
-
-Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
+from lostmotion.options import Command, whole_number
+from lostmotion.terminal import deliver, show_table
 
 WORKERS_MAX = 256
 """Most threads that the optimizer takes."""
@@ -55,8 +55,6 @@ def add_design_command(command: Command) -> None:
 
 def run_design(arguments: argparse.Namespace) -> None:
     """``lostmotion design``."""
-    from lostmotion.cli import deliver, whole_number
-
     workers = None
     if arguments.workers is not None:
         workers = whole_number("--workers", arguments.workers, 1, WORKERS_MAX)
@@ -151,8 +149,6 @@ def print_line(seen: dict[str, Any]) -> None:
 
 def show_result(result: Result, out: TextIO) -> None:
     """Print the front and what the certificate says."""
-    from lostmotion.cli import show_table
-
     state = "finished" if result.finished else "stopped, --resume goes on"
     ends = ", ".join(
         f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from lostmotion.base import Backbone
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
-from lostmotion.discover.effects import Effect, find_effect, library, load
+from lostmotion.discover.effects import Effect, find_effect, library
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
 from lostmotion.discover.merged import gather_body, judge_body, load_body, merge_bodies
 from lostmotion.discover.plans import check, forecast, next_runs, read_plan
@@ -21,19 +21,26 @@ from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
+from lostmotion.options import (
+    Command,
+    add_data,
+    add_drive,
+    add_effects,
+    add_inputs,
+    add_report,
+    effects_of,
+)
 from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
 from lostmotion.sample import read_or_sample
-
-Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
-Option = Callable[[argparse.ArgumentParser], None]
+from lostmotion.terminal import Progress, deliver
 
 ROUNDS = 12
 """Pieces of work that a diagnosis usually has, for the progress bar."""
 
 
-def add_commands(command: Command, add_map: Option) -> None:
+def add_commands(command: Command) -> None:
     """Add the commands of discovery to the parser."""
     added = command(
         "diagnose",
@@ -41,7 +48,7 @@ def add_commands(command: Command, add_map: Option) -> None:
         "Which physical effect is missing.",
         "lostmotion diagnose drive.toml recordings/ --json diagnosis.json",
     )
-    add_inputs(added, add_map)
+    add_inputs(added)
     add_effects(added)
     add_report(added)
     added.add_argument(
@@ -63,7 +70,7 @@ def add_commands(command: Command, add_map: Option) -> None:
         "Refit with effects added; prints how the error falls.",
         "lostmotion fit drive.toml recordings/ --add thermal_gap -o fitted.toml",
     )
-    add_inputs(added, add_map)
+    add_inputs(added)
     added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
     added.add_argument(
         "--friction",
@@ -90,9 +97,8 @@ def add_commands(command: Command, add_map: Option) -> None:
         "Are the recordings sound, and what can this plan tell apart.",
         "lostmotion check recordings/",
     )
-    added.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
+    add_data(added)
     added.add_argument("--ratio", type=float, help="where only the two angles were recorded")
-    add_map(added)
 
     added = command(
         "forecast",
@@ -100,9 +106,8 @@ def add_commands(command: Command, add_map: Option) -> None:
         "Before measuring: which effects a plan would find, and which it could not separate.",
         "lostmotion forecast drive.toml plan.csv",
     )
-    added.add_argument("drive", metavar="DRIVE", help="drive file")
-    added.add_argument("data", metavar="PLAN", nargs="+", help="planned runs, as recordings")
-    add_map(added)
+    add_drive(added)
+    add_data(added, "PLAN", "planned runs, as recordings")
     add_effects(added)
 
     added = command(
@@ -111,59 +116,9 @@ def add_commands(command: Command, add_map: Option) -> None:
         "Which run to do next to decide between the effects that are still open.",
         "lostmotion next drive.toml recordings/ --plan options.csv",
     )
-    add_inputs(added, add_map)
+    add_inputs(added)
     added.add_argument("--plan", action="append", required=True, metavar="OPTIONS", help="runs")
     add_effects(added)
-
-
-def add_inputs(parser: argparse.ArgumentParser, add_map: Option) -> None:
-    """Add drive and recordings."""
-    parser.add_argument("drive", metavar="DRIVE", help="drive file")
-    parser.add_argument("data", metavar="DATA", nargs="+", help="recordings, or folders of them")
-    add_map(parser)
-    add_dask(parser)
-
-
-def add_dask(parser: argparse.ArgumentParser) -> None:
-    """Add the option that reads large recordings through Dask."""
-    parser.add_argument(
-        "--dask",
-        nargs="?",
-        const="local",
-        metavar="ADDRESS",
-        help="read large Parquet recordings through Dask, here or on the cluster at tcp://...",
-    )
-
-
-def add_effects(parser: argparse.ArgumentParser) -> None:
-    """Add the option for the user's own effects."""
-    parser.add_argument(
-        "--effects",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="your own effects: a Python file, or a shared object made from C",
-    )
-
-
-def add_report(parser: argparse.ArgumentParser) -> None:
-    """Add the option that writes a report."""
-    parser.add_argument(
-        "--report",
-        metavar="FILE.html",
-        help="write a page with pictures and the numbers behind them",
-    )
-
-
-def effects_of(arguments: argparse.Namespace) -> dict[str, Effect]:
-    """Return the library's effects and the user's own."""
-    found = dict(library())
-    for file in arguments.effects:
-        for name, effect in load(file).items():
-            if name in found:
-                raise InputError(file, name, "the name of another effect", "a name of its own")
-            found[name] = effect
-    return found
 
 
 def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
@@ -186,8 +141,6 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
 
 def run_diagnose(arguments: argparse.Namespace) -> None:
     """``lostmotion diagnose``."""
-    from lostmotion.cli import deliver
-
     drive, result, findings = diagnosis_of(arguments)
     if arguments.report is not None:
         with one_thread():
@@ -208,8 +161,6 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
 
 def run_merge(arguments: argparse.Namespace) -> None:
     """``lostmotion merge``."""
-    from lostmotion.cli import deliver
-
     with one_thread():
         bodies = [load_body(file) for file in arguments.evidence]
         answer = judge_body(merge_bodies(bodies, arguments.evidence), effects_of(arguments))
@@ -218,8 +169,6 @@ def run_merge(arguments: argparse.Namespace) -> None:
 
 def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[str]]:
     """Diagnose what the arguments name."""
-    from lostmotion.cli import Progress
-
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
     done = 0
@@ -245,8 +194,6 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
 
 def run_fit(arguments: argparse.Namespace) -> None:
     """``lostmotion fit``."""
-    from lostmotion.cli import Progress, deliver
-
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("fitting", quiet=arguments.quiet) as bar, one_thread():
@@ -272,8 +219,6 @@ def run_fit(arguments: argparse.Namespace) -> None:
 
 def run_effects(arguments: argparse.Namespace) -> None:
     """``lostmotion effects``."""
-    from lostmotion.cli import deliver
-
     words = arguments.name
     if words and words[0] == "new":
         if len(words) != 2:
@@ -297,8 +242,6 @@ def run_effects(arguments: argparse.Namespace) -> None:
 
 def run_check(arguments: argparse.Namespace) -> None:
     """``lostmotion check``."""
-    from lostmotion.cli import deliver
-
     campaign = read_campaign(
         [Path(path) for path in arguments.data],
         ratio=arguments.ratio if arguments.ratio is not None else 1.0,
@@ -310,8 +253,6 @@ def run_check(arguments: argparse.Namespace) -> None:
 
 def run_forecast(arguments: argparse.Namespace) -> None:
     """``lostmotion forecast``."""
-    from lostmotion.cli import deliver
-
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
     plan = read_plan(arguments.data, drive.ratio, mapping)
@@ -323,8 +264,6 @@ def run_forecast(arguments: argparse.Namespace) -> None:
 
 def run_next(arguments: argparse.Namespace) -> None:
     """``lostmotion next``."""
-    from lostmotion.cli import deliver
-
     drive, result, _ = diagnosis_of(arguments)
     mapping = {**drive.columns, **parse_map(arguments.map)}
     options = read_plan(arguments.plan, drive.ratio, mapping)

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-from collections.abc import Callable
-from typing import Any
 
 from lostmotion.errors import InputError, LostMotionError
-
-Command = Callable[[str, Callable[[Any], None], str, str], argparse.ArgumentParser]
-Option = Callable[[argparse.ArgumentParser], None]
+from lostmotion.options import Command, add_map
 
 PORT_MAX = 65535
 
 
-def add_command(command: Command, add_map: Option) -> None:
+def add_command(command: Command) -> None:
     """Add the command to the parser."""
     added = command(
         "workbench",

@@ -9,8 +9,9 @@ from pathlib import Path
 from nicegui import ui
 from nicegui.events import MultiUploadEventArguments
 
+from lostmotion.demo.inputs import find_inputs
 from lostmotion.drives import read_toml
-from lostmotion.errors import LostMotionError
+from lostmotion.errors import LostMotionError, one_line
 from lostmotion.report.ladder import draw_ladder
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import DesignPanel, Search
@@ -35,6 +36,9 @@ LOOK_S = 0.2
 RAIL_PX = 270.0
 """Width for which the ladder beside the panels is drawn."""
 
+EXAMPLE = "joint"
+"""Folder of the demonstration's inputs with a drive and a campaign."""
+
 DRIVE_SUFFIX = ".toml"
 """What is uploaded with this suffix is a drive file; all else is a recording."""
 
@@ -47,7 +51,7 @@ class Page:
         self.search = search
         self.work = work
         self.panels: list[Panel] = [
-            DrivePanel(bench, work),
+            DrivePanel(bench, work, self.load_example),
             MeasuredPanel(bench, work),
             WherePanel(bench, work),
             EffectsPanel(bench, work),
@@ -128,6 +132,18 @@ class Page:
             self.work.say(f"recordings: {error}")
             return
         self.load(self.drive_path.value.strip(), paths, mapping)
+
+    def load_example(self) -> None:
+        """Load what the demonstration reads."""
+        try:
+            folder = find_inputs() / EXAMPLE
+        except LostMotionError as error:
+            self.work.say(one_line(str(error)))
+            return
+        self.drive_path.value = str(folder / "joint.toml")
+        self.data_paths.value = shlex.quote(str(folder / "joint.csv.gz"))
+        self.search.spec = self.search.spec or str(folder / "spec.toml")
+        self.load_paths()
 
     def load(self, drive: str, paths: list[str], mapping: list[str]) -> None:
         """Load a drive, recordings or both, beside the page."""

@@ -66,10 +66,13 @@ class Panel:
         Where it is drawn.
     shown : int or None
         Version of the bench that it shows.
+    of_recordings : bool
+        Whether there is nothing to show without recordings.
     """
 
     name = ""
     title = ""
+    of_recordings = False
     place: ui.element
 
     def __init__(self, bench: Bench, work: Work) -> None:
@@ -92,7 +95,10 @@ class Panel:
         """Draw the panel."""
         self.place.clear()
         with self.place:
-            self.draw()
+            if self.of_recordings and self.bench.campaign is None:
+                self.hint("No recordings yet: name files or folders, or drop them.")
+            else:
+                self.draw()
 
     def draw(self) -> None:
         """Draw into the place."""
@@ -121,14 +127,22 @@ class DrivePanel(Panel):
 
     name, title = "drive", "Drive"
 
+    def __init__(self, bench: Bench, work: Work, example: Callable[[], None]) -> None:
+        super().__init__(bench, work)
+        self.example = example
+
     def draw(self) -> None:
         """Draw into the place."""
         if self.bench.drive is None:
             self.hint(
-                "Name a drive file at the left, or drop one: a catalogue sheet or a drawing. "
-                "With recordings beside it you will see where the model fails and which effect "
-                "is missing."
+                "Name a drive file, or drop one: a catalogue sheet or a drawing. With recordings "
+                "beside it you will see where the model fails and which effect is missing."
             )
+            self.hint(
+                "Or look around with the example: a joint of a robot, measured at several "
+                "temperatures, with an effect that its data sheet knows nothing of."
+            )
+            action("Load the example", self.example).mark("example")
             return
         self.html(self.bench.drive_page.html)
 
@@ -137,12 +151,10 @@ class MeasuredPanel(Panel):
     """The recordings against the model: loops, errors by run, what the error hangs on."""
 
     name, title = "measured", "Measured"
+    of_recordings = True
 
     def draw(self) -> None:
         """Draw into the place."""
-        if self.bench.comparison is None:
-            self.hint("No recordings yet: name files or folders at the left, or drop them.")
-            return
         self.html(self.bench.comparison_page.html)
 
 
@@ -150,6 +162,7 @@ class WherePanel(Panel):
     """Where the model fails: the residual over torque and one quantity, a cell to be picked."""
 
     name, title = "where", "Where it fails"
+    of_recordings = True
 
     def __init__(self, bench: Bench, work: Work) -> None:
         super().__init__(bench, work)
@@ -161,9 +174,7 @@ class WherePanel(Panel):
     def draw(self) -> None:
         """Draw into the place."""
         data = self.bench.residuals()
-        if data is None:
-            self.hint("No recordings yet: name files or folders at the left, or drop them.")
-            return
+        assert data is not None
         if self.campaign is not self.bench.campaign:
             self.campaign, self.scales, self.picked = self.bench.campaign, {}, None
         if self.covariate not in data.covariates:
@@ -271,6 +282,7 @@ class EffectsPanel(Panel):
     """Which effect is missing: the verdict, the ladder, every effect with its evidence."""
 
     name, title = "effects", "Effects"
+    of_recordings = True
 
     def state(self) -> object:
         """Drawn anew too when work begins and ends, for then ticks are shut and opened."""
@@ -278,9 +290,6 @@ class EffectsPanel(Panel):
 
     def draw(self) -> None:
         """Draw into the place."""
-        if self.bench.campaign is None:
-            self.hint("No recordings yet: name files or folders at the left, or drop them.")
-            return
         found = self.bench.diagnosis
         if found is None:
             self.html(
@@ -375,6 +384,7 @@ class AlikePanel(Panel):
     """Two effects that are hard to tell apart, side by side."""
 
     name, title = "alike", "Two alike"
+    of_recordings = True
 
     def __init__(self, bench: Bench, work: Work) -> None:
         super().__init__(bench, work)
@@ -382,9 +392,6 @@ class AlikePanel(Panel):
 
     def draw(self) -> None:
         """Draw into the place."""
-        if self.bench.campaign is None:
-            self.hint("No recordings yet: name files or folders at the left, or drop them.")
-            return
         names = {name: words(name) for name in self.bench.effects}
         if not self.pair:
             self.pair = self.suggestion()
@@ -476,6 +483,7 @@ class NextPanel(Panel):
     """What to measure next."""
 
     name, title = "next", "Next run"
+    of_recordings = True
 
     def __init__(self, bench: Bench, work: Work) -> None:
         super().__init__(bench, work)
@@ -483,9 +491,6 @@ class NextPanel(Panel):
 
     def draw(self) -> None:
         """Draw into the place."""
-        if self.bench.campaign is None:
-            self.hint("No recordings yet: name files or folders at the left, or drop them.")
-            return
         found = self.bench.diagnosis
         if found is None:
             self.hint("The suggestion comes with the diagnosis.")

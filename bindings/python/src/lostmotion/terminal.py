@@ -1,0 +1,66 @@
+"""How commands answer: tables for people, JSON for programs, a progress bar for the patient."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, TextIO
+
+from lostmotion.errors import one_line
+from lostmotion.files import write_whole
+
+
+def deliver(
+    answer: dict[str, Any], arguments: argparse.Namespace, show: Callable[[TextIO], None]
+) -> None:
+    """Print the answer for people, or write it as JSON, or both when the JSON goes to a file."""
+    to = arguments.json
+    if to == "-":
+        print(json.dumps(answer, indent=1, allow_nan=False))
+        return
+    if to is not None:
+        write_whole(to, json.dumps(answer, indent=1, allow_nan=False) + "\n")
+    if arguments.quiet:
+        return
+    show(sys.stdout)
+    if to is not None:
+        print(f"\nwritten: {one_line(to)}")
+
+
+class Progress:
+    """A progress bar on a terminal; nothing in a pipe, and nothing with ``--quiet``."""
+
+    WIDTH = 30
+
+    def __init__(self, label: str, *, quiet: bool = False) -> None:
+        self.label = label
+        self.shown = sys.stderr.isatty() and not quiet
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __call__(self, done: int, steps: int) -> None:
+        """Draw the bar at `done` of `steps`."""
+        if self.shown:
+            full = self.WIDTH * done // max(steps, 1)
+            bar = "#" * full + "." * (self.WIDTH - full)
+            print(f"\r{self.label} [{bar}] {done}/{steps}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self.shown:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) -> None:
+    """Print columns aligned to the right."""
+    widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
+    for line in (head, *rows):
+        cells = (cell.rjust(width) for cell, width in zip(line, widths, strict=True))
+        print("  ".join(cells), file=out)
+
+
+def fixed(value: float | None, digits: int = 3) -> str:
+    """Format a number, or a dash for none."""
+    return "-" if value is None else f"{value:.{digits}f}"
