@@ -212,7 +212,7 @@ def main() -> int:
     if not rows:
         parser.error("neither campaigns nor results")
     text = page(rows)
-    print("\n" + text)
+    print("\n" + text, flush=True)
     if arguments.write:
         PAGE.write_text(text)
     return 0
