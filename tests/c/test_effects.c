@@ -269,7 +269,7 @@ static void speed_moment_and_acceleration_act(void) {
     ASSERT_RUNS_TO(-sign * (0.5 + 0.4 * exp(-v * v / 25)), stribeck_friction, stribeck);
     ASSERT_RUNS_TO(-1e-6 * v, viscous_friction, one);
     ASSERT_RUNS_TO(1e-6 * v, output_tilt, one);
-    ASSERT_RUNS_TO(1e-6 * v, inertia, one);
+    ASSERT_RUNS_TO(-1e-6 * v, inertia, one);
   }
 }
 

@@ -242,10 +242,10 @@ static void conditions_that_are_not_finite_are_not_known(void) {
   lm_real nan = zero / zero;
   lm_real quiet;
   add_effect(&parameters, &lm_effect_viscous_friction, LM_REAL(1e-5), 0);
+  add_effect(&parameters, &lm_effect_inertia, LM_REAL(1e-5), 0);
   add_effect(&parameters, &lm_effect_kinematic_error, LM_REAL(1e-5), LM_REAL(1e-5));
   add_effect(&parameters, &lm_effect_output_eccentricity, LM_REAL(1e-5), LM_REAL(1e-5));
   add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-5), 0);
-  add_effect(&parameters, &lm_effect_inertia, LM_REAL(1e-5), 0);
   add_effect(&parameters, &lm_effect_output_tilt, LM_REAL(1e-5), 0);
   add_effect(&parameters, &lm_effect_axial_shift, LM_REAL(1e-5), 1);
   add_effect(&parameters, &lm_effect_creep, LM_REAL(0.01), 1);

@@ -180,7 +180,7 @@ cosine_4_arcsec = 1
 sine_4_arcsec = 2
 [[effect]]
 name = "inertia"
-windup_rad_s2 = 1e-5
+inertia_kg_m2 = 0.1
 [[effect]]
 name = "viscous_friction"
 drag_Nm_s = 0.01

@@ -117,6 +117,8 @@ class Base:
         Share of the torque that each play takes.
     outside : ndarray or None
         Compliance of each play outside the elasticity, arc seconds a N m; None: there is none.
+    widens : bool
+        Whether all half widths may move together; campaigns that are to be merged share theirs.
     start : ndarray
         Where each play stood before the first sample, in half widths from the torque there.
     deviations : ndarray
@@ -128,6 +130,7 @@ class Base:
     prior: Backbone | None = None
     terms: list[Term] = field(default_factory=list)
     additives: list[Additive] = field(default_factory=list)
+    widens: bool = True
 
     def __post_init__(self) -> None:
         torque = self.conditions.torque
@@ -191,11 +194,12 @@ class Base:
         length = np.append(np.diff(low), np.inf)
         out = np.empty((wound.size, low.size), order="F")
         for i in range(low.size):
-            out[:, i] = sign * np.clip(size - low[i], 0.0, length[i])
+            taken = np.maximum(size - low[i], 0.0)
+            np.multiply(sign, np.minimum(taken, length[i], out=taken), out=out[:, i])
         return out
 
-    def at(self) -> Point:
-        """Evaluate the model; offsets of the runs are left out."""
+    def driven(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """What acts: torque, scale of half widths, plays, and the torque that friction leaves."""
         c = self.conditions
         torque = c.torque
         zero = np.zeros(c.rows)
@@ -211,22 +215,46 @@ class Base:
         first = int(c.starts[1])
         if np.any(self.start):
             wound[:first] += self.start_columns() @ (self.shares * self.start)
-        ramps = self.ramps(wound)
-        backbone = ramps @ self.slopes
-        slope = self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
+        return torque, width, plays, wound
+
+    def angles(
+        self, torque: FloatArray, plays: FloatArray, wound: FloatArray, backbone: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Elastic angle, and the whole."""
+        c = self.conditions
         stiff = (1.0 + self.deviations[:, 0])[c.run_of]
         elastic = stiff * backbone + self.deviations[:, 2][c.run_of] * self.closed(wound)
         if self.outside is not None:
             elastic += plays @ self.outside
             if np.any(self.start):
-                elastic[:first] += self.start_columns() @ (self.outside * self.start)
+                elastic[: int(c.starts[1])] += self.start_columns() @ (self.outside * self.start)
         angle = elastic.copy()
         for term in self.terms:
             if term.effect.kind == "angle":
                 angle += term.effect.run(term.values, c, torque, elastic * ARCSEC, wound) / ARCSEC
         for shape in self.additives:
             angle += shape.columns @ shape.coefficients
+        return elastic, angle
+
+    def at(self) -> Point:
+        """Evaluate the model; offsets of the runs are left out."""
+        torque, width, plays, wound = self.driven()
+        ramps = self.ramps(wound)
+        backbone = ramps @ self.slopes
+        slope = self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
+        stiff = (1.0 + self.deviations[:, 0])[self.conditions.run_of]
+        elastic, angle = self.angles(torque, plays, wound, backbone)
         return Point(torque, width, plays, wound, ramps, stiff * slope, backbone, elastic, angle)
+
+    def angle(self) -> FloatArray:
+        """Angle of `at` alone, for differences: several times quicker."""
+        torque, _, plays, wound = self.driven()
+        size = np.abs(wound)
+        ends = np.concatenate(([0.0], self.knots_Nm))
+        heights = np.concatenate(([0.0], np.cumsum(np.diff(ends) * self.slopes[:-1])))
+        backbone = np.interp(size, ends, heights)
+        backbone += self.slopes[-1] * np.maximum(size - ends[-1], 0.0)
+        return self.angles(torque, plays, wound, np.sign(wound) * backbone)[1]
 
     def closed(self, wound: FloatArray) -> FloatArray:
         """How far a gap is taken up, -1 to 1."""
@@ -234,32 +262,49 @@ class Base:
 
     # --- derivatives -----------------------------------------------------------------------------
 
-    def fixed_columns(self, point: Point) -> tuple[FloatArray, list[str]]:
-        """Derivatives by slopes, shares, start states and the values of the terms."""
-        c = self.conditions
-        stiff = (1.0 + self.deviations[:, 0])[c.run_of]
-        first = int(c.starts[1])
-        starts = np.zeros((c.rows, PLAYS))
-        moved = self.start_columns()
-        starts[:first] = (point.slope[:first, None] * moved) * self.shares
-        if self.outside is not None:
-            starts[:first] += moved * self.outside
-        parts = [point.ramps * stiff[:, None], point.slope[:, None] * point.plays, starts]
+    def fixed_names(self) -> list[str]:
+        """Names of the columns of `fixed_columns`."""
         names = [f"slope_{i}" for i in range(self.slopes.size)]
         names += [f"share_{i}" for i in range(PLAYS)] + [f"start_{i}" for i in range(PLAYS)]
         for term in self.terms:
-            for i in term.free:
-                parts.append(self.value_column(term, i, point)[:, None])
-                names.append(f"{term.effect.name}.{term.effect.values[i].name}")
+            names += [f"{term.effect.name}.{term.effect.values[i].name}" for i in term.free]
         for shape in self.additives:
-            parts.append(shape.columns)
             names += [f"{shape.name}_{i}" for i in range(shape.columns.shape[1])]
         if self.outside is not None:
-            outside = point.plays.copy()
-            outside[:first] += moved * self.start
-            parts.append(outside)
             names += [f"outside_{i}" for i in range(PLAYS)]
-        return np.concatenate(parts, axis=1), names
+        return names
+
+    def fixed_columns(self, point: Point, more: int = 0) -> tuple[FloatArray, list[str]]:
+        """Derivatives by slopes, shares, start states and the values of the terms.
+
+        Column by column in memory, with `more` empty rows at the end for whoever adds some.
+        """
+        c = self.conditions
+        names = self.fixed_names()
+        whole = np.empty((c.rows + more, len(names)), order="F")
+        out = whole[: c.rows]
+        n = self.slopes.size
+        first = int(c.starts[1])
+        moved = self.start_columns()
+        np.multiply(point.ramps, (1.0 + self.deviations[:, 0])[c.run_of][:, None], out=out[:, :n])
+        np.multiply(point.slope[:, None], point.plays, out=out[:, n : n + PLAYS])
+        starts = out[:, n + PLAYS : n + 2 * PLAYS]
+        starts[first:] = 0.0
+        starts[:first] = (point.slope[:first, None] * moved) * self.shares
+        if self.outside is not None:
+            starts[:first] += moved * self.outside
+        at = n + 2 * PLAYS
+        for term in self.terms:
+            for i in term.free:
+                out[:, at] = self.value_column(term, i, point)
+                at += 1
+        for shape in self.additives:
+            out[:, at : at + shape.columns.shape[1]] = shape.columns
+            at += shape.columns.shape[1]
+        if self.outside is not None:
+            out[:, at:] = point.plays
+            out[:first, at:] += moved * self.start
+        return whole, names
 
     def value_column(self, term: Term, index: int, point: Point) -> FloatArray:
         """Derivative of the angle by one value of a term."""
@@ -280,9 +325,9 @@ class Base:
             return np.asarray((up - down) / ARCSEC / (high[index] - low[index]))
         try:
             term.values = high
-            up = self.at().angle
+            up = self.angle()
             term.values = low
-            down = self.at().angle
+            down = self.angle()
         finally:
             term.values = kept
         return np.asarray((up - down) / (high[index] - low[index]))
@@ -393,23 +438,27 @@ class Base:
         c = self.conditions
 
         def centre(values: FloatArray) -> FloatArray:
-            if rows is None:
-                return np.asarray(values - c.run_mean(values)[c.run_of])
-            kept = values * (rows if values.ndim == 1 else rows[:, None])
-            share = np.maximum(c.run_mean(rows.astype(np.float64)), 1e-12)
-            mean = c.run_mean(kept) / (share if values.ndim == 1 else share[:, None])
-            return np.asarray((values - mean[c.run_of])[rows])
+            if rows is not None:
+                kept = values * (rows if values.ndim == 1 else rows[:, None])
+                share = np.maximum(c.run_mean(rows.astype(np.float64)), 1e-12)
+                mean = c.run_mean(kept) / (share if values.ndim == 1 else share[:, None])
+                return np.asarray((values - mean[c.run_of])[rows])
+            for at in c.slices():
+                values[at] -= values[at].mean(axis=0)
+            return values
 
         def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:
             self.set_vector(x)
             point = self.at()
-            columns, _ = self.fixed_columns(point)
-            residual = centre(point.angle - self.measured)
             more, more_rows = self.prior_rows(x, noise)
-            return (
-                np.concatenate((residual, more)),
-                np.concatenate((centre(columns), more_rows)),
-            )
+            residual = centre(point.angle - self.measured)
+            if rows is None:
+                columns, _ = self.fixed_columns(point, more.size)
+                centre(columns[: c.rows])
+                columns[c.rows :] = more_rows
+            else:
+                columns = np.concatenate((centre(self.fixed_columns(point)[0]), more_rows))
+            return np.concatenate((residual, more)), columns
 
         x, low, high = self.vector()
         solution = bounded_least_squares(evaluate, x, low, high, steps=steps, tolerance=tolerance)

@@ -26,8 +26,8 @@ STARTS_MAX = 4
 TAKEUP_SHARES = (0.004, 0.03)
 """Starts of a torque at which something closes, over rated torque."""
 
-SMALL = 0.2
-"""Share of a typical value at which what moves the friction is differenced."""
+SMALL = 0.005
+"""Largest torque over the rated one that an effect on the torque has where it is differenced."""
 
 VISIBLE = 1e-9
 """A column with less than this of its size left outside the base is not visible."""
@@ -60,6 +60,10 @@ class Candidate:
         Values to start a joint refit from.
     start_of : list of int
         The start that each column belongs to.
+    trials : int
+        How many columns were looked at to find these; their test pays for all of them.
+    also : list of str
+        Other quantities that would give the same columns.
     """
 
     name: str
@@ -70,6 +74,8 @@ class Candidate:
     effect: Effect | None = None
     starts: list[FloatArray] = field(default_factory=list)
     start_of: list[int] = field(default_factory=list)
+    trials: int = 1
+    also: list[str] = field(default_factory=list)
 
 
 def given_values(base: Base, ratio: float) -> list[tuple[str, float]]:
@@ -180,6 +186,7 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
         columns, starts = lobe_columns(effect, base, point, starts[0])
         start_of = [0, 0, 0, 1, 2, 3]
     elif linear:
+        units: list[tuple[FloatArray, int]] = []
         for number, values in enumerate(starts):
             for i in linear:
                 unit = values.copy()
@@ -188,7 +195,13 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
                 columns.append(
                     effect.run(unit, c, point.torque, elastic, point.wound) / ARCSEC / unit[i]
                 )
+                units.append((unit, i))
                 start_of.append(number)
+        if effect.kind != "angle":
+            # What acts on the torque winds up the drive: through its friction, where it is soft.
+            kept = distinct(columns)
+            start_of = [start_of[k] for k in kept]
+            columns = [wound_up(effect, base, *units[k], columns[k]) for k in kept]
     else:
         values = starts[0]
         for i in effect.indices("shape"):
@@ -215,6 +228,20 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
         starts=starts,
         start_of=[start_of[i] for i in kept],
     )
+
+
+def wound_up(
+    effect: Effect, base: Base, unit: FloatArray, index: int, acts: FloatArray
+) -> FloatArray:
+    """Slope of the angle over a linear value that acts on torque or friction, as `acts` a unit."""
+    peak = float(np.max(np.abs(acts))) * ARCSEC
+    if not np.isfinite(peak) or peak == 0:
+        return np.zeros_like(acts)
+    small = unit.copy()
+    small[index] *= 0.05
+    if effect.kind == "torque":
+        small[index] = SMALL * base.rated_torque_Nm / peak
+    return slope_of_model(effect, base, small, index)
 
 
 def unit_size(effect: Effect, index: int) -> float:
@@ -251,10 +278,10 @@ def slope_of_model(effect: Effect, base: Base, high: FloatArray, index: int) -> 
     model = base.copy()
     term = Term(effect, high, [index])
     model.terms = [*model.terms, term]
-    up = model.at().angle
+    up = model.angle()
     term.values = high.copy()
     term.values[index] = -high[index]
-    return np.asarray((up - model.at().angle) / (2 * high[index]))
+    return np.asarray((up - model.angle()) / (2 * high[index]))
 
 
 def lobe_columns(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 
@@ -87,6 +89,12 @@ class Conditions:
         elapsed = np.diff(self.time_s, prepend=self.time_s[0])
         elapsed[self.starts[:-1]] = 0.0
         self.columns["elapsed_s"] = np.maximum(elapsed, 0.0)
+
+    @cached_property
+    def wrapped_rad(self) -> FloatArray | None:
+        """Input angle within one turn; many would cost digits in the controller's precision."""
+        angle = self.columns.get("input_angle_rad")
+        return None if angle is None else np.remainder(angle + np.pi, 2 * np.pi) - np.pi
 
     @property
     def torque(self) -> FloatArray:

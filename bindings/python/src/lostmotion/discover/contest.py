@@ -36,6 +36,13 @@ ALL_FLIPS_RUNS = 12
 
 SEED = 20
 
+FLIP_LEVEL = 0.05
+"""Level of the sign flips where many runs carry a candidate ..."""
+
+FLIP_ROOM = 2.0
+"""... and its limit over what the flips could reach at best, where the plan lets few runs show it:
+three runs that wear could be seen in have eight patterns of signs, whatever they say."""
+
 
 @dataclass
 class Result:
@@ -51,6 +58,9 @@ class Result:
         Of the run-level F test, before Bonferroni.
     flip_p : float
         Share of sign patterns of the runs that do at least as well, the true one among them.
+    flip_limit : float
+        Largest `flip_p` that speaks for the candidate with this plan; what it has more than the
+        level, the F test has to make up for.
     gain : float
         Leave-one-run-out gain in log predictive density, nats.
     gain_by_run : ndarray
@@ -69,6 +79,7 @@ class Result:
     rank: int
     p: float
     flip_p: float
+    flip_limit: float
     gain: float
     gain_by_run: FloatArray
     coefficients: FloatArray
@@ -93,9 +104,8 @@ def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
     sbx = evidence.gram[:, b[:, None], index]
     k = np.eye(b.size) + sbb * omega
     c = np.linalg.solve(k, sbx)
-    matrix = evidence.gram[:, index[:, None], index] - np.einsum(
-        "rki,k,rkj->rij", sbx, omega, c, optimize=True
-    )
+    taken = (sbx * omega[:, None]).transpose(0, 2, 1) @ c
+    matrix = evidence.gram[:, index[:, None], index] - taken
     return Reduced(matrix, np.linalg.slogdet(k)[1])
 
 
@@ -159,10 +169,8 @@ class Contest:
             )
             rest = c[:, :, -1] - c[:, :, :-1] @ delta
             inverse = np.linalg.inv(factor)
-            spread = np.einsum("rkj,ij->rki", c[:, :, :-1], inverse, optimize=True)
-            slope = 0.5 * (
-                np.einsum("rkk->k", a) - np.einsum("rki,rki->k", spread, spread) - (rest**2).sum(0)
-            )
+            spread = c[:, :, :-1] @ inverse.T
+            slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
             return float(value), slope * omega
 
         found = minimize(
@@ -238,7 +246,7 @@ class Contest:
         change[:n0, :n0] = np.eye(n0)
         change[n0:-1, n0:-1] = turn
         change[-1, -1] = 1.0
-        matrix = np.einsum("ai,rab,bj->rij", change, reduced.matrix, change, optimize=True)
+        matrix = change.T @ reduced.matrix @ change
         small = np.concatenate((index[:n0], block[:rank], index[-1:]))
         return self._judge(name, Reduced(matrix, reduced.log_det), small, n0, rank, turn, omega)
 
@@ -272,7 +280,7 @@ class Contest:
         square = (
             own[:, -1, -1]
             - 2.0 * np.einsum("ri,ri->r", dr, own[:, :-1, -1])
-            + np.einsum("ri,rij,rj->r", dr, own[:, :-1, :-1], dr, optimize=True)
+            + np.einsum("ri,ri->r", dr, (own[:, :-1, :-1] @ dr[:, :, None])[:, :, 0])
         )
         gain = -0.5 * (square + reduced.log_det) - self.null_held_out
         # Scores of the runs under the base, with this candidate's variances.
@@ -280,14 +288,24 @@ class Contest:
             own[:, n0:-1, -1]
             - own[:, :n0, -1] @ k
             - np.einsum("rkn,n->rk", own[:, n0:-1, :n0], delta0)
-            + np.einsum("nk,rnm,m->rk", k, own[:, :n0, :n0], delta0, optimize=True)
+            + (own[:, :n0, :n0] @ delta0) @ k
         )
         # The prior pulls at the base's parameters; its share of the score belongs to no run.
         left = total[n0:-1, n0:-1] - total[n0:-1, :n0] @ k + np.diag(ridge[n0:])
         weight = np.linalg.inv(left)
         sums = self.signs @ score
-        statistic = np.einsum("ek,kl,el->e", sums, weight, sums, optimize=True)
+        statistic = ((sums @ weight) * sums).sum(axis=1)
         flip_p = float(np.mean(statistic >= statistic[0] * (1 - 1e-12)))
+        # The same flips, if every run said exactly what the candidate as fitted makes of it.
+        cross = own[:, n0:-1, :n0] @ k
+        seen = own[:, n0:-1, n0:-1] - cross - cross.transpose(0, 2, 1)
+        seen += k.T @ own[:, :n0, :n0] @ k
+        ideal = self.signs @ (seen @ delta[n0:])
+        reach = ((ideal @ weight) * ideal).sum(axis=1)
+        # Runs that show next to nothing have their signs from the noise: a deviation of the whole.
+        least = max(1.0 - 1.0 / np.sqrt(max(wald, 1.0)), 0.0) ** 2
+        best = float(np.mean(reach >= reach[0] * least * (1 - 1e-9)))
+        flip_limit = float(np.clip(FLIP_ROOM * best, FLIP_LEVEL, 1.0))
         # Under REML every direction of a candidate costs the variances a run.
         freedom = max(self.runs - 2 - rank, 1)
         p = float(stats.f.sf(max(wald, 0.0) / rank, rank, freedom))
@@ -299,6 +317,7 @@ class Contest:
             rank,
             p,
             flip_p,
+            flip_limit,
             float(gain.sum()),
             gain,
             coefficients,

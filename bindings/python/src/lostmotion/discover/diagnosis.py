@@ -24,6 +24,7 @@ from lostmotion.discover.selection import (
     SIZE_LEAST,
     Selection,
     Step,
+    accepted,
     noise_rms,
     select,
 )
@@ -183,12 +184,13 @@ def conclude(
     ladder = make_ladder(selection)
     rivals = sorted({name for step in chosen for name in step.rivals if name not in names})
     depends = [
-        describe(step)
+        what
         for step in chosen
         if step.chosen is not None and not step.chosen.candidate.named
+        for what in describe(step)
     ]
     if leftover is not None and not leftover.candidate.named:
-        depends.append(describe(steps[-1]))
+        depends += describe(steps[-1])
     if c.runs < RUNS_LEAST:
         names_shown: list[str] = []
         verdict = "complete" if not (names or shapes or events) else "unexplained"
@@ -264,12 +266,31 @@ def scatter_of(contest: Contest) -> FloatArray:
 
 
 def noise_floor(settled: Settled, within: float) -> float:
-    """Noise within runs and scatter between them, as one rms in arc seconds."""
+    """Noise within runs and scatter between them, as one rms in arc seconds.
+
+    Every run counts with the deviations that it has, not with those that its like might have: one
+    odd run may have little that they act on.
+    """
     base = settled.base
-    scatter = base.run_columns(base.at())[:, :3]
-    scatter = scatter - base.conditions.run_mean(scatter)[base.conditions.run_of]
-    variance = scatter_of(settled.contest)[:3] ** 2
-    return float(np.sqrt(within**2 + np.mean(scatter**2 @ variance)))
+    scatter = base.run_columns(base.at())[:, : len(DEVIATIONS)]
+    total = 0.0
+    for at, moment in zip(base.conditions.slices(), second_moments(settled.contest), strict=True):
+        columns = scatter[at] - scatter[at].mean(axis=0)
+        total += float(np.sum((columns @ moment[: len(DEVIATIONS), : len(DEVIATIONS)]) * columns))
+    return float(np.sqrt(within**2 + total / base.conditions.rows))
+
+
+def second_moments(contest: Contest) -> FloatArray:
+    """Expected squares and products of every run's deviations, given its recordings."""
+    e = contest.evidence
+    index, omega = e.index(), contest.null_omega
+    delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
+    own = contest.deviations(index, omega, delta)
+    gram = e.gram[:, e.scatter[:, None], e.scatter]
+    left = omega[:, None] * np.linalg.inv(np.eye(omega.size) + gram * omega)
+    scale = e.scale[e.scatter]
+    moment = own[:, :, None] * own[:, None, :] + left
+    return np.asarray(moment / np.outer(scale, scale))
 
 
 def make_ladder(selection: Selection) -> list[dict[str, Any]]:
@@ -291,16 +312,19 @@ def make_ladder(selection: Selection) -> list[dict[str, Any]]:
     return rungs
 
 
-def describe(step: Step) -> dict[str, Any]:
-    """Say on what a shape hangs."""
+def describe(step: Step) -> list[dict[str, Any]]:
+    """Say on what a shape hangs; on several things, where they cannot be told apart."""
     assert step.chosen is not None
     candidate, result = step.chosen.candidate, step.chosen.result
-    return {
-        "covariate": candidate.covariate,
-        "shape": candidate.shape,
-        "p": float(min(1.0, result.p * len(step.results))),
-        "rms_arcsec": step.chosen.size,
-    }
+    return [
+        {
+            "covariate": covariate,
+            "shape": candidate.shape,
+            "p": float(min(1.0, result.p * len(step.results))),
+            "rms_arcsec": step.chosen.size,
+        }
+        for covariate in (candidate.covariate, *candidate.also)
+    ]
 
 
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:
@@ -308,7 +332,7 @@ def weak_leftovers(step: Step) -> list[dict[str, Any]]:
     count = len(step.results)
     out = []
     for result in step.results[:10]:
-        if result.p * count <= P_LIMIT and result.flip_p <= P_LIMIT and result.gain >= 2:
+        if accepted(result, count):
             candidate = step.field.candidates[result.name]
             out.append(
                 {

@@ -122,7 +122,7 @@ class Effect:
         memory = np.zeros(max(self.memory, 1))
         fresh = "elapsed_s" in self.needs
         pieces = conditions.slices() if fresh or self.memory else [slice(0, conditions.rows)]
-        wrapped = wrap_turns(conditions)
+        wrapped = conditions.wrapped_rad
         for at in pieces:
             if fresh:
                 memory[:] = 0.0
@@ -143,12 +143,6 @@ class Effect:
     def indices(self, role: Role) -> list[int]:
         """Indices of the values of one role."""
         return [i for i, value in enumerate(self.values) if value.role == role]
-
-
-def wrap_turns(conditions: Conditions) -> FloatArray | None:
-    """Input angle within one turn; many turns would cost digits in the controller's precision."""
-    angle = conditions.columns.get("input_angle_rad")
-    return None if angle is None else np.remainder(angle + np.pi, 2 * np.pi) - np.pi
 
 
 def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArray]:

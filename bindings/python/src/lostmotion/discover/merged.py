@@ -188,7 +188,7 @@ def load_body(file: str | Path) -> Body:
 def common_base(base: Base) -> Base:
     """Put a base on the grid of the drive's rated torque; a fitted drive file keeps its own."""
     other = base.copy()
-    other.terms, other.additives = [], []
+    other.terms, other.additives, other.widens = [], [], False
     other.knots_Nm = base.rated_torque_Nm * np.geomspace(*KNOT_RANGE, KNOTS)
     other.radius_Nm = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
     ends = np.concatenate(([0.0], base.knots_Nm))

@@ -12,9 +12,10 @@ import numpy.typing as npt
 from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.backbone import Additive, Base, Term
 from lostmotion.discover.candidates import Candidate, named_candidates
-from lostmotion.discover.contest import Result
+from lostmotion.discover.contest import FLIP_LEVEL, Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
+from lostmotion.discover.run_steps import run_steps
 from lostmotion.discover.study import (
     WORSE,
     Field,
@@ -33,7 +34,7 @@ from lostmotion.discover.threads import in_parallel
 FloatArray = npt.NDArray[np.float64]
 
 P_LIMIT = 0.05
-"""Of the F test after Bonferroni, and of the sign flips as they are."""
+"""Of the F test after Bonferroni; the sign flips have their own level."""
 
 GAIN_LEAST = 2.0
 """Least leave-one-run-out gain, nats."""
@@ -155,6 +156,8 @@ def judge_all(stage: Field) -> list[Result]:
             one = judge(stage, f"{name}#{number}")
             if one is not None and result is not None and one.gain > result.gain:
                 result = replace(one, name=name)
+        if result is not None and candidate.trials > 1:
+            result = replace(result, p=min(1.0, result.p * candidate.trials))
         if name == "ratcheting" and result is not None and not whole_tooth(stage, result):
             result = None
         if result is None:
@@ -182,8 +185,11 @@ def judge(stage: Field, block: str) -> Result | None:
 
 
 def accepted(result: Result, count: int) -> bool:
-    """All three gates."""
-    return result.p * count <= P_LIMIT and result.flip_p <= P_LIMIT and result.gain >= GAIN_LEAST
+    """All three gates; where the plan lets few runs show it, the F test makes up for the flips."""
+    share = FLIP_LEVEL / result.flip_limit
+    spread = result.flip_p <= FLIP_LEVEL and result.p * count <= P_LIMIT
+    few = result.flip_p <= result.flip_limit and result.p * count <= P_LIMIT * share
+    return (spread or few) and result.gain >= GAIN_LEAST
 
 
 class Projector:
@@ -646,7 +652,10 @@ def contest_under(
     base: Base, noise: Noise, candidates: list[Candidate], closed: dict[str, str]
 ) -> tuple[Field, list[Result]]:
     """Settle the base under a noise model and judge every candidate."""
-    stage = make_field(settle(base, noise), candidates, closed)
+    settled = settle(base, noise)
+    # What is left of an effect is often another in quick runs, and is no second cause.
+    steps = [] if base.terms else run_steps(settled.base, settled.contest)
+    stage = make_field(settled, [*candidates, *steps], closed)
     return stage, judge_all(stage)
 
 

@@ -24,6 +24,12 @@ from lostmotion.discover.noise import Noise, fit_noise
 
 FloatArray = npt.NDArray[np.float64]
 
+COMMON = 2
+"""Columns beside those of the base: what the half widths and the offsets of all runs share."""
+
+WIDEN_MAX = 0.3
+"""Largest relative change of all half widths in a step."""
+
 ROUNDS = 4
 """Most linearisations at the predicted deviations of the runs."""
 
@@ -76,15 +82,16 @@ class Settled:
 
 
 def columns_of(base: Base, point: Point) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Fixed columns with a common offset, their precision, scattering columns, and the residual.
+    """Fixed columns with those common to all runs, their precision, scattering columns, residual.
 
     The residual has the deviations of the runs put back, so that the scattering columns explain
-    them anew.
+    them anew. Scatter is about a mean: that of stiffness and gap is in the backbone, that of the
+    friction's half widths and of the offset comes last of the fixed columns.
     """
     fixed, _ = base.fixed_columns(point)
-    precision = np.append(base.precision(fixed.shape[1]), 0.0)
-    fixed = np.column_stack((fixed, np.ones(fixed.shape[0])))
+    precision = np.append(base.precision(fixed.shape[1]), np.zeros(COMMON))
     scatter = base.run_columns(point)
+    fixed = np.column_stack((fixed, scatter[:, 1], np.ones(fixed.shape[0])))
     response = base.measured - point.angle
     # Encoder zeros may be far apart; what is common to all is taken off for the digits.
     response = response - float(np.mean(response))
@@ -231,10 +238,10 @@ def bounded_step(base: Base, contest: Contest) -> tuple[FloatArray, FloatArray]:
     normal[np.diag_indices_from(normal)] *= 1.0 + STEP_RIDGE
     factor = np.linalg.cholesky(normal)
     x, low, high = base.vector()
-    # The common offset comes last and has no bounds.
     scale = evidence.scale[: x.size]
-    least = np.append(np.minimum((low - x) * scale, -STEP_RIDGE), -np.inf)
-    most = np.append(np.maximum((high - x) * scale, STEP_RIDGE), np.inf)
+    widen = WIDEN_MAX * evidence.scale[x.size]
+    least = np.append(np.minimum((low - x) * scale, -STEP_RIDGE), (-widen, -np.inf))
+    most = np.append(np.maximum((high - x) * scale, STEP_RIDGE), (widen, np.inf))
     found = lsq_linear(
         factor.T, np.linalg.solve(factor, matrix[:-1, -1]), (least, most), method="bvls"
     )
@@ -247,9 +254,14 @@ def take_step(
 ) -> None:
     """Move the base by a Gauss-Newton step and every run towards its predicted deviations."""
     x, low, high = base.vector()
-    step = (delta / scale[: delta.size])[: x.size]
-    base.set_vector(np.clip(x + share * step, low, high))
+    step = delta / scale[: delta.size]
+    base.set_vector(np.clip(x + share * step[: x.size], low, high))
     own = own / scale[delta.size : delta.size + own.shape[1]]
+    wider = float(np.clip(step[x.size], -WIDEN_MAX, WIDEN_MAX))
+    if base.widens:
+        base.radius_Nm = base.radius_Nm * (1.0 + share * wider)
+    else:
+        own[:, 1] += wider
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])
     moved = base.deviations + share * (own[:, : len(DEVIATIONS)] - base.deviations)
     base.deviations = np.clip(moved, -limit, limit)
