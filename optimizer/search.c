@@ -55,6 +55,7 @@ struct lm_search {
   int round;
   int quiet;
   double round_best;
+  int aims;      /* of the trade-off, made so far */
   int epoch_end; /* of the present population, in evaluations */
   int cursor;    /* of the screen */
   int *order;    /* of the screen, then ranking of the race */
@@ -561,41 +562,44 @@ static double gap_level(const lm_search *search, const lm_aim *aim, int which) {
 }
 
 /* Two objectives: the second one bounded at a level, the first one made small; every sixth task
- * makes the second one small. More: a drawn direction. */
-static void make_aim(const lm_search *search, int level, int levels, lm_aim *aim) {
-  const lm_problem *p = &search->problem;
+ * makes the second one small. */
+static void make_level(const lm_search *search, int level, int levels, lm_aim *aim) {
+  double low;
+  double high;
+  range_of(search, 1, &low, &high);
+  if (level == 0 && search->round % 2 == 0) {
+    aim->weight[0] = 0;
+    aim->weight[1] = 1;
+  } else if (level % 2 == 0) {
+    aim->most[1] = low + (high - low) * (level + draw(search, search->next_id, 5)) / levels;
+  } else {
+    aim->most[1] = gap_level(search, aim, level / 2);
+  }
+}
+
+/* More objectives: the end of each axis, then twice as many drawn directions, and so on. */
+static void make_direction(const lm_search *search, lm_aim *aim) {
+  const int count = search->problem.objective_count;
+  const int turn = search->aims % (3 * count);
   int j;
+  for (j = 0; j < count; j++) {
+    if (turn < count) {
+      aim->weight[j] = j == turn ? 1 : 0;
+    } else {
+      aim->weight[j] = -log(1 - draw(search, search->next_id, 10 + j)) + 1e-3;
+    }
+  }
+}
+
+static void make_aim(lm_search *search, int level, int levels, lm_aim *aim) {
   lm_lead_aim(aim);
   scale_aim(search, aim);
-  if (p->objective_count == 2) {
-    double low;
-    double high;
-    range_of(search, 1, &low, &high);
-    if (level == 0 && search->round % 2 == 0) {
-      aim->weight[0] = 0;
-      aim->weight[1] = 1;
-    } else if (level % 2 == 0) {
-      aim->most[1] = low + (high - low) * (level + draw(search, search->next_id, 5)) / levels;
-    } else {
-      aim->most[1] = gap_level(search, aim, level / 2);
-    }
-    return;
+  if (search->problem.objective_count == 2) {
+    make_level(search, level, levels, aim);
+  } else {
+    make_direction(search, aim);
   }
-  {
-    double sum = 0;
-    for (j = 0; j < p->objective_count; j++) {
-      aim->weight[j] = -log(1 - draw(search, search->next_id, 10 + j)) + 1e-3;
-      sum += aim->weight[j];
-    }
-    for (j = 0; j < p->objective_count; j++) {
-      /* one direction in each level of the first rounds leads to the end of an axis */
-      if (level < p->objective_count && search->round % 3 == 0) {
-        aim->weight[j] = j == level ? 1 : 0;
-      } else {
-        aim->weight[j] /= sum;
-      }
-    }
-  }
+  search->aims++;
 }
 
 /* The steps of the front with the largest area at stake, where both ends are designs of one
@@ -664,7 +668,8 @@ static void plan_front(lm_search *search) {
     if (draw(search, task->id, 6) < 0.1) {
       disturb(search, task, 0.1);
     }
-    other = draw(search, search->next_id, 7) < OTHER_SHARE
+    /* at the end of an axis always: another combination may reach further */
+    other = aim.weight[0] == 0 || draw(search, search->next_id, 7) < OTHER_SHARE
                 ? best_other(search, &aim, start->combination)
                 : NULL;
     if (other != NULL && (search->batch_count + 1) * charge <= left) {

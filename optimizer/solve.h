@@ -27,7 +27,7 @@ extern "C" {
 #define LM_FEASIBLE 1e-6
 
 /* Designs that one task reports besides its best. */
-#define LM_FOUND_MAX 48
+#define LM_FOUND_MAX 96
 
 /* Population of an evolving task. */
 #define LM_PARENT_MAX 40
