@@ -12,16 +12,14 @@ from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 from lostmotion.cli import main
 from lostmotion.discover import diagnose
+from lostmotion.discover.campaign_evidence import Body, load_body
+from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.effects import library
-from lostmotion.discover.merged import (
-    Body,
-    gather_body,
-    judge_body,
-    load_body,
-    merge_bodies,
-)
+from lostmotion.discover.evidence_verdict import judge_body
+from lostmotion.discover.merging import merge_bodies
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign
+from lostmotion.units import ARCSEC
 
 
 def diagnosis_of(data: Campaign) -> Any:
@@ -29,8 +27,9 @@ def diagnosis_of(data: Campaign) -> Any:
 
 
 def body_of(data: Campaign) -> Body:
-    first = diagnosis_of(data).selection.settled[0]
-    return gather_body(first.base, first.noise, library(), RATIO)
+    found = diagnosis_of(data)
+    first = found.selection.settled[0]
+    return gather_body(first.base, first.noise, library(), RATIO, found.events)
 
 
 def halves(data: Campaign) -> list[Body]:
@@ -58,6 +57,55 @@ def test_two_halves_say_what_the_whole_says(warm: tuple[Campaign, list[Body]]) -
     assert found["noise_floor_arcsec"] == pytest.approx(whole["noise_floor_arcsec"], rel=0.15)
     assert set(found) >= {"candidates", "events", "smallest_detectable", "unexplained"}
     json.dumps(found, allow_nan=False)
+
+
+def test_sizes_come_with_standard_errors(warm: tuple[Campaign, list[Body]]) -> None:
+    found = judge_body(merge_bodies(warm[1], ["a", "b"]), library())
+    first = found["candidates"][0]
+    assert first["name"] == "thermal_gap"
+    size, error = (first[key]["gap_rad_per_K"] for key in ("parameters", "standard_errors"))
+    assert abs(size - 0.3 * ARCSEC) < 3 * error
+    assert error < 0.1 * size
+    assert set(first["parameters"]) == {"gap_rad_per_K", "gap_rad", "takeup_Nm"}
+
+
+def test_the_smallest_detectable_is_that_of_all_recordings(
+    warm: tuple[Campaign, list[Body]],
+) -> None:
+    found = judge_body(merge_bodies(warm[1], ["a", "b"]), library())["smallest_detectable"]
+    whole = diagnosis_of(warm[0]).answer()["smallest_detectable"]
+    both = found.keys() & whole.keys()
+    assert {"thermal_stiffness", "wear"} & both
+    for name in both:
+        assert found[name]["unit"] == whole[name]["unit"]
+        # Linearised at the bases of two halves, not at that of all.
+        assert 1 / 3 < found[name]["value"] / whole[name]["value"] < 3, name
+
+
+def test_sudden_steps_stay_in_the_evidence() -> None:
+    data = campaign(add=gap, slip=(2, 20.0, 30.0))
+    found = judge_body(merge_bodies(halves(data), ["a", "b"]), library())
+    assert found["verdict"] == "unexplained"
+    assert found["effects"] == ["thermal_gap"]
+    (event,) = found["events"]
+    assert event["run"] == "1:3"
+    assert event["time_s"] == pytest.approx(20.0, abs=0.2)
+    (alone,) = diagnosis_of(Campaign(data.runs[:6])).events
+    assert event["size_arcsec"] == alone["size_arcsec"]
+    steps = [one for one in found["unexplained"]["depends_on"] if one["covariate"] == "time"]
+    assert "in run 1:3 at 20" in steps[0]["shape"]
+    (first,) = [one for one in found["candidates"] if one["name"] == "thermal_gap"]
+    size, error = (first[key]["gap_rad_per_K"] for key in ("parameters", "standard_errors"))
+    assert abs(size - 0.3 * ARCSEC) < 3 * error
+
+
+def test_an_archive_that_is_no_evidence_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "other.npz", schema=np.array("somebody/1"), data=np.arange(3))
+    with pytest.raises(InputError, match="schema: found somebody/1, expected lostmotion"):
+        load_body(tmp_path / "other.npz")
+    np.savez(tmp_path / "bare.npz", data=np.arange(3))
+    with pytest.raises(InputError, match="evidence by diagnose --save-evidence"):
+        load_body(tmp_path / "bare.npz")
 
 
 def test_nothing_is_missing_when_nothing_is() -> None:
@@ -117,6 +165,9 @@ def test_commands_save_and_merge(tmp_path: Path, capsys: pytest.CaptureFixture[s
         assert main([*words, "--save-evidence", str(tmp_path / f"{name}.npz")]) == 0
     capsys.readouterr()
     assert main(["merge", str(tmp_path / "one.npz"), str(tmp_path / "two.npz")]) == 0
-    assert capsys.readouterr().out.startswith("Missing: thermal_gap.")
+    printed = capsys.readouterr().out
+    assert printed.startswith("Missing: thermal_gap.")
+    assert "gap_rad_per_K" in printed
+    assert "+-" in printed
     assert main(["merge", str(tmp_path / "one.npz"), str(tmp_path / "none.npz")]) == 2
     assert "none.npz" in capsys.readouterr().err

@@ -10,10 +10,13 @@ from typing import Any, TextIO
 import numpy as np
 
 from lostmotion.base import Backbone
+from lostmotion.discover.campaign_evidence import load_body
+from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
 from lostmotion.discover.effects import Effect, find_effect, library
+from lostmotion.discover.evidence_verdict import judge_body
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
-from lostmotion.discover.merged import gather_body, judge_body, load_body, merge_bodies
+from lostmotion.discover.merging import merge_bodies
 from lostmotion.discover.plans import check, forecast, next_runs, read_plan
 from lostmotion.discover.template import template
 from lostmotion.discover.threads import one_thread
@@ -153,7 +156,9 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
         assert result.selection is not None
         first = result.selection.settled[0]
         with one_thread():
-            body = gather_body(first.base, first.noise, effects_of(arguments), drive.ratio)
+            body = gather_body(
+                first.base, first.noise, effects_of(arguments), drive.ratio, result.events
+            )
         body.save(arguments.save_evidence)
     answer = {**result.answer(), "findings": findings}
     deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
@@ -316,6 +321,12 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             f"{candidate['p']:.2g}" + (f"  like {twins}" if twins else ""),
             file=out,
         )
+    for candidate in answer["candidates"]:
+        if candidate["name"] not in answer["effects"]:
+            continue
+        for name, error in candidate.get("standard_errors", {}).items():
+            size = candidate["parameters"][name]
+            print(f"  {candidate['name']}.{name} = {size:.4g} +- {error:.2g}", file=out)
     print(f"\nnext: {answer['next_experiment']}", file=out)
     for finding in answer.get("findings", []):
         print(f"  {finding}", file=out)

@@ -1,0 +1,182 @@
+"""Gathering the evidence of a campaign on columns that mean the same in every campaign.
+
+All columns are measured by the drive's rated torque and by fixed units here, not by the range of
+the recordings. Each campaign is linearised at its own base. Where the plays stood before a campaign
+is its own matter and is taken out, and so are the sudden steps that were found in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.backbone import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
+from lostmotion.discover.campaign_evidence import Body
+from lostmotion.discover.candidates import LATENT, Candidate, missing_columns, tangent
+from lostmotion.discover.effects import Effect
+from lostmotion.discover.evidence import Evidence, gather
+from lostmotion.discover.noise import Noise
+from lostmotion.discover.shapes import ANGLE_ORDERS, channels, legendre, parts_of
+from lostmotion.discover.study import columns_of, settle
+
+FloatArray = npt.NDArray[np.float64]
+
+TORQUE_WAVES = 32
+"""Periods of a ripple over twice the rated torque, finest."""
+
+UNITS = {
+    "temperature": (20.0, 25.0),
+    "cycles": (0.0, 2e5),
+    "speed": (0.0, 100.0),
+    "time": (0.0, 600.0),
+}
+"""Middle and half range that a shape is measured by; torques and forces by the rated torque."""
+
+
+def common_base(base: Base) -> Base:
+    """Put a base on the grid of the drive's rated torque, its sudden steps taken off the data."""
+    other = base.copy()
+    for step in base.additives:
+        other.measured = other.measured - step.columns @ step.coefficients
+    other.terms, other.additives, other.widens = [], [], False
+    other.knots_Nm = base.rated_torque_Nm * np.geomspace(*KNOT_RANGE, KNOTS)
+    other.radius_Nm = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
+    ends = np.concatenate(([0.0], base.knots_Nm))
+    place = np.searchsorted(ends, np.concatenate(([0.0], other.knots_Nm)), side="right") - 1
+    other.slopes = base.slopes[place].copy()
+    other.prior_slopes = base.prior_slopes[place].copy()
+    other.deviations[:] = 0.0
+    return other
+
+
+def gather_body(
+    base: Base,
+    noise: Noise,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    events: Sequence[Mapping[str, Any]] = (),
+) -> Body:
+    """Gather the evidence of a campaign.
+
+    Parameters
+    ----------
+    base : Base
+        Of a diagnosis, before anything was added but its sudden steps.
+    noise : Noise
+        As the diagnosis estimated it.
+    effects : mapping
+        Effects that may be missing.
+    events : sequence of mapping
+        Sudden steps as the diagnosis lists them.
+    """
+    start = common_base(base)
+    start.first_fit()
+    settled = settle(start, noise)
+    base = settled.base
+    c = base.conditions
+    candidates, closed = common_candidates(base, effects, ratio)
+    fixed, precision, scatter, response = columns_of(base, base.at())
+    blocks = [(candidate.name, candidate.columns) for candidate in candidates]
+    plainly = Noise([np.zeros(0)] * c.runs, np.ones(c.runs))
+    kept = []
+    for how in (noise, plainly):
+        evidence = gather(fixed, precision, scatter, blocks, response, how, c.starts)
+        weight = 1.0 if how is noise else float(np.mean(noise.sigma)) ** 2
+        evidence.precision = evidence.precision * weight
+        kept.append(without_start(evidence, base.slopes.size + PLAYS))
+    return Body(
+        kept[0],
+        kept[1],
+        base.vector()[0],
+        np.array([noise.spread(r) for r in range(c.runs)]),
+        np.diff(c.starts).astype(np.float64),
+        {
+            "rated_torque_Nm": base.rated_torque_Nm,
+            "ratio": ratio,
+            "knots_Nm": base.knots_Nm.tolist(),
+            "radius_Nm": base.radius_Nm.tolist(),
+            "candidates": [
+                {
+                    "name": k.name,
+                    "named": k.named,
+                    "covariate": k.covariate,
+                    "shape": k.shape,
+                    "starts": [s.tolist() for s in k.starts],
+                    "start_of": k.start_of,
+                }
+                for k in candidates
+            ],
+            "closed": closed,
+            "runs": [str(label) for label in c.labels],
+            "events": [{**event, "run": str(event["run"])} for event in events],
+            "data_fingerprints": [c.campaign.fingerprint()],
+        },
+    )
+
+
+def common_candidates(
+    base: Base, effects: Mapping[str, Effect], ratio: float
+) -> tuple[list[Candidate], dict[str, str]]:
+    """Effects and shapes whose columns mean the same in every campaign.
+
+    An effect stays in when its column is constant here: another campaign may have another value.
+    """
+    point = base.at()
+    c = base.conditions
+    out: list[Candidate] = []
+    closed: dict[str, str] = {}
+    for name, effect in effects.items():
+        missing = missing_columns(effect, c)
+        if missing:
+            closed[name] = "not testable with these columns: no " + ", ".join(missing)
+        elif name in LATENT:
+            closed[name] = "not testable: " + LATENT[name]
+        else:
+            candidate = tangent(effect, base, point, ratio)
+            if candidate.columns.shape[1]:
+                out.append(candidate)
+            else:
+                closed[name] = "not visible with this plan: it does nothing here"
+    parts = parts_of(base, point)
+    for channel, values in channels(base).items():
+        if channel == "run":
+            continue
+        middle, half = UNITS.get(channel, (0.0, base.rated_torque_Nm))
+        waves = legendre(np.clip((values - middle) / half, -4.0, 4.0))
+        for part, column in parts.items():
+            columns = np.column_stack([column * wave for wave in waves])
+            shape = Candidate(f"{part} by {channel}", False, columns, channel, f"{part}, smooth")
+            out.append(shape)
+    period = 2.0 * base.rated_torque_Nm
+    for k in range(1, TORQUE_WAVES + 1):
+        phase = 2 * np.pi * k / period * c.torque
+        columns = np.column_stack((np.cos(phase), np.sin(phase)))
+        words = f"ripple of {period / k:.3g} Nm"
+        out.append(Candidate(f"wave {k} over torque", False, columns, "torque", words))
+    for channel in ("input_angle", "output_angle"):
+        angle = c.columns.get(f"{channel}_rad")
+        if angle is None:
+            continue
+        for order in ANGLE_ORDERS:
+            columns = np.column_stack((np.cos(order * angle), np.sin(order * angle)))
+            words = f"{order:g} per revolution"
+            out.append(Candidate(f"order {order:g} of {channel}", False, columns, channel, words))
+    return out, closed
+
+
+def without_start(evidence: Evidence, first: int) -> Evidence:
+    """Take the columns of the start states out of every run: they belong to one campaign."""
+    s = evidence.fixed[first : first + PLAYS]
+    gram = evidence.gram
+    inner = gram[:, s[:, None], s] + np.diag(
+        np.maximum(evidence.precision[first : first + PLAYS], 1e-12)
+    )
+    taken = np.linalg.solve(inner, gram[:, s, :])
+    gram = gram - np.einsum("rsi,rsj->rij", gram[:, s, :], taken, optimize=True)
+    gram[:, s, :] = 0.0
+    gram[:, :, s] = 0.0
+    evidence.gram = gram
+    return evidence

@@ -1,0 +1,160 @@
+"""The answer of ``merge``: what evidence says, in the words of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from lostmotion.discover.backbone import DEVIATIONS
+from lostmotion.discover.campaign_evidence import Body
+from lostmotion.discover.diagnosis import detectable, plausible
+from lostmotion.discover.effects import Effect
+from lostmotion.discover.evidence_contest import (
+    Rounds,
+    candidates_of,
+    centred,
+    contest_of,
+    estimate,
+    estimate_beside,
+)
+from lostmotion.discover.selection import tests_made
+
+RUNS_LEAST = 6
+"""With fewer runs no names are given, as in a diagnosis."""
+
+
+def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
+    """Judge evidence as `diagnose` judges recordings.
+
+    Returns
+    -------
+    dict
+        The answer of ``merge``, ready for JSON.
+    """
+    rounds = contest_of(body, candidates_of(body, effects))
+    runs = body.white.runs
+    names = [one.candidate.name for one in rounds.chosen if one.candidate.named]
+    taken = rounds.steps[: len(rounds.chosen)]
+    twins = sorted({name for step in taken for name in step.rivals if name not in names})
+    events = body.about["events"]
+    odd = bool(events) or any(not one.candidate.named for one in rounds.chosen)
+    if runs < RUNS_LEAST:
+        verdict, shown = ("unexplained" if rounds.chosen or events else "complete"), []
+    elif odd:
+        verdict, shown = "unexplained", names
+    elif names:
+        verdict, shown = ("ambiguous", names + twins) if twins else ("missing-effect", names)
+    else:
+        verdict, shown = "complete", []
+    noise, floor = noise_of(body, rounds)
+    return {
+        "schema": "lostmotion.diagnosis/1",
+        "verdict": verdict,
+        "noise_floor_arcsec": floor,
+        "effects": shown,
+        "ladder": rounds.ladder,
+        "candidates": list_candidates(body, rounds, shown),
+        "events": events,
+        "smallest_detectable": detectable(rounds.steps[-1].field, rounds.within),
+        "unexplained": unexplained(body, rounds),
+        "next_experiment": advice(verdict, runs),
+        "noise": noise,
+        "runs": runs,
+        "samples": int(body.rows.sum()),
+        "not_testable": dict(sorted(body.about["closed"].items())),
+        "data_fingerprints": body.about["data_fingerprints"],
+    }
+
+
+def noise_of(body: Body, rounds: Rounds) -> tuple[dict[str, Any], float]:
+    """Noise within runs, scatter between them, and both as one floor, arc seconds."""
+    contest = rounds.steps[-1].field.contest
+    places = contest.evidence.scatter
+    omega = contest.null_omega / contest.evidence.scale[places] ** 2
+    plain = body.plain
+    squares = np.einsum("rii->i", centred(plain))[plain.scatter]
+    squares = squares * plain.scale[plain.scatter] ** 2 / body.rows.sum()
+    known = len(DEVIATIONS)
+    floor = float(np.sqrt(rounds.within**2 + squares[:known] @ omega[:known]))
+    named = zip((*DEVIATIONS, "offset_arcsec"), map(float, np.sqrt(omega)), strict=True)
+    return {"within_runs_arcsec": rounds.within, "scatter": dict(named)}, floor
+
+
+def list_candidates(body: Body, rounds: Rounds, shown: list[str]) -> list[dict[str, Any]]:
+    """List every effect: those that were found first, then by evidence.
+
+    Sizes are those of one step, with standard errors under noise and scatter; those of effects that
+    were found are estimated together.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    chosen = {one.candidate.name: one for one in rounds.chosen}
+    for step in rounds.steps:
+        for result in step.results:
+            candidate = step.field.candidates[result.name]
+            effect = candidate.effect
+            if not candidate.named or effect is None:
+                continue
+            one = chosen.get(result.name)
+            if one is not None:
+                others = [other for other in rounds.chosen if other is not one]
+                values, errors = estimate_beside(body, one, others)
+            else:
+                values, errors = estimate(step.field, result)
+            found[result.name] = {
+                "name": result.name,
+                "heldout_rms_arcsec": rounds.ladder[-1]["rms_heldout_arcsec"],
+                "evidence": result.gain,
+                "parameters": values,
+                "standard_errors": errors,
+                "confused_with": sorted(step.rivals) if one is not None else [],
+                "plausible": plausible(effect, np.array(list(values.values()))),
+                "testable": True,
+                "p": float(min(1.0, result.p * tests_made(step.field))),
+                **({} if one is None else {"size_arcsec": one.size}),
+            }
+    return sorted(found.values(), key=lambda c: (c["name"] not in shown, -c["evidence"], c["name"]))
+
+
+def unexplained(body: Body, rounds: Rounds) -> dict[str, Any]:
+    """What no effect explains: shapes with what they depend on, and sudden steps."""
+    shapes = [
+        (one, step)
+        for one, step in zip(rounds.chosen, rounds.steps, strict=False)
+        if not one.candidate.named
+    ]
+    before = max(rounds.ladder[0]["rms_arcsec"] ** 2, 1e-300)
+    depends = [
+        {
+            "covariate": one.candidate.covariate,
+            "shape": one.candidate.shape,
+            "p": float(min(1.0, one.result.p * tests_made(step.field))),
+            "rms_arcsec": one.size,
+        }
+        for one, step in shapes
+    ]
+    depends += [
+        {
+            "covariate": "time",
+            "shape": f"step of {event['size_arcsec']:.3g} arcsec in run {event['run']} "
+            f"at {event['time_s']:.6g} s",
+            "p": float(2 * stats.norm.sf(event["score"]) * body.rows.sum()),
+        }
+        for event in body.about["events"]
+    ]
+    share = sum(one.size**2 for one, _ in shapes) / before
+    return {"share": float(min(1.0, share)), "depends_on": depends}
+
+
+def advice(verdict: str, runs: int) -> str:
+    """Say what to do next."""
+    if runs < RUNS_LEAST:
+        return f"{runs} runs cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
+    return {
+        "complete": "Nothing is left above the noise.",
+        "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",
+        "ambiguous": "Add evidence of runs in which only one of the effects changes.",
+        "unexplained": "Look at the recordings in which what it depends on changes alone.",
+    }[verdict]

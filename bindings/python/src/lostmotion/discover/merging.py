@@ -1,0 +1,118 @@
+"""Evidence of several campaigns put together at the linearisation of the first.
+
+Moving a campaign from its own base to a common one adds a combination of the base's columns to the
+residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.campaign_evidence import Body
+from lostmotion.discover.evidence import Evidence
+from lostmotion.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
+    """Combine evidence of several campaigns at the linearisation of the first.
+
+    Raises
+    ------
+    InputError
+        When a part is of another drive or of another grid.
+    """
+    first = bodies[0]
+    for body, file in zip(bodies[1:], files[1:], strict=True):
+        for key in ("rated_torque_Nm", "ratio", "knots_Nm", "radius_Nm"):
+            one, two = np.array(body.about[key]), np.array(first.about[key])
+            if one.shape != two.shape or not np.allclose(one, two, rtol=1e-9):
+                raise InputError(
+                    file, key, f"{np.ravel(one)[0]:.6g}", f"{np.ravel(two)[0]:.6g} as in {files[0]}"
+                )
+    seen: set[str] = set()
+    for body, file in zip(bodies, files, strict=True):
+        for fingerprint in body.about["data_fingerprints"]:
+            if fingerprint in seen:
+                raise InputError(file, "data_fingerprints", "recordings a second time", "others")
+            seen.add(fingerprint)
+    sizes = [{n: p.size for n, p in body.white.blocks.items()} for body in bodies]
+    common = [name for name, size in sizes[0].items() if all(s.get(name) == size for s in sizes)]
+    closed = {k: v for body in bodies for k, v in body.about["closed"].items()}
+    for body in bodies:
+        for name in body.white.blocks:
+            if name not in common:
+                closed[name] = "not in all of the evidence"
+    white, plain = (
+        merge_grams([getattr(body, kind) for body in bodies], [b.point for b in bodies], common)
+        for kind in ("white", "plain")
+    )
+    labels = [
+        {run: run if len(bodies) == 1 else f"{i + 1}:{run}" for run in body.about["runs"]}
+        for i, body in enumerate(bodies)
+    ]
+    return Body(
+        white,
+        plain,
+        first.point,
+        np.concatenate([body.spread for body in bodies]),
+        np.concatenate([body.rows for body in bodies]),
+        {
+            **first.about,
+            "candidates": [k for k in first.about["candidates"] if k["name"] in common],
+            "closed": closed,
+            "runs": [name for names in labels for name in names.values()],
+            "events": [
+                {**event, "run": names[event["run"]]}
+                for body, names in zip(bodies, labels, strict=True)
+                for event in body.about["events"]
+            ],
+            "data_fingerprints": sorted(seen),
+        },
+    )
+
+
+def merge_grams(
+    parts: Sequence[Evidence], points: Sequence[FloatArray], common: Sequence[str]
+) -> Evidence:
+    """Bring Gram matrices to the same columns, units and linearisation, and put them together."""
+    first = parts[0]
+    grams = []
+    for part, point in zip(parts, points, strict=True):
+        keep = np.concatenate(
+            [part.fixed, part.scatter, *(part.blocks[n] for n in common), [part.response]]
+        ).astype(np.intp)
+        gram = part.gram[:, keep[:, None], keep]
+        ratio = part.scale[keep] / first.scale[places(first, common)]
+        gram = gram * np.outer(ratio, ratio)
+        # The residual about the first point: what the base does between the two is put back.
+        step = (point - points[0]) * first.scale[first.fixed][: point.size]
+        change = np.eye(keep.size)
+        change[: step.size, -1] = step
+        grams.append(np.einsum("ai,rab,bj->rij", change, gram, change, optimize=True))
+    n, m = first.fixed.size, first.scatter.size
+    blocks, at = {}, n + m
+    for name in common:
+        blocks[name] = np.arange(at, at + first.blocks[name].size, dtype=np.intp)
+        at += first.blocks[name].size
+    return Evidence(
+        np.concatenate(grams),
+        first.scale[places(first, common)],
+        np.arange(n, dtype=np.intp),
+        np.arange(n, n + m, dtype=np.intp),
+        blocks,
+        at,
+        first.precision,
+    )
+
+
+def places(evidence: Evidence, common: Sequence[str]) -> IntArray:
+    """Places of the base's columns, of what scatters, of some blocks and of the residual."""
+    parts = [evidence.fixed, evidence.scatter, *(evidence.blocks[name] for name in common)]
+    return np.concatenate([*parts, [evidence.response]]).astype(np.intp)
