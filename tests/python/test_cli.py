@@ -393,3 +393,15 @@ def test_bash_completes_commands_options_and_files(
     assert "--torque" in complete("lostmotion", "predict", "--to")
     assert complete("lostmotion", "predict", "bou") == {"bought.toml"}
     assert "zsh" in complete("lostmotion", "completion", "z")
+
+
+@pytest.mark.parametrize("option", ["--plan", "--effects"])
+def test_an_answer_does_not_go_where_a_plan_or_an_effect_is_read(
+    capsys: Capture, tmp_path: Path, bought_file: str, option: str
+) -> None:
+    data, read = tmp_path / "data.csv", tmp_path / "read"
+    read.write_text("kept")
+    words = ["next", bought_file, str(data), "--plan", "plan.csv", option, str(read)]
+    assert main([*words, "--json", str(read)]) == 2
+    assert f"--json: found the input '{read}'" in capsys.readouterr().err
+    assert read.read_text() == "kept"

@@ -202,7 +202,7 @@ def _figure(figure: Figure, number: int) -> str:
     picture = "data:image/svg+xml;charset=utf-8," + quote(wide, safe=",-.:/ =;()'")
     return (
         f'<figure><div class="wide">{wide}</div><div class="narrow">{narrow}</div>'
-        f"<figcaption><b>Figure {number}. {escape(figure.title)}</b> {escape(figure.caption)}"
+        f"<figcaption><b>Figure {number}. {escape(figure.title)}.</b> {escape(figure.caption)}"
         f'<span class="files"><a download="{name}.csv" href="{escape(numbers)}">numbers (CSV)</a>'
         f'<a download="{name}.svg" href="{escape(picture)}">picture (SVG)</a></span>'
         "</figcaption></figure>"
@@ -315,7 +315,7 @@ code {{ font: .92em/1.4 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }}
   body {{ padding: 0; max-width: none; }}
   h1 {{ font-size: 1.9rem; }}
   .scroll {{ overflow: visible; }}
-  td {{ white-space: normal; }}
+  td {{ white-space: normal; }} td.r {{ white-space: nowrap; }}
   .wide {{ display: block; }}
   .narrow, .files, nav {{ display: none; }}
   h2, h3 {{ break-after: avoid; }}

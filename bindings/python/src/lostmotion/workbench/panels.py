@@ -351,7 +351,8 @@ class EffectsPanel(Panel):
         if not entry["testable"]:
             lines.append(entry.get("reason") or "not testable")
         elif entry.get("parameters"):
-            lines.append(", ".join(f"{key} = {v:.3g}" for key, v in entry["parameters"].items()))
+            values = entry["parameters"].items()
+            lines.append(", ".join(f"{key} = {signs(f'{value:.3g}')}" for key, value in values))
         if entry.get("confused_with") and entry["testable"]:
             lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))
         row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
@@ -575,8 +576,9 @@ class ExportPanel(Panel):
             self.hint("Load a drive first.")
             return
         if bench.model is not None:
-            added = ", ".join(map(words, bench.chosen)) or "no effect added"
-            what = f"The drive as it was fitted to the recordings, {added}."
+            added = " and ".join(map(words, bench.chosen))
+            with_it = f"with {added}" if added else "no effect added"
+            what = f"The drive as it was fitted to the recordings, {with_it}."
         else:
             what = "The drive as its file says: nothing was fitted yet (tick an effect)."
         self.html(f'<p class="verdict">{escape(what)}</p>')
