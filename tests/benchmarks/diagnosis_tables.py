@@ -31,6 +31,15 @@ seeds below were judged once, and nothing was changed after it.
 """
 
 
+NULLS = """## Where there is nothing to find
+
+Every routine that speaks of chance is tried on data in which there is nothing, and its false alarms
+are held against the level that it states (binomial bounds, `tests/python/test_nulls_*.py`): the F
+test over runs, the sign flips, all gates together over all candidates, paired differences, standard
+errors and intervals, the shares of `compare`, steps, outliers, columns that rise together, stuck
+sensors, and whole diagnoses under coloured, long-tailed and uneven noise."""
+
+
 def page(rows: list[Record]) -> str:
     """The whole page as Markdown."""
     diagnosed = [done for done in rows if done["what"] == "diagnosis"]
@@ -51,6 +60,7 @@ def page(rows: list[Record]) -> str:
     following = [d for d in rows if d["what"] == "next" and "suggested" in d]
     if following:
         parts.append("## The next run\n\n" + "\n".join(next_run(following)))
+    parts.append(NULLS)
     return "\n\n".join(parts) + "\n"
 
 
@@ -266,10 +276,10 @@ def falling_off(rows: list[Record]) -> list[str]:
         )
     head = ("conditions", "single: as asked for", "wrong alone", "other answers", "clean")
     return [
-        "As asked for: the effect named first, and where counts were lost their run and second; "
-        "where the effect's column is missing, no name (`unexplained` or `ambiguous`). Clean: "
-        "`complete`, or the event alone where counts were lost. The single ones of the other rows "
-        "repeat seeds of the first.",
+        "As asked for: the effect named first, and where counts were lost their run and second;",
+        "where the effect's column is missing, no name (`unexplained` or `ambiguous`). Clean:",
+        "`complete`, or the event alone where counts were lost. The other rows repeat seeds of the",
+        "first, so that a campaign and its spoilt copy differ by the spoiling alone.",
         "",
         *table(head, lines),
     ]
@@ -326,11 +336,13 @@ def rivals(tried: list[Record], rows: list[Record]) -> list[str]:
 def next_run(rows: list[Record]) -> list[str]:
     """How many open campaigns one more run decides."""
     lines = []
-    for plan in (*dict.fromkeys(d["truth"]["plan"] for d in rows), "both"):
-        mine = [d for d in rows if plan in (d["truth"]["plan"], "both")]
+    hidden = sorted({(d["truth"]["plan"], *d["truth"]["effects"]) for d in rows})
+    for plan, name in hidden:
+        mine = [d for d in rows if (d["truth"]["plan"], *d["truth"]["effects"]) == (plan, name)]
         lines.append(
             (
-                plan if plan != "both" else "together",
+                plan,
+                f"`{name}`",
                 len(mine),
                 *(
                     f"{sum(d[way]['resolved'] for d in mine)} "
@@ -344,11 +356,13 @@ def next_run(rows: list[Record]) -> list[str]:
     ratio = f"{suggested / repeated:.1f} times as many" if repeated else "the repeat none"
     kinds = Counter(d["suggested"]["run"] for d in rows)
     return [
-        "Campaigns that end `ambiguous` get one more run on the rig: the one that `next` ranks "
-        "first of those offered (`rig/following.py`), or one more of the plan's. Resolved: the "
-        "hidden effect alone.",
+        "Campaigns that end `ambiguous` get one more run on the rig: the one that `next` ranks",
+        "first of those offered (`rig/following.py`), or one more of the plan's. Counted is how",
+        "many then end with the hidden effect alone. In the plan `aliased` temperature and wear",
+        "rise together over 21 runs; in `short` 11 runs hold one speed, and the drive is warm when",
+        "it is worn.",
         "",
-        *table(("plan", "ambiguous campaigns", "suggested run", "one more of the same"), lines),
+        *table(("plan", "hidden", "ambiguous", "suggested run", "one more of the same"), lines),
         "",
         f"The suggested run resolves {suggested}, the repeat {repeated}: {ratio}; the bar is 1.5.",
         f"Suggested: {in_words(kinds)}.",
