@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -192,3 +193,20 @@ def test_the_verdict_of_a_sample_is_that_of_all_rows(
         for a in (found, whole)
     )
     assert size == pytest.approx(true, rel=0.1)
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+def test_a_file_that_is_damaged_inside_is_refused_in_one_line(
+    tmp_path: Path, read: Callable[..., Campaign]
+) -> None:
+    table = pa.table({"time_s": np.arange(900.0), "torque_Nm": np.ones(900)})
+    table = table.append_column("lost_motion_rad", pa.array(np.zeros(900)))
+    file = tmp_path / "damaged.parquet"
+    pq.write_table(table, file, compression="none", use_dictionary=False)
+    content = bytearray(file.read_bytes())
+    # The first page's header; what stands at the end of the file is sound.
+    content[4:24] = b"\xff" * 20
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"damaged.parquet: .*unreadable Parquet \(") as caught:
+        read([file], ratio=RATIO)
+    assert "\n" not in str(caught.value)

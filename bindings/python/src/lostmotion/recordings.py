@@ -14,7 +14,8 @@ import io
 import logging
 import math
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import units
-from lostmotion.errors import InputError, did_you_mean
+from lostmotion.errors import InputError, did_you_mean, one_line
 from lostmotion.files import read_bytes, reason
 
 LOG = logging.getLogger(__name__)
@@ -665,19 +666,40 @@ def read_table(file: Path) -> dict[str, npt.NDArray[Any]]:
 
 
 def _read_parquet(file: Path) -> dict[str, npt.NDArray[Any]]:
+    with arrow_errors(file):
+        return from_arrow(open_parquet(file).read())
+
+
+@contextmanager
+def arrow_errors(file: str | Path) -> Iterator[None]:
+    """Say in one line that a Parquet file cannot be opened, or read further on.
+
+    Raises
+    ------
+    InputError
+        For what Arrow raises inside, and where there is no Arrow.
+    """
     try:
         import pyarrow
-        import pyarrow.parquet
     except ImportError:
         raise InputError(
             file, "", "a Parquet file, but no pyarrow", "pip install 'lostmotion[fast]', or CSV"
         ) from None
     try:
-        table = pyarrow.parquet.read_table(file)
+        yield
     except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(file, "", f"unreadable Parquet ({error})", "a Parquet file") from None
-    refuse_twins(file, table.column_names)
-    return from_arrow(table)
+        found = f"unreadable Parquet ({one_line(str(error))})"
+        raise InputError(file, "", found, "a Parquet file") from None
+
+
+def open_parquet(file: Path) -> Any:
+    """Open a Parquet file without reading it; read it inside `arrow_errors` too."""
+    with arrow_errors(file):
+        import pyarrow.parquet
+
+        opened = pyarrow.parquet.ParquetFile(file)
+    refuse_twins(file, opened.schema_arrow.names)
+    return opened
 
 
 def refuse_twins(file: Path, header: Sequence[str]) -> None:

@@ -33,14 +33,15 @@ from lostmotion.recordings import (
     Campaign,
     Finding,
     Run,
+    arrow_errors,
     check_sign,
     from_arrow,
     in_si,
     name_apart,
+    open_parquet,
     read_campaign,
     read_table,
     recording_files,
-    refuse_twins,
     resolve_columns,
     run_codes,
     sound_run,
@@ -126,23 +127,6 @@ def pieces_of(files: Sequence[Path]) -> list[Piece]:
     return found
 
 
-def open_parquet(file: Path) -> Any:
-    """Open a Parquet file without reading it."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise InputError(
-            file, "", "a Parquet file, but no pyarrow", "pip install 'lostmotion[fast]', or CSV"
-        ) from None
-    try:
-        opened = pyarrow.parquet.ParquetFile(file)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(file, "", f"unreadable Parquet ({error})", "a Parquet file") from None
-    refuse_twins(file, opened.schema_arrow.names)
-    return opened
-
-
 def recorded_rows(files: Sequence[Path]) -> int:
     """Rows of the Parquet files among some, from what stands at their ends."""
     parquet = [file for file in files if file.name.lower().endswith(".parquet")]
@@ -164,12 +148,8 @@ def batches(
         chosen, _ = resolve_columns(piece.file, opened.schema_arrow.names, mapping)
         if wanted is not None:
             chosen = {name: column for name, column in chosen.items() if name in wanted}
-        tables = (
-            from_arrow(batch)
-            for batch in opened.iter_batches(
-                BATCH_ROWS, row_groups=[piece.group], columns=[c for c, _ in chosen.values()]
-            )
-        )
+        names = [column for column, _ in chosen.values()]
+        tables = group_batches(file, opened, piece.group, names)
     for table in tables:
         numbers = in_si(piece.file, table, chosen)
         if "run" in chosen:
@@ -178,6 +158,15 @@ def batches(
         else:
             codes, labels = np.zeros(numbers["torque"].size, dtype=np.intp), [label]
         yield codes, labels, numbers
+
+
+def group_batches(
+    file: Path, opened: Any, group: int, names: Sequence[str]
+) -> Iterator[dict[str, npt.NDArray[Any]]]:
+    """Read a row group in batches: what is damaged inside shows only here."""
+    with arrow_errors(file):
+        for batch in opened.iter_batches(BATCH_ROWS, row_groups=[group], columns=list(names)):
+            yield from_arrow(batch)
 
 
 def count_piece(work: tuple[Piece, Mapping[str, str]]) -> list[Part]:
