@@ -62,8 +62,8 @@ class Candidate:
         The start that each column belongs to.
     trials : int
         How many columns were looked at to find these; their test pays for all of them.
-    also : list of str
-        Other quantities that would give the same columns.
+    also : list of tuple
+        Other quantities that would give the same columns, and in what shape.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Candidate:
     starts: list[FloatArray] = field(default_factory=list)
     start_of: list[int] = field(default_factory=list)
     trials: int = 1
-    also: list[str] = field(default_factory=list)
+    also: list[tuple[str, str]] = field(default_factory=list)
 
 
 def given_values(base: Base, ratio: float) -> list[tuple[str, float]]:

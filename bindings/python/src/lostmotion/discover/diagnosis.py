@@ -319,11 +319,11 @@ def describe(step: Step) -> list[dict[str, Any]]:
     return [
         {
             "covariate": covariate,
-            "shape": candidate.shape,
+            "shape": shape,
             "p": float(min(1.0, result.p * len(step.results))),
             "rms_arcsec": step.chosen.size,
         }
-        for covariate in (candidate.covariate, *candidate.also)
+        for covariate, shape in ((candidate.covariate, candidate.shape), *candidate.also)
     ]
 
 

@@ -76,22 +76,23 @@ def run_steps(base: Base, contest: Contest) -> list[Candidate]:
             threshold, beyond = found[best]
             smaller = beyond if 2 * np.count_nonzero(beyond) <= c.runs else ~beyond
             key = (part, smaller.tobytes())
-            if key in out:
-                # Two channels that part the runs alike cannot be told apart.
-                out[key].also.append(channel)
-                out[key].trials += len(found)
-                continue
             where = (
                 f"from run {c.labels[int(np.argmax(beyond))]} on"
                 if channel == "run"
                 else f"beyond {threshold:.3g} {unit}"
             )
+            shape = f"{part}, a step {where}"
+            if key in out:
+                # Two channels that part the runs alike cannot be told apart.
+                out[key].also.append((channel, shape))
+                out[key].trials += len(found)
+                continue
             out[key] = Candidate(
                 f"step of {part} by {channel}",
                 False,
                 (tangents[:, place] * smaller[c.run_of])[:, None],
                 channel,
-                f"{part}, a step {where}",
+                shape,
                 trials=len(found),
             )
     return list(out.values())
