@@ -46,9 +46,7 @@ def scattering(seed: int, steps: float = 0.0, few: float = 0.0, many: float = 0.
 
 
 def best_step(contest: Contest):
-    masks = np.array(
-        [beyond for _, beyond in partings(np.arange(RUNS, dtype=float))], dtype=float
-    )
+    masks = np.array([beyond for _, beyond in partings(np.arange(RUNS, dtype=float))], dtype=float)
     best = int(np.argmax(scan(contest, 0, masks)))
     return best, contest.test(f"step {best}"), len(masks)
 
@@ -62,13 +60,9 @@ def test_partings_leave_runs_on_either_side():
 
 def test_the_scan_finds_what_a_test_of_every_parting_finds():
     contest = Contest(scattering(3, steps=6.0))
-    masks = np.array(
-        [beyond for _, beyond in partings(np.arange(RUNS, dtype=float))], dtype=float
-    )
+    masks = np.array([beyond for _, beyond in partings(np.arange(RUNS, dtype=float))], dtype=float)
     fast = scan(contest, 0, masks)
-    slow = [
-        contest.test(f"step {k}", refit_scatter=False).wald for k in range(len(masks))
-    ]
+    slow = [contest.test(f"step {k}", refit_scatter=False).wald for k in range(len(masks))]
     assert fast == pytest.approx(slow, rel=1e-6, abs=1e-6)
 
 
@@ -79,9 +73,7 @@ def test_a_step_of_the_last_runs_is_found_where_it_is():
         best, result, trials = best_step(contest)
         masks = partings(np.arange(RUNS, dtype=float))
         found += (
-            np.count_nonzero(masks[best][1]) == 3
-            and result.p * trials <= 0.05
-            and result.gain >= 2
+            np.count_nonzero(masks[best][1]) == 3 and result.p * trials <= 0.05 and result.gain >= 2
         )
     assert found >= 8
 
@@ -105,18 +97,12 @@ def test_flips_cannot_refuse_what_the_plan_lets_three_runs_show():
 
 
 def test_few_runs_carry_a_false_alarm_no_oftener_than_many():
-    wrong = sum(
-        accepted(Contest(scattering(seed)).test("few"), 1) for seed in range(150)
-    )
-    assert (
-        wrong < 9
-    )  # the level is at most 0.05 x 0.05 / 0.25: binomial(150, 0.01), 0.01 % beyond
+    wrong = sum(accepted(Contest(scattering(seed)).test("few"), 1) for seed in range(150))
+    assert wrong < 9  # the level is at most 0.05 x 0.05 / 0.25: binomial(150, 0.01), 0.01 % beyond
 
 
 def test_many_runs_keep_the_flips_at_their_level():
-    limits = [
-        Contest(scattering(seed, many=0.5)).test("many").flip_limit for seed in range(3)
-    ]
+    limits = [Contest(scattering(seed, many=0.5)).test("many").flip_limit for seed in range(3)]
     assert limits == [0.05] * 3
 
 
@@ -156,9 +142,7 @@ def quick_campaign(seed: int, share: float) -> Campaign:
     """Sixteen runs, the last three of them quick, in which the drive is softer by `share`."""
     rng = np.random.default_rng(seed)
     swings = [torque_of(r, 500) for r in range(16)]
-    remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(
-        16, 500
-    )
+    remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(16, 500)
     made = []
     for r in range(16):
         quick = r >= 13
@@ -175,9 +159,7 @@ def quick_campaign(seed: int, share: float) -> Campaign:
 
 
 def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
-    found = diagnose(
-        quick_campaign(4, 0.03), ratio=RATIO, rated_torque_Nm=RATED_NM
-    ).answer()
+    found = diagnose(quick_campaign(4, 0.03), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert found["verdict"] == "unexplained"
     # The quick runs are the last ones: these recordings cannot say which of the two it is.
     assert {d["covariate"] for d in found["unexplained"]["depends_on"]} == {
@@ -187,9 +169,7 @@ def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
 
 
 def test_quick_runs_that_are_like_the_others_are_no_class():
-    found = diagnose(
-        quick_campaign(5, 0.0), ratio=RATIO, rated_torque_Nm=RATED_NM
-    ).answer()
+    found = diagnose(quick_campaign(5, 0.0), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert found["verdict"] == "complete"
 
 
@@ -220,8 +200,6 @@ def test_the_angle_alone_is_that_of_the_whole_evaluation():
         ("thermal_friction", 0),
     ):
         base.terms.append(Term(effects[name], effects[name].typical, [place]))
-    base.deviations[:] = (
-        np.random.default_rng(2).normal(size=base.deviations.shape) * 0.01
-    )
+    base.deviations[:] = np.random.default_rng(2).normal(size=base.deviations.shape) * 0.01
     base.start[:] = 0.3
     assert base.angle() == pytest.approx(base.at().angle, abs=1e-9)

@@ -20,7 +20,7 @@ from lostmotion.files import write_whole
 from lostmotion.report.front import axis_name, draw_front
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panels import Panel, action
+from lostmotion.workbench.panel import Panel, action
 from lostmotion.workbench.work import LOG, Work
 
 MARGINS = 14

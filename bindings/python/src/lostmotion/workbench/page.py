@@ -15,17 +15,10 @@ from lostmotion.errors import LostMotionError, one_line
 from lostmotion.report.ladder import draw_ladder
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import DesignPanel, Search
-from lostmotion.workbench.panels import (
-    AlikePanel,
-    DrivePanel,
-    EffectsPanel,
-    ExportPanel,
-    MeasuredPanel,
-    NextPanel,
-    Panel,
-    WherePanel,
-    action,
-)
+from lostmotion.workbench.handing_out import ExportPanel
+from lostmotion.workbench.measured import DrivePanel, MeasuredPanel, WherePanel
+from lostmotion.workbench.missing import AlikePanel, EffectsPanel, NextPanel
+from lostmotion.workbench.panel import Panel, action
 from lostmotion.workbench.work import Work
 
 STYLE = Path(__file__).with_name("style.css")

@@ -1,0 +1,97 @@
+"""What goes to the controller."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from lostmotion.errors import LostMotionError, one_line
+from lostmotion.export import PROFILES, SETTINGS, Profile
+from lostmotion.report.page import Rows, rows_html
+from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.panel import Panel, action, words
+from lostmotion.workbench.work import Work
+
+
+class ExportPanel(Panel):
+    """What goes to the controller, and the drive file that says the same."""
+
+    name, title = "export", "Export"
+
+    def __init__(self, bench: Bench, work: Work) -> None:
+        super().__init__(bench, work)
+        self.settings = "period_us=500"
+        self.profile: Profile = "standard"
+        self.constant = "joint_parameters"
+        self.answer: Mapping[str, Any] | None = None
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        bench = self.bench
+        if bench.drive is None:
+            self.hint("Load a drive first.")
+            return
+        if bench.model is not None:
+            added = " and ".join(map(words, bench.chosen))
+            with_it = f"with {added}" if added else "no effect added"
+            what = f"The drive as it was fitted to the recordings, {with_it}."
+        else:
+            what = "The drive as its file says: nothing was fitted yet (tick an effect)."
+        self.html(f'<p class="verdict">{escape(what)}</p>')
+        with ui.element("div").classes("line"):
+            ui.input(
+                "settings",
+                value=self.settings,
+                on_change=lambda event: setattr(self, "settings", event.value),
+            ).props("dense outlined stack-label").style("min-width: 230px").mark("settings")
+            ui.select(
+                list(PROFILES),
+                value=self.profile,
+                label="build of the code",
+                on_change=lambda event: setattr(self, "profile", event.value),
+            ).props("dense outlined options-dense").style("width: 190px")
+            ui.input(
+                "name of the constant",
+                value=self.constant,
+                on_change=lambda event: setattr(self, "constant", event.value),
+            ).props("dense outlined stack-label").style("width: 190px")
+        keys = ", ".join(key.written for key in SETTINGS)
+        self.html(f'<p class="small soft" style="margin-top:8px">Settings: {escape(keys)}.</p>')
+        with ui.element("div").classes("line"):
+            action("params.h", lambda: self.download(".h"), main=True).mark("header")
+            action("params.bin", lambda: self.download(".bin")).mark("blob")
+            action("drive file", self.download_drive).mark("drive-file")
+        if self.answer is not None:
+            limits = {**self.answer["limits"], **self.answer["watch"]}
+            rows = [(name.replace("_", " "), f"{value:.6g}") for name, value in limits.items()]
+            self.html(
+                rows_html(Rows("Limits of the correction", ("limit", "value"), rows, (1,)))
+                + "".join(f'<p class="small">{escape(note)}</p>' for note in self.answer["notes"])
+            )
+
+    def download(self, suffix: str) -> None:
+        """Hand the parameters to the browser."""
+        try:
+            content, self.answer = self.bench.export(
+                suffix,
+                shlex.split(self.settings),
+                self.profile,
+                self.constant,
+            )
+        except (LostMotionError, ValueError) as error:
+            self.work.say(one_line(str(error)))
+            return
+        self.work.say("")
+        ui.download.content(content, f"params{suffix}")
+        self.redraw()
+
+    def download_drive(self) -> None:
+        """Hand the drive file to the browser."""
+        name = Path(self.bench.need_drive().file).stem
+        suffix = "_fitted" if self.bench.model is not None else ""
+        ui.download.content(self.bench.fitted_drive().encode(), f"{name}{suffix}.toml")

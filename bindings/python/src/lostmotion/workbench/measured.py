@@ -1,0 +1,193 @@
+"""Drive and recordings: what the file says, what was measured, and where the model fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+
+from nicegui import ui
+
+from lostmotion.report.maps import (
+    ACROSS,
+    NAMES,
+    Map,
+    Residuals,
+    bin_residuals,
+    cell_text,
+    draw_map,
+    draw_profile,
+    map_figure,
+    runs_in_cell,
+    scale_of,
+)
+from lostmotion.report.page import NARROW, WIDE
+from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.figures import links
+from lostmotion.workbench.panel import Panel, action, words
+from lostmotion.workbench.work import Work
+
+RUNS_LISTED = 6
+"""Runs that a picked cell of the map lists."""
+
+NEEDED_FOR = {
+    "input_angle_deg": "input_angle_rad",
+    "output_angle_deg": "output_angle_rad",
+    "time_in_run_s": "elapsed_s",
+}
+"""What effects call the quantities of a map."""
+
+
+class DrivePanel(Panel):
+    """What the drive file says: contributions, and for a design clearances and checks."""
+
+    name, title = "drive", "Drive"
+
+    def __init__(self, bench: Bench, work: Work, example: Callable[[], None]) -> None:
+        super().__init__(bench, work)
+        self.example = example
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        if self.bench.drive is None:
+            self.hint(
+                "Name a drive file, or drop one: a catalogue sheet or a drawing. With recordings "
+                "beside it you will see where the model fails and which effect is missing."
+            )
+            self.hint(
+                "Or look around with the example: a joint of a robot, measured at several "
+                "temperatures, with an effect that its data sheet knows nothing of."
+            )
+            action("Load the example", self.example).mark("example")
+            return
+        self.html(self.bench.drive_page.html)
+
+
+class MeasuredPanel(Panel):
+    """The recordings against the model: loops, errors by run, what the error hangs on."""
+
+    name, title = "measured", "Measured"
+    of_recordings = True
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        self.html(self.bench.comparison_page.html)
+
+
+class WherePanel(Panel):
+    """Where the model fails: the residual over torque and one quantity, a cell to be picked."""
+
+    name, title = "where", "Where it fails"
+    of_recordings = True
+
+    def __init__(self, bench: Bench, work: Work) -> None:
+        super().__init__(bench, work)
+        self.covariate = ""
+        self.picked: int | None = None
+        self.scales: dict[str, float] = {}
+        self.campaign: object = None
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        data = self.bench.residuals()
+        assert data is not None
+        if self.campaign is not self.bench.campaign:
+            self.campaign, self.scales, self.picked = self.bench.campaign, {}, None
+        if self.covariate not in data.covariates:
+            self.covariate = self.worst(data)
+        model = self.bench.model
+        added = ", ".join(words(name) for name in self.bench.chosen) or "nothing added"
+        what = "the fit of compare" if model is None else f"the model with {added}"
+        with ui.element("div").classes("line"):
+            ui.select(
+                {name: NAMES[name][0] for name in data.covariates},
+                value=self.covariate,
+                label="residual against",
+                on_change=lambda event: self.choose(event.value),
+            ).props("dense outlined options-dense").style("min-width: 190px").mark("covariate")
+            ui.label(f"What {what} leaves. The colours stay when the model changes.").classes(
+                "soft small"
+            )
+        of = bin_residuals(data, self.covariate)
+        most = self.scales.setdefault(self.covariate, scale_of(of))
+        area = (
+            ui.element("div")
+            .classes("map")
+            .props('tabindex=0 role=application aria-label="map of the residual: arrow keys move"')
+        )
+        area.on(
+            "click",
+            lambda event: self.pick(event.args),
+            js_handler="(e) => { const c = e.target.closest('[data-cell]');"
+            " if (c) emit(Number(c.dataset.cell)); }",
+        )
+        area.on(
+            "keydown",
+            lambda event: self.move(event.args, of),
+            js_handler="(e) => { if (e.key.startsWith('Arrow'))"
+            " { e.preventDefault(); emit(e.key); } }",
+        )
+        with area:
+            self.html(
+                f'<div class="wide">{draw_map(of, WIDE, self.picked, most)}</div>'
+                f'<div class="narrow">{draw_map(of, NARROW, self.picked, most)}</div>'
+            )
+        self.cell(data, of)
+        self.html(
+            f'<div class="wide">{draw_profile(data, self.covariate, WIDE)}</div>'
+            f'<div class="narrow">{draw_profile(data, self.covariate, NARROW)}</div>'
+        )
+        figure = map_figure(data, self.covariate)
+        self.bench.comparison_page.tables[figure.table.name] = figure.table
+        self.bench.comparison_page.pictures[figure.table.name] = draw_map(of, WIDE, None, most)
+        self.html(f'<p class="small">{escape(figure.caption)} {links(figure.table.name)}</p>')
+
+    def worst(self, data: Residuals) -> str:
+        """Choose the quantity on which the residual hangs most, by the comparison."""
+        assert self.bench.comparison is not None
+        for failure in self.bench.comparison.failures:
+            for name in data.covariates:
+                if name.startswith(failure.covariate):
+                    return name
+        return next(iter(data.covariates))
+
+    def choose(self, covariate: str) -> None:
+        """Look at another quantity."""
+        self.covariate, self.picked = covariate, None
+        self.redraw()
+
+    def pick(self, cell: int) -> None:
+        """Pick a cell of the map."""
+        self.picked = None if cell == self.picked else cell
+        self.redraw()
+
+    def move(self, key: str, of: Map) -> None:
+        """Move the picked cell by an arrow key."""
+        row, column = divmod(self.picked or 0, ACROSS)
+        across = {"ArrowLeft": -1, "ArrowRight": 1}.get(key, 0)
+        up = {"ArrowUp": 1, "ArrowDown": -1}.get(key, 0)
+        if self.picked is not None:
+            column = min(max(column + across, 0), ACROSS - 1)
+            row = min(max(row + up, 0), of.mean.shape[0] - 1)
+        self.picked = row * ACROSS + column
+        self.redraw()
+        ui.run_javascript("document.querySelector('.map')?.focus()")
+
+    def cell(self, data: Residuals, of: Map) -> None:
+        """Say what lies in the picked cell."""
+        if self.picked is None:
+            self.hint("Pick a cell to see which runs lie in it and which effects act there.")
+            return
+        runs = runs_in_cell(data, of, self.picked)
+        needed = NEEDED_FOR.get(self.covariate, self.covariate)
+        acting = [name for name, effect in self.bench.effects.items() if needed in effect.needs]
+        shown = "; ".join(
+            f"run {escape(str(label))}: {mean:+.1f} arcsec ({count})"
+            for label, count, mean in runs[:RUNS_LISTED]
+        )
+        more = f" and {len(runs) - RUNS_LISTED} more" if len(runs) > RUNS_LISTED else ""
+        effects = ", ".join(words(name) for name in acting) or "none of the library"
+        self.html(
+            f'<div id="cell"><p><b>{escape(cell_text(of, self.picked))}</b></p>'
+            f'<p class="small">Mean by run (samples): {shown or "no samples"}{more}.<br>'
+            f"Effects that hang on {escape(NAMES[self.covariate][0])}: {escape(effects)}.</p></div>"
+        )

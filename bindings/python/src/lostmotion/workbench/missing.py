@@ -1,0 +1,300 @@
+"""Which effect is missing, which two are alike, and what to measure next."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from lostmotion.discover.commands import card
+from lostmotion.report.discovery import verdict_sentence
+from lostmotion.report.evidence import draw_dots
+from lostmotion.report.ladder import ladder_figure
+from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
+from lostmotion.report.svg import signs
+from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.panel import Panel, action, words
+from lostmotion.workbench.work import Work
+
+
+class EffectsPanel(Panel):
+    """Which effect is missing: the verdict, the ladder, every effect with its evidence."""
+
+    name, title = "effects", "Effects"
+    of_recordings = True
+
+    def state(self) -> object:
+        """Drawn anew too when work begins and ends, for then ticks are shut and opened."""
+        return self.bench.version, self.work.busy
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        found = self.bench.diagnosis
+        if found is None:
+            self.html(
+                '<p class="verdict">What is missing?</p><p>The diagnosis refits the drive with '
+                "each effect of the library and asks the runs that the fit has not seen. It takes "
+                "some seconds. You may also tick an effect at once.</p>"
+            )
+            action("Find what is missing", self.find, main=True).mark("find").set_enabled(
+                not self.work.busy
+            )
+        else:
+            self.verdict(found.answer())
+        model = self.bench.model
+        if model is not None:
+            name = self.bench.need_drive().name
+            self.figure(ladder_figure(model.ladder, model.noise_floor_arcsec, name))
+        self.html("<h3>Effects: tick to add, and the model is fitted anew</h3>")
+        entries = self.entries()
+        for entry in entries:
+            if entry["testable"]:
+                self.row(entry)
+        if not all(entry["testable"] for entry in entries):
+            self.html("<h3>Not testable with these recordings</h3>")
+            for entry in entries:
+                if not entry["testable"]:
+                    self.row(entry)
+
+    def find(self) -> None:
+        """Start the diagnosis."""
+        self.work.start("diagnosing", lambda: self.bench.find_missing(self.work.tick))
+
+    def verdict(self, answer: Mapping[str, Any]) -> None:
+        """Say what the diagnosis found."""
+        sentence = verdict_sentence({**answer, "effects": map(words, answer["effects"])})
+        lines = [
+            f"It depends on {one['covariate'].replace('_', ' ')}: {one['shape']}."
+            for one in answer["unexplained"]["depends_on"]
+        ]
+        lines += [
+            f"Sudden: run {event['run']} at {event['time_s']:.6g} s, {event['size_arcsec']:.3g} "
+            "arcsec."
+            for event in answer["events"]
+        ]
+        lines.append(answer["next_experiment"])
+        text = "".join(f"<p>{escape(line)}</p>" for line in lines)
+        self.html(f'<p class="verdict" id="verdict">{escape(sentence)}</p>{text}')
+
+    def entries(self) -> list[dict[str, Any]]:
+        """All effects, by evidence where there is a diagnosis."""
+        if self.bench.diagnosis is not None:
+            return list(self.bench.diagnosis.answer()["candidates"])
+        return [{"name": name, "testable": True, "evidence": None} for name in self.bench.effects]
+
+    def row(self, entry: Mapping[str, Any]) -> None:
+        """Show one effect."""
+        name = entry["name"]
+        effect = self.bench.effects[name]
+        lines = [effect.mechanism[:1].upper() + effect.mechanism[1:]]
+        if not entry["testable"]:
+            lines.append(entry.get("reason") or "not testable")
+        elif entry.get("parameters"):
+            values = entry["parameters"].items()
+            lines.append(", ".join(f"{key} = {signs(f'{value:.3g}')}" for key, value in values))
+        if entry.get("confused_with") and entry["testable"]:
+            lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))
+        row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
+        with row:
+            box = ui.checkbox(
+                value=name in self.bench.chosen,
+                on_change=lambda event: self.tick(name, event.value),
+            ).props(f'dense aria-label="add {words(name)}" id="tick-{name}"')
+            box.set_enabled(entry["testable"] and not self.work.busy)
+            self.html(f'<span class="name">{escape(words(name))}</span>')
+            nats = entry["evidence"]
+            if nats is not None and entry["testable"]:
+                share = 100 * min(max(nats, 0.0) / 50.0, 1.0)
+                self.html(
+                    f'<div class="nats">{signs(f"{nats:.1f}")} nats<div class="strength">'
+                    f'<div style="width:{share:.0f}%"></div></div></div>'
+                )
+            self.html(escape("; ".join(lines))).classes("about")
+
+    def tick(self, name: str, wanted: bool) -> None:
+        """Add an effect to the model or take it out."""
+        names = [one for one in self.bench.chosen if one != name]
+        if wanted:
+            names.append(name)
+        if self.work.start("fitting", lambda: self.bench.choose(names, self.work.tick)) is None:
+            self.redraw()
+
+
+class AlikePanel(Panel):
+    """Two effects that are hard to tell apart, side by side."""
+
+    name, title = "alike", "Two alike"
+    of_recordings = True
+
+    def __init__(self, bench: Bench, work: Work) -> None:
+        super().__init__(bench, work)
+        self.pair: list[str] = []
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        names = {name: words(name) for name in self.bench.effects}
+        if not self.pair:
+            self.pair = self.suggestion()
+        self.html(
+            "<p>Two effects that do much the same to these recordings: how well does each explain "
+            "them, run by run, and what would tell them apart?</p>"
+        )
+        with ui.element("div").classes("line"):
+            for place in (0, 1):
+                ui.select(
+                    names,
+                    value=self.pair[place],
+                    label="and" if place else "compare",
+                    on_change=lambda event, place=place: self.put(place, event.value),
+                ).props("dense outlined options-dense").style("width: 210px").mark(f"pair{place}")
+            action("Compare", self.start, main=True).mark("compare")
+        if self.bench.rivals is not None:
+            self.result()
+
+    def suggestion(self) -> list[str]:
+        """Take the diagnosis's own rivals, or the strongest and what it is confused with."""
+        found = self.bench.diagnosis
+        ranked = [c for c in found.candidates if c["testable"]] if found is not None else []
+        first = ranked[0]["name"] if ranked else "thermal_gap"
+        others = [*(ranked[0]["confused_with"] if ranked else ())]
+        others += [*self.bench.effects[first].confused_with, *(c["name"] for c in ranked[1:])]
+        others += ["wear", "creep"]
+        return [first, next(one for one in others if one != first and one in self.bench.effects)]
+
+    def put(self, place: int, name: str) -> None:
+        """Change one of the two."""
+        self.pair[place] = name
+
+    def start(self) -> None:
+        """Fit both."""
+        a, b = self.pair
+        self.work.start(
+            "comparing effects", lambda: self.bench.compare_effects(a, b, self.work.tick)
+        )
+
+    def result(self) -> None:
+        """Show both."""
+        rivals = self.bench.rivals
+        assert rivals is not None
+        if rivals.angle_deg is not None:
+            alike = (
+                "these recordings cannot separate them"
+                if rivals.angle_deg < 10
+                else "hard to separate"
+                if rivals.angle_deg < 30
+                else "well apart"
+            )
+            self.html(
+                f'<p class="verdict">{rivals.angle_deg:.0f}° between what the two do here: '
+                f"{alike}.</p>"
+            )
+        with ui.element("div").classes("two").props("id=rivals"):
+            for name, model in rivals.models.items():
+                rung = model.ladder[-1]
+                about = card(self.bench.effects[name])
+                gain = rivals.gains.get(name)
+                rows = [
+                    ("rms, arcsec", f"{rung['rms_arcsec']:.2f}"),
+                    ("on runs not seen", f"{rung['rms_heldout_arcsec']:.2f}"),
+                ]
+                if gain is not None:
+                    rows.append(("evidence, nats", signs(f"{gain.sum():.1f}")))
+                    rows.append(("runs for it", f"{int((gain > 0).sum())} of {gain.size}"))
+                with ui.element("div"):
+                    self.html(
+                        rows_html(Rows(words(name), ("", ""), rows, (1,)))
+                        + f'<p class="small">{escape(about["mechanism"])}.<br>'
+                        f"{escape(about['equation'])}<br><b>Told apart by:</b> "
+                        f"{escape(about['separating_experiment'] or 'nothing known')}</p>"
+                    )
+        if rivals.gains:
+            gains = [(words(name), gain) for name, gain in rivals.gains.items()]
+            name = self.bench.need_drive().name
+            self.html(
+                f'<div class="wide">{draw_dots(gains, WIDE, name)}</div>'
+                f'<div class="narrow">{draw_dots(gains, NARROW, name)}</div>'
+                '<p class="small">What each run says: evidence in nats that the run, predicted by '
+                "the others, gives for the effect. An effect that one run alone carries is no "
+                "effect.</p>"
+            )
+
+
+class NextPanel(Panel):
+    """What to measure next."""
+
+    name, title = "next", "Next run"
+    of_recordings = True
+
+    def __init__(self, bench: Bench, work: Work) -> None:
+        super().__init__(bench, work)
+        self.path = ""
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        found = self.bench.diagnosis
+        if found is None:
+            self.hint("The suggestion comes with the diagnosis.")
+            action(
+                "Find what is missing",
+                lambda: self.work.start(
+                    "diagnosing", lambda: self.bench.find_missing(self.work.tick)
+                ),
+                main=True,
+            )
+            return
+        self.html(f'<p class="verdict">{escape(found.next_experiment)}</p>')
+        self.html(
+            "<h3>Runs that you could do</h3><p>A plan is a recording without the measured angle: "
+            "run, time and torque, and what else you would set. Each of its runs is ranked by how "
+            "well it decides between the effects that are still open.</p>"
+        )
+        with ui.element("div").classes("line"):
+            ui.input(
+                "plan, a file or a folder",
+                value=self.path,
+                on_change=lambda event: setattr(self, "path", event.value),
+            ).props("dense outlined stack-label").style("min-width: 230px").mark("plan")
+            action("Rank the runs", self.rank, main=True).mark("rank")
+        ranking = self.bench.ranking
+        if ranking is not None:
+            rows = [
+                (
+                    str(run["run"]),
+                    f"{run['separation_nats']:.2f}",
+                    f"{run['minutes']:.1f}",
+                    f"{run['per_minute']:.2f}",
+                )
+                for run in ranking["runs"]
+            ]
+            head = ("run", "nats", "minutes", "nats a minute")
+            between = ", ".join(map(words, ranking["between"]))
+            self.html(rows_html(Rows(f"To decide between {between}", head, rows, (1, 2, 3))))
+        sizes = found.smallest_detectable
+        if sizes:
+            sizes_shown = [
+                (words(name), f"{one['value']:.3g} {one['unit']}", f"{one['rms_arcsec']:.2f}")
+                for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
+            ]
+            self.html(
+                rows_html(
+                    Rows(
+                        "Smallest size that these recordings would have shown",
+                        ("effect", "size", "rms, arcsec"),
+                        sizes_shown,
+                        (2,),
+                    )
+                )
+            )
+
+    def rank(self) -> None:
+        """Rank the runs of the plan."""
+        try:
+            paths = [Path(path) for path in shlex.split(self.path)]
+        except ValueError as error:
+            self.work.say(f"plan: {error}")
+            return
+        self.work.start("ranking", lambda: self.bench.rank_options(paths, self.work.tick))
