@@ -17,7 +17,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bench_diagnosis import Record, diagnosed, in_turn, load, page, read, suite_and_count, work
+from bench_diagnosis import (
+    KEPT,
+    Record,
+    diagnosed,
+    in_turn,
+    load,
+    page,
+    read,
+    suite_and_count,
+    work,
+)
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -44,7 +54,8 @@ def run(truth_file: Path) -> Record:
     with one_thread(), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         found = diagnosed(drive, campaign)
-        done |= {"verdict": found.verdict, "effects": found.effects}
+        answer = found.answer()
+        done |= {"answer": {key: answer[key] for key in KEPT}, "rows": campaign.rows}
         if found.verdict != "ambiguous":
             return done
         number = drive_number(truth)
@@ -57,8 +68,8 @@ def run(truth_file: Path) -> Record:
         made = followed(truth, number, note)
         plan = folder / "options.csv"
         plan.write_text(options_text(offers, drive.rated_torque_Nm, made.columns))
-        answer = next_runs(found, read_plan([plan], drive.ratio), library(), drive.ratio)
-        suggested = str(answer["suggested"])
+        ranking = next_runs(found, read_plan([plan], drive.ratio), library(), drive.ratio)
+        suggested = str(ranking["suggested"])
 
         def again(label: str, then: Callable[[list[Run], int], list[Run]]) -> dict[str, Any]:
             followed(truth, number, then).write(folder, label)
@@ -73,9 +84,9 @@ def run(truth_file: Path) -> Record:
             }
 
         done["suggested"] = again("suggested", lambda runs, ratio: [offers[suggested]])
-        done["suggested"] |= {"run": suggested, "between": answer["between"]}
+        done["suggested"] |= {"run": suggested, "between": ranking["between"]}
         done["suggested"]["ranked"] = [
-            (entry["run"], round(entry["separation_nats"], 2)) for entry in answer["runs"]
+            (entry["run"], round(entry["separation_nats"], 2)) for entry in ranking["runs"]
         ]
         done["repeated"] = again("repeated", lambda runs, ratio: [repeated(runs, truth["seed"])])
     return done
@@ -102,7 +113,12 @@ def main() -> int:
         if (file.parent.name, file.name.removesuffix(".truth.json")) not in sure
     ]
     for done in work(run, "next", files, arguments.results, arguments.workers):
-        print(done["name"], list(done["truth"]["effects"]), done["verdict"], done["effects"])
+        print(
+            done["name"],
+            list(done["truth"]["effects"]),
+            done["answer"]["verdict"],
+            done["answer"]["effects"],
+        )
         for way in ("suggested", "repeated"):
             if way in done:
                 print("   ", way, done[way], flush=True)

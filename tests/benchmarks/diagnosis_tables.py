@@ -43,6 +43,13 @@ sensors, and whole diagnoses under coloured, long-tailed and uneven noise."""
 def page(rows: list[Record]) -> str:
     """The whole page as Markdown."""
     diagnosed = [done for done in rows if done["what"] == "diagnosis"]
+    there = {(done["suite"], done["name"]) for done in diagnosed}
+    # What was diagnosed on the way to a next run counts too.
+    diagnosed += [
+        done
+        for done in rows
+        if done["what"] == "next" and (done["suite"], done["name"]) not in there
+    ]
     for done in diagnosed:
         done["judged"] = judge(done["truth"], done["answer"])
     parts = [INTRO + "\n".join(seeds_line(diagnosed))]
