@@ -7,6 +7,7 @@ each kind of damage that once led to something else.
 from __future__ import annotations
 
 import contextlib
+import gc
 import gzip
 import os
 import sys
@@ -24,6 +25,7 @@ from lostmotion.recordings import read_campaign
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import damaged_inputs
+import sound_files
 
 CHUNKS, CHUNK = 10, 40
 HEADER = "time_s,torque_Nm,lost_motion_rad\n"
@@ -248,3 +250,23 @@ def test_runs_of_a_few_samples_among_others_are_no_harm(
     data.write_text(damaged_inputs.csv_text(table))
     assert main(["diagnose", str(write(BOUGHT)), str(data), "--json", "-"]) == 0
     assert '"runs": 4' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["n" * 300 + ".npz", "a\0b.npz", ".", "cut.npz", "none.npz"])
+def test_evidence_that_cannot_be_read_is_refused_without_a_warning(
+    tmp_path: Path, name: str
+) -> None:
+    whole = sound_files.made("evidence")["one.npz"]
+    (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
+    outcome = damaged_inputs.run_here(["merge", f"{tmp_path}/{name}"])
+    gc.collect()
+    assert (outcome.status, outcome.warnings) == (2, [])
+    assert outcome.error.count("\n") == 1
+
+
+@pytest.mark.parametrize("suffix", [".py", ".so"])
+@pytest.mark.parametrize("name", ["n" * 300, "none", "a\0b"])
+def test_effects_that_cannot_be_read_are_refused(tmp_path: Path, name: str, suffix: str) -> None:
+    outcome = damaged_inputs.run_here(["effects", "--effects", f"{tmp_path}/{name}{suffix}"])
+    assert outcome.status == 2, outcome
+    assert outcome.error.count("\n") == 1

@@ -94,6 +94,22 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"fit": {"values": 7}}, ("fit.values", "7", "a table of numbers")),
     ({"fit": {"values": {"a": "x"}}}, ("fit.values.a", "'x'", "finite number")),
     (
+        {"fit": {"values": {"knot_1_Nm": 1.0, "knot_3_Nm": 3.0}}},
+        ("fit.values.knot_3_Nm", "a gap before it", "knot_2_Nm first"),
+    ),
+    (
+        {"fit": {"values": {"knot_1_Nm": 1.0, "slope_1_rad_per_Nm": 1e-5}}},
+        ("fit.values", "1 slopes and 1 knots", "one slope more than knots"),
+    ),
+    (
+        {"fit": {"values": {"play_radius_1_Nm": 1.0}}},
+        ("fit.values", "1 radii of plays, 0 shares, 0 outside", "a share for each radius"),
+    ),
+    (
+        {"fit": {"values": {"play_radius_1_Nm": -1.0, "play_share_1": 0.1}}},
+        ("fit.values.play_radius_1_Nm", "numbers that do not rise", "rising ones"),
+    ),
+    (
         {"fit": {"values": {"a": 1.0}, "standard_errors": {"b": 1.0}}},
         ("fit.standard_errors", "b", "keys of [fit.values]: a"),
     ),

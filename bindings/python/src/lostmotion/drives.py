@@ -8,6 +8,7 @@ dimension will do.
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
 import re
@@ -288,6 +289,15 @@ def _columns(file: str, table: Any) -> dict[str, str]:
     return dict(table)
 
 
+NUMBERED = (
+    "knot_{}_Nm",
+    "slope_{}_rad_per_Nm",
+    "play_radius_{}_Nm",
+    "play_share_{}",
+    "play_outside_{}_rad_per_Nm",
+)
+"""Values of a fit that come in rows."""
+
 FIT_KEYS = (
     Key("data_fingerprint", kind="text"),
     Key("friction", kind="choice", choices=("outside", "inside", "both")),
@@ -308,6 +318,7 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
     if "values" not in table:
         raise InputError(file, "fit.values", "no such table", "[fit.values]")
     values = _numbers(file, "fit.values", table["values"])
+    _whole(file, values)
     estimated = list(values)
     if "standard_errors" in table:
         errors = _numbers(file, "fit.standard_errors", table["standard_errors"])
@@ -333,6 +344,37 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
             for j, value in enumerate(row):
                 _finite(file, f"fit.covariance[{i}][{j}]", value)
     return dict(table)
+
+
+def _whole(file: str, values: Mapping[str, float]) -> None:
+    """Check that the characteristic and the plays of a fit are whole, where it has them."""
+    rows: dict[str, list[float]] = {}
+    for pattern in NUMBERED:
+        row = rows[pattern] = numbered(values, pattern)
+        start = pattern.partition("{")[0]
+        known = {pattern.format(i + 1) for i in range(len(row))}
+        stray = [key for key in values if key.startswith(start) and key not in known]
+        if stray:
+            wanted = pattern.format(len(row) + 1)
+            raise InputError(file, f"fit.values.{stray[0]}", "a gap before it", f"{wanted} first")
+    knots, slopes, radii, shares, outside = rows.values()
+    for row, key in ((knots, "knot_1_Nm"), (radii, "play_radius_1_Nm")):
+        if any(b <= a for a, b in itertools.pairwise([0.0, *row])):
+            raise InputError(file, f"fit.values.{key}", "numbers that do not rise", "rising ones")
+    if (knots or slopes) and len(slopes) != len(knots) + 1:
+        found = f"{len(slopes)} slopes and {len(knots)} knots"
+        raise InputError(file, "fit.values", found, "one slope more than knots")
+    if len(shares) != len(radii) or len(outside) not in (0, len(radii)):
+        found = f"{len(radii)} radii of plays, {len(shares)} shares, {len(outside)} outside"
+        raise InputError(file, "fit.values", found, "a share for each radius")
+
+
+def numbered(values: Mapping[str, float], pattern: str) -> list[float]:
+    """Numbered values of a fit in their order: ``knot_{}_Nm`` gives all knots."""
+    found: list[float] = []
+    while (key := pattern.format(len(found) + 1)) in values:
+        found.append(float(values[key]))
+    return found
 
 
 def _fitted_effects(table: Any) -> set[str]:

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from lostmotion import __version__, units
 from lostmotion.core import Bits, Core, core
-from lostmotion.drives import Drive
+from lostmotion.drives import Drive, numbered
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
 from lostmotion.keys import Key, label, read_table
@@ -257,12 +257,8 @@ def _backbone(
 
 
 def _fit_values(drive: Drive, pattern: str) -> FloatArray:
-    """Numbered values of a fit in their order: ``knot_{}_Nm`` gives all knots."""
-    values = (drive.fit or {}).get("values", {})
-    found: list[float] = []
-    while pattern.format(len(found) + 1) in values:
-        found.append(float(values[pattern.format(len(found) + 1)]))
-    return np.array(found)
+    """Give the numbered values of a fit in their order."""
+    return np.array(numbered((drive.fit or {}).get("values", {}), pattern))
 
 
 def _fitted_backbone(drive: Drive, limit_Nm: float) -> tuple[FloatArray, FloatArray] | None:

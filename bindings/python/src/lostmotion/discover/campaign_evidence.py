@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -100,14 +101,14 @@ def load_body(file: str | Path) -> Body:
         When the file is not evidence of this version, or not as it was saved.
     """
     try:
-        with np.load(file, allow_pickle=False) as data:
+        with open(file, "rb") as stream, np.load(stream, allow_pickle=False) as data:
             saved = {name: data[name] for name in data.files}
         schema, summed = str(saved["schema"]), str(saved.pop("checksum", "none"))
     except Exception as error:  # NumPy raises many kinds for a file that is none of its own
         found = one_line(str(error)) or "no evidence"
         if isinstance(error, FileNotFoundError):
             found = "no such file"
-        elif Path(file).is_file() and not zipfile.is_zipfile(file):
+        elif os.path.isfile(file) and not zipfile.is_zipfile(file):
             found = "no .npz archive"
         raise InputError(file, "", found, "evidence by diagnose --save-evidence") from None
     if schema != SCHEMA:

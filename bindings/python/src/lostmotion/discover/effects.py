@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -309,7 +310,7 @@ def load_python(file: str | Path) -> dict[str, Effect]:
     """
     path = Path(file)
     spec = importlib.util.spec_from_file_location(f"lostmotion_user_{path.stem}", path)
-    if spec is None or spec.loader is None or not path.is_file():
+    if spec is None or spec.loader is None or not os.path.isfile(path):
         raise InputError(path, "", "no such file", "a Python file with effects")
     module = importlib.util.module_from_spec(spec)
     try:
@@ -332,7 +333,7 @@ def load_shared_object(file: str | Path) -> dict[str, Effect]:
     """
     c = core(64)
     path = Path(file)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(path, "", "no such file", "a shared object")
     try:
         handle = ctypes.CDLL(str(path.resolve()))
