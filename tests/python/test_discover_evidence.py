@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_discover import RATED_NM, RATIO, campaign, torque_of
+
 from lostmotion.base import run_plays
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.backbone import Base, Term
@@ -17,7 +19,6 @@ from lostmotion.discover.run_steps import SIDE_LEAST, partings, scan
 from lostmotion.discover.selection import accepted, noise_rms
 from lostmotion.discover.study import estimate_noise, make_candidates, settle
 from lostmotion.recordings import Campaign, Run
-from test_discover import RATED_NM, RATIO, campaign, torque_of
 
 ARCSEC = np.pi / 180 / 3600
 RUNS, ROWS = 20, 80
