@@ -10,8 +10,6 @@
 #include "workspace.h"
 
 #define FINE_PHASES 8
-#define FINE_NODES 256
-#define FINE_STEPS 32
 #define SAMPLES_LOG2 14
 #define SCRAMBLINGS 8
 #define ARCMIN (3.14159265358979323846 / 10800.0)
@@ -319,10 +317,10 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
   memset(c, 0, sizeof *c);
   status = lm_point_drive(problem, combination, unit, &c->drive, fault);
   if (status == LM_OK) {
-    status = lm_prepare_meshes(&c->drive, FINE_NODES, &workspace->design, fault);
+    status = lm_prepare_meshes(&c->drive, LM_FINE_NODES, &workspace->design, fault);
   }
   if (status == LM_OK) {
-    status = lm_find_smallest_gap(workspace->design.meshes, c->drive.axial_sections, FINE_STEPS,
+    status = lm_find_smallest_gap(workspace->design.meshes, c->drive.axial_sections, LM_FINE_STEPS,
                                   &c->smallest, fault);
   }
   if (status == LM_OK) {
@@ -349,7 +347,7 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
     *finer = *problem;
     finer->phases = FINE_PHASES;
     finer->damaged_share = 0;
-    scan.nodes = FINE_NODES;
+    scan.nodes = LM_FINE_NODES;
     lm_lay_out(finer, &scan, &layout);
     status = lm_evaluate_point(finer, &scan, &layout, combination, unit, result, workspace, fault);
   }

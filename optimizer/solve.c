@@ -17,14 +17,13 @@
 /* Value and violation of a point that the model refuses. */
 #define REFUSED 1e3
 
-/* Fine scan of the settling: steps a pitch, nodes of the neutral line. */
-#define FINE_STEPS 8
+/* Where the settling looks for angles that its scan lacks: steps a pitch, nodes of the line. */
+#define STEPS 8
+#define NODES 64
 
 /* One run of SLSQP ends after about 15 gradients; where it does not, a kink keeps it from ending.
  */
 #define SLSQP_EVALUATIONS 80
-
-#define FINE_NODES 64
 
 /* Everything one task works on. */
 typedef struct solver {
@@ -497,13 +496,14 @@ static void bridge(solver *s, const lm_task *task) {
 
 /* Smallest side clearance between all angles at the answer's point, arcmin, and its angle; 0 when
  * the model refuses. */
-static int find_fine_gap(solver *s, const double unit[], double *gap_arcmin, double *angle_rad) {
+static int find_gap(solver *s, const double unit[], int nodes, int steps, double *gap_arcmin,
+                    double *angle_rad) {
   lm_drive *drive = &s->workspace->drive;
   lm_smallest_gap smallest;
   if (lm_point_drive(s->problem, s->combination, unit, drive, NULL) != LM_OK ||
-      lm_prepare_meshes(drive, FINE_NODES, &s->workspace->design, NULL) != LM_OK ||
-      lm_find_smallest_gap(s->workspace->design.meshes, drive->axial_sections, FINE_STEPS,
-                           &smallest, NULL) != LM_OK) {
+      lm_prepare_meshes(drive, nodes, &s->workspace->design, NULL) != LM_OK ||
+      lm_find_smallest_gap(s->workspace->design.meshes, drive->axial_sections, steps, &smallest,
+                           NULL) != LM_OK) {
     return 0;
   }
   *gap_arcmin = smallest.gap_rad * 10800.0 / 3.14159265358979323846;
@@ -521,7 +521,7 @@ static void open_fine_gap(solver *s) {
     double angle;
     double unit[LM_FREE_MAX];
     memcpy(unit, s->answer->unit, sizeof unit);
-    if (!find_fine_gap(s, unit, &gap, &angle) ||
+    if (!find_gap(s, unit, LM_FINE_NODES, LM_FINE_STEPS, &gap, &angle) ||
         gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE ||
         !lm_open_gap(s->problem, s->combination, s->problem->bounds.gap_min_arcmin - gap, unit)) {
       return;
@@ -533,6 +533,16 @@ static void open_fine_gap(solver *s) {
   }
 }
 
+/* Whether the answer's gaps hold between the angles of the scan as well, as the certificate asks.
+ */
+static int holds_between(solver *s) {
+  double gap;
+  double angle;
+  return s->problem->bounds.gap_at_worst_corner ||
+         (find_gap(s, s->answer->unit, LM_FINE_NODES, LM_FINE_STEPS, &gap, &angle) &&
+          gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE);
+}
+
 /* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
  * the scan: the exchange method for limits that hold along a line. */
 static void solve_exactly(solver *s, const double start[]) {
@@ -542,9 +552,9 @@ static void solve_exactly(solver *s, const double start[]) {
     double gap;
     double angle;
     double from[LM_FREE_MAX];
-    if (!find_fine_gap(s, s->answer->unit, &gap, &angle) ||
+    if (!find_gap(s, s->answer->unit, NODES, STEPS, &gap, &angle) ||
         gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE || s->scan.count == LM_ANGLE_MAX) {
-      return;
+      break;
     }
     s->scan.angle[s->scan.count].offset_rad = angle;
     s->scan.angle[s->scan.count].from_junction = 0;
@@ -621,7 +631,7 @@ static void settle(solver *s, const lm_task *task) {
   }
   /* Only the settled design counts: the others still have broken grades. */
   s->answer->found_count = 0;
-  if (s->answer->computed && s->answer->violation <= LM_FEASIBLE) {
+  if (s->answer->computed && s->answer->violation <= LM_FEASIBLE && holds_between(s)) {
     double objective[LM_OBJECTIVE_MAX] = {0};
     for (i = 0; i < p->objective_count; i++) {
       objective[i] = s->answer->figure[p->objective[i]];

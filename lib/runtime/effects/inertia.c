@@ -12,13 +12,14 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"inertia",
-                                    "accelerating the load takes from the torque that winds the drive up",
-                                    "torque - inertia output_acceleration",
-                                    "13 arcsec for 1 N*m",
-                                    "viscous_friction, sensor_lag",
-                                    "a run at constant speed",
-                                    {{"inertia_kg_m2", LM_VALUE_LINEAR, LM_REAL(1)}}};
+static const lm_effect_card card = {
+    "inertia",
+    "accelerating the load takes from the torque that winds the drive up",
+    "torque - inertia output_acceleration",
+    "13 arcsec for 1 N*m",
+    "viscous_friction, sensor_lag",
+    "a run at constant speed",
+    {{"inertia_kg_m2", LM_VALUE_LINEAR, LM_REAL(1)}}};
 #endif
 
 const lm_effect lm_effect_inertia = {0xfc2a69e4u,
