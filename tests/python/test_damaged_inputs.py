@@ -150,12 +150,12 @@ def test_run_labels_beyond_integers_stay_what_they_are(tmp_path: Path, label: st
 
 
 def test_runs_whose_torque_never_moves_are_compared_without_a_warning(tmp_path: Path) -> None:
-    table = damaged_inputs.recording()
+    table = sound_files.recording()
     for row in table[1:82]:
         row[2] = "-1.0"
-    drive = damaged_inputs.bought()
+    drive = sound_files.bought()
     (tmp_path / "drive.toml").write_text(format_toml(drive))
-    (tmp_path / "data.csv").write_text(damaged_inputs.csv_text(table))
+    (tmp_path / "data.csv").write_text(sound_files.csv_text(table))
     words = ["compare", str(tmp_path / "drive.toml"), str(tmp_path / "data.csv"), "-q"]
     outcome = damaged_inputs.run_here(words)
     assert (outcome.status, outcome.warnings, outcome.error) == (0, [], "")
@@ -243,11 +243,11 @@ def test_recordings_that_no_base_can_be_fitted_to_are_refused(
 def test_runs_of_a_few_samples_among_others_are_no_harm(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, write: Write
 ) -> None:
-    table = damaged_inputs.recording()
+    table = sound_files.recording()
     for row in table[-3:]:
         row[0] = "9"
     data = tmp_path / "data.csv"
-    data.write_text(damaged_inputs.csv_text(table))
+    data.write_text(sound_files.csv_text(table))
     assert main(["diagnose", str(write(BOUGHT)), str(data), "--json", "-"]) == 0
     assert '"runs": 4' in capsys.readouterr().out
 
