@@ -18,7 +18,11 @@ TOOLS = ROOT / "build" / "tools"
 PACKAGES = {
     "arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi",
     "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf",
+    "arm-linux-gnueabihf-gcc": "gcc-arm-linux-gnueabihf",
+    "powerpc-linux-gnu-gcc": "gcc-powerpc-linux-gnu",
     "qemu-system-riscv32": "qemu-system-misc",
+    "qemu-arm": "qemu-user",
+    "qemu-ppc": "qemu-user",
 }
 """Debian's names of the packages, where these differ from the program's."""
 
