@@ -75,14 +75,14 @@ class Layout(c.Structure):
     ]
 
 
-def load(build: Path) -> c.CDLL:
-    """Link the static libraries into one that Python can load."""
+def load(build: Path, *more: str) -> c.CDLL:
+    """Link the static libraries, with more arguments for the compiler, into one for Python."""
     shared = Path(tempfile.mkdtemp()) / "optimizer.so"
     subprocess.run(
         [
             *("cc", "-shared", "-o", shared, "-Wl,--whole-archive"),
             *(build / "optimizer/liblostmotion_optimizer.a", build / "lib/liblostmotion.a"),
-            *("-Wl,--no-whole-archive", "-lnlopt", "-lm", "-lpthread"),
+            *("-Wl,--no-whole-archive", *more, "-lnlopt", "-lm", "-lpthread"),
         ],
         check=True,
     )
@@ -164,11 +164,13 @@ class Problem:
 def non_dominated(points: list[Vector]) -> Vector:
     """Points than which no other is as good in every objective, in rising order."""
     every = np.unique(np.array(points), axis=0)
-    kept: list[Vector] = []
+    kept = np.empty_like(every)
+    count = 0
     for point in every:
-        if not any((other <= point).all() for other in kept):
-            kept.append(point)
-    return np.array(kept)
+        if not (kept[:count] <= point).all(axis=1).any():
+            kept[count] = point
+            count += 1
+    return kept[:count]
 
 
 def hypervolume(points: list[Vector], front: Vector) -> float:
