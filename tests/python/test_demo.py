@@ -89,12 +89,20 @@ def test_without_the_emulator_it_says_so_and_replays_here_into_the_same_folder(s
     assert sorted(path.name for path in folder.iterdir()) == before
 
 
-def test_the_search_has_a_front_of_designs_that_hold(shown):
-    _, answer, _, _ = shown
-    if isinstance(answer["design"], str):
-        pytest.skip(f"no search: {answer['design']}")
-    assert len(answer["design"]["front"]) > 3
-    assert answer["design"]["finished"]
+def test_each_shipped_spec_is_searched_and_halves_the_lost_motion_of_its_start(shown):
+    _, answer, out, _ = shown
+    if isinstance(answer["designs"], str):
+        pytest.skip(f"no search: {answer['designs']}")
+    specs = {path.stem.replace("_", " ") for path in (ROOT / "tests/data/specs").glob("*.toml")}
+    assert set(answer["designs"]) == specs
+    for name, found in answer["designs"].items():
+        best = found["front"][0]["figures"]
+        assert found["finished"]
+        assert found["certificate"]["holds"]
+        assert len(found["front"]) > 3
+        assert best["tolerance_lost_motion"] <= 0.5 * found["start"]["tolerance_lost_motion"]
+        assert best["stress"] <= found["start"]["stress"]
+        assert f"{name}: lost motion" in out
 
 
 def test_it_is_short_and_one_page(shown):

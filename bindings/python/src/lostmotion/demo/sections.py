@@ -7,12 +7,9 @@ from lostmotion.design import Result
 from lostmotion.drives import Drive
 from lostmotion.report import Section
 from lostmotion.report.chart import Axes, round_up
-from lostmotion.report.front import axis_name, front_figure
+from lostmotion.report.front import front_figure
 from lostmotion.report.page import Figure, Rows, Table
-from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, text_width
-
-FRONT_ROWS = 10
-"""Designs that the table of the front lists."""
+from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, signs, text_width
 
 
 def controller_section(
@@ -99,28 +96,61 @@ def draw_scores(plain: Scores, scores: Scores, width: float) -> str:
     return drawing.render()
 
 
-def design_section(designs: Result | str) -> Section:
-    """Show the front of the small search."""
-    title = "A small design search"
+def design_section(designs: dict[str, Result] | str) -> Section:
+    """Show what the searches found beside where a textbook starts, and their fronts."""
+    title = "Three design searches"
     if isinstance(designs, str):
         return Section(title, f"Left out: {designs}.")
-    front = [one["objectives"] for one in designs.front]
-    every = max(1, -(-len(front) // FRONT_ROWS))
-    rows = [tuple(f"{value:.5g}" for value in row) for row in front[::every]]
-    head = tuple(
-        axis_name(name, unit) for name, unit in zip(designs.objectives, designs.units, strict=True)
-    )
-    facts = [("designs on the front", str(len(front)))]
-    if designs.certificate is not None:
-        holds = "holds" if designs.certificate["holds"] else "does not hold"
-        facts.append(("the best one on the fine check", holds))
+    rows = []
+    for name, found in designs.items():
+        start, best = found.start, found.front[0]["figures"]
+        was, now = start["tolerance_lost_motion"], best["tolerance_lost_motion"]
+        holds = found.certificate is not None and found.certificate["holds"]
+        rows.append(
+            (
+                name,
+                f"{was:.3f}",
+                f"{now:.3f}",
+                signs(f"{100 * (now / was - 1):+.0f} %"),
+                f"{start['stress']:.3f}",
+                f"{best['stress']:.3f}",
+                "holds" if holds else "does not hold",
+                str(len(found.front)),
+            )
+        )
     return Section(
         title,
-        "A drive of the same size with little lost motion, much stiffness and a low price: the "
-        "search over the same model that predicts and compares.",
-        facts,
+        "A robot's joint, a large instrument drive with four rollers and a drive with a ring "
+        "generator, searched over the same model that predicts and compares. The budgets are "
+        "those of a demonstration.",
+        [("searches", str(len(designs)))],
         [
-            front_figure(front, designs.objectives, designs.units, "the search"),
-            Rows("Some designs of the front", head, rows, tuple(range(len(head)))),
+            Rows(
+                "Textbook start and best",
+                (
+                    "",
+                    "lost motion, start",
+                    "best",
+                    "change",
+                    "stress, start",
+                    "best",
+                    "fine check",
+                    "front",
+                ),
+                rows,
+                (1, 2, 3, 4, 5, 7),
+                "Lost motion of a reversal over the tolerances, arcmin; stress in shares of the "
+                "fatigue strength. The start has the teeth and the generator of the best drive, "
+                "the textbook's values for the rest, and its smallest gap closed.",
+            ),
+            *(
+                front_figure(
+                    [one["objectives"] for one in found.front],
+                    found.objectives,
+                    found.units,
+                    f"the {name}",
+                )
+                for name, found in designs.items()
+            ),
         ],
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -42,15 +43,16 @@ from lostmotion.report.discovery import diagnosis_section
 from lostmotion.units import ARCMIN, ARCSEC
 
 JOINT = Path("joint")
-DRIVE, RECORDING, SPEC = "joint.toml", "joint.csv.gz", "spec.toml"
-RUN = "design"
-"""Folder of the design search."""
+DRIVE, RECORDING = "joint.toml", "joint.csv.gz"
+SPECS = Path("specs")
+SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring generator": 2000}
+"""Specs, and the evaluations that each gets here in place of those it asks for."""
 
 TITLE = "A joint, what its model lacks, and what its controller makes of it"
 LEAD = (
     "A recorded campaign of a strain-wave joint with an effect that its model does not have: where "
     "the model fails, which effect it is, the error with it added, and the exported parameters on "
-    "the controller. Then a small design search, and four other drives."
+    "the controller. Then three design searches, and four other drives."
 )
 
 STEPS = 8
@@ -66,8 +68,8 @@ class Demonstration:
         The controller over the log, with the parameters of the fitted base and with the effect.
     emulated : Emulated or str
         What the emulated controller said, or why there is none.
-    designs : Result or str
-        Of the search, or why there is none.
+    designs : dict of str to Result, or str
+        Of each spec, or why there is none.
     """
 
     drive: Drive
@@ -77,7 +79,7 @@ class Demonstration:
     plain: Scores
     scores: Scores
     emulated: Emulated | str
-    designs: Result | str
+    designs: dict[str, Result] | str
     others: OtherDrives
     report: Path
     files: list[str] = field(default_factory=list)
@@ -106,7 +108,9 @@ class Demonstration:
                     else emulated.bits == self.scores.bits,
                 },
             },
-            "design": self.designs if isinstance(self.designs, str) else self.designs.answer(),
+            "designs": self.designs
+            if isinstance(self.designs, str)
+            else {name: found.answer() for name, found in self.designs.items()},
             "report": str(self.report),
         }
 
@@ -214,15 +218,24 @@ def to_the_controller(
     return models["fitted"], plain, scores, emulated
 
 
-def search_designs(folder: Path) -> Result | str:
-    """Search a design; why not, where the package has no search."""
+def search_designs(folder: Path) -> dict[str, Result] | str:
+    """Search each spec with a budget that fits; why not, where the package has no search."""
+    found = {}
     try:
         with tempfile.TemporaryDirectory(prefix="lostmotion-") as place:
-            return search(folder / JOINT / SPEC, Path(place) / RUN)
+            for name, evaluations in SEARCHES.items():
+                spec = folder / SPECS / f"{name.replace(' ', '_')}.toml"
+                short = Path(place) / spec.name
+                text = re.sub(
+                    r"(?m)^evaluations = \d+", f"evaluations = {evaluations}", spec.read_text()
+                )
+                short.write_text(text)
+                found[name] = search(short, short.with_suffix(""))
     except InputError:
         raise
     except LostMotionError as error:
         return one_line(str(error))
+    return found
 
 
 def show_demonstration(found: Demonstration, out: TextIO) -> None:
@@ -266,7 +279,15 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
     if isinstance(found.designs, str):
         print(f"6 designs    none: {found.designs}", file=out)
     else:
-        print(f"6 designs    {len(found.designs.front)} on the front", file=out)
+        lead = "6 designs   "
+        for name, one in found.designs.items():
+            best = one.front[0]["figures"]["tolerance_lost_motion"]
+            print(
+                f"{lead} {name}: lost motion {one.start['tolerance_lost_motion']:.2f} to "
+                f"{best:.2f} arcmin, {len(one.front)} on the front",
+                file=out,
+            )
+            lead = " " * len(lead)
     print("", file=out)
     show_drives(found.others, out)
     print(f"\nreport with pictures: {found.report}", file=out)

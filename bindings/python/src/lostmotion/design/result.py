@@ -47,6 +47,9 @@ class Result:
     refused : int
         Evaluations that the model refused or that gave no number; they were left out.
     folder : Path
+    start : dict
+        Figures of the textbook's drive with the teeth and the generator of the best one, its
+        smallest gap closed; empty when there is none.
     """
 
     best: dict[str, Any] | None
@@ -62,6 +65,7 @@ class Result:
     refused: int
     folder: Path
     assumed: dict[str, Any] = field(default_factory=dict)
+    start: dict[str, float] = field(default_factory=dict)
 
     def answer(self) -> dict[str, Any]:
         """Return the result as JSON can hold it."""
@@ -79,6 +83,7 @@ class Result:
             "combinations": self.combinations,
             "refused": self.refused,
             "assumed": self.assumed,
+            "start": self.start,
             "note": self.note,
         }
 

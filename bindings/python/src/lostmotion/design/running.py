@@ -366,6 +366,7 @@ class _Run:
         starts: tuple[Start, ...] = ()
         if document is not None:
             starts = starts_of(self.designs, self.spec, int(best.combination), best.unit)
+            result.start = starts[1].figures if starts else {}
         problem = self.designs.problem
         context = Context(
             self.spec,

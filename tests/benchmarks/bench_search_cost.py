@@ -1,0 +1,170 @@
+"""What the design search costs beside its model: of a gradient, of the search itself, of two cores.
+
+    python bench_search_cost.py BUILD [--spec NAME ...] [--evaluations N] [--repeats N]
+
+BUILD is a build folder with the static libraries. Prints one row a spec:
+
+- *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones.
+- *overhead*: CPU time of a whole search on one thread less that within the model, for each
+  evaluation. The linker puts a clock around the two functions that evaluate; what the clock itself
+  takes counts as overhead.
+- *two cores*: wall time on one thread over that on two. Only an idle machine with two cores shows
+  what the search can do; the row says how busy this one was. *CPU* is the same of CPU times: what
+  threads lose by sharing memory, whatever else runs.
+
+Each figure is the best of the repeats.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes as c
+import os
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from bench_search import FREE_MAX, RESULT_MAX, SPECS, STAGE_SETTLE, Problem, load
+
+POINTS = 40
+CLOCK = r"""
+#define _POSIX_C_SOURCE 200809L
+#include <time.h>
+#include "points.h"
+static double spent;
+static long calls;
+static double now(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+void start_clock(void) { spent = 0; calls = 0; }
+double model_seconds(void) { return spent; }
+long model_calls(void) { return calls; }
+#define CLOCKED(name, declared, passed)          \
+  lm_status __real_##name declared;              \
+  lm_status __wrap_##name declared;              \
+  lm_status __wrap_##name declared {             \
+    const double began = now();                  \
+    const lm_status status = __real_##name passed; \
+    spent += now() - began;                      \
+    calls++;                                     \
+    return status;                               \
+  }
+CLOCKED(lm_evaluate_point,
+        (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
+         const double unit[], double result[], lm_workspace *w, lm_fault *f),
+        (p, s, l, combination, unit, result, w, f))
+CLOCKED(lm_evaluate_slopes,
+        (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
+         const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
+        (p, s, l, combination, unit, result, slope, w, f))
+"""
+"""Right for one thread alone."""
+HEAD = """\
+| spec | model, µs | gradient, plain ones | overhead, µs | two cores | CPU | busy |
+| --- | --- | --- | --- | --- | --- | --- |"""
+
+
+def time_model(lib: c.CDLL, text: str, repeats: int) -> tuple[float, float]:
+    """Seconds of a plain evaluation and of a gradient, best of the repeats over the same points."""
+    problem = Problem(lib, text)
+    drawn = np.random.default_rng(1).uniform(0.2, 0.8, (POINTS, problem.ranges))
+    units = [(c.c_double * FREE_MAX)(*row) for row in drawn]
+    slope = (c.c_double * (RESULT_MAX * FREE_MAX))()
+    common = problem.memory, problem.scan, c.byref(problem.layout), 0
+    plain, slopes = [], []
+    for _ in range(repeats):
+        began = time.process_time()
+        for unit in units:
+            lib.lm_evaluate_point(*common, unit, problem.result, problem.workspace, None)
+        middle = time.process_time()
+        for unit in units:
+            lib.lm_evaluate_slopes(*common, unit, problem.result, slope, problem.workspace, None)
+        plain.append(middle - began)
+        slopes.append(time.process_time() - middle)
+    return min(plain) / POINTS, min(slopes) / POINTS
+
+
+def time_search(lib: c.CDLL, text: str, evaluations: int, workers: int) -> tuple[float, float]:
+    """Wall and CPU seconds of a search up to its settling."""
+    lines = [w for w in text.splitlines() if not w.startswith("evaluations")]
+    problem = Problem(lib, "\n".join([*lines, f"evaluations {evaluations}"]))
+    search = c.c_void_p(lib.lm_open_search(problem.memory))
+    pool = c.c_void_p(lib.lm_open_pool(workers))
+    sink_type = c.CFUNCTYPE(None, c.c_void_p, c.c_void_p)
+    sink = sink_type(lambda _, answer: lib.lm_accept_answer(search, c.c_void_p(answer)) and None)
+    progress = (c.c_double * 64)()
+    stage = c.cast(progress, c.POINTER(c.c_int))
+    tasks = c.c_void_p()
+    wall, cpu = time.perf_counter(), time.process_time()
+    while True:
+        count = lib.lm_next_tasks(search, c.byref(tasks))
+        lib.lm_read_progress(search, progress)
+        if count == 0 or stage[0] >= STAGE_SETTLE:
+            break
+        lib.lm_run_tasks(pool, problem.memory, tasks, count, None, sink, None, None)
+    spent = time.perf_counter() - wall, time.process_time() - cpu
+    lib.lm_close_pool(pool)
+    lib.lm_close_search(search)
+    return spent
+
+
+def load_clocked(build: Path) -> c.CDLL:
+    """Load the libraries with a clock around the model."""
+    root = Path(__file__).parents[2]
+    with tempfile.TemporaryDirectory() as place:
+        source = Path(place) / "clock.c"
+        source.write_text(CLOCK)
+        lib = load(
+            build, str(source), f"-I{root / 'optimizer'}", f"-I{root / 'lib/include'}",
+            "-Wl,--wrap=lm_evaluate_point", "-Wl,--wrap=lm_evaluate_slopes",
+        )  # fmt: skip
+    lib.model_seconds.restype = c.c_double
+    lib.model_calls.restype = c.c_long
+    return lib
+
+
+def time_overhead(lib: c.CDLL, text: str, evaluations: int) -> float:
+    """CPU seconds beside the model, for each evaluation."""
+    lib.start_clock()
+    _, cpu = time_search(lib, text, evaluations, 1)
+    return float((cpu - lib.model_seconds()) / lib.model_calls())
+
+
+def compare_threads(lib: c.CDLL, text: str, evaluations: int, repeats: int) -> tuple[float, float]:
+    """How often faster two threads are than one, by the wall clock, and the ratio of CPU times."""
+    times = {
+        workers: np.array([time_search(lib, text, evaluations, workers) for _ in range(repeats)])
+        for workers in (1, 2)
+    }
+    wall, cpu = times[1].min(axis=0) / times[2].min(axis=0)
+    return float(wall), float(cpu)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("build", type=Path)
+    parser.add_argument("--spec", nargs="+", default=["robot_joint", "ring_generator"])
+    parser.add_argument("--evaluations", type=int, default=5000)
+    parser.add_argument("--repeats", type=int, default=3)
+    options = parser.parse_args()
+    lib, clocked = load(options.build), load_clocked(options.build)
+    repeats = range(options.repeats)
+    print(HEAD)
+    for name in options.spec:
+        text = (SPECS / f"{name}.search").read_text()
+        plain, slopes = time_model(lib, text, options.repeats)
+        overhead = min(time_overhead(clocked, text, options.evaluations) for _ in repeats)
+        wall, cpu = compare_threads(lib, text, options.evaluations, options.repeats)
+        print(
+            f"| {name} | {1e6 * plain:.0f} | {slopes / plain:.1f} | {1e6 * overhead:.1f} | "
+            f"{wall:.2f} | {cpu:.2f} | {os.getloadavg()[0]:.1f} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
