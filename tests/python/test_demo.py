@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import gzip
 import json
+import resource
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -21,20 +21,27 @@ from lostmotion.recordings import read_campaign
 ROOT = Path(__file__).parents[2]
 
 LIMIT_S = 120.0
-"""What the demonstration may take after set-up."""
+"""Processor time that the demonstration may take after set-up: other work on the machine is not its
+own."""
+
+
+def processor_s() -> float:
+    """Processor time of all children so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict, str, float]:
     """Folder of a demonstration, its answer, what it prints, and how long it took."""
     folder = tmp_path_factory.mktemp("new") / "demo"
-    begin = time.monotonic()
+    begin = processor_s()
     done = subprocess.run(
         [sys.executable, "-m", "lostmotion", "demo", "-o", folder, "--json", folder.parent / "a"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     answer = json.loads((folder.parent / "a").read_text())
-    return folder, answer, done.stdout, time.monotonic() - begin
+    return folder, answer, done.stdout, processor_s() - begin
 
 
 def test_the_hidden_effect_is_found_and_the_error_falls_to_the_noise(shown):
