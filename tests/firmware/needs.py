@@ -17,9 +17,9 @@ TOOLS = ROOT / "build" / "tools"
 
 PACKAGES = {
     "arm-none-eabi-gcc": "gcc-arm-none-eabi libnewlib-arm-none-eabi",
-    "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf",
-    "arm-linux-gnueabihf-gcc": "gcc-arm-linux-gnueabihf",
-    "powerpc-linux-gnu-gcc": "gcc-powerpc-linux-gnu",
+    "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf",
+    "arm-linux-gnueabihf-gcc": "gcc-arm-linux-gnueabihf libc6-dev-armhf-cross",
+    "powerpc-linux-gnu-gcc": "gcc-powerpc-linux-gnu libc6-dev-powerpc-cross",
     "qemu-system-riscv32": "qemu-system-misc",
     "qemu-arm": "qemu-user",
     "qemu-ppc": "qemu-user",

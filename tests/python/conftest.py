@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,15 @@ DATA = Path(__file__).parents[1] / "data"
 # looks for new ones.
 settings.register_profile("repeatable", derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+needs_compiler = pytest.mark.skipif(
+    shutil.which("cc") is None, reason="no C compiler: apt install build-essential"
+)
+NO_SEARCH = (
+    "the package was built without NLopt: apt install build-essential libnlopt-dev, then build and "
+    "install it again"
+)
+NO_DASK = "no Dask: pip install 'lostmotion[dask]'"
 
 # Harmonic Drive size 25, ratio above 50 (catalogue/torsional_stiffness.csv), rated 67 N m.
 BOUGHT: dict[str, Any] = {

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conftest import DATA
+from conftest import DATA, NO_DASK, NO_SEARCH
 from lostmotion import design
 from lostmotion.cli import main
 from lostmotion.core import core
@@ -34,7 +34,7 @@ from lostmotion.structs import make_drive
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from brute_force import polygons
 
-pytest.importorskip("lostmotion._search", reason="the package was built without NLopt")
+pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 
 SPECS = ("robot_joint", "instrument", "ring_generator")
@@ -399,7 +399,7 @@ def test_an_interrupt_saves_the_best_so_far_and_exits_130(
 
 @pytest.fixture
 def dask_cluster() -> Iterator[Any]:
-    distributed = pytest.importorskip("distributed")
+    distributed = pytest.importorskip("distributed", reason=NO_DASK)
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
     ) as cluster:
@@ -434,7 +434,7 @@ def test_a_cluster_that_does_not_answer_is_told_in_one_line(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason=NO_DASK)
     run = ["design", str(reference[0]), "-o", str(tmp_path / "run")]
     assert main([*run, "--dask", "tcp://127.0.0.1:1"]) == 2
     assert "--dask: found 'tcp://127.0.0.1:1'" in capsys.readouterr().err

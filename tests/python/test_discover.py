@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conftest import needs_compiler
 from lostmotion.base import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
@@ -287,7 +287,7 @@ def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
     subprocess.run(command, cwd=tmp_path, check=True)
 
 
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@needs_compiler
 def test_the_c_template_compiles_and_is_loaded_without_rebuilding(tmp_path):
     source = tmp_path / "cable_pull.c"
     source.write_text(template("cable_pull", in_c=True)["cable_pull.c"])

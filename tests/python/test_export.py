@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conftest import DATA
+from conftest import DATA, needs_compiler
 from lostmotion.cli import main
 from lostmotion.core import core
 from lostmotion.drives import read_drive
@@ -133,6 +133,7 @@ def compile_header(folder: Path, header: str, flags: list[str]) -> subprocess.Co
     )
 
 
+@needs_compiler
 @pytest.mark.parametrize(("index", "profile"), [(1, "FULL"), (2, "STANDARD")])
 def test_header_compiles_and_holds_what_the_blob_holds(
     tmp_path: Path, index: int, profile: str
@@ -149,6 +150,7 @@ def test_header_compiles_and_holds_what_the_blob_holds(
     assert run.stdout == format_blob(controller)
 
 
+@needs_compiler
 def test_header_fits_any_larger_store(tmp_path: Path) -> None:
     header = format_header(controllers()[0], "joint_parameters", "joint")
     for sizes in ("-DLM_CURVE_POINTS_MAX=16 -DLM_PLAYS_MAX=4", "-DLM_PLAYS_MAX=32"):
@@ -158,6 +160,7 @@ def test_header_fits_any_larger_store(tmp_path: Path) -> None:
         assert (run.returncode, run.stdout) == (0, format_blob(controllers()[0]))
 
 
+@needs_compiler
 def test_header_that_does_not_fit_stops_the_build(tmp_path: Path) -> None:
     header = format_header(controllers()[0], "joint_parameters", "joint")
     for small in ("-DLM_PLAYS_MAX=3", "-DLM_PROFILE=LM_PROFILE_GAP"):
@@ -166,6 +169,7 @@ def test_header_that_does_not_fit_stops_the_build(tmp_path: Path) -> None:
         assert "these parameters need" in done.stderr
 
 
+@needs_compiler
 def test_gap_profile_is_half_the_lost_motion_each_way(
     tmp_path: Path, write: Write, bought: dict[str, Any]
 ) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from conftest import needs_compiler
 from lostmotion.discover import Value, formula
 from lostmotion.discover.effects import Effect, load_shared_object
 from lostmotion.discover.formula import write_c
@@ -46,18 +46,16 @@ def conditions(own: Effect) -> dict[str, np.ndarray]:
 
 
 def compiled(own: Effect, folder: Path) -> Effect:
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("no C compiler")
     source = folder / f"{own.name}.c"
     source.write_text(write_c(own))
     made = folder / f"{own.name}.so"
-    command = [compiler, *STRICT, "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
+    command = ["cc", *STRICT, "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
     command += ["-DLM_REAL_BITS=64", f"-I{LIB / 'include'}", f"-I{LIB}", str(source)]
     subprocess.run([*command, str(LIB / "runtime/elementary.c"), "-o", str(made)], check=True)
     return load_shared_object(made)[own.name]
 
 
+@needs_compiler
 def test_the_compiled_formula_is_the_evaluated_one(tmp_path: Path) -> None:
     own = everything()
     there = compiled(own, tmp_path)
@@ -67,6 +65,7 @@ def test_the_compiled_formula_is_the_evaluated_one(tmp_path: Path) -> None:
     np.testing.assert_allclose(there.function(own.typical, run, np.zeros(1)), here, rtol=1e-12)
 
 
+@needs_compiler
 def test_the_compiled_effect_knows_the_same_of_itself(tmp_path: Path) -> None:
     own = everything()
     there = compiled(own, tmp_path)

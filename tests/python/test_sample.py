@@ -163,7 +163,7 @@ def test_threads_dask_and_a_cluster_take_the_same_sample(folder: Path) -> None:
     ) as cluster:
         address = cluster.scheduler_address
         if "://" not in address:
-            pytest.skip("this Dask has no address to connect to")
+            pytest.skip("this Dask has no address to connect to: pip install 'distributed>=2024.1'")
         again = sample_campaign([folder], ratio=RATIO, rows=3000, dask=address)
     assert again.fingerprint() == threads
 
