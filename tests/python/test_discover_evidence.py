@@ -17,6 +17,7 @@ from lostmotion.discover.evidence import gather
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.run_steps import SIDE_LEAST, partings, scan
 from lostmotion.discover.selection import accepted, noise_rms
+from lostmotion.discover.shapes import waves
 from lostmotion.discover.study import estimate_noise, make_candidates, settle
 from lostmotion.recordings import Campaign, Run
 
@@ -181,7 +182,7 @@ def test_what_the_friction_of_all_runs_shares_is_no_scatter():
     # Half widths that fit no run: what they lack, every run lacks.
     base.radius_Nm = 0.8 * base.radius_Nm
     base.fit(steps=8)
-    candidates, _ = make_candidates(base, library(), RATIO)
+    candidates, _ = make_candidates(base, library(), RATIO, waves(base))
     noise = estimate_noise(base, [k.columns for k in candidates])
     settled = settle(base, noise)
     friction = settled.base.deviations[:, 1]

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.diagnosis import noncentrality
 from lostmotion.discover.evidence import gather
-from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups
+from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups, variance_of
 
 RUNS, ROWS = 14, 120
 
@@ -154,6 +154,17 @@ def test_whitened_noise_is_white_and_of_unit_size():
     assert np.std(e) == pytest.approx(1.0, rel=0.02)
     assert abs(np.corrcoef(e[1:], e[:-1])[0, 1]) < 4 / np.sqrt(e.size)
     assert noise.spread(0) == pytest.approx(1 / 0.6, rel=0.05)  # 1 / sqrt(1 - 0.8^2)
+
+
+def test_the_spread_of_noise_is_that_of_its_endless_response():
+    rng = np.random.default_rng(12)
+    pulse = np.eye(20000)[0]
+    for order in range(1, 9):
+        half = rng.uniform(0.2, 0.97, order // 2) * np.exp(1j * rng.uniform(0, np.pi, order // 2))
+        poles = np.concatenate((half, half.conj(), rng.uniform(-0.9, 0.9, order % 2)))
+        phi = -np.poly(poles).real[1:]
+        response = lfilter([1.0], np.concatenate(([1.0], -phi)), pulse)
+        assert variance_of(phi) == pytest.approx(float(response @ response), rel=1e-6)
 
 
 def test_a_drift_is_not_taken_for_noise():

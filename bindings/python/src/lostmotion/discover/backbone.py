@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from lostmotion.base import Backbone, run_plays
 from lostmotion.core import core
-from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.conditions import Conditions, side_by_side
 from lostmotion.discover.effects import Effect
 from lostmotion.solve import Solution, bounded_least_squares
 from lostmotion.units import ARCSEC
@@ -334,13 +334,11 @@ class Base:
 
     def run_columns(self, point: Point) -> FloatArray:
         """Derivatives by the deviations of a run: stiffness, friction, gap, offset."""
-        return np.column_stack(
-            (
-                point.backbone,
-                self.friction_column(point),
-                self.closed(point.wound),
-                np.ones(self.conditions.rows),
-            )
+        return side_by_side(
+            point.backbone,
+            self.friction_column(point),
+            self.closed(point.wound),
+            np.ones(self.conditions.rows),
         )
 
     def friction_column(self, point: Point) -> FloatArray:
@@ -443,8 +441,7 @@ class Base:
                 share = np.maximum(c.run_mean(rows.astype(np.float64)), 1e-12)
                 mean = c.run_mean(kept) / (share if values.ndim == 1 else share[:, None])
                 return np.asarray((values - mean[c.run_of])[rows])
-            for at in c.slices():
-                values[at] -= values[at].mean(axis=0)
+            c.centre(values if values.ndim == 2 else values[:, None])
             return values
 
         def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.backbone import Base, Point, Term, start_values
-from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.conditions import Conditions, side_by_side
 from lostmotion.discover.effects import Effect
 from lostmotion.units import ARCSEC
 
@@ -219,7 +219,7 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
             columns.append(difference(effect, i, base, point, values))
             start_of.append(0)
     kept = distinct(columns)
-    matrix = np.column_stack([columns[i] for i in kept]) if kept else np.zeros((c.rows, 0))
+    matrix = side_by_side(*(columns[i] for i in kept)) if kept else np.zeros((c.rows, 0))
     return Candidate(
         effect.name,
         True,

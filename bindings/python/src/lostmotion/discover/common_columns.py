@@ -16,6 +16,7 @@ import numpy.typing as npt
 from lostmotion.discover.backbone import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
 from lostmotion.discover.campaign_evidence import Body
 from lostmotion.discover.candidates import LATENT, Candidate, missing_columns, tangent
+from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import Evidence, gather
 from lostmotion.discover.noise import Noise
@@ -147,13 +148,13 @@ def common_candidates(
         middle, half = UNITS.get(channel, (0.0, base.rated_torque_Nm))
         waves = legendre(np.clip((values - middle) / half, -4.0, 4.0))
         for part, column in parts.items():
-            columns = np.column_stack([column * wave for wave in waves])
+            columns = side_by_side(*(column * wave for wave in waves))
             shape = Candidate(f"{part} by {channel}", False, columns, channel, f"{part}, smooth")
             out.append(shape)
     period = 2.0 * base.rated_torque_Nm
     for k in range(1, TORQUE_WAVES + 1):
         phase = 2 * np.pi * k / period * c.torque
-        columns = np.column_stack((np.cos(phase), np.sin(phase)))
+        columns = side_by_side(np.cos(phase), np.sin(phase))
         words = f"ripple of {period / k:.3g} Nm"
         out.append(Candidate(f"wave {k} over torque", False, columns, "torque", words))
     for channel in ("input_angle", "output_angle"):
@@ -161,7 +162,7 @@ def common_candidates(
         if angle is None:
             continue
         for order in ANGLE_ORDERS:
-            columns = np.column_stack((np.cos(order * angle), np.sin(order * angle)))
+            columns = side_by_side(np.cos(order * angle), np.sin(order * angle))
             words = f"{order:g} per revolution"
             out.append(Candidate(f"order {order:g} of {channel}", False, columns, channel, words))
     return out, closed

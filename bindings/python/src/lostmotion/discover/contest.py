@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy import special
 from scipy.optimize import minimize
 
 from lostmotion.discover.evidence import Evidence
@@ -308,7 +308,7 @@ class Contest:
         flip_limit = float(np.clip(FLIP_ROOM * best, FLIP_LEVEL, 1.0))
         # Under REML every direction of a candidate costs the variances a run.
         freedom = max(self.runs - 2 - rank, 1)
-        p = float(stats.f.sf(max(wald, 0.0) / rank, rank, freedom))
+        p = float(special.fdtrc(rank, freedom, max(wald, 0.0) / rank))
         coefficients = turn @ delta[n0:]
         covariance = turn @ inverse[n0:, n0:] @ turn.T
         return Result(

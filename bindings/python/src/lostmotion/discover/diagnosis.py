@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy import special
 from scipy.optimize import brentq
 
 from lostmotion.base import Backbone
@@ -216,7 +216,7 @@ def conclude(
                 "covariate": "time",
                 "shape": f"step of {event.size_arcsec:.3g} arcsec in run {c.labels[event.run]} "
                 f"at {event.time_s:.6g} s",
-                "p": float(2 * stats.norm.sf(event.score) * c.rows),
+                "p": float(2 * special.ndtr(-event.score) * c.rows),
             }
         )
     last_step = steps[-1]
@@ -490,10 +490,11 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
 
 def noncentrality(rank: int, freedom: int, alpha: float) -> float:
     """Noncentrality at which the F test at level alpha has the wanted power."""
-    limit = float(stats.f.isf(alpha, rank, freedom))
+    limit = float(special.fdtri(rank, freedom, 1.0 - alpha))
 
     def lacking(log_size: float) -> float:
-        return float(stats.ncf.sf(limit, rank, freedom, math.exp(log_size))) - POWER
+        power = 1.0 - special.ncfdtr(rank, freedom, math.exp(log_size), limit)
+        return float(power) - POWER
 
     low, high = math.log(1e-2), math.log(1e-1)
     while lacking(high) < 0 and high < 20:

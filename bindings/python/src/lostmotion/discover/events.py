@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.backbone import Base
+from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import columns_of
 
@@ -98,7 +99,7 @@ def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:
     fixed, _, scatter, _ = columns_of(base, base.at())
     # Each run has its own stiffness, friction, gap and offset here, and its own curve.
     keep = np.einsum("ij,ij->j", fixed, fixed) > 0
-    columns = np.column_stack((fixed[:, keep], scatter[:, :3]))
+    columns = side_by_side(fixed[:, keep], scatter[:, :3])
     response = base.residual()
     best = [scan_run(base, noise, run, columns, response) for run in range(base.conditions.runs)]
     scores = np.array([event.score for event in best])

@@ -79,7 +79,8 @@ def gather(
     counts = [part.shape[1] for part in parts]
     offsets = np.concatenate(([0], np.cumsum(counts)))
     total = int(offsets[-1])
-    scale = np.concatenate([np.sqrt(np.mean(part * part, axis=0)) for part in parts])
+    rows = response.size
+    scale = np.concatenate([np.sqrt(np.einsum("ij,ij->j", part, part) / rows) for part in parts])
     scale[(scale == 0) | ~np.isfinite(scale)] = 1.0
     scale[-1] = 1.0
     runs = starts.size - 1

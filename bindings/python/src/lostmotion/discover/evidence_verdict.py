@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from lostmotion.discover.backbone import DEVIATIONS
 from lostmotion.discover.campaign_evidence import Body
@@ -140,7 +140,7 @@ def unexplained(body: Body, rounds: Rounds) -> dict[str, Any]:
             "covariate": "time",
             "shape": f"step of {event['size_arcsec']:.3g} arcsec in run {event['run']} "
             f"at {event['time_s']:.6g} s",
-            "p": float(2 * stats.norm.sf(event["score"]) * body.rows.sum()),
+            "p": float(2 * special.ndtr(-event["score"]) * body.rows.sum()),
         }
         for event in body.about["events"]
     ]

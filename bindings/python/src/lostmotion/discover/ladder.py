@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.base import Backbone
+from lostmotion.discover import shapes
 from lostmotion.discover.backbone import PLAYS, Base, Term, start_values
 from lostmotion.discover.candidates import (
     constant_columns,
@@ -247,7 +248,8 @@ def fit_model(
     base.first_fit(steps=STEPS)
     if clean_outliers(base):
         base.fit(steps=STEPS)
-    candidates, _ = make_candidates(base, effects, drive.ratio)
+    waves = shapes.waves(base)
+    candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     steps = 2 + len(chosen)
 
@@ -274,7 +276,7 @@ def fit_model(
         if friction == "both" or found["rms_heldout_arcsec"] < best:
             base = both
             ladder.append({**found, "friction": "both"})
-    candidates, _ = make_candidates(base, effects, drive.ratio)
+    candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
     names, values, covariance, inseparable = table_of(base, settled)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
 
 from lostmotion import recordings, units
 from lostmotion.base import Backbone
@@ -261,6 +260,8 @@ def discrimination(contest: Contest, true: str, rival: str, known: int) -> Float
 
 def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
     """Say whether recordings are sound, and what this plan can and cannot tell apart."""
+    from scipy.stats import spearmanr  # half a second that no other command needs
+
     conditions = Conditions(campaign)
     columns = dict(conditions.columns)
     columns.pop("elapsed_s", None)
@@ -273,7 +274,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
         for a, b in combinations(means, 2):
             if np.ptp(means[a]) == 0 or np.ptp(means[b]) == 0:
                 continue
-            close = float(stats.spearmanr(means[a], means[b]).statistic)
+            close = float(spearmanr(means[a], means[b]).statistic)
             if abs(close) > ALIASED:
                 aliased.append({"columns": [a, b], "rank_correlation": close})
     constant = [n for n, values in columns.items() if np.ptp(values) == 0]

@@ -573,19 +573,20 @@ def select(
 
     runs = base.conditions.runs
     limit = max(1, min(TERMS_MAX, runs // RUNS_PER_TERM))
-    candidates, closed = make_candidates(base, effects, ratio)
+    waves = shape_room.waves(base)
+    candidates, closed = make_candidates(base, effects, ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
     steps: list[Step] = []
     trail = [settled]
     say("noise")
     while True:
-        candidates, closed = make_candidates(settled.base, effects, ratio)
+        candidates, closed = make_candidates(settled.base, effects, ratio, waves)
         if steps:
             noise = estimate_noise(settled.base, [c.columns for c in candidates])
         stage, results = contest_under(settled.base, noise, candidates, closed)
         if noise_rms(noise, base) > WANDERING * float(np.mean(noise.sigma)):
-            calmer = calmer_noise(stage, results, effects, ratio)
+            calmer = calmer_noise(stage, results, effects, ratio, waves)
             if calmer is not None:
                 noise = calmer
                 stage, results = contest_under(settled.base, noise, candidates, closed)
@@ -660,7 +661,11 @@ def contest_under(
 
 
 def calmer_noise(
-    stage: Field, results: list[Result], effects: Mapping[str, Effect], ratio: float
+    stage: Field,
+    results: list[Result],
+    effects: Mapping[str, Effect],
+    ratio: float,
+    waves: list[Candidate],
 ) -> Noise | None:
     """Noise of the largest model about the refit of a strong candidate, where that is calmer."""
     best: Noise | None = None
@@ -670,7 +675,7 @@ def calmer_noise(
         contender = refit(stage, result)
         assert contender.settled is not None
         base = contender.settled.base
-        candidates, _ = make_candidates(base, effects, ratio)
+        candidates, _ = make_candidates(base, effects, ratio, waves)
         noise = estimate_noise(base, [c.columns for c in candidates])
         spread = noise_rms(noise, base)
         if spread < least:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from lostmotion.discover.backbone import Base, Point
 from lostmotion.discover.candidates import Candidate
+from lostmotion.discover.conditions import side_by_side
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -94,7 +95,7 @@ def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
     for channel, values in channels(base).items():
         waves = legendre(rank_scale(values))
         for part, tangent in parts.items():
-            columns = np.column_stack([tangent * wave for wave in waves])
+            columns = side_by_side(*(tangent * wave for wave in waves))
             out.append(
                 Candidate(f"{part} by {channel}", False, columns, channel, f"{part}, smooth")
             )
@@ -107,8 +108,8 @@ def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
             for orders in ((1, 2), (3, 4)):
                 if orders[0] * np.ptp(angle) < SEEN_RAD:
                     continue
-                columns = np.column_stack(
-                    [parts[part] * f(k * angle) for k in orders for f in (np.cos, np.sin)]
+                columns = side_by_side(
+                    *(parts[part] * f(k * angle) for k in orders for f in (np.cos, np.sin))
                 )
                 shape = f"{orders[0]} and {orders[1]} per revolution"
                 if part != "lost motion":
@@ -137,7 +138,7 @@ def waves(base: Base) -> list[Candidate]:
             Candidate(
                 f"wave {k} over torque",
                 False,
-                np.column_stack((np.cos(phase), np.sin(phase))),
+                side_by_side(np.cos(phase), np.sin(phase)),
                 "torque",
                 f"ripple of {span / k:.3g} Nm",
             )
@@ -153,7 +154,7 @@ def waves(base: Base) -> list[Candidate]:
                 Candidate(
                     f"order {order:g} of {channel}",
                     False,
-                    np.column_stack((np.cos(order * angle), np.sin(order * angle))),
+                    side_by_side(np.cos(order * angle), np.sin(order * angle)),
                     channel,
                     f"{order:g} per revolution",
                 )
@@ -187,7 +188,7 @@ def finer(base: Base, coarse: Candidate) -> list[Candidate]:
     out = []
     for k, word in zip(scan[scan > 0], words, strict=True):
         phase = 2 * np.pi * k * x
-        columns = np.column_stack((np.cos(phase), np.sin(phase)))
+        columns = side_by_side(np.cos(phase), np.sin(phase))
         name = f"{kind[0]} {k:.6g} {' '.join(kind[2:])}"
         out.append(Candidate(name, False, columns, coarse.covariate, word))
     return out
@@ -200,5 +201,5 @@ def with_neighbours(base: Base, wave: Candidate) -> Candidate:
     if wave.covariate != "torque":
         x = c.columns[f"{wave.covariate}_rad"]
         x = (x - x.mean()) / max(float(np.std(x)), 1e-12)
-    columns = np.column_stack((wave.columns, wave.columns * x[:, None]))
+    columns = side_by_side(wave.columns, wave.columns * x[:, None])
     return Candidate(wave.name, False, columns, wave.covariate, wave.shape)

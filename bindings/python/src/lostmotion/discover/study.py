@@ -17,6 +17,7 @@ from scipy.optimize import lsq_linear
 from lostmotion.discover import shapes
 from lostmotion.discover.backbone import DEVIATION_MAX, DEVIATIONS, Base, Point
 from lostmotion.discover.candidates import Candidate, named_candidates
+from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import gather
@@ -91,7 +92,7 @@ def columns_of(base: Base, point: Point) -> tuple[FloatArray, FloatArray, FloatA
     fixed, _ = base.fixed_columns(point)
     precision = np.append(base.precision(fixed.shape[1]), np.zeros(COMMON))
     scatter = base.run_columns(point)
-    fixed = np.column_stack((fixed, scatter[:, 1], np.ones(fixed.shape[0])))
+    fixed = side_by_side(fixed, scatter[:, 1], np.ones(fixed.shape[0]))
     response = base.measured - point.angle
     # Encoder zeros may be far apart; what is common to all is taken off for the digits.
     response = response - float(np.mean(response))
@@ -166,7 +167,7 @@ def leftover(base: Base, point: Point, blocks: Sequence[FloatArray]) -> tuple[Fl
     for part in parts:
         x[:, at : at + part.shape[1]] = part
         at += part.shape[1]
-    x -= base.conditions.run_mean(x)[base.conditions.run_of]
+    base.conditions.centre(x)
     norm = np.sqrt(np.einsum("ij,ij->j", x, x))
     norm[norm == 0] = 1.0
     x /= norm
@@ -279,12 +280,12 @@ class Field:
 
 
 def make_candidates(
-    base: Base, effects: Mapping[str, Effect], ratio: float
+    base: Base, effects: Mapping[str, Effect], ratio: float, waves: Sequence[Candidate]
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """Named effects and shapes at the base as it stands."""
+    """Named effects and shapes at the base as it stands; the waves hang on the plan alone."""
     point = base.at()
     named, closed = named_candidates(effects, base, point, ratio)
-    return [*named, *shapes.smooth_shapes(base, point), *shapes.waves(base)], closed
+    return [*named, *shapes.smooth_shapes(base, point), *waves], closed
 
 
 def plain_of(settled: Settled) -> Base:
