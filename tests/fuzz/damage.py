@@ -129,6 +129,22 @@ def damage_document(kitchen: Kitchen, document: dict[str, Any]) -> bool:
     return False
 
 
+def cut(kitchen: Kitchen, raw: bytes) -> bytes:
+    """Give the beginning of a file."""
+    place = kitchen.dice.randrange(len(raw))
+    kitchen.note("cut at byte", place)
+    return raw[:place]
+
+
+def changed(kitchen: Kitchen, raw: bytes, counts: list[int]) -> bytes:
+    """Change one of these counts of bytes."""
+    out = bytearray(raw)
+    for _ in range(kitchen.dice.choice(counts)):
+        out[kitchen.dice.randrange(len(out))] = kitchen.dice.randrange(256)
+    kitchen.note("bytes changed")
+    return bytes(out)
+
+
 def damage_text(kitchen: Kitchen, text: str) -> tuple[bytes, bool]:
     """Damage the bytes of a text file; return them, and whether they should mean the same."""
     dice = kitchen.dice
@@ -142,11 +158,7 @@ def damage_text(kitchen: Kitchen, text: str) -> tuple[bytes, bool]:
         kitchen.note("cut at byte", place)
         return raw[:place], False
     if kind in (3, 4):
-        out = bytearray(raw)
-        for _ in range(dice.choice([1, 1, 2, 10, 100])):
-            out[dice.randrange(len(out))] = dice.randrange(256)
-        kitchen.note("bytes changed")
-        return bytes(out), False
+        return changed(kitchen, raw, [1, 1, 2, 10, 100]), False
     if kind == 5:
         kitchen.note("a byte order mark")
         return b"\xef\xbb\xbf" + raw, True
@@ -348,9 +360,7 @@ def make_recording(kitchen: Kitchen) -> tuple[Path, bool]:
         raw = gzip.compress(csv_text(table).encode(), mtime=0)
         choice = dice.randrange(5)
         if choice == 0:
-            place = dice.randrange(len(raw))
-            kitchen.note("gzip cut at byte", place)
-            return kitchen.file("data.csv.gz", raw[:place]), False
+            return kitchen.file("data.csv.gz", cut(kitchen, raw)), False
         if choice == 1:
             out = bytearray(raw)
             out[dice.randrange(len(out))] ^= 1 << dice.randrange(8)
@@ -367,15 +377,9 @@ def make_recording(kitchen: Kitchen) -> tuple[Path, bool]:
     raw, harmless = parquet_bytes(kitchen, table)
     choice = dice.randrange(4)
     if choice == 0:
-        place = dice.randrange(len(raw))
-        kitchen.note("Parquet cut at byte", place)
-        return kitchen.file("data.parquet", raw[:place]), False
+        return kitchen.file("data.parquet", cut(kitchen, raw)), False
     if choice == 1:
-        out = bytearray(raw)
-        for _ in range(dice.choice([1, 5, 50])):
-            out[dice.randrange(len(out))] = dice.randrange(256)
-        kitchen.note("bytes of a Parquet file changed")
-        return kitchen.file("data.parquet", bytes(out)), False
+        return kitchen.file("data.parquet", changed(kitchen, raw, [1, 5, 50])), False
     if choice == 2:
         kitchen.note("Parquet under a CSV's name")
         return kitchen.file("data.csv", raw), False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import io
 import math
 import random
@@ -20,45 +21,58 @@ RUNS, ROWS = 3, 40
 TEMPERATURES_C = ((20, 25, 30), (15, 20, 35))
 """Of the runs of two campaigns."""
 
+# Harmonic Drive size 25, ratio above 50 (catalogue/torsional_stiffness.csv), rated 67 N m.
+BOUGHT: dict[str, Any] = {
+    "drive": {"name": "joint 2", "ratio": 100, "rated_torque_Nm": 67},
+    "catalogue": {
+        "T1_Nm": 14,
+        "T2_Nm": 48,
+        "K1_Nm_per_rad": 31e3,
+        "K2_Nm_per_rad": 50e3,
+        "K3_Nm_per_rad": 57e3,
+        "hysteresis_arcmin": 1,
+        "lost_motion_arcmin": 1,
+    },
+}
+
+# A drive on the drawing board, size 20: every key that a file must have, and a few more.
+DRAWN: dict[str, Any] = {
+    "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
+    "design": {
+        "teeth": {
+            "deformation": "internal",
+            "module_mm": 0.25,
+            "flexspline_teeth": 200,
+            "rigid_teeth": 202,
+            "pressure_angle_deg": 20,
+            "flexspline_shift": 3.0,
+            "rigid_shift": 2.957,
+            "tooth_height": 1.75,
+            "engagement_depth": 1.2,
+            "root_clearance": 0.35,
+            "face_width_mm": 10,
+        },
+        "generator": {"type": "discs", "deflection_mm": 0.2375, "contact_half_angle_deg": 30},
+        "flexspline": {"rim_thickness_mm": 0.6},
+    },
+}
+
 
 def bought() -> dict[str, Any]:
-    """Harmonic Drive size 25, ratio above 50, with a second way to name a column."""
-    return {
-        "drive": {"name": "joint 2", "ratio": 100, "rated_torque_Nm": 67},
-        "catalogue": {
-            "T1_Nm": 14,
-            "T2_Nm": 48,
-            "K1_Nm_per_rad": 31e3,
-            "K2_Nm_per_rad": 50e3,
-            "K3_Nm_per_rad": 57e3,
-            "hysteresis_arcmin": 1,
-            "lost_motion_arcmin": 1,
-        },
-    }
+    """Give the drive that was bought."""
+    return copy.deepcopy(BOUGHT)
 
 
 def drawn() -> dict[str, Any]:
-    """Reference design A with one member in each chain."""
+    """Give the drive on the drawing board with all that a file may hold: members in each chain."""
+    drive, design = copy.deepcopy(DRAWN["drive"]), copy.deepcopy(DRAWN["design"])
+    design["flexspline"] |= {"wall_thickness_mm": 0.35, "length_mm": 25}
     return {
-        "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
+        "drive": drive,
         "design": {
             "friction_angle_deg": 5.7,
             "axial_sections": 1,
-            "teeth": {
-                "deformation": "internal",
-                "module_mm": 0.25,
-                "flexspline_teeth": 200,
-                "rigid_teeth": 202,
-                "pressure_angle_deg": 20,
-                "flexspline_shift": 3.0,
-                "rigid_shift": 2.957,
-                "tooth_height": 1.75,
-                "engagement_depth": 1.2,
-                "root_clearance": 0.35,
-                "face_width_mm": 10,
-            },
-            "generator": {"type": "discs", "deflection_mm": 0.2375, "contact_half_angle_deg": 30},
-            "flexspline": {"rim_thickness_mm": 0.6, "wall_thickness_mm": 0.35, "length_mm": 25},
+            **design,
             "material": {"youngs_modulus_GPa": 210, "poisson_ratio": 0.3},
             "support": {"foundation_N_per_mm2": 2600},
             "gap": {"generator_um": 2},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import os
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ import pytest
 from hypothesis import settings
 
 from lostmotion.drives import format_toml
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+from sound_files import BOUGHT, DRAWN
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -29,42 +33,6 @@ NO_SEARCH = (
     "install it again"
 )
 NO_DASK = "no Dask: pip install 'lostmotion[dask]'"
-
-# Harmonic Drive size 25, ratio above 50 (catalogue/torsional_stiffness.csv), rated 67 N m.
-BOUGHT: dict[str, Any] = {
-    "drive": {"name": "joint 2", "ratio": 100, "rated_torque_Nm": 67},
-    "catalogue": {
-        "T1_Nm": 14,
-        "T2_Nm": 48,
-        "K1_Nm_per_rad": 31e3,
-        "K2_Nm_per_rad": 50e3,
-        "K3_Nm_per_rad": 57e3,
-        "hysteresis_arcmin": 1,
-        "lost_motion_arcmin": 1,
-    },
-}
-
-# A drive on the drawing board, size 20: every key that a file must have, and a few more.
-DRAWN: dict[str, Any] = {
-    "drive": {"name": "joint 3", "ratio": 100, "rated_torque_Nm": 40},
-    "design": {
-        "teeth": {
-            "deformation": "internal",
-            "module_mm": 0.25,
-            "flexspline_teeth": 200,
-            "rigid_teeth": 202,
-            "pressure_angle_deg": 20,
-            "flexspline_shift": 3.0,
-            "rigid_shift": 2.957,
-            "tooth_height": 1.75,
-            "engagement_depth": 1.2,
-            "root_clearance": 0.35,
-            "face_width_mm": 10,
-        },
-        "generator": {"type": "discs", "deflection_mm": 0.2375, "contact_half_angle_deg": 30},
-        "flexspline": {"rim_thickness_mm": 0.6},
-    },
-}
 
 
 @pytest.fixture

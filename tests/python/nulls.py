@@ -1,8 +1,15 @@
-"""How many false alarms a test of a null may see before it fails."""
+"""What tests of nulls share: how many false alarms one may see, and linear data of many runs."""
 
 from __future__ import annotations
 
+import numpy as np
+import numpy.typing as npt
 from scipy.stats import binom
+
+from lostmotion.discover.noise import Noise
+
+Numbers = npt.NDArray[np.float64]
+Places = npt.NDArray[np.intp]
 
 SURE = 0.999
 """A routine that keeps its level fails its test once in a thousand choices of seeds; the seeds are
@@ -17,3 +24,14 @@ def most(trials: int, level: float) -> int:
 def fewest(trials: int, level: float) -> int:
     """Fewest of so many trials that go with a share: for what must not be too careful either."""
     return int(binom.ppf(1.0 - SURE, trials, level))
+
+
+def ramps(runs: int, rows: int) -> tuple[Numbers, Places, Places]:
+    """Runs of a ramp from -1 to 1 each: the ramp, the first rows of the runs, the run of a row."""
+    ramp = np.tile(np.linspace(-1, 1, rows), runs)
+    return ramp, np.arange(runs + 1) * rows, np.repeat(np.arange(runs), rows)
+
+
+def white(runs: int) -> Noise:
+    """Noise of unit size without colour."""
+    return Noise([np.zeros(0)] * runs, np.ones(runs))

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from damaged_inputs import commands
 
 from conftest import BOUGHT, DATA, DRAWN
 from lostmotion import __version__, cli, terminal
@@ -24,9 +25,6 @@ from lostmotion.errors import LibraryError
 
 Write = Callable[..., Path]
 Capture = pytest.CaptureFixture[str]
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-from damaged_inputs import commands  # noqa: E402
 
 REAL = DATA / "cycloidal_locked_output"
 

@@ -145,8 +145,10 @@ def test_some_runs_are_fitted_and_the_others_predicted() -> None:
     again = compare(backbone(), other, fit_on=[1, 3, 5])
     assert again.rms_rad == pytest.approx(result.rms_rad, rel=0.02)
     assert again.heldout_rms_rad > 5 * result.heldout_rms_rad
-    with pytest.raises(InputError, match="--fit-on: 7: found no such run, expected of 1, 2"):
+    with pytest.raises(InputError, match="--fit-on: 7: found no such run, expected one of 1, 2"):
         compare(backbone(), data, fit_on=[7])
+    with pytest.raises(InputError, match="--fit-on: found no run, expected one or more of 1, 2"):
+        compare(backbone(), data, fit_on=[])
 
 
 def test_the_width_at_zero_is_that_of_the_loop() -> None:

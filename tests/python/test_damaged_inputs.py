@@ -10,11 +10,12 @@ import contextlib
 import gc
 import gzip
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import damaged_inputs
 import pytest
+import sound_files
 
 from conftest import BOUGHT, DRAWN
 from lostmotion.cli import main
@@ -22,10 +23,6 @@ from lostmotion.drives import format_toml, read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.files import check_place, write_whole
 from lostmotion.recordings import read_campaign
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-import damaged_inputs
-import sound_files
 
 CHUNKS, CHUNK = 10, 40
 HEADER = "time_s,torque_Nm,lost_motion_rad\n"
@@ -159,6 +156,14 @@ def test_runs_whose_torque_never_moves_are_compared_without_a_warning(tmp_path: 
     words = ["compare", str(tmp_path / "drive.toml"), str(tmp_path / "data.csv"), "-q"]
     outcome = damaged_inputs.run_here(words)
     assert (outcome.status, outcome.warnings, outcome.error) == (0, [], "")
+
+
+def test_a_fit_on_no_run_at_all_is_refused(tmp_path: Path, write: Write) -> None:
+    data = tmp_path / "data.csv"
+    data.write_text(sound_files.csv_text(sound_files.recording()))
+    outcome = damaged_inputs.run_here(["compare", str(write(BOUGHT)), str(data), "--fit-on", ""])
+    assert (outcome.status, outcome.trace) == (2, "")
+    assert outcome.error == "lostmotion: --fit-on: found no such run, expected one of 0, 1, 2\n"
 
 
 def test_a_gzip_with_a_turned_bit_is_refused(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from nulls import ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
@@ -15,27 +16,19 @@ from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_gro
 RUNS, ROWS = 14, 120
 
 
-def white(runs: int) -> Noise:
-    """Noise of unit size without colour."""
-    return Noise([np.zeros(0)] * runs, np.ones(runs))
-
-
 def data(seed: int, *, scatter: float = 0.5, effect: float = 0.0):
     """Linear data: two fixed columns, a slope that scatters, and a candidate that varies by run."""
     rng = np.random.default_rng(seed)
-    rows = RUNS * ROWS
-    starts = np.arange(RUNS + 1) * ROWS
-    run_of = np.repeat(np.arange(RUNS), ROWS)
-    x = np.tile(np.linspace(-1, 1, ROWS), RUNS)
-    fixed = np.column_stack((x, np.ones(rows)))
-    random = np.column_stack((x, np.ones(rows)))
+    x, starts, run_of = ramps(RUNS, ROWS)
+    fixed = np.column_stack((x, np.ones(x.size)))
+    random = np.column_stack((x, np.ones(x.size)))
     between = np.repeat(rng.normal(size=RUNS), ROWS)
     blocks = [
         ("between", (x * between)[:, None]),
         ("within", np.sin(9 * x + run_of)[:, None]),
     ]
     own = scatter * rng.normal(size=(RUNS, 2))
-    y = 3 * x + np.einsum("nk,nk->n", random, own[run_of]) + rng.normal(size=rows)
+    y = 3 * x + np.einsum("nk,nk->n", random, own[run_of]) + rng.normal(size=x.size)
     y += effect * blocks[0][1][:, 0]
     return gather(fixed, np.zeros(2), random, blocks, y, white(RUNS), starts)
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nulls import fewest, most
+from nulls import fewest, most, ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.evidence import Evidence, gather
-from lostmotion.discover.noise import Noise, fit_noise
+from lostmotion.discover.noise import fit_noise
 from lostmotion.discover.selection import PAIRED_T, accepted, paired_t
 
 RUNS, ROWS, SCATTER, COLOUR = 14, 100, 0.5, 0.7
@@ -20,11 +20,8 @@ CANDIDATES = 16
 def made(seed: int, *, coloured: bool = False, size: float = 0.0) -> Evidence:
     """Runs whose slope and zero scatter; candidates that vary within runs, and from run to run."""
     rng = np.random.default_rng(seed)
-    rows = RUNS * ROWS
-    starts = np.arange(RUNS + 1) * ROWS
-    run_of = np.repeat(np.arange(RUNS), ROWS)
-    x = np.tile(np.linspace(-1, 1, ROWS), RUNS)
-    columns = np.column_stack((x, np.ones(rows)))
+    x, starts, run_of = ramps(RUNS, ROWS)
+    columns = np.column_stack((x, np.ones(x.size)))
     blocks = []
     for k in range(CANDIDATES):
         level = rng.normal(size=(RUNS, 2))
@@ -33,13 +30,13 @@ def made(seed: int, *, coloured: bool = False, size: float = 0.0) -> Evidence:
         blocks.append((f"{k}", [between[:, None], within[:, None]][k % 2]))
     own = SCATTER * rng.normal(size=(RUNS, 2))
     noise = rng.normal(size=(RUNS, ROWS))
-    white = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
+    model = white(RUNS)
     if coloured:
         noise = lfilter([1.0], [1.0, -COLOUR], noise, axis=1)
-        white = fit_noise(noise.ravel(), np.tile(np.arange(ROWS) * 0.1, RUNS), starts, 0)
+        model = fit_noise(noise.ravel(), np.tile(np.arange(ROWS) * 0.1, RUNS), starts, 0)
     y = 3 * x + np.einsum("nk,nk->n", columns, own[run_of]) + noise.ravel()
     y += size * blocks[0][1][:, 0]
-    return gather(columns, np.zeros(2), columns, blocks, y, white, starts)
+    return gather(columns, np.zeros(2), columns, blocks, y, model, starts)
 
 
 @pytest.fixture(scope="module")
@@ -87,12 +84,10 @@ def test_colour_that_is_not_whitened_would() -> None:
         rng = np.random.default_rng(seed)
         noise = lfilter([1.0], [1.0, -0.95], rng.normal(size=(RUNS, ROWS)), axis=1).ravel()
         noise /= noise.std()
-        x = np.tile(np.linspace(-1, 1, ROWS), RUNS)
-        starts = np.arange(RUNS + 1) * ROWS
-        white = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
+        x, starts, _ = ramps(RUNS, ROWS)
         columns = np.column_stack((x, np.ones(x.size)))
         block = [("wave", np.sin(3 * x)[:, None])]
-        evidence = gather(columns, np.zeros(2), columns, block, noise, white, starts)
+        evidence = gather(columns, np.zeros(2), columns, block, noise, white(RUNS), starts)
         alarms += Contest(evidence).test("wave").p <= 0.05
     assert alarms > most(20, 0.05)
 

@@ -329,7 +329,7 @@ def run_compare(arguments: argparse.Namespace) -> None:
             backbone,
             campaign,
             base=make_base(drive, campaign, backbone, effects_of(arguments)) if fitted else None,
-            fit_on=arguments.fit_on and arguments.fit_on.split(","),
+            fit_on=None if arguments.fit_on is None else arguments.fit_on.split(","),
             seed=seed,
             progress=progress,
         )

@@ -394,7 +394,9 @@ def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.N
     labels = [str(run.label) for run in campaign.runs]
     for wanted in fit_on:
         if str(wanted) not in labels:
-            raise InputError("--fit-on", str(wanted), "no such run", "of " + ", ".join(labels))
+            raise InputError("--fit-on", str(wanted), "no such run", "one of " + ", ".join(labels))
+    if not fit_on:
+        raise InputError("--fit-on", "", "no run", "one or more of " + ", ".join(labels))
     wanted_labels = {str(wanted) for wanted in fit_on}
     seen = np.array([label in wanted_labels for label in labels])
     torque = np.concatenate(

@@ -20,7 +20,7 @@ from lostmotion.files import write_whole
 from lostmotion.report.front import axis_name, draw_front
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action
+from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import LOG, Work
 
 MARGINS = 14
@@ -133,8 +133,9 @@ class DesignPanel(Panel):
             "resume it later.</p>"
         )
         with ui.element("div").classes("line"):
-            self.field("spec", "spec, a file")
-            self.field("folder", "folder of the search")
+            wide = "min-width: 250px; flex: 1 1 250px"
+            field("spec, a file", search, "spec", wide)
+            field("folder of the search", search, "folder", wide)
         with ui.element("div").classes("line").style("margin-top: 8px"):
             start = action("Start", lambda: self.begin(resume=False), main=True)
             resume = action("Resume", lambda: self.begin(resume=True))
@@ -157,11 +158,6 @@ class DesignPanel(Panel):
             self.drawn_result, self.picked = search.result, None
         self.draw_live()
         self.draw_details()
-
-    def field(self, attribute: str, text: str) -> None:
-        """Make an input that is kept in the search."""
-        made = ui.input(text).props("dense outlined stack-label")
-        made.style("min-width: 250px; flex: 1 1 250px").bind_value(self.search, attribute)
 
     def begin(self, *, resume: bool) -> None:
         """Start or resume."""

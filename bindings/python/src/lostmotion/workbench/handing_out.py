@@ -14,7 +14,7 @@ from lostmotion.errors import LostMotionError, one_line
 from lostmotion.export import PROFILES, SETTINGS, Profile
 from lostmotion.report.page import Rows, rows_html
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, words
+from lostmotion.workbench.panel import Panel, action, field, words
 from lostmotion.workbench.work import Work
 
 
@@ -44,22 +44,14 @@ class ExportPanel(Panel):
             what = "The drive as its file says: nothing was fitted yet (tick an effect)."
         self.html(f'<p class="verdict">{escape(what)}</p>')
         with ui.element("div").classes("line"):
-            ui.input(
-                "settings",
-                value=self.settings,
-                on_change=lambda event: setattr(self, "settings", event.value),
-            ).props("dense outlined stack-label").style("min-width: 230px").mark("settings")
+            field("settings", self, "settings", "min-width: 230px").mark("settings")
             ui.select(
                 list(PROFILES),
                 value=self.profile,
                 label="build of the code",
                 on_change=lambda event: setattr(self, "profile", event.value),
             ).props("dense outlined options-dense").style("width: 190px")
-            ui.input(
-                "name of the constant",
-                value=self.constant,
-                on_change=lambda event: setattr(self, "constant", event.value),
-            ).props("dense outlined stack-label").style("width: 190px")
+            field("name of the constant", self, "constant", "width: 190px")
         keys = ", ".join(key.written for key in SETTINGS)
         self.html(f'<p class="small soft" style="margin-top:8px">Settings: {escape(keys)}.</p>')
         with ui.element("div").classes("line"):

@@ -17,7 +17,7 @@ from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, words
+from lostmotion.workbench.panel import Panel, action, field, words
 from lostmotion.workbench.work import Work
 
 
@@ -253,11 +253,7 @@ class NextPanel(Panel):
             "well it decides between the effects that are still open.</p>"
         )
         with ui.element("div").classes("line"):
-            ui.input(
-                "plan, a file or a folder",
-                value=self.path,
-                on_change=lambda event: setattr(self, "path", event.value),
-            ).props("dense outlined stack-label").style("min-width: 230px").mark("plan")
+            field("plan, a file or a folder", self, "path", "min-width: 230px").mark("plan")
             action("Rank the runs", self.rank, main=True).mark("rank")
         ranking = self.bench.ranking
         if ranking is not None:

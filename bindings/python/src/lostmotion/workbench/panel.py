@@ -24,6 +24,12 @@ def action(text: str, does: Callable[..., Any], *, main: bool = False) -> ui.but
     return made.classes("act" if main else "plain")
 
 
+def field(text: str, kept_in: object, attribute: str, style: str) -> ui.input:
+    """Make an input whose text is kept in an attribute of an object."""
+    made = ui.input(text).props("dense outlined stack-label").style(style)
+    return made.bind_value(kept_in, attribute)
+
+
 class Panel:
     """A part of the page that shows one thing.
 
