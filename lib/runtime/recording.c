@@ -84,7 +84,7 @@ static inline void run_plain(const lm_parameters *parameters, lm_memory *memory,
 
 #if LM_EFFECTS_MAX > 0
 
-/* Samples of a block: the conditions of one take 1.5 kB of stack in float. */
+/* Samples of a block: their conditions take 1.5 kB of stack in float. */
 #define BLOCK 32
 
 /* Where an effect keeps its memory. */

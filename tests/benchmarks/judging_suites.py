@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.campaign import Conditions
 from rig.suites import write_suite
 
-SEEN = {"single": 40, "clean": 30, "outside": 30, "pair": 32, "aliased": 26}
+SEEN = {"single": 56, "clean": 74, "outside": 39, "pair": 39, "aliased": 30}
 """Judging seeds of every kind that earlier versions were judged with."""
 
 LOST_COUNTS = 20
@@ -60,19 +60,19 @@ UNDECIDED = ("thermal_gap", "wear", "viscous_friction", "stribeck_friction")
 """Effects that the short plan leaves open in pairs."""
 
 SUITES = {
-    "clean": Suite("clean", 40),
+    "clean": Suite("clean", 100),
     "single": Suite("single", 100),
-    "outside": Suite("outside", 30),
-    "pair": Suite("pair", 24),
-    "aliased": Suite("aliased", 16),
+    "outside": Suite("outside", 54),
+    "pair": Suite("pair", 40),
+    "aliased": Suite("aliased", 40),
     "short": Suite("single", 12, after=400, more={"plan": "short", "only": UNDECIDED}),
-    "clean_scatter": Suite("clean", 12, after=40, conditions={"scatter": 3.0}),
+    "clean_scatter": Suite("clean", 24, after=110, conditions={"scatter": 3.0}),
     **{
         f"single_{name}": Suite("single", 8, every=2, conditions=conditions, more=more)
         for name, (conditions, more) in SPOILT.items()
     },
     **{
-        f"clean_{name}": Suite("clean", 3, after=60, conditions=conditions, more=more)
+        f"clean_{name}": Suite("clean", 3, after=140, conditions=conditions, more=more)
         for name, (conditions, more) in SPOILT.items()
         if name not in ("half", "scatter")
     },

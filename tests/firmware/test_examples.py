@@ -19,6 +19,7 @@ from measure import (
     M4F,
     M7,
     M33,
+    PAGE,
     ROOT,
     RV32,
     RV32F,
@@ -107,6 +108,17 @@ def test_example_of_the_readme_is_the_minimal_example() -> None:
     found = re.search(MARKERS, README.read_text(), re.DOTALL)
     assert found is not None
     assert found[1] == MINIMAL[0].read_text()
+
+
+def test_readme_quotes_the_page_of_costs() -> None:
+    row = next(
+        x for x in PAGE.read_text().splitlines() if x.startswith("| Cortex-M4F | standard |")
+    )
+    cell = [x.strip() for x in row.split("|")[1:-1]]
+    flash, ram, stack, step = cell[2], cell[5], cell[7], cell[10].split()[-1]
+    quoted = re.sub(r"\s+", " ", README.read_text()).replace(",", "")
+    assert f"takes {step} instructions on a Cortex-M4F" in quoted
+    assert f"is {flash} bytes RAM {ram} bytes an axis stack {stack} " in quoted
 
 
 @pytest.mark.parametrize("target", [M0, M4F, RV32], ids=name_of)
