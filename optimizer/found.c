@@ -20,7 +20,8 @@ void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, 
   memcpy(found->objective, objective, (size_t)problem->objective_count * sizeof objective[0]);
 }
 
-int lm_dominates(const lm_problem *problem, const double a[], const double b[]) {
+/* 1 when a is as good as b in every objective. */
+static int dominates(const lm_problem *problem, const double a[], const double b[]) {
   int j;
   for (j = 0; j < problem->objective_count; j++) {
     if (a[j] > b[j]) {
@@ -46,13 +47,16 @@ void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int
   int place;
   int i;
   for (i = 0; i < *count; i++) {
-    if (lm_dominates(problem, list[i].objective, found->objective)) {
+    if (dominates(problem, list[i].objective, found->objective)) {
       return;
     }
   }
   for (i = 0; i < *count; i++) {
-    if (!lm_dominates(problem, found->objective, list[i].objective)) {
-      list[kept++] = list[i];
+    if (!dominates(problem, found->objective, list[i].objective)) {
+      if (kept < i) {
+        list[kept] = list[i];
+      }
+      kept++;
     }
   }
   *count = kept;
@@ -99,8 +103,8 @@ static int beats(const lm_problem *problem, const lm_found *a, const lm_found *b
   const int feasible_a = a->violation <= LM_FEASIBLE;
   const int feasible_b = b->violation <= LM_FEASIBLE;
   if (feasible_a && feasible_b) {
-    return lm_dominates(problem, a->objective, b->objective) &&
-           !lm_dominates(problem, b->objective, a->objective);
+    return dominates(problem, a->objective, b->objective) &&
+           !dominates(problem, b->objective, a->objective);
   }
   return feasible_a || (!feasible_b && a->violation < b->violation);
 }

@@ -12,9 +12,6 @@ extern "C" {
 void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
                    const double objective[], double violation);
 
-/* 1 when a is as good as b in every objective. */
-int lm_dominates(const lm_problem *problem, const double a[], const double b[]);
-
 /* Insert unless a design of the list is as good in everything; designs that the new one beats
  * leave. A full list gives up the design nearest to the new one. */
 void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,

@@ -539,26 +539,40 @@ int lm_slope_charge(const lm_problem *problem) {
   return LM_GRADIENT_CHARGE * (ranges > 8 ? (ranges + 7) / 8 : 1);
 }
 
-double lm_figure_of(const lm_layout *layout, const double result[], int figure) {
-  const double *branch = result + layout->figure_start[figure];
-  double largest = branch[0];
+static double larger(double a, double b) {
+  return a > b ? a : b;
+}
+
+/* Four at a time, for each comparison waits for the one before it. */
+static double largest_of(const double row[], int count) {
+  double a = row[0];
+  double b = a;
+  double c = a;
+  double d = a;
   int i;
-  for (i = 1; i < layout->figure_count[figure]; i++) {
-    largest = branch[i] > largest ? branch[i] : largest;
+  for (i = 1; i + 3 < count; i += 4) {
+    a = larger(row[i], a);
+    b = larger(row[i + 1], b);
+    c = larger(row[i + 2], c);
+    d = larger(row[i + 3], d);
   }
-  return largest;
+  for (; i < count; i++) {
+    a = larger(row[i], a);
+  }
+  return larger(larger(a, b), larger(c, d));
+}
+
+double lm_figure_of(const lm_layout *layout, const double result[], int figure) {
+  return largest_of(result + layout->figure_start[figure], layout->figure_count[figure]);
 }
 
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]) {
-  double largest = result[layout->single_start];
+  double largest = largest_of(result + layout->single_start, layout->count - layout->single_start);
   int i;
-  for (i = layout->single_start + 1; i < layout->count; i++) {
-    largest = result[i] > largest ? result[i] : largest;
-  }
   for (i = 0; i < LM_FIGURE_COUNT; i++) {
     if (problem->bounds.figure_max[i] > 0) {
       const double over = lm_figure_of(layout, result, i) / problem->bounds.figure_max[i] - 1.0;
-      largest = over > largest ? over : largest;
+      largest = larger(over, largest);
     }
   }
   return largest;
@@ -584,16 +598,6 @@ static int closing_range(const lm_problem *problem, int combination) {
     }
   }
   return -1;
-}
-
-static double largest_gap_row(const lm_layout *layout, const double result[]) {
-  double largest = -LM_GAP_FREE_ARCMIN;
-  int i;
-  for (i = 0; i < layout->gap_count; i++) {
-    const double row = result[layout->gap_start + i];
-    largest = row > largest ? row : largest;
-  }
-  return largest;
 }
 
 /* Move a range by a number of its own units; what a bound leaves of that. */
@@ -634,5 +638,6 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
 
 int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
                  const double result[], double unit[]) {
-  return lm_open_gap(problem, combination, largest_gap_row(layout, result), unit);
+  return lm_open_gap(problem, combination,
+                     largest_of(result + layout->gap_start, layout->gap_count), unit);
 }

@@ -92,8 +92,8 @@ static void read_objectives(const solver *s, double objective[]) {
 }
 
 /* Bounds of the aim count as limits. */
-static double violation_of(const solver *s, const double objective[]) {
-  double largest = lm_violation_of(s->problem, &s->layout, s->result);
+static double with_aim(const solver *s, const double objective[], double violation) {
+  double largest = violation;
   int j;
   for (j = 0; j < s->problem->objective_count; j++) {
     const double over = (objective[j] - s->aim.most[j]) / s->aim.scale[j];
@@ -136,6 +136,7 @@ static void keep_best(solver *s, const double unit[]) {
 static int evaluate(solver *s, const double unit[], int slopes) {
   const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
   double objective[LM_OBJECTIVE_MAX] = {0};
+  double broken;
   lm_status status;
   if (s->known && memcmp(unit, s->at, size) == 0 && (s->known_slopes || !slopes)) {
     return s->violation < REFUSED;
@@ -167,8 +168,9 @@ static int evaluate(solver *s, const double unit[], int slopes) {
   }
   read_objectives(s, objective);
   s->value = lm_aim_value(s->problem, &s->aim, objective);
-  s->violation = violation_of(s, objective);
-  if (lm_violation_of(s->problem, &s->layout, s->result) <= LM_FEASIBLE) {
+  broken = lm_violation_of(s->problem, &s->layout, s->result);
+  s->violation = with_aim(s, objective, broken);
+  if (broken <= LM_FEASIBLE) {
     s->answer->feasible++;
     keep_found(s, unit, objective, 0);
   }

@@ -8,10 +8,12 @@ Arithmetic without the model is free for all. The settling that follows the budg
 ours, so no method has its result polished. Every feasible point that a method evaluates counts for
 its front, so nothing depends on how a method reports.
 
-    python bench_search.py BUILD [--seeds N] [--first-seed N] [--evaluations 5000 20000 ...]
-        [--spec NAME ...] [--trade-off-only]
+    pip install pymoo
+    python tests/benchmarks/bench_search.py [BUILD] [--seeds N] [--first-seed N]
+        [--evaluations 5000 20000 ...] [--spec NAME ...] [--trade-off-only]
 
-BUILD is a build folder with the static libraries. Prints one table a spec and problem.
+BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
+table a spec and problem.
 Hypervolume: each objective runs from 0 at the best to 1 at the worst value on the front of all
 points of all methods and seeds; the corner is 1.1. *all together* is the hypervolume of that front:
 no method can have more, so its ratio bounds what any of them could reach.
@@ -21,6 +23,7 @@ from __future__ import annotations
 
 import argparse
 import ctypes as c
+import importlib.util
 import subprocess
 import tempfile
 import time
@@ -30,9 +33,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-SPECS = Path(__file__).parents[1] / "data" / "specs"
+ROOT = Path(__file__).parents[2]
+SPECS = ROOT / "tests" / "data" / "specs"
+BUILD = ROOT / "build"
 FREE_MAX = 24
 OBJECTIVE_MAX = 4
+FRONT_MAX = 2048
 RESULT_MAX = 4096
 STAGE_SETTLE = 5
 SINGLE_ROWS = 12
@@ -75,8 +81,23 @@ class Layout(c.Structure):
     ]
 
 
+class Progress(c.Structure):
+    """`lm_progress` up to what is charged."""
+
+    _fields_ = [
+        ("stage", c.c_int),
+        ("has_best", c.c_int),
+        ("best_combination", c.c_int),
+        ("best_value", c.c_double),
+        ("evaluations", c.c_int),
+        ("more", c.c_int * 64),
+    ]
+
+
 def load(build: Path, *more: str) -> c.CDLL:
     """Link the static libraries, with more arguments for the compiler, into one for Python."""
+    if not (build / "optimizer/liblostmotion_optimizer.a").exists():
+        raise SystemExit(f"{build}: no static libraries there; ./dev test builds them")
     shared = Path(tempfile.mkdtemp()) / "optimizer.so"
     subprocess.run(
         [
@@ -184,31 +205,59 @@ def hypervolume(points: list[Vector], front: Vector) -> float:
     return float(HV(ref_point=corner)((non_dominated(points) - low) / (high - low)))
 
 
+def restate(text: str, **numbers: int) -> str:
+    """Return a spec's text with other numbers: of evaluations, of the seed."""
+    kept = [w for w in text.splitlines() if not w.startswith(tuple(numbers))]
+    return "\n".join([*kept, *(f"{key} {value}" for key, value in numbers.items())])
+
+
+class Search:
+    """Ours on a problem with so many threads, opened and closed by ``with``."""
+
+    def __init__(self, problem: Problem, workers: int) -> None:
+        self.problem, self.workers, self.lib = problem, workers, problem.lib
+        self.progress = Progress()
+
+    def __enter__(self) -> Search:
+        self.search = c.c_void_p(self.lib.lm_open_search(self.problem.memory))
+        self.pool = c.c_void_p(self.lib.lm_open_pool(self.workers))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.lib.lm_close_pool(self.pool)
+        self.lib.lm_close_search(self.search)
+
+    def run(self) -> None:
+        """Work up to the settling, which no budget is charged with."""
+        lib, search, tasks = self.lib, self.search, c.c_void_p()
+        sink_type = c.CFUNCTYPE(None, c.c_void_p, c.c_void_p)
+        sink = sink_type(
+            lambda _, answer: lib.lm_accept_answer(search, c.c_void_p(answer)) and None
+        )
+        while True:
+            count = lib.lm_next_tasks(search, c.byref(tasks))
+            lib.lm_read_progress(search, c.byref(self.progress))
+            if count == 0 or self.progress.stage >= STAGE_SETTLE:
+                return
+            lib.lm_run_tasks(self.pool, self.problem.memory, tasks, count, None, sink, None, None)
+
+    def read_front(self) -> list[Vector]:
+        """Objectives of the designs of the front."""
+        front = (Found * FRONT_MAX)()
+        count = self.lib.lm_read_front(self.search, front, FRONT_MAX)
+        wanted = len(self.problem.objectives)
+        return [np.array(front[i].objective[:wanted]) for i in range(count)]
+
+
 def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
     """Run ours on one thread, without the settling."""
-    lines = [w for w in text.splitlines() if not w.startswith(("seed", "evaluations"))]
-    problem = Problem(lib, "\n".join([*lines, f"seed {seed}", f"evaluations {evaluations}"]))
-    search = c.c_void_p(lib.lm_open_search(problem.memory))
-    pool = c.c_void_p(lib.lm_open_pool(1))
-    sink_type = c.CFUNCTYPE(None, c.c_void_p, c.c_void_p)
-    sink = sink_type(lambda _, answer: lib.lm_accept_answer(search, c.c_void_p(answer)) and None)
-    progress = (c.c_double * 64)()
-    stage = c.cast(progress, c.POINTER(c.c_int))
-    tasks = c.c_void_p()
-    while True:
-        count = lib.lm_next_tasks(search, c.byref(tasks))
-        lib.lm_read_progress(search, progress)
-        if count == 0 or stage[0] >= STAGE_SETTLE:
-            break
-        lib.lm_run_tasks(pool, problem.memory, tasks, count, None, sink, None, None)
-    front = (Found * 2048)()
-    count = lib.lm_read_front(search, front, 2048)
-    charged = c.cast(progress, c.POINTER(c.c_int))[6]
-    if charged > 1.02 * evaluations:
-        raise RuntimeError(f"{charged} evaluations, more than the budget of {evaluations}")
-    lib.lm_close_pool(pool)
-    lib.lm_close_search(search)
-    return [np.array(front[i].objective[: len(problem.objectives)]) for i in range(count)]
+    problem = Problem(lib, restate(text, evaluations=evaluations, seed=seed))
+    with Search(problem, workers=1) as search:
+        search.run()
+        charged = search.progress.evaluations
+        if charged > 1.02 * evaluations:
+            raise RuntimeError(f"{charged} evaluations, more than the budget of {evaluations}")
+        return search.read_front()
 
 
 def run_nsga2(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
@@ -298,13 +347,17 @@ def compare(lib: c.CDLL, text: str, evaluations: int, seeds: range) -> None:
 def main() -> None:
     """Read the arguments and print all tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("build", type=Path)
+    parser.add_argument("build", type=Path, nargs="?", default=BUILD)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--evaluations", type=int, nargs="+", default=[5000, 20000])
     parser.add_argument("--spec", nargs="+", default=["robot_joint"])
     parser.add_argument("--trade-off-only", action="store_true")
     options = parser.parse_args()
+    if importlib.util.find_spec("pymoo") is None:
+        raise SystemExit(
+            "pymoo is not installed: there is nothing to compare with (pip install pymoo)"
+        )
     lib = load(options.build)
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     for name in options.spec:

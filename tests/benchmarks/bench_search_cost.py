@@ -1,13 +1,15 @@
 """What the design search costs beside its model: of a gradient, of the search itself, of two cores.
 
-    python bench_search_cost.py BUILD [--spec NAME ...] [--evaluations N] [--repeats N]
+    python tests/benchmarks/bench_search_cost.py [BUILD] [--spec NAME ...] [--evaluations N]
+        [--repeats N]
 
-BUILD is a build folder with the static libraries. Prints one row a spec:
+BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
+row a spec, in about half a minute:
 
 - *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones.
 - *overhead*: CPU time of a whole search on one thread less that within the model, for each
   evaluation. The linker puts a clock around the two functions that evaluate; what the clock itself
-  takes counts as overhead.
+  takes is measured with an empty model and taken off.
 - *two cores*: wall time on one thread over that on two. Only an idle machine with two cores shows
   what the search can do; the row says how busy this one was. *CPU* is the same of CPU times: what
   threads lose by sharing memory, whatever else runs.
@@ -25,9 +27,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from bench_search import FREE_MAX, RESULT_MAX, SPECS, STAGE_SETTLE, Problem, load
+from bench_search import BUILD, FREE_MAX, RESULT_MAX, ROOT, SPECS, Problem, Search, load, restate
 
 POINTS = 40
+CLOCK_PAIRS = 100_000
 CLOCK = r"""
 #define _POSIX_C_SOURCE 200809L
 #include <time.h>
@@ -40,6 +43,16 @@ static double now(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 void start_clock(void) { spent = 0; calls = 0; }
+double clock_seconds(long pairs) {
+  const double began = now();
+  double within = 0;
+  long i;
+  for (i = 0; i < pairs; i++) {
+    const double here = now();
+    within += now() - here;
+  }
+  return (now() - began - within) / (double)pairs;
+}
 double model_seconds(void) { return spent; }
 long model_calls(void) { return calls; }
 #define CLOCKED(name, declared, passed)          \
@@ -89,48 +102,32 @@ def time_model(lib: c.CDLL, text: str, repeats: int) -> tuple[float, float]:
 
 def time_search(lib: c.CDLL, text: str, evaluations: int, workers: int) -> tuple[float, float]:
     """Wall and CPU seconds of a search up to its settling."""
-    lines = [w for w in text.splitlines() if not w.startswith("evaluations")]
-    problem = Problem(lib, "\n".join([*lines, f"evaluations {evaluations}"]))
-    search = c.c_void_p(lib.lm_open_search(problem.memory))
-    pool = c.c_void_p(lib.lm_open_pool(workers))
-    sink_type = c.CFUNCTYPE(None, c.c_void_p, c.c_void_p)
-    sink = sink_type(lambda _, answer: lib.lm_accept_answer(search, c.c_void_p(answer)) and None)
-    progress = (c.c_double * 64)()
-    stage = c.cast(progress, c.POINTER(c.c_int))
-    tasks = c.c_void_p()
-    wall, cpu = time.perf_counter(), time.process_time()
-    while True:
-        count = lib.lm_next_tasks(search, c.byref(tasks))
-        lib.lm_read_progress(search, progress)
-        if count == 0 or stage[0] >= STAGE_SETTLE:
-            break
-        lib.lm_run_tasks(pool, problem.memory, tasks, count, None, sink, None, None)
-    spent = time.perf_counter() - wall, time.process_time() - cpu
-    lib.lm_close_pool(pool)
-    lib.lm_close_search(search)
-    return spent
+    with Search(Problem(lib, restate(text, evaluations=evaluations)), workers) as search:
+        wall, cpu = time.perf_counter(), time.process_time()
+        search.run()
+        return time.perf_counter() - wall, time.process_time() - cpu
 
 
 def load_clocked(build: Path) -> c.CDLL:
     """Load the libraries with a clock around the model."""
-    root = Path(__file__).parents[2]
     with tempfile.TemporaryDirectory() as place:
         source = Path(place) / "clock.c"
         source.write_text(CLOCK)
         lib = load(
-            build, str(source), f"-I{root / 'optimizer'}", f"-I{root / 'lib/include'}",
+            build, str(source), f"-I{ROOT / 'optimizer'}", f"-I{ROOT / 'lib/include'}",
             "-Wl,--wrap=lm_evaluate_point", "-Wl,--wrap=lm_evaluate_slopes",
         )  # fmt: skip
     lib.model_seconds.restype = c.c_double
     lib.model_calls.restype = c.c_long
+    lib.clock_seconds.restype = c.c_double
     return lib
 
 
 def time_overhead(lib: c.CDLL, text: str, evaluations: int) -> float:
-    """CPU seconds beside the model, for each evaluation."""
+    """CPU seconds beside the model, for each evaluation, without the clock's own."""
     lib.start_clock()
     _, cpu = time_search(lib, text, evaluations, 1)
-    return float((cpu - lib.model_seconds()) / lib.model_calls())
+    return float((cpu - lib.model_seconds()) / lib.model_calls() - lib.clock_seconds(CLOCK_PAIRS))
 
 
 def compare_threads(lib: c.CDLL, text: str, evaluations: int, repeats: int) -> tuple[float, float]:
@@ -146,8 +143,10 @@ def compare_threads(lib: c.CDLL, text: str, evaluations: int, repeats: int) -> t
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("build", type=Path)
-    parser.add_argument("--spec", nargs="+", default=["robot_joint", "ring_generator"])
+    parser.add_argument("build", type=Path, nargs="?", default=BUILD)
+    parser.add_argument(
+        "--spec", nargs="+", default=["robot_joint", "ring_generator", "instrument"]
+    )
     parser.add_argument("--evaluations", type=int, default=5000)
     parser.add_argument("--repeats", type=int, default=3)
     options = parser.parse_args()
