@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
 import shutil
@@ -15,12 +16,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shtab
 from damaged_inputs import commands
 
 from conftest import BOUGHT, DATA, DRAWN
-from lostmotion import __version__, cli, terminal
+from lostmotion import __version__, export, terminal
 from lostmotion.cli import main
-from lostmotion.completion import SHELLS
+from lostmotion.commands import predict as predict_command
+from lostmotion.commands.parser import PROFILES, SHELLS
 from lostmotion.errors import LibraryError
 
 Write = Callable[..., Path]
@@ -202,7 +205,7 @@ def test_work_that_fails_is_status_1(
     def fail(*_: object) -> None:
         raise LibraryError(7, "no pair of teeth can touch")
 
-    monkeypatch.setattr(cli, "predict", fail)
+    monkeypatch.setattr(predict_command, "predict", fail)
     assert main(["predict", bought_file]) == 1
     assert capsys.readouterr().err == "lostmotion: no pair of teeth can touch\n"
 
@@ -213,7 +216,7 @@ def test_an_interrupt_is_status_130(
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "predict", interrupt)
+    monkeypatch.setattr(predict_command, "predict", interrupt)
     assert main(["predict", bought_file]) == 130
     assert "interrupted" in capsys.readouterr().err
 
@@ -228,6 +231,77 @@ def test_the_version_is_that_of_the_project(capsys: Capture) -> None:
     assert capsys.readouterr().out == f"lostmotion {__version__}\n"
     top = (Path(__file__).parents[2] / "CMakeLists.txt").read_text()
     assert f"project(lostmotion VERSION {__version__} " in top
+
+
+LIGHT = {
+    "lostmotion",
+    "lostmotion.cli",
+    "lostmotion.commands",
+    "lostmotion.commands.parser",
+    "lostmotion.errors",
+    "lostmotion.files",
+}
+"""What help, version and complaints may import of the package."""
+
+HEAVY = {
+    *("numpy", "scipy", "cffi", "threadpoolctl", "shtab"),
+    *("pyarrow", "pandas", "dask", "distributed", "nicegui", "starlette"),
+}
+"""What takes longer to import than they may take."""
+
+
+def imported_by(*argv: str) -> tuple[int, set[str]]:
+    """Status of a command in a Python of its own, and all that it imported."""
+    code = (
+        "import json, sys; from lostmotion.cli import main; status = main(sys.argv[1:]);"
+        "print(json.dumps([status, sorted(sys.modules)]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *argv], capture_output=True, text=True, check=True
+    )
+    status, modules = json.loads(done.stdout.splitlines()[-1])
+    return status, set(modules)
+
+
+@pytest.mark.parametrize(
+    ("argv", "status"),
+    [
+        (["--version"], 0),
+        (["--help"], 0),
+        (["diagnose", "--help"], 0),
+        ([], 2),
+        (["nonsense"], 2),
+        (["predict"], 2),
+        (["export", "drive.toml", "-o", "params.h", "--profile", "nonsense"], 2),
+        (["predict", "drive.toml", "--json", "/"], 2),
+    ],
+)
+def test_help_version_and_complaints_about_usage_import_nothing_heavy(
+    argv: list[str], status: int
+) -> None:
+    found, modules = imported_by(*argv)
+    assert found == status
+    assert not modules & HEAVY
+    assert {name for name in modules if name.split(".")[0] == "lostmotion"} == LIGHT
+
+
+def test_a_prediction_imports_nothing_of_fits_searches_and_pages(bought_file: str) -> None:
+    _, modules = imported_by("predict", bought_file, "--quiet")
+    assert "numpy" in modules
+    assert not modules & (HEAVY - {"numpy", "cffi"})
+    for room in ("demo", "design", "discover", "report", "workbench"):
+        assert f"lostmotion.{room}" not in modules
+
+
+def test_every_command_names_what_runs_it() -> None:
+    for name, parser in commands().items():
+        module, _, function = parser.get_default("run").partition(":")
+        assert callable(getattr(importlib.import_module(module), function)), name
+
+
+def test_the_choices_of_the_parser_are_those_of_what_runs() -> None:
+    assert PROFILES == export.PROFILES
+    assert set(SHELLS) <= set(shtab.SUPPORTED_SHELLS)
 
 
 def test_the_module_runs_as_a_command_and_survives_a_closed_pipe(drawn_file: str) -> None:
@@ -258,7 +332,7 @@ def test_too_little_memory_is_one_line_and_status_1(
     def fail(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(cli, "predict", fail)
+    monkeypatch.setattr(predict_command, "predict", fail)
     assert main(["predict", bought_file]) == 1
     assert capsys.readouterr().err == "lostmotion: not enough memory\n"
 

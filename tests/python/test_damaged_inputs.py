@@ -14,6 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import damaged_inputs
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import sound_files
 
@@ -164,6 +166,15 @@ def test_a_fit_on_no_run_at_all_is_refused(tmp_path: Path, write: Write) -> None
     outcome = damaged_inputs.run_here(["compare", str(write(BOUGHT)), str(data), "--fit-on", ""])
     assert (outcome.status, outcome.trace) == (2, "")
     assert outcome.error == "lostmotion: --fit-on: found no such run, expected one of 0, 1, 2\n"
+
+
+def test_a_plan_without_rows_is_refused(tmp_path: Path, write: Write) -> None:
+    plan = tmp_path / "plan.parquet"
+    header, *_ = sound_files.recording()
+    pq.write_table(pa.table({name: pa.array([], pa.float64()) for name in header}), plan)
+    outcome = damaged_inputs.run_here(["forecast", str(write(BOUGHT)), str(plan)])
+    assert (outcome.status, outcome.trace) == (2, "")
+    assert outcome.error == f"lostmotion: {plan}: found no rows, expected a planned run\n"
 
 
 def test_a_gzip_with_a_turned_bit_is_refused(tmp_path: Path) -> None:

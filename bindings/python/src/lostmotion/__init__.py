@@ -4,13 +4,20 @@ The work is done by the C library `lostmotion`, which this package builds and ca
 precisions; here are files, units, answers and the command line.
 """
 
-from importlib.metadata import PackageNotFoundError, version
-
 from lostmotion.errors import InputError, LibraryError, LostMotionError
 
-try:
-    __version__ = version("lostmotion")
-except PackageNotFoundError:  # pragma: no cover - only in a tree that was never installed
-    __version__ = "0"
+__version__: str
 
 __all__ = ["InputError", "LibraryError", "LostMotionError", "__version__"]
+
+
+def __getattr__(name: str) -> str:
+    """Look the version up when somebody asks for it, which takes longer than all else here."""
+    if name != "__version__":
+        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'")
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("lostmotion")
+    except PackageNotFoundError:  # pragma: no cover - only in a tree that was never installed
+        return "0"

@@ -502,7 +502,7 @@ def run_codes(
         row = int(np.flatnonzero(missing)[0]) + 1
         raise InputError(file, column, f"no label in row {row}", "an integer or text")
     whole = values.dtype.kind == "f" and bool(np.all(values == np.round(values)))
-    if whole and np.max(np.abs(values)) < WHOLE_MAX:
+    if whole and np.max(np.abs(values), initial=0.0) < WHOLE_MAX:
         values = values.astype(np.int64)
     unique, first, inverse = np.unique(values, return_index=True, return_inverse=True)
     order = np.argsort(first, kind="stable")

@@ -13,7 +13,7 @@ from lostmotion.design.result import Result
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
-from lostmotion.options import Command, whole_number
+from lostmotion.options import whole_number
 from lostmotion.terminal import deliver, show_table
 
 WORKERS_MAX = 256
@@ -24,33 +24,6 @@ BAR_WIDTH = 20
 
 FRONT_ROWS = 12
 """Most designs of the front that are printed."""
-
-SHOW = ("bar", "json", "none")
-"""How progress is shown."""
-
-
-def add_design_command(command: Command) -> None:
-    """Add the command to the parser."""
-    added = command(
-        "design",
-        run_design,
-        "Search for a backlash-free design.",
-        "lostmotion design joint.toml -o joint",
-    )
-    added.add_argument("spec", metavar="SPEC.toml", help="what may vary and what must hold")
-    added.add_argument(
-        "-o", "--output", metavar="RUN", required=True, help="folder of the search and its results"
-    )
-    added.add_argument(
-        "--resume", action="store_true", help="go on with the search that is in the folder"
-    )
-    added.add_argument("--workers", metavar="N", help="threads (default: as the spec says, or all)")
-    added.add_argument("--dask", metavar="tcp://HOST:PORT", help="work on a Dask cluster")
-    added.add_argument(
-        "--progress",
-        choices=SHOW,
-        help="a bar (default on a terminal), JSON lines on standard output, or none",
-    )
 
 
 def run_design(arguments: argparse.Namespace) -> None:

@@ -24,15 +24,7 @@ from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
-from lostmotion.options import (
-    Command,
-    add_data,
-    add_drive,
-    add_effects,
-    add_inputs,
-    add_report,
-    effects_of,
-)
+from lostmotion.options import effects_of
 from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
@@ -41,87 +33,6 @@ from lostmotion.terminal import Progress, deliver
 
 ROUNDS = 12
 """Pieces of work that a diagnosis usually has, for the progress bar."""
-
-
-def add_commands(command: Command) -> None:
-    """Add the commands of discovery to the parser."""
-    added = command(
-        "diagnose",
-        run_diagnose,
-        "Which physical effect is missing.",
-        "lostmotion diagnose drive.toml recordings/ --json diagnosis.json",
-    )
-    add_inputs(added)
-    add_effects(added)
-    add_report(added)
-    added.add_argument(
-        "--save-evidence", metavar="FILE.npz", help="write what `lostmotion merge` combines"
-    )
-
-    added = command(
-        "merge",
-        run_merge,
-        "Judge saved evidence of several campaigns together, without their recordings.",
-        "lostmotion merge january.npz february.npz --json -",
-    )
-    added.add_argument("evidence", metavar="EVIDENCE", nargs="+", help="by --save-evidence")
-    add_effects(added)
-
-    added = command(
-        "fit",
-        run_fit,
-        "Refit with effects added; prints how the error falls.",
-        "lostmotion fit drive.toml recordings/ --add thermal_gap -o fitted.toml",
-    )
-    add_inputs(added)
-    added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
-    added.add_argument(
-        "--friction",
-        choices=("inside", "both"),
-        help="inside the elasticity, or outside as well; by default as unseen runs ask for",
-    )
-    added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
-    add_effects(added)
-    add_report(added)
-
-    added = command(
-        "effects",
-        run_effects,
-        "The library of effects, one of them, or a template of your own (effects new NAME).",
-        "lostmotion effects thermal_gap",
-    )
-    added.add_argument("name", metavar="NAME", nargs="*", help="an effect; or: new NAME")
-    added.add_argument("--c", action="store_true", help="the template in C")
-    add_effects(added)
-
-    added = command(
-        "check",
-        run_check,
-        "Are the recordings sound, and what can this plan tell apart.",
-        "lostmotion check recordings/",
-    )
-    add_data(added)
-    added.add_argument("--ratio", type=float, help="where only the two angles were recorded")
-
-    added = command(
-        "forecast",
-        run_forecast,
-        "Before measuring: which effects a plan would find, and which it could not separate.",
-        "lostmotion forecast drive.toml plan.csv",
-    )
-    add_drive(added)
-    add_data(added, "PLAN", "planned runs, as recordings")
-    add_effects(added)
-
-    added = command(
-        "next",
-        run_next,
-        "Which run to do next to decide between the effects that are still open.",
-        "lostmotion next drive.toml recordings/ --plan options.csv",
-    )
-    add_inputs(added)
-    added.add_argument("--plan", action="append", required=True, metavar="OPTIONS", help="runs")
-    add_effects(added)
 
 
 def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:

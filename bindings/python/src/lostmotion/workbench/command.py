@@ -6,24 +6,8 @@ import argparse
 import importlib.util
 
 from lostmotion.errors import InputError, LostMotionError
-from lostmotion.options import Command, add_map
 
 PORT_MAX = 65535
-
-
-def add_command(command: Command) -> None:
-    """Add the command to the parser."""
-    added = command(
-        "workbench",
-        run_workbench,
-        "The same things in a local web page.",
-        "lostmotion workbench drive.toml recordings/",
-    )
-    added.add_argument("drive", metavar="DRIVE", nargs="?", help="drive file")
-    added.add_argument("data", metavar="DATA", nargs="*", help="recordings, or folders of them")
-    added.add_argument("--port", metavar="N", help="of the page (default: a free one)")
-    added.add_argument("--no-browser", action="store_true", help="print the address only")
-    add_map(added)
 
 
 def run_workbench(arguments: argparse.Namespace) -> None:

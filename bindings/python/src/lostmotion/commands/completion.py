@@ -1,4 +1,4 @@
-"""Shell completion: a script that a shell reads once, so that TAB costs no start of Python."""
+"""The command ``lostmotion completion``: a shell reads its script once, so TAB starts no Python."""
 
 from __future__ import annotations
 
@@ -6,14 +6,21 @@ import argparse
 
 import shtab
 
-SHELLS: tuple[str, ...] = tuple(shtab.SUPPORTED_SHELLS)
-"""Shells for which a script can be written."""
+from lostmotion.commands.parser import make_parser
+from lostmotion.terminal import deliver
 
 FILES = ("DRIVE", "DATA", "LOG", "PLAN", "OPTIONS", "FILE", "FITTED", "SPEC")
 """Beginnings of the names of arguments that are files."""
 
 FOLDERS = ("DIR", "RUN")
 """Names of arguments that are folders."""
+
+
+def run_completion(arguments: argparse.Namespace) -> None:
+    """``lostmotion completion``."""
+    script = completion_script(make_parser(), arguments.shell)
+    answer = {"schema": "lostmotion.completion/1", "shell": arguments.shell, "script": script}
+    deliver(answer, arguments, lambda out: print(script, file=out))
 
 
 def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
@@ -23,7 +30,7 @@ def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
     ----------
     parser : ArgumentParser
     shell : str
-        One of `SHELLS`.
+        One of the parser's `SHELLS`.
     """
     mark_places(parser)
     return str(shtab.complete(parser, shell))

@@ -1,0 +1,108 @@
+"""The command ``lostmotion compare``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TextIO
+
+import numpy as np
+
+from lostmotion import units
+from lostmotion.compare import Comparison, compare
+from lostmotion.discover.ladder import make_base
+from lostmotion.drives import read_drive
+from lostmotion.model import make_backbone
+from lostmotion.options import effects_of, whole_number
+from lostmotion.recordings import parse_map, recording_files
+from lostmotion.sample import read_or_sample
+from lostmotion.terminal import Progress, deliver, fixed, show_table
+
+SEED_MAX = 2**63 - 1
+"""Largest seed of anything random."""
+
+
+def run_compare(arguments: argparse.Namespace) -> None:
+    """``lostmotion compare``."""
+    seed = whole_number("--seed", arguments.seed, 0, SEED_MAX)
+    drive = read_drive(arguments.drive)
+    mapping = {**drive.columns, **parse_map(arguments.map)}
+    campaign = read_or_sample(
+        arguments.data, ratio=drive.ratio, mapping=mapping, dask=arguments.dask
+    )
+    largest = float(np.max(np.abs(campaign.column("torque"))))
+    backbone = make_backbone(drive, largest)
+    fitted = drive.fit is not None or bool(drive.effects)
+    with Progress("comparing", quiet=arguments.quiet) as progress:
+        result = compare(
+            backbone,
+            campaign,
+            base=make_base(drive, campaign, backbone, effects_of(arguments)) if fitted else None,
+            fit_on=None if arguments.fit_on is None else arguments.fit_on.split(","),
+            seed=seed,
+            progress=progress,
+        )
+    if arguments.report is not None:
+        from lostmotion.report import comparison_section, write_report
+
+        lead = "Recordings against the model of their drive: where it fits and where it fails."
+        section = comparison_section(drive, result, recording_files(arguments.data))
+        write_report(
+            arguments.report, "Measured lost motion", lead, [section], arguments.command_line
+        )
+    deliver(result.answer(), arguments, lambda out: show_comparison(result, out))
+
+
+def show_comparison(result: Comparison, out: TextIO) -> None:
+    """Print a comparison."""
+    answer = result.answer()
+    unit = "arcsec" if answer["unfitted_rms_arcsec"] < 600 else "arcmin"
+    scale = 1.0 if unit == "arcsec" else units.ARCSEC / units.ARCMIN
+
+    def shown(value: float) -> str:
+        return f"{value * scale:.2f} {unit}"
+
+    print(f"drive as it stands  {shown(answer['unfitted_rms_arcsec'])}", file=out)
+    print(
+        f"fitted              {shown(answer['rms_arcsec'])}  "
+        f"(explains {100 * answer['explained_share']:.2f} % of the variance)",
+        file=out,
+    )
+    if answer["heldout_by"] == "runs not fitted":
+        print(f"predicted           {shown(answer['heldout_rms_arcsec'])}", file=out)
+    else:
+        held = f"held out by {answer['heldout_by']}"
+        print(f"{held:<20}{shown(answer['heldout_rms_arcsec'])}", file=out)
+    print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
+    place = {"inside": "inside", "both": "inside and outside"}[answer["friction"]]
+    print(f"\nfriction {place} the elasticity; held out:", end="", file=out)
+    for name, errors in answer["frictions"].items():
+        print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="", file=out)
+    print("\n\nerror by run:", file=out)
+    rows = [
+        [
+            str(run["run"]) + ("" if run["fitted"] else " *"),
+            fixed(run["rms_arcsec"] * scale, 2),
+            fixed(run["width_at_zero_arcmin"], 3),
+            fixed(run["model_width_at_zero_arcmin"], 3),
+            str(run["samples"]),
+        ]
+        for run in answer["by_run"]
+    ]
+    head = ["run", f"rms {unit}", "width at 0 Nm, arcmin", "of the model", "samples"]
+    show_table(head, rows, out)
+    if not all(run["fitted"] for run in answer["by_run"]):
+        print("* predicted, not fitted", file=out)
+    print("\nwhere it fails:", file=out)
+    rows = [
+        [failure["covariate"], f"{100 * failure['share']:.1f} %", f"{failure['p']:.4f}"]
+        for failure in answer["where_it_fails"]
+    ]
+    show_table(["covariate", "share", "p"], rows, out)
+    if answer["not_testable"]:
+        print("\nnot testable with these columns:", file=out)
+        for column, effects in answer["not_testable"].items():
+            print(f"  without {column}: {', '.join(effects)}", file=out)
+    if answer["findings"]:
+        print("\nabout the data:", file=out)
+        for finding in answer["findings"]:
+            print(f"  {finding}", file=out)

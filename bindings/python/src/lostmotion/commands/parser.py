@@ -1,0 +1,363 @@
+"""What every command is called and takes.
+
+Nothing is imported here that a command works with: what runs it is named, and imported when it is
+called, so that help and complaints come at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from lostmotion.errors import one_line
+
+BAD_INPUT = 2
+"""Exit status of bad input and bad usage."""
+
+PROFILES = ("standard", "full", "gap")
+SHELLS = ("bash", "zsh", "tcsh", "fish", "powershell")
+PROGRESS = ("bar", "json", "none")
+
+Command = Callable[[str, str, str, str], argparse.ArgumentParser]
+"""Adds a command: its name, MODULE:FUNCTION that runs it, what it does, an example."""
+
+
+class Version(argparse._VersionAction):
+    """The option that prints the version, which is looked up only then."""
+
+    def __call__(self, *called: Any) -> NoReturn:
+        """Print it and leave."""
+        from lostmotion import __version__
+
+        self.version = f"lostmotion {__version__}"
+        super().__call__(*called)
+        raise AssertionError("printing the version leaves")
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaint is one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and leave with the status for bad usage."""
+        self.exit(BAD_INPUT, f"{self.prog}: {one_line(message)}; see {self.prog} --help\n")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Make the parser of all commands."""
+    parser = Parser(
+        prog="lostmotion",
+        description="Lost motion in strain-wave gears: predict, compare, find out.",
+    )
+    parser.add_argument("--version", action=Version)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+
+    def command(name: str, run: str, says: str, example: str) -> Parser:
+        added = commands.add_parser(
+            name,
+            help=says,
+            description=says,
+            epilog=f"example: {example}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        added.set_defaults(run=run)
+        added.add_argument(
+            "--json", metavar="FILE", help="write the answer as JSON; - for standard output"
+        )
+        loudness = added.add_mutually_exclusive_group()
+        loudness.add_argument(
+            "-q", "--quiet", action="store_true", help="print errors only, and --json -"
+        )
+        loudness.add_argument(
+            "-v", "--verbose", action="store_true", help="say what is read, done and written"
+        )
+        return added
+
+    added = command(
+        "predict",
+        "lostmotion.commands.predict:run_predict",
+        "The characteristic and its five contributions.",
+        "lostmotion predict drive.toml --torque -40:40:81 --json prediction.json",
+    )
+    add_drive(added)
+    added.add_argument(
+        "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
+    )
+    add_phase(added)
+    add_report(added)
+
+    added = command(
+        "clearances",
+        "lostmotion.commands.predict:run_clearances",
+        "Side clearances of every tooth, both ways, with contact radius and interference.",
+        "lostmotion clearances drive.toml --angles-deg -10,0,10,20",
+    )
+    add_drive(added, "drive file with a [design]")
+    add_phase(added)
+    added.add_argument("--angles-deg", metavar="A,B,C", help="angles to place a tooth at")
+
+    added = command(
+        "compare",
+        "lostmotion.commands.compare:run_compare",
+        "Model against measurement: where it fits and where it fails.",
+        "lostmotion compare drive.toml recordings/ --map POSITION=lost_motion_rev",
+    )
+    add_inputs(added)
+    added.add_argument(
+        "--fit-on",
+        metavar="RUN,RUN...",
+        help="fit to these runs and predict the others (default: each run is held out once)",
+    )
+    added.add_argument("--seed", default="1", help="of the tests for chance (default: 1)")
+    add_effects(added)
+    add_report(added)
+
+    add_discovery(command)
+    add_design(command)
+
+    added = command(
+        "export",
+        "lostmotion.commands.export:run_export",
+        "Parameters for the controller, as a C header or a binary blob.",
+        "lostmotion export drive.toml -o params.h --set period_us=500",
+    )
+    add_drive(added)
+    added.add_argument(
+        "-o", "--output", metavar="FILE", required=True, help="a name that ends in .h or .bin"
+    )
+    added.add_argument("--name", default="joint_parameters", help="of the constant in the header")
+    added.add_argument("--profile", choices=PROFILES, default="standard", help="of the controller")
+    add_effects(added)
+    add_settings(added)
+
+    added = command(
+        "replay",
+        "lostmotion.commands.replay:run_replay",
+        "The controller's own code over recorded logs, bit for bit.",
+        "lostmotion replay params.bin log.csv --table ticks.csv",
+    )
+    add_drive(added, "drive file, or a blob by export")
+    add_data(added, "LOG")
+    added.add_argument("--table", metavar="FILE.csv", help="write every tick")
+    add_settings(added)
+
+    add_workbench(command)
+
+    added = command(
+        "demo",
+        "lostmotion.commands.demo:run_demo",
+        "Lost motion of a bought drive, of two designs and of a measured one, with pictures.",
+        "lostmotion demo -o demo",
+    )
+    added.add_argument(
+        "-o", "--output", metavar="DIR", default="demo", help="folder to write to (default: demo)"
+    )
+
+    added = command(
+        "completion",
+        "lostmotion.commands.completion:run_completion",
+        "A script that completes commands, options and files with TAB.",
+        "lostmotion completion bash > ~/.local/share/bash-completion/completions/lostmotion",
+    )
+    added.add_argument("shell", metavar="SHELL", choices=SHELLS, help="one of " + ", ".join(SHELLS))
+    return parser
+
+
+def add_discovery(command: Command) -> None:
+    """Add the commands of discovery."""
+    added = command(
+        "diagnose",
+        "lostmotion.discover.commands:run_diagnose",
+        "Which physical effect is missing.",
+        "lostmotion diagnose drive.toml recordings/ --json diagnosis.json",
+    )
+    add_inputs(added)
+    add_effects(added)
+    add_report(added)
+    added.add_argument(
+        "--save-evidence", metavar="FILE.npz", help="write what `lostmotion merge` combines"
+    )
+
+    added = command(
+        "merge",
+        "lostmotion.discover.commands:run_merge",
+        "Judge saved evidence of several campaigns together, without their recordings.",
+        "lostmotion merge january.npz february.npz --json -",
+    )
+    added.add_argument("evidence", metavar="EVIDENCE", nargs="+", help="by --save-evidence")
+    add_effects(added)
+
+    added = command(
+        "fit",
+        "lostmotion.discover.commands:run_fit",
+        "Refit with effects added; prints how the error falls.",
+        "lostmotion fit drive.toml recordings/ --add thermal_gap -o fitted.toml",
+    )
+    add_inputs(added)
+    added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
+    added.add_argument(
+        "--friction",
+        choices=("inside", "both"),
+        help="inside the elasticity, or outside as well; by default as unseen runs ask for",
+    )
+    added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
+    add_effects(added)
+    add_report(added)
+
+    added = command(
+        "effects",
+        "lostmotion.discover.commands:run_effects",
+        "The library of effects, one of them, or a template of your own (effects new NAME).",
+        "lostmotion effects thermal_gap",
+    )
+    added.add_argument("name", metavar="NAME", nargs="*", help="an effect; or: new NAME")
+    added.add_argument("--c", action="store_true", help="the template in C")
+    add_effects(added)
+
+    added = command(
+        "check",
+        "lostmotion.discover.commands:run_check",
+        "Are the recordings sound, and what can this plan tell apart.",
+        "lostmotion check recordings/",
+    )
+    add_data(added)
+    added.add_argument("--ratio", type=float, help="where only the two angles were recorded")
+
+    added = command(
+        "forecast",
+        "lostmotion.discover.commands:run_forecast",
+        "Before measuring: which effects a plan would find, and which it could not separate.",
+        "lostmotion forecast drive.toml plan.csv",
+    )
+    add_drive(added)
+    add_data(added, "PLAN", "planned runs, as recordings")
+    add_effects(added)
+
+    added = command(
+        "next",
+        "lostmotion.discover.commands:run_next",
+        "Which run to do next to decide between the effects that are still open.",
+        "lostmotion next drive.toml recordings/ --plan options.csv",
+    )
+    add_inputs(added)
+    added.add_argument("--plan", action="append", required=True, metavar="OPTIONS", help="runs")
+    add_effects(added)
+
+
+def add_design(command: Command) -> None:
+    """Add the design search."""
+    added = command(
+        "design",
+        "lostmotion.design.command:run_design",
+        "Search for a backlash-free design.",
+        "lostmotion design joint.toml -o joint",
+    )
+    added.add_argument("spec", metavar="SPEC.toml", help="what may vary and what must hold")
+    added.add_argument(
+        "-o", "--output", metavar="RUN", required=True, help="folder of the search and its results"
+    )
+    added.add_argument(
+        "--resume", action="store_true", help="go on with the search that is in the folder"
+    )
+    added.add_argument("--workers", metavar="N", help="threads (default: as the spec says, or all)")
+    added.add_argument("--dask", metavar="tcp://HOST:PORT", help="work on a Dask cluster")
+    added.add_argument(
+        "--progress",
+        choices=PROGRESS,
+        help="a bar (default on a terminal), JSON lines on standard output, or none",
+    )
+
+
+def add_workbench(command: Command) -> None:
+    """Add the workbench."""
+    added = command(
+        "workbench",
+        "lostmotion.workbench.command:run_workbench",
+        "The same things in a local web page.",
+        "lostmotion workbench drive.toml recordings/",
+    )
+    added.add_argument("drive", metavar="DRIVE", nargs="?", help="drive file")
+    added.add_argument("data", metavar="DATA", nargs="*", help="recordings, or folders of them")
+    added.add_argument("--port", metavar="N", help="of the page (default: a free one)")
+    added.add_argument("--no-browser", action="store_true", help="print the address only")
+    add_map(added)
+
+
+def add_drive(parser: argparse.ArgumentParser, what: str = "drive file") -> None:
+    """Add the drive file."""
+    parser.add_argument("drive", metavar="DRIVE", help=what)
+
+
+def add_data(
+    parser: argparse.ArgumentParser,
+    metavar: str = "DATA",
+    what: str = "recordings, or folders of them",
+) -> None:
+    """Add recordings, and the option that reads foreign column names."""
+    parser.add_argument("data", metavar=metavar, nargs="+", help=what)
+    add_map(parser)
+
+
+def add_inputs(parser: argparse.ArgumentParser) -> None:
+    """Add drive and recordings, which may be large."""
+    add_drive(parser)
+    add_data(parser)
+    add_dask(parser)
+
+
+def add_dask(parser: argparse.ArgumentParser) -> None:
+    """Add the option that reads large recordings through Dask."""
+    parser.add_argument(
+        "--dask",
+        nargs="?",
+        const="local",
+        metavar="ADDRESS",
+        help="read large Parquet recordings through Dask, here or on the cluster at tcp://...",
+    )
+
+
+def add_effects(parser: argparse.ArgumentParser) -> None:
+    """Add the option for the user's own effects."""
+    parser.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="your own effects: a Python file, or a shared object made from C",
+    )
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add the option that writes a report."""
+    parser.add_argument(
+        "--report",
+        metavar="FILE.html",
+        help="write a page with pictures and the numbers behind them",
+    )
+
+
+def add_map(parser: argparse.ArgumentParser) -> None:
+    """Add the option that reads foreign column names."""
+    parser.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="COLUMN=NAME_UNIT",
+        help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round",
+    )
+
+
+def add_phase(parser: argparse.ArgumentParser) -> None:
+    """Add the tooth phase."""
+    parser.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add the option that states what a drive file does not say of the controller."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY_UNIT=NUMBER",
+        help="period, torque_limit, a limit of the correction or of the watch",
+    )

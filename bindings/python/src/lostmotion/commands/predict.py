@@ -1,0 +1,145 @@
+"""The commands ``lostmotion predict`` and ``lostmotion clearances``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any, TextIO
+
+import numpy as np
+
+from lostmotion.drives import read_drive
+from lostmotion.errors import InputError, one_line
+from lostmotion.options import number, whole_number
+from lostmotion.predict import clearances, predict
+from lostmotion.terminal import deliver, fixed, show_table
+
+DEFAULT_TORQUES = 33
+"""Torques of a prediction that states none: from minus to plus the rated torque."""
+
+TORQUES_MAX = 1025
+"""Torques that one evaluation of the library takes."""
+
+TORQUE_MAX_NM = 1e6
+"""Largest torque that the library takes."""
+
+PHASE_MAX_DEG = 360.0
+"""Largest tooth phase; it repeats with every tooth."""
+
+ANGLE_MAX_DEG = 90.0
+"""Teeth of one lobe lie within this of the deformation axis."""
+
+
+def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Read ``MIN:MAX:N``; without it, plus and minus the rated torque."""
+    if text is None:
+        return np.linspace(-rated_Nm, rated_Nm, DEFAULT_TORQUES)
+    expected = f"MIN:MAX:N in Nm, MIN below MAX, N from 2 to {TORQUES_MAX}"
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InputError("--torque", "", f"'{text}'", expected)
+    low, high = (number("--torque", part, TORQUE_MAX_NM) for part in parts[:2])
+    spaced = np.linspace(low, high, whole_number("--torque", parts[2], 2, TORQUES_MAX))
+    if not np.all(np.diff(spaced) > 0):
+        raise InputError("--torque", "", f"'{text}'", expected)
+    return spaced
+
+
+def run_predict(arguments: argparse.Namespace) -> None:
+    """``lostmotion predict``."""
+    drive = read_drive(arguments.drive)
+    phase = math.radians(number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
+    answer = predict(drive, torques(arguments.torque, drive.rated_torque_Nm), phase)
+    if arguments.report is not None:
+        from lostmotion.report import drive_section, write_report
+
+        lead = "What the drive file says that the drive will do."
+        section = drive_section(drive, phase)
+        write_report(
+            arguments.report, "Predicted lost motion", lead, [section], arguments.command_line
+        )
+    deliver(answer, arguments, lambda out: show_prediction(answer, out))
+
+
+def run_clearances(arguments: argparse.Namespace) -> None:
+    """``lostmotion clearances``."""
+    drive = read_drive(arguments.drive)
+    phase = math.radians(number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
+    angles = None
+    if arguments.angles_deg is not None:
+        texts = arguments.angles_deg.split(",")
+        angles = np.radians([number("--angles-deg", text, ANGLE_MAX_DEG) for text in texts])
+    answer = clearances(drive, phase, angles)
+    deliver(answer, arguments, lambda out: show_clearances(answer, out))
+
+
+def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
+    """Print a prediction as a table."""
+    print(
+        f"{one_line(answer['drive'])} ({answer['kind']}): one-sided deflection in arcmin\n",
+        file=out,
+    )
+    parts = answer["parts_arcmin"]
+    head = ["torque Nm", "total", *(part.replace("_", " ") for part in parts), "teeth/lobe"]
+    rows = [
+        [
+            fixed(torque, 2),
+            fixed(answer["total_arcmin"][i]),
+            *(fixed(parts[part][i]) for part in parts),
+            fixed(answer["engaged_teeth_per_lobe"][i], 0),
+        ]
+        for i, torque in enumerate(answer["torque_Nm"])
+    ]
+    show_table(head, rows, out)
+    print(
+        f"\nreversal lost motion at +-{answer['reversal_torque_Nm']:.3g} Nm: "
+        f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin",
+        file=out,
+    )
+    tolerance = answer["tolerance_um"]
+    if tolerance["worst_max"] is not None:
+        lost = answer["tolerance_lost_motion_arcmin"]
+        for kind in ("worst", "probable"):
+            print(
+                f"radial gap by tolerances, {kind}: {tolerance[f'{kind}_min']:.1f} to "
+                f"{tolerance[f'{kind}_max']:.1f} um, lost motion {lost[f'{kind}_min']:.3f} to "
+                f"{lost[f'{kind}_max']:.3f} arcmin in one direction",
+                file=out,
+            )
+    failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
+    for check in failed:
+        print(
+            f"check {check['name']}: {check['value']:.4g} {check['unit']}, limit "
+            f"{check['limit']:.4g}, margin {check['margin']:.4g}",
+            file=out,
+        )
+    if answer["defaults"]:
+        print("\ntaken by default:", file=out)
+        for key, value in answer["defaults"].items():
+            shown = f"{value:.6g}" if isinstance(value, float) else value
+            print(f"  {key} = {shown}", file=out)
+    if answer["assumptions"]:
+        print("\nassumed:", file=out)
+        for line in answer["assumptions"]:
+            print(f"  {line}", file=out)
+
+
+def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
+    """Print clearances as a table."""
+    name = one_line(answer["drive"])
+    print(f"{name}: side clearance in arcmin, - where the teeth do not overlap\n", file=out)
+    rows = [
+        [
+            str(answer["section"][i]),
+            fixed(angle, 2),
+            fixed(answer["forward_arcmin"][i]),
+            fixed(answer["backward_arcmin"][i]),
+            fixed(answer["contact_radius_mm"][i]),
+        ]
+        for i, angle in enumerate(answer["angle_deg"])
+        if answer["overlap"][i]
+    ]
+    show_table(["section", "angle deg", "forward", "backward", "contact radius mm"], rows, out)
+    apart = answer["overlap"].count(False)
+    if apart:
+        print(f"\n{apart} teeth without overlap are left out of this table", file=out)

@@ -1,0 +1,23 @@
+"""The command ``lostmotion replay``."""
+
+from __future__ import annotations
+
+import argparse
+
+from lostmotion.export import read_settings
+from lostmotion.files import write_whole
+from lostmotion.recordings import parse_map, read_campaign
+from lostmotion.replay import read_parameters, replay, show_replay
+from lostmotion.terminal import Progress, deliver
+
+
+def run_replay(arguments: argparse.Namespace) -> None:
+    """``lostmotion replay``."""
+    parameters, ratio, columns = read_parameters(arguments.drive, read_settings(arguments.set))
+    mapping = {**columns, **parse_map(arguments.map)}
+    campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping)
+    with Progress("replaying") as progress:
+        result = replay(parameters, campaign, progress)
+    if arguments.table is not None:
+        write_whole(arguments.table, result.table())
+    deliver(result.answer(), arguments, lambda out: show_replay(result, out))
