@@ -3,11 +3,21 @@
 
 failed_steps=''
 left_out=''
+only=${1:-}
+
+# wanted NAME: all steps are, or those whose name holds what ./dev check was given.
+wanted() {
+  case $1 in
+    *"$only"*) ;;
+    *) return 1 ;;
+  esac
+}
 
 # step NAME COMMAND...: goes on after a failure, so that one run tells everything.
 step() {
   name=$1
   shift
+  wanted "$name" || return 0
   say "$name"
   "$@" || failed_steps="$failed_steps; $name"
 }
@@ -16,6 +26,7 @@ step() {
 step_with() {
   tool=$1
   shift
+  wanted "$1" || return 0
   if [ -n "$tool" ]; then
     step "$@"
   else
