@@ -19,7 +19,7 @@ from test_discover import DRIVE, campaign, gap, write
 
 pytestmark = needs_browser
 
-REPORTS = ("predict", "drawn", "compare", "diagnose", "fit", "design")
+REPORTS = ("predict", "drawn", "compare", "diagnose", "fit", "design", "demo")
 MEASURED = ("compare", "diagnose", "fit")
 
 MEASURE = """<script>
@@ -51,6 +51,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert main(made) == 0, name
     assert main(["design", str(spec), "-o", str(out / "run"), "--quiet"]) == 0
     (out / "run" / "report.html").rename(out / "design.html")
+    assert main(["demo", "-o", str(out / "demo"), "--quiet"]) == 0
+    (out / "demo" / "report.html").rename(out / "demo.html")
     return out
 
 
