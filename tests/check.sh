@@ -4,11 +4,12 @@
 failed_steps=''
 left_out=''
 only=${1:-}
+steps=0
 
 # wanted NAME: all steps are, or those whose name holds what ./dev check was given.
 wanted() {
   case $1 in
-    *"$only"*) ;;
+    *"$only"*) steps=$((steps + 1)) ;;
     *) return 1 ;;
   esac
 }
@@ -177,6 +178,7 @@ step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh
 
+[ "$steps" != 0 ] || stop "No step's name holds '$only'; ./dev check runs them all."
 say "Summary"
 [ -z "$left_out" ] || printf 'Left out: %s\n' "${left_out#; }"
 [ -z "$failed_steps" ] || stop "Failed: ${failed_steps#; }"
