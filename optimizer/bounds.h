@@ -1,0 +1,20 @@
+/* Combinations that need no search: what even the best corner of the box breaks, no design keeps.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_BOUNDS_H
+#define LOSTMOTION_OPTIMIZER_BOUNDS_H
+
+#include "problem.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* 1: no design of the combination can keep all limits; *limit: the lm_limit that it breaks, or -1:
+ * no drive can be built. */
+int lm_is_excluded(const lm_problem *problem, int combination, int *limit);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

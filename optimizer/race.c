@@ -1,0 +1,178 @@
+#include "race.h"
+
+#define SCREEN_POINTS 4 /* of a combination */
+#define POINT_CHARGE 2  /* of a screened point: itself, and with its gap closed */
+#define RUNG_SLOPES 12  /* evaluations with derivatives of the first rung */
+
+/* Shares of the budget. */
+#define SCREEN_SHARE 0.15
+#define EVOLVE_SHARE 0.7 /* up to here */
+#define RACE_SHARE 0.03
+
+#define EPOCH_BUDGET 4000     /* evaluations of a population before the next one starts anew */
+#define ISLAND_BUDGET 200     /* evaluations of one island between two exchanges */
+#define FEW_EVALUATIONS 10000 /* below, two islands */
+
+void lm_start_screen(lm_search *search) {
+  int i;
+  for (i = 0; i < search->combinations; i++) {
+    search->order[i] = i;
+  }
+  /* In a drawn order, so that a short budget does not always miss the same end. */
+  for (i = search->combinations - 1; i > 0; i--) {
+    const int k = (int)(lm_draw_number(search, -1, i) * (i + 1));
+    const int moved = search->order[i];
+    search->order[i] = search->order[k];
+    search->order[k] = moved;
+  }
+}
+
+void lm_plan_screen(lm_search *search) {
+  const double share = SCREEN_SHARE * search->problem.evaluations;
+  int waiting = 0;
+  int points;
+  int i;
+  for (i = 0; i < search->combinations; i++) {
+    waiting += search->state[i].fate != LM_FATE_PRUNED;
+  }
+  points = waiting > 0 ? (int)(share / (POINT_CHARGE * waiting)) : 0;
+  points = points < 1 ? 1 : points > SCREEN_POINTS ? SCREEN_POINTS : points;
+  if (waiting <= LM_POLISHED) {
+    points = 4 * SCREEN_POINTS;
+  }
+  while (search->cursor < search->combinations && search->batch_count < LM_BATCH_MAX &&
+         search->used + POINT_CHARGE * points * search->batch_count < 2 * share) {
+    const int combination = search->order[search->cursor++];
+    if (search->state[combination].fate != LM_FATE_PRUNED) {
+      (void)lm_add_task(search, LM_TASK_SCREEN, combination, POINT_CHARGE * points, NULL);
+    }
+  }
+}
+
+/* Designs spread over the front, its ends among them. */
+static void add_spread(lm_search *search) {
+  const int places = LM_ISLANDS_MAX * LM_PARENT_MAX - search->population_count;
+  const int count = search->archive_count < places ? search->archive_count : places;
+  int n;
+  for (n = 0; n < count; n++) {
+    const int place = count > 1 ? n * (search->archive_count - 1) / (count - 1) : 0;
+    search->population[search->population_count++] = search->archive[place];
+  }
+}
+
+/* The best kept design of each combination, the best combinations first. */
+static void add_champions(lm_search *search) {
+  const int screened = lm_rank_screened(search);
+  int i;
+  for (i = 0; i < screened && search->population_count < LM_ISLANDS_MAX * LM_PARENT_MAX / 2; i++) {
+    const lm_combination_state *state = &search->state[search->order[i]];
+    if (state->pool_count > 0) {
+      search->population[search->population_count++] = state->pool[0];
+    }
+  }
+}
+
+/* Islands start from the screened designs. */
+void lm_start_population(lm_search *search) {
+  search->population_count = 0;
+  add_champions(search);
+  search->epoch_end = search->problem.evaluations < FEW_EVALUATIONS ? search->problem.evaluations
+                                                                    : search->used + EPOCH_BUDGET;
+}
+
+/* A population settles in one region, so that a larger budget goes into several which start anew;
+ * the last one, with half of the share, starts from what all have found. */
+static void start_epoch(lm_search *search, double share) {
+  search->population_count = 0;
+  if (search->used + EPOCH_BUDGET <= share / 2) {
+    search->epoch_end = search->used + EPOCH_BUDGET;
+    return;
+  }
+  search->epoch_end = search->problem.evaluations;
+  add_champions(search);
+  add_spread(search);
+}
+
+/* Islands exchange by dealing the population out anew, best first in turn. */
+void lm_plan_evolve(lm_search *search) {
+  const int islands =
+      search->problem.evaluations < FEW_EVALUATIONS ? LM_ISLANDS_MAX / 2 : LM_ISLANDS_MAX;
+  const double share = EVOLVE_SHARE * search->problem.evaluations;
+  int i;
+  int k;
+  if (search->used + islands * ISLAND_BUDGET / 2 > share) {
+    return;
+  }
+  if (search->used >= search->epoch_end) {
+    start_epoch(search, share);
+  }
+  for (i = 0; i < islands; i++) {
+    lm_task *task = lm_add_task(search, LM_TASK_EVOLVE, 0, ISLAND_BUDGET, NULL);
+    for (k = i; k < search->population_count && task->parent_count < LM_PARENT_MAX; k += islands) {
+      task->parent[task->parent_count++] = search->population[k];
+    }
+  }
+}
+
+/* How many combinations the share of the race carries through all rungs: each rung costs the same,
+ * as the runners halve and their budget doubles. */
+void lm_start_race(lm_search *search) {
+  const double budget =
+      RACE_SHARE * search->problem.evaluations / (RUNG_SLOPES * lm_slope_charge(&search->problem));
+  const int screened = lm_rank_screened(search);
+  int runners = 1;
+  int i;
+  for (i = 0; i < screened; i++) {
+    search->state[search->order[i]].fate = LM_FATE_DOMINATED;
+  }
+  while (runners < screened) {
+    int rungs = 1;
+    while ((1 << rungs) < runners + 1) {
+      rungs++;
+    }
+    if ((runners + 1) * rungs > budget) {
+      break;
+    }
+    runners++;
+  }
+  search->runners = runners < screened ? runners : screened;
+  search->rung = 0;
+}
+
+/* Gradients and no gradients by turns: what one kind sticks at the other passes. */
+void lm_plan_race(lm_search *search) {
+  int i;
+  if (search->runners <= (search->rung == 0 ? 0 : LM_POLISHED / 2)) {
+    return;
+  }
+  for (i = 0; i < search->runners && search->batch_count < LM_BATCH_MAX; i++) {
+    const int combination = search->order[i];
+    (void)lm_add_task(search, search->rung % 2 == 0 ? LM_TASK_SLSQP : LM_TASK_COBYLA, combination,
+                      (RUNG_SLOPES << search->rung) * lm_slope_charge(&search->problem),
+                      search->state[combination].unit);
+  }
+}
+
+/* A share of what is left of the budget, on as many combinations as it carries: half of it for one
+ * objective; with more the ends of the front are but a part of the work. */
+void lm_plan_polish(lm_search *search) {
+  const double share = search->problem.objective_count > 1 ? 0.2 : 0.5;
+  const int left = (int)((search->problem.evaluations - search->used) * share);
+  int slopes = 40 * lm_slope_charge(&search->problem);
+  int polished = left / (3 * 10 * lm_slope_charge(&search->problem));
+  const int screened = lm_count_screened(search);
+  int i;
+  polished = polished < LM_POLISHED ? polished : LM_POLISHED;
+  polished = polished < 1 ? 1 : polished;
+  polished = polished < screened ? polished : screened;
+  for (i = 0; i < polished; i++) {
+    lm_combination_state *state = &search->state[search->order[i]];
+    lm_task *task;
+    slopes = left / (3 * polished) < slopes ? left / (3 * polished) : slopes;
+    state->fate = LM_FATE_SOLVED;
+    (void)lm_add_task(search, LM_TASK_SLSQP, search->order[i], slopes, state->unit);
+    (void)lm_add_task(search, LM_TASK_COBYLA, search->order[i], slopes, state->unit);
+    task = lm_add_task(search, LM_TASK_SLSQP, search->order[i], slopes, state->unit);
+    lm_disturb(search, task, 0.15);
+  }
+}

@@ -1,0 +1,91 @@
+/* What the search remembers between its batches, and how the stages ask for work; the search's own
+ * files alone include this. */
+#ifndef LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
+#define LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
+
+#include "search.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define LM_BATCH_MAX 256 /* tasks that are out at the same time */
+#define LM_POOL_MAX 8    /* designs kept of each combination */
+#define LM_ARCHIVE_MAX 1024
+#define LM_SETTLED_MAX 24 /* designs of the front that are settled */
+#define LM_POLISHED 4     /* combinations that are polished */
+#define LM_ISLANDS_MAX 4
+
+typedef struct lm_combination_state {
+  int fate;
+  int limit;    /* what pruned it */
+  int screened; /* a point of it was computed */
+  int raced;    /* in the race */
+  double value;
+  double violation;
+  double unit[LM_FREE_MAX];
+  int pool_count;
+  lm_found pool[LM_POOL_MAX];
+} lm_combination_state;
+
+struct lm_search {
+  lm_problem problem;
+  int combinations;
+  lm_combination_state *state;
+  int stage;
+  int rung;
+  int round;
+  int quiet;
+  double round_best;
+  int aims;      /* of the trade-off, made so far */
+  int epoch_end; /* of the present population, in evaluations */
+  int cursor;    /* of the screen */
+  int *order;    /* of the screen, then ranking of the race */
+  int runners;   /* combinations in the race */
+  int next_id;
+  int used;
+  int plain;
+  int slopes;
+  int refused;
+  int feasible;
+  int tasks_done;
+  lm_task batch[LM_BATCH_MAX];
+  int batch_count;
+  int batch_first; /* id of the first task */
+  lm_answer answer[LM_BATCH_MAX];
+  unsigned char answered[LM_BATCH_MAX];
+  int missing;
+  lm_found archive[LM_ARCHIVE_MAX];
+  int archive_count;
+  lm_found population[LM_ISLANDS_MAX * LM_PARENT_MAX];
+  int population_count;
+  lm_found settled[LM_SETTLED_MAX];
+  int settled_count;
+};
+
+/* Number number `which` of the stream of a task, 0 .. 1. */
+double lm_draw_number(const lm_search *search, int id, int which);
+
+/* One more task of the batch, after the lead aim. */
+lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget, const double unit[]);
+
+/* Move a start by up to `width` of each range. */
+void lm_disturb(const lm_search *search, lm_task *task, double width);
+
+/* Combinations of which a point was computed. */
+int lm_count_screened(const lm_search *search);
+
+/* Rank combinations order[0 .. count-1], best first; ties keep their order. */
+void lm_rank(lm_search *search, int count);
+
+/* The same of those that were screened; their number. */
+int lm_rank_screened(lm_search *search);
+
+/* Whether a combination's best is better than another's. */
+int lm_is_ahead(const lm_combination_state *a, const lm_combination_state *b);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,280 @@
+#include "spread.h"
+
+#include <math.h>
+
+#define BRIDGE_CHARGE 6 /* of three points between two designs */
+#define BRIDGES_MAX 6   /* of one round of the trade-off */
+#define OTHER_SHARE 0.3 /* of the levels: a second combination is tried there */
+#define LEVEL_SLOPES 15 /* gradients for one level; warm starts need no more */
+#define LEVELS_MAX 12   /* of one round of the trade-off */
+#define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
+
+/* --- restarts of one objective ------------------------------------------------------------------
+ */
+
+/* A combination to try: mostly the best ones, now and then any that was screened. */
+static int pick_combination(const lm_search *search, int id) {
+  const int screened = lm_count_screened(search);
+  int i;
+  if (lm_draw_number(search, id, 1) < 0.7) {
+    const int best = screened < LM_POLISHED ? screened : LM_POLISHED;
+    return search->order[(int)(lm_draw_number(search, id, 2) * best)];
+  }
+  i = 2 * search->runners + LM_POLISHED;
+  i = i < screened ? i : screened;
+  return search->order[(int)(lm_draw_number(search, id, 2) * i)];
+}
+
+void lm_plan_restarts(lm_search *search) {
+  const int left = search->problem.evaluations - search->used;
+  const int charge = 30 * lm_slope_charge(&search->problem);
+  int i;
+  if (left < charge / 2 || search->quiet >= QUIET_ROUNDS) {
+    return;
+  }
+  if (search->round == 0 && search->problem.evaluations >= 10000) {
+    const int best = search->order[0];
+    (void)lm_add_task(search, LM_TASK_ISRES, best, search->problem.evaluations / 20,
+                      search->state[best].unit);
+  }
+  for (i = 0; i < 8 && (i == 0 || (i + 1) * charge <= left); i++) {
+    const int combination = pick_combination(search, search->next_id);
+    lm_task *task = lm_add_task(search, i % 2 == 0 ? LM_TASK_COBYLA : LM_TASK_SLSQP, combination,
+                                charge < left ? charge : left, search->state[combination].unit);
+    lm_disturb(search, task, 0.05 + 0.25 * lm_draw_number(search, task->id, 3));
+  }
+}
+
+/* --- trade-off ----------------------------------------------------------------------------------
+ */
+
+static void range_of(const lm_search *search, int j, double *low, double *high) {
+  int i;
+  *low = search->archive[0].objective[j];
+  *high = *low;
+  for (i = 1; i < search->archive_count; i++) {
+    const double f = search->archive[i].objective[j];
+    *low = f < *low ? f : *low;
+    *high = f > *high ? f : *high;
+  }
+}
+
+void lm_scale_aim(const lm_search *search, lm_aim *aim) {
+  int j;
+  for (j = 0; j < search->problem.objective_count; j++) {
+    double low;
+    double high;
+    range_of(search, j, &low, &high);
+    aim->origin[j] = low;
+    aim->scale[j] = high - low > 1e-6 * fabs(high) ? high - low : fabs(high) + 1e-12;
+  }
+}
+
+static int meets(const lm_problem *p, const lm_aim *aim, const double objective[]) {
+  int j;
+  for (j = 0; j < p->objective_count; j++) {
+    if (objective[j] > aim->most[j]) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
+/* The best kept design of a combination for an aim, null: none meets its bounds. */
+static const lm_found *best_of_pool(const lm_search *search, int combination, const lm_aim *aim,
+                                    double *value) {
+  const lm_combination_state *state = &search->state[combination];
+  const lm_found *best = NULL;
+  int i;
+  for (i = 0; i < state->pool_count; i++) {
+    const double here = lm_aim_value(&search->problem, aim, state->pool[i].objective);
+    if (meets(&search->problem, aim, state->pool[i].objective) && (best == NULL || here < *value)) {
+      best = &state->pool[i];
+      *value = here;
+    }
+  }
+  return best;
+}
+
+static const lm_found *best_of_archive(const lm_search *search, const lm_aim *aim) {
+  const lm_found *best = &search->archive[0];
+  double least = HUGE_VAL;
+  int i;
+  for (i = 0; i < search->archive_count; i++) {
+    const double value = lm_aim_value(&search->problem, aim, search->archive[i].objective);
+    if (meets(&search->problem, aim, search->archive[i].objective) && value < least) {
+      best = &search->archive[i];
+      least = value;
+    }
+  }
+  return best;
+}
+
+/* The best design of any other combination for the aim. */
+static const lm_found *best_other(const lm_search *search, const lm_aim *aim, int but) {
+  const lm_found *best = NULL;
+  double least = HUGE_VAL;
+  int i;
+  for (i = 0; i < search->combinations; i++) {
+    double value = 0;
+    const lm_found *here = i == but ? NULL : best_of_pool(search, i, aim, &value);
+    if (here != NULL && value < least) {
+      best = here;
+      least = value;
+    }
+  }
+  return best;
+}
+
+/* Middle of the largest gaps between neighbours of the front: level number `which` from the widest.
+ */
+static double gap_level(const lm_search *search, const lm_aim *aim, int which) {
+  double taken = HUGE_VAL;
+  double level = search->archive[0].objective[1];
+  int n;
+  for (n = 0; n <= which; n++) {
+    double widest = -1;
+    int i;
+    for (i = 0; i + 1 < search->archive_count; i++) {
+      const double *a = search->archive[i].objective;
+      const double *b = search->archive[i + 1].objective;
+      const double width =
+          (b[0] - a[0]) / aim->scale[0] * (a[1] - b[1]) / aim->scale[1]; /* area at stake */
+      if (width > widest && width < taken) {
+        widest = width;
+        level = (a[1] + b[1]) / 2;
+      }
+    }
+    if (widest < 0) {
+      break;
+    }
+    taken = widest;
+  }
+  return level;
+}
+
+/* Two objectives: the second one bounded at a level, the first one made small; every sixth task
+ * makes the second one small. */
+static void make_level(const lm_search *search, int level, int levels, lm_aim *aim) {
+  double low;
+  double high;
+  range_of(search, 1, &low, &high);
+  if (level == 0 && search->round % 2 == 0) {
+    aim->weight[0] = 0;
+    aim->weight[1] = 1;
+  } else if (level % 2 == 0) {
+    aim->most[1] =
+        low + (high - low) * (level + lm_draw_number(search, search->next_id, 5)) / levels;
+  } else {
+    aim->most[1] = gap_level(search, aim, level / 2);
+  }
+}
+
+/* More objectives: the end of each axis, then twice as many drawn directions, and so on. */
+static void make_direction(const lm_search *search, lm_aim *aim) {
+  const int count = search->problem.objective_count;
+  const int turn = search->aims % (3 * count);
+  int j;
+  for (j = 0; j < count; j++) {
+    if (turn < count) {
+      aim->weight[j] = j == turn ? 1 : 0;
+    } else {
+      aim->weight[j] = -log(1 - lm_draw_number(search, search->next_id, 10 + j)) + 1e-3;
+    }
+  }
+}
+
+static void make_aim(lm_search *search, int level, int levels, lm_aim *aim) {
+  lm_lead_aim(aim);
+  lm_scale_aim(search, aim);
+  if (search->problem.objective_count == 2) {
+    make_level(search, level, levels, aim);
+  } else {
+    make_direction(search, aim);
+  }
+  search->aims++;
+}
+
+/* The steps of the front with the largest area at stake, where both ends are designs of one
+ * combination. */
+static void plan_bridges(lm_search *search, int left) {
+  unsigned char bridged[LM_ARCHIVE_MAX] = {0};
+  int n;
+  for (n = 0; n < BRIDGES_MAX && (n + 1) * BRIDGE_CHARGE <= left; n++) {
+    lm_task *task;
+    double most = 0;
+    int widest = -1;
+    int i;
+    for (i = 0; i + 1 < search->archive_count; i++) {
+      const lm_found *a = &search->archive[i];
+      const lm_found *b = a + 1;
+      const double area = (b->objective[0] - a->objective[0]) * (a->objective[1] - b->objective[1]);
+      if (!bridged[i] && a->combination == b->combination && area > most) {
+        most = area;
+        widest = i;
+      }
+    }
+    if (widest < 0) {
+      return;
+    }
+    bridged[widest] = 1;
+    task = lm_add_task(search, LM_TASK_BRIDGE, search->archive[widest].combination, BRIDGE_CHARGE,
+                       search->archive[widest].unit);
+    task->parent[0] = search->archive[widest + 1];
+    task->parent_count = 1;
+  }
+}
+
+/* Without any feasible design yet: restarts until one is met. */
+void lm_plan_front(lm_search *search) {
+  const int charge = LEVEL_SLOPES * lm_slope_charge(&search->problem);
+  const int left = search->problem.evaluations - search->used;
+  int levels = left / (3 * charge) / 3;
+  int level;
+  if (search->archive_count == 0) {
+    lm_plan_restarts(search);
+    return;
+  }
+  if (left < charge / 2) {
+    return;
+  }
+  levels = levels < 2 ? 2 : levels > LEVELS_MAX ? LEVELS_MAX : levels;
+  if (search->problem.objective_count == 2 && search->round % 2 == 1) {
+    plan_bridges(search, left);
+    if (search->batch_count > 0) {
+      return;
+    }
+  }
+  for (level = 0; level < levels; level++) {
+    lm_aim aim;
+    const lm_found *start;
+    const lm_found *other;
+    lm_task *task;
+    if (level > 0 && (search->batch_count + 1) * charge > left) {
+      return;
+    }
+    make_aim(search, level, levels, &aim);
+    start = best_of_archive(search, &aim);
+    task = lm_add_task(search, (level + search->round) % 3 != 1 ? LM_TASK_SLSQP : LM_TASK_COBYLA,
+                       start->combination, charge < left ? charge : left, start->unit);
+    task->aim = aim;
+    if (lm_draw_number(search, task->id, 6) < 0.1) {
+      lm_disturb(search, task, 0.1);
+    }
+    /* at the end of an axis always: another combination may reach further */
+    other = aim.weight[0] == 0 || lm_draw_number(search, search->next_id, 7) < OTHER_SHARE
+                ? best_other(search, &aim, start->combination)
+                : NULL;
+    if (other != NULL && (search->batch_count + 1) * charge <= left) {
+      task = lm_add_task(search, LM_TASK_SLSQP, other->combination, charge, other->unit);
+      task->aim = aim;
+    }
+    if ((level + search->round) % 3 == 0 && (search->batch_count + 1) * charge <= left) {
+      const int combination = pick_combination(search, search->next_id);
+      task =
+          lm_add_task(search, LM_TASK_SLSQP, combination, charge, search->state[combination].unit);
+      task->aim = aim;
+      lm_disturb(search, task, 0.1);
+    }
+  }
+}

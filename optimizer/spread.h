@@ -1,0 +1,25 @@
+/* The stage that spends what is left of the budget: on the trade-off between objectives (two:
+ * levels of the second one; more: directions), or for one objective on restarts. A plan adds tasks
+ * to the batch, or none when the stage is over. */
+#ifndef LOSTMOTION_OPTIMIZER_SPREAD_H
+#define LOSTMOTION_OPTIMIZER_SPREAD_H
+
+#include "search_state.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+void lm_plan_restarts(lm_search *search);
+
+/* Restarts, too, as long as no feasible design is met. */
+void lm_plan_front(lm_search *search);
+
+/* Origin and scale of an aim by the ends of the front. */
+void lm_scale_aim(const lm_search *search, lm_aim *aim);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
