@@ -1,0 +1,156 @@
+/* Settling: whole grades, and no violation between the angles of the scan. */
+#include <math.h>
+#include <string.h>
+
+#include "lostmotion/checks.h"
+#include "solver.h"
+
+/* Where the settling looks for angles that its scan lacks: steps a pitch, nodes of the line. */
+#define STEPS 8
+#define NODES 64
+
+/* Smallest side clearance between all angles at the answer's point, arcmin, and its angle; 0 when
+ * the model refuses. */
+static int find_gap(lm_solver *s, const double unit[], int nodes, int steps, double *gap_arcmin,
+                    double *angle_rad) {
+  lm_drive *drive = &s->workspace->drive;
+  lm_smallest_gap smallest;
+  if (lm_point_drive(s->problem, s->combination, unit, drive, NULL) != LM_OK ||
+      lm_prepare_meshes(drive, nodes, &s->workspace->design, NULL) != LM_OK ||
+      lm_find_smallest_gap(s->workspace->design.meshes, drive->axial_sections, steps, &smallest,
+                           NULL) != LM_OK) {
+    return 0;
+  }
+  *gap_arcmin = smallest.gap_rad * 10800.0 / 3.14159265358979323846;
+  *angle_rad = smallest.angle_rad;
+  return 1;
+}
+
+/* Where the teeth part, a gap may be smallest at the end of the overlap, which moves with the
+ * design: no angle of a scan holds it. What is missing there is made up by the shift that opens all
+ * gaps alike. */
+static void open_fine_gap(lm_solver *s) {
+  int round;
+  for (round = 0; round < 4 && s->answer->computed && !s->interrupted; round++) {
+    double gap;
+    double angle;
+    double unit[LM_FREE_MAX];
+    memcpy(unit, s->answer->unit, sizeof unit);
+    if (!find_gap(s, unit, LM_FINE_NODES, LM_FINE_STEPS, &gap, &angle) ||
+        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE ||
+        !lm_open_gap(s->problem, s->combination, s->problem->bounds.gap_min_arcmin - gap, unit)) {
+      return;
+    }
+    s->known = 0;
+    s->answer->computed = 0;
+    s->answer->found_count = 0;
+    (void)lm_evaluate_solver(s, unit, 0);
+  }
+}
+
+/* Whether the answer's gaps hold between the angles of the scan as well, as the certificate asks.
+ */
+static int holds_between(lm_solver *s) {
+  double gap;
+  double angle;
+  return s->problem->bounds.gap_at_worst_corner ||
+         (find_gap(s, s->answer->unit, LM_FINE_NODES, LM_FINE_STEPS, &gap, &angle) &&
+          gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE);
+}
+
+/* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
+ * the scan: the exchange method for limits that hold along a line. */
+static void solve_exactly(lm_solver *s, const double start[]) {
+  int round;
+  lm_run_slsqp(s, start);
+  for (round = 0; round < 6 && s->answer->computed && !s->interrupted; round++) {
+    double gap;
+    double angle;
+    double from[LM_FREE_MAX];
+    if (!find_gap(s, s->answer->unit, NODES, STEPS, &gap, &angle) ||
+        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE || s->scan.count == LM_ANGLE_MAX) {
+      break;
+    }
+    s->scan.angle[s->scan.count].offset_rad = angle;
+    s->scan.angle[s->scan.count].from_junction = 0;
+    s->scan.count++;
+    lm_lay_out(s->problem, &s->scan, &s->layout);
+    memcpy(from, s->answer->unit, sizeof from);
+    s->known = 0;
+    s->answer->computed = 0; /* what held on fewer angles need not hold on more */
+    s->answer->found_count = 0;
+    lm_run_slsqp(s, from);
+  }
+  open_fine_gap(s);
+}
+
+/* Whole grades one after the other, each with the better of its neighbours while the rest moves;
+ * links that cost most first. Then the gaps between the angles of the scan. */
+void lm_settle(lm_solver *s, const lm_task *task) {
+  const lm_problem *p = s->problem;
+  double unit[LM_FREE_MAX];
+  lm_answer kept;
+  int i;
+  int k;
+  memcpy(unit, task->unit, sizeof unit);
+  solve_exactly(s, unit);
+  for (k = 0; k < p->range_count && s->answer->computed && !s->interrupted; k++) {
+    const lm_range *range = &p->range[k];
+    const double grade = range->low + (range->high - range->low) * s->answer->unit[k];
+    double other[LM_FREE_MAX];
+    int side;
+    if (!range->whole) {
+      continue;
+    }
+    for (i = 0; i < s->moving_count && s->moving[i] != k; i++) {
+    }
+    for (; i + 1 < s->moving_count; i++) {
+      s->moving[i] = s->moving[i + 1];
+    }
+    s->moving_count--;
+    memcpy(other, s->answer->unit, sizeof other);
+    memset(&kept, 0, sizeof kept);
+    for (side = 0; side < 2; side++) {
+      const double whole = side == 0 ? floor(grade + 1e-9) : ceil(grade - 1e-9);
+      lm_answer before = *s->answer;
+      memcpy(unit, other, sizeof unit);
+      unit[k] = (whole - range->low) / (range->high - range->low);
+      if (unit[k] < 0 || unit[k] > 1) {
+        continue;
+      }
+      s->answer->computed = 0;
+      s->answer->found_count = 0;
+      s->known = 0;
+      lm_run_slsqp(s, unit);
+      if (s->answer->computed &&
+          (!kept.computed ||
+           lm_is_better(s->answer->value, s->answer->violation, kept.value, kept.violation))) {
+        kept = *s->answer;
+      }
+      before.plain = s->answer->plain;
+      before.slopes = s->answer->slopes;
+      before.refused = s->answer->refused;
+      before.feasible = s->answer->feasible;
+      *s->answer = before;
+    }
+    kept.id = s->answer->id;
+    kept.plain = s->answer->plain;
+    kept.slopes = s->answer->slopes;
+    kept.refused = s->answer->refused;
+    kept.feasible = s->answer->feasible;
+    *s->answer = kept;
+  }
+  if (s->answer->computed) {
+    memcpy(unit, s->answer->unit, sizeof unit);
+    solve_exactly(s, unit);
+  }
+  /* Only the settled design counts: the others still have broken grades. */
+  s->answer->found_count = 0;
+  if (s->answer->computed && s->answer->violation <= LM_FEASIBLE && holds_between(s)) {
+    double objective[LM_OBJECTIVE_MAX] = {0};
+    for (i = 0; i < p->objective_count; i++) {
+      objective[i] = s->answer->figure[p->objective[i]];
+    }
+    lm_keep_found(s, s->answer->unit, objective, 1);
+  }
+}

@@ -1,0 +1,99 @@
+/* What one task works on: points evaluated with a memory of the last one, and the subproblem that a
+ * local solver gets. The files that carry out tasks alone include this. */
+#ifndef LOSTMOTION_OPTIMIZER_SOLVER_H
+#define LOSTMOTION_OPTIMIZER_SOLVER_H
+
+#include <nlopt.h>
+
+#include "solve.h"
+#include "workspace.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define LM_ROW_MAX (LM_RESULT_MAX + LM_BRANCH_MAX)
+
+/* Value and violation of a point that the model refuses. */
+#define LM_REFUSED 1e3
+
+/* Everything one task works on. */
+typedef struct lm_solver {
+  const lm_problem *problem;
+  const volatile int *stop;
+  lm_workspace *workspace;
+  lm_answer *answer;
+  lm_aim aim;
+  lm_scan scan;
+  lm_layout layout;
+  int combination;
+  int left; /* budget */
+  int interrupted;
+  nlopt_opt running;
+  /* variables that the lm_solver may move, as indices of ranges */
+  int moving[LM_FREE_MAX];
+  int moving_count;
+  double fixed[LM_FREE_MAX]; /* the others' values */
+  /* rows of the subproblem */
+  int row[LM_ROW_MAX];
+  int row_count;
+  /* the last point evaluated */
+  int known;
+  int known_slopes;
+  double at[LM_FREE_MAX];
+  double *result; /* of the workspace */
+  double *slope;  /* of the workspace, by range */
+  double value;
+  double violation;
+} lm_solver;
+
+void lm_open_solver(lm_solver *s, const lm_problem *problem, int combination, int budget,
+                    const lm_aim *aim, lm_answer *answer, lm_workspace *workspace,
+                    const volatile int *stop);
+
+/* Evaluate at a point unless it was the last one; 0 when the model refuses it. */
+int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes);
+
+/* Feasible before infeasible, then the smaller value (violation). */
+int lm_is_better(double value, double violation, double than_value, double than_violation);
+
+/* A feasible design joins those of the answer. */
+void lm_keep_found(lm_solver *s, const double unit[], const double objective[], int settled);
+
+/* --- subproblem.c --- */
+
+/* A row is a place in the result; LM_RESULT_MAX + place: a branch of a figure against its limit or
+ * the bound of the aim; the value and its derivatives by the ranges. */
+typedef struct lm_row_kind {
+  double scale; /* row = result / scale - shift */
+  double shift;
+} lm_row_kind;
+
+/* Limits on figures and bounds of the aim; then single rows; then the gaps, all or those near. */
+void lm_choose_rows(lm_solver *s, int all);
+
+/* Place in the result, and scale and shift of a row. */
+int lm_resolve_row(const lm_solver *s, int row, lm_row_kind *kind);
+
+/* The limit that a chosen row belongs to. */
+int lm_limit_of_row(const lm_solver *s, int row);
+
+/* The point of a solver's variables. */
+void lm_spread_unit(const lm_solver *s, const double x[], double unit[]);
+
+/* Gradients, on the epigraph of the aim. */
+void lm_run_slsqp(lm_solver *s, const double start[]);
+
+/* A method without derivatives, with the largest limits of each group. */
+void lm_run_plain(lm_solver *s, const double start[], nlopt_algorithm algorithm, double step,
+                  uint64_t seed);
+
+/* --- settle.c --- */
+
+void lm_settle(lm_solver *s, const lm_task *task);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
