@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "found.h"
+#include "stop.h"
 
 #define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
 #define MUTATION_INDEX 20.0
@@ -35,10 +36,6 @@ static double draw(breeder *b) {
 
 static int pick(breeder *b, int count) {
   return (int)(draw(b) * count);
-}
-
-static double clip(double x) {
-  return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
 /* Violation, or 1e3 where the model refuses. */
@@ -120,7 +117,7 @@ static void cross(breeder *b, const double x[], const double y[], double child[]
       const double spread = u < 0.5 ? pow(2 * u, 1 / (CROSSING_INDEX + 1))
                                     : pow(1 / (2 * (1 - u)), 1 / (CROSSING_INDEX + 1));
       const double side = draw(b) < 0.5 ? spread : -spread;
-      child[k] = clip((x[k] + y[k] + side * (x[k] - y[k])) / 2);
+      child[k] = lm_clip((x[k] + y[k] + side * (x[k] - y[k])) / 2);
     }
   }
 }
@@ -134,7 +131,7 @@ static void differ(breeder *b, const double x[], const double better[], const do
   for (k = 0; k < b->problem->range_count; k++) {
     child[k] = x[k];
     if (draw(b) < 0.9) {
-      child[k] = clip(x[k] + towards * (better[k] - x[k]) + width * (p[k] - q[k]));
+      child[k] = lm_clip(x[k] + towards * (better[k] - x[k]) + width * (p[k] - q[k]));
     }
   }
 }
@@ -164,7 +161,7 @@ static void graft(breeder *b, const double teeth[], const double p[], const doub
   const double share = 1.5 * draw(b) - 0.25;
   int k;
   for (k = 0; k < b->problem->range_count; k++) {
-    child[k] = is_grade(b->problem, k) ? clip(p[k] + share * (q[k] - p[k])) : teeth[k];
+    child[k] = is_grade(b->problem, k) ? lm_clip(p[k] + share * (q[k] - p[k])) : teeth[k];
   }
 }
 
@@ -175,13 +172,13 @@ static void mutate(breeder *b, double child[]) {
       const double u = draw(b);
       const double step = u < 0.5 ? pow(2 * u, 1 / (MUTATION_INDEX + 1)) - 1
                                   : 1 - pow(2 * (1 - u), 1 / (MUTATION_INDEX + 1));
-      child[k] = clip(child[k] + step);
+      child[k] = lm_clip(child[k] + step);
     }
   }
 }
 
 static void breed(breeder *b, int parents) {
-  while (b->count < 2 * parents && b->left > 0 && !LM_READ_FLAG(b->stop)) {
+  while (b->count < 2 * parents && b->left > 0 && !lm_is_stopped(b->stop)) {
     const lm_found *x = choose_parent(b, parents);
     const lm_found *y = choose_parent(b, parents);
     double child[LM_FREE_MAX] = {0};
@@ -226,7 +223,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   lm_lay_out(problem, &b->scan, &b->layout);
   b->count = task->parent_count;
   memcpy(b->population, task->parent, (size_t)task->parent_count * sizeof b->population[0]);
-  while (b->count < LM_PARENT_MAX && b->left > 0 && !LM_READ_FLAG(stop)) {
+  while (b->count < LM_PARENT_MAX && b->left > 0 && !lm_is_stopped(stop)) {
     double unit[LM_FREE_MAX] = {0};
     for (i = 0; i < problem->range_count; i++) {
       unit[i] = draw(b);
@@ -235,7 +232,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   }
   size = b->count < LM_PARENT_MAX ? b->count : LM_PARENT_MAX;
   lm_select_found(problem, b->population, b->count, size);
-  while (b->left > 0 && !LM_READ_FLAG(stop)) {
+  while (b->left > 0 && !lm_is_stopped(stop)) {
     b->count = size;
     breed(b, size);
     lm_select_found(problem, b->population, b->count, size);
@@ -244,5 +241,5 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   memcpy(answer->found + answer->found_count, b->population,
          (size_t)size * sizeof b->population[0]);
   free(b);
-  return LM_READ_FLAG(stop) ? LM_NOT_CONVERGED : LM_OK;
+  return lm_is_stopped(stop) ? LM_NOT_CONVERGED : LM_OK;
 }

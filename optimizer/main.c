@@ -17,6 +17,7 @@
 #include "output.h"
 #include "pool.h"
 #include "run.h"
+#include "stop.h"
 
 typedef enum show { SHOW_BAR, SHOW_JSON, SHOW_NONE } show;
 
@@ -34,7 +35,7 @@ static volatile int interrupted;
 
 static void interrupt(int signal_number) {
   (void)signal_number;
-  LM_SET_FLAG(&interrupted);
+  lm_stop(&interrupted);
 }
 
 static double seconds_now(void) {

@@ -434,6 +434,10 @@ void lm_lay_out(const lm_problem *problem, const lm_scan *scan, lm_layout *layou
   layout->count = layout->gap_start + layout->gap_count;
 }
 
+double lm_clip(double unit) {
+  return unit < 0.0 ? 0.0 : unit > 1.0 ? 1.0 : unit;
+}
+
 lm_workspace *lm_create_workspace(void) {
   lm_workspace *workspace = (lm_workspace *)malloc(sizeof *workspace);
   if (workspace != NULL) {
@@ -603,8 +607,7 @@ static int closing_range(const lm_problem *problem, int combination) {
 /* Move a range by a number of its own units; what a bound leaves of that. */
 static double move_range(const lm_range *range, double by, double *unit) {
   const double before = *unit;
-  const double moved = before + by / (range->high - range->low);
-  *unit = moved < 0.0 ? 0.0 : moved > 1.0 ? 1.0 : moved;
+  *unit = lm_clip(before + by / (range->high - range->low));
   return (*unit - before) * (range->high - range->low);
 }
 

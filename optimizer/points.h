@@ -70,6 +70,9 @@ typedef struct lm_workspace lm_workspace;
 lm_workspace *lm_create_workspace(void); /* null: out of memory */
 void lm_free_workspace(lm_workspace *workspace);
 
+/* A unit variable kept in 0 .. 1. */
+double lm_clip(double unit);
+
 /* Figures and limits at a point, evaluate.h. LM_NOT_FINITE when any of them is no finite number. */
 lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                             int combination, const double unit[], double result[],

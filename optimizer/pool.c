@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "stop.h"
+
 struct lm_pool {
   int workers;
   lm_workspace *workspace[LM_WORKERS_MAX];
@@ -53,7 +55,7 @@ static void unlock(run *r) {
 }
 
 static int is_stopped(const run *r) {
-  return r->failed || LM_READ_FLAG(r->stop);
+  return r->failed || lm_is_stopped(r->stop);
 }
 
 /* The next task to do, copied while the lock is held: the last answer may end the batch. */
@@ -171,7 +173,7 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
 #else
   (void)work(&w[0]);
 #endif
-  if (LM_READ_FLAG(stop)) {
+  if (lm_is_stopped(stop)) {
     return LM_NOT_CONVERGED;
   }
   return r.failed ? LM_TOO_SMALL : LM_OK;

@@ -14,6 +14,7 @@
 #include "output.h"
 #include "pool.h"
 #include "spec.h"
+#include "stop.h"
 
 #define PATH_MAX_CHARACTERS 4096
 #define HOOK_SECONDS 0.2
@@ -64,11 +65,12 @@ static int end_file(const lm_run *run, const char *name, FILE *file) {
   char path[PATH_MAX_CHARACTERS];
   char from[PATH_MAX_CHARACTERS];
   char part[80];
-  const int failed = ferror(file);
+  int failed = ferror(file);
   snprintf(part, sizeof part, "%s.part", name);
   join(from, run, part);
   join(path, run, name);
-  return fclose(file) == 0 && !failed && rename(from, path) == 0;
+  failed |= fclose(file);
+  return !failed && rename(from, path) == 0;
 }
 
 const lm_problem *lm_run_problem(const lm_run *run) {
@@ -208,7 +210,7 @@ static void call_hook(lm_run *run, int last) {
 static void take_new(void *context, const lm_answer *answer) {
   lm_run *run = (lm_run *)context;
   if (lm_take_answer(run, answer) != LM_OK) {
-    LM_SET_FLAG(run->stop);
+    lm_stop(run->stop);
     return;
   }
   call_hook(run, 0);
@@ -237,7 +239,7 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
     return say(note, LM_EXIT_FAILED, "%s: the journal cannot be written: %s", run->folder,
                strerror(run->failed));
   }
-  if (LM_READ_FLAG(stop)) {
+  if (lm_is_stopped(stop)) {
     return LM_EXIT_STOPPED;
   }
   return status == LM_OK ? LM_EXIT_DONE

@@ -46,9 +46,8 @@ lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget,
 void lm_disturb(const lm_search *search, lm_task *task, double width) {
   int k;
   for (k = 0; k < search->problem.range_count; k++) {
-    const double moved =
-        task->unit[k] + width * (2 * lm_draw_number(search, task->id, 100 + k) - 1);
-    task->unit[k] = moved < 0 ? 0 : moved > 1 ? 1 : moved;
+    task->unit[k] =
+        lm_clip(task->unit[k] + width * (2 * lm_draw_number(search, task->id, 100 + k) - 1));
   }
 }
 
@@ -285,10 +284,6 @@ static void reduce(lm_search *search) {
     lm_rank(search, search->runners);
     search->runners = (search->runners + 1) / 2;
     search->rung++;
-    if (search->rung > 20 || search->runners == 1) {
-      search->stage = LM_STAGE_POLISH;
-      search->round = 0;
-    }
   } else if (search->stage == LM_STAGE_POLISH || search->stage == LM_STAGE_SPREAD) {
     (void)lm_rank_screened(search);
   }
@@ -413,7 +408,7 @@ void lm_read_progress(const lm_search *search, lm_progress *progress) {
   progress->refused = search->refused;
   progress->tasks_done = search->tasks_done;
   progress->front_size = lm_read_front(search, NULL, 0);
-  progress->has_best = progress->front_size > 0 && lm_read_best(search, &best);
+  progress->has_best = lm_read_best(search, &best);
   if (progress->has_best) {
     progress->best_combination = best.combination;
     progress->best_value = best.objective[0];

@@ -6,6 +6,7 @@
 #include "evolve.h"
 #include "found.h"
 #include "solver.h"
+#include "stop.h"
 
 void lm_lead_aim(lm_aim *aim) {
   int j;
@@ -91,7 +92,7 @@ int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
   if (s->known && memcmp(unit, s->at, size) == 0 && (s->known_slopes || !slopes)) {
     return s->violation < LM_REFUSED;
   }
-  if (LM_READ_FLAG(s->stop)) {
+  if (lm_is_stopped(s->stop)) {
     s->interrupted = 1;
   }
   if ((s->interrupted || s->left <= 0) && s->running != NULL) {

@@ -14,15 +14,6 @@
 extern "C" {
 #endif
 
-/* A flag that says stop to other threads, read and set without a lock; a null flag is never set. */
-#if defined(__GNUC__)
-#define LM_READ_FLAG(flag) ((flag) != NULL && __atomic_load_n((flag), __ATOMIC_RELAXED) != 0)
-#define LM_SET_FLAG(flag) __atomic_store_n((flag), 1, __ATOMIC_RELAXED)
-#else
-#define LM_READ_FLAG(flag) ((flag) != NULL && *(flag) != 0)
-#define LM_SET_FLAG(flag) ((void)(*(flag) = 1))
-#endif
-
 /* A point counts as feasible when no scaled limit is broken by more than this. */
 #define LM_FEASIBLE 1e-6
 

@@ -94,7 +94,7 @@ void lm_spread_unit(const lm_solver *s, const double x[], double unit[]) {
   int k;
   memcpy(unit, s->fixed, sizeof s->fixed);
   for (k = 0; k < s->moving_count; k++) {
-    unit[s->moving[k]] = x[k] < 0.0 ? 0.0 : x[k] > 1.0 ? 1.0 : x[k];
+    unit[s->moving[k]] = lm_clip(x[k]);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "reference_drives.h"
 #include "search.h"
 #include "spec.h"
+#include "stop.h"
 #include "unity.h"
 
 #define FRONT_MAX 64
@@ -152,7 +153,7 @@ static void record(void *context, const lm_answer *answer) {
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
   r->left--;
   if (r->left <= 0) {
-    LM_SET_FLAG(&r->stop);
+    lm_stop(&r->stop);
   }
 }
 

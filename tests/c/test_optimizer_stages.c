@@ -1,0 +1,400 @@
+/* The search as a sequence, fed with made-up answers: whatever the tasks find and whatever they
+ * cost, it ends, keeps its books and asks for what makes sense. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "found.h"
+#include "search.h"
+#include "spec.h"
+#include "unity.h"
+
+#define FRONT_MAX 1024
+
+/* What the made-up model answers. */
+typedef struct world {
+  double feasible;  /* share of the points */
+  double overrun;   /* what a task costs in shares of its budget */
+  int computed;     /* 0: the model refuses every point */
+  int flat;         /* 1: no objective differs */
+  int single;       /* 1: every task finds the same design */
+  int from_members; /* members a task reports, whatever its kind; 0: as the search does */
+} world;
+
+static const world plain = {0.5, 1, 1, 0, 0, 0};
+
+static lm_problem problem;
+static lm_search *search;
+static lm_answer *answer;
+static int kinds[LM_TASK_SETTLE + 1];
+static int batches;
+static int largest_batch;
+
+void setUp(void) {
+  search = NULL;
+  answer = (lm_answer *)malloc(sizeof *answer);
+  TEST_ASSERT_NOT_NULL(answer);
+}
+
+void tearDown(void) {
+  lm_close_search(search);
+  free(answer);
+}
+
+static double share(uint64_t *state) {
+  *state = lm_mix(*state);
+  return (double)(*state >> 11) / 9007199254740992.0;
+}
+
+/* A design of a drawn point: what one objective gains the next one loses. */
+static void make_found(const world *w, uint64_t *state, int combination, lm_found *found) {
+  double unit[LM_FREE_MAX] = {0};
+  double objective[LM_OBJECTIVE_MAX];
+  double sum = 0;
+  int j;
+  for (j = 0; j < problem.range_count; j++) {
+    unit[j] = w->single ? 0.5 : share(state);
+  }
+  for (j = 0; j < problem.objective_count; j++) {
+    objective[j] = w->flat ? 1 : 1 + unit[j % problem.range_count] + 0.01 * (combination % 7);
+    sum += objective[j];
+  }
+  if (problem.objective_count > 1 && !w->flat) {
+    objective[problem.objective_count - 1] = 20 / sum;
+  }
+  lm_fill_found(&problem, found, combination, unit, objective,
+                w->single || share(state) < w->feasible ? 0 : share(state));
+}
+
+static void add_designs(const world *w, const lm_task *task, uint64_t *state) {
+  int i;
+  for (i = 0; i < 12; i++) {
+    lm_found found;
+    int combination = task->combination;
+    if (task->kind == LM_TASK_EVOLVE) {
+      combination = (int)(share(state) * lm_count_combinations(&problem));
+    }
+    make_found(w, state, combination, &found);
+    found.settled = task->kind == LM_TASK_SETTLE;
+    if (found.violation <= LM_FEASIBLE) {
+      lm_insert_found(&problem, answer->found, &answer->found_count, LM_FOUND_MAX, &found);
+    }
+    answer->computed = 1;
+    answer->violation = found.violation;
+    answer->value = found.objective[0];
+    memcpy(answer->unit, found.unit, sizeof answer->unit);
+  }
+}
+
+static void make_up(const world *w, const lm_task *task) {
+  uint64_t state = task->seed;
+  int members = task->kind == LM_TASK_EVOLVE ? LM_PARENT_MAX : w->from_members;
+  int i;
+  memset(answer, 0, sizeof *answer);
+  answer->id = task->id;
+  answer->combination = task->combination;
+  answer->plain = (int)(task->budget * w->overrun) + 1;
+  if (!w->computed) {
+    answer->refused = answer->plain;
+    return;
+  }
+  add_designs(w, task, &state);
+  for (i = 0; i < members; i++) {
+    make_found(w, &state, (int)(share(&state) * lm_count_combinations(&problem)),
+               &answer->found[answer->found_count + i]);
+  }
+  answer->member_count = members;
+}
+
+/* What every task of every search must be. */
+static void check_task(const lm_task *task) {
+  int limit;
+  int k;
+  TEST_ASSERT_TRUE(task->kind >= 0 && task->kind <= LM_TASK_SETTLE);
+  TEST_ASSERT_GREATER_THAN_INT(0, task->budget);
+  TEST_ASSERT_TRUE(task->combination >= 0 && task->combination < lm_count_combinations(&problem));
+  if (task->kind != LM_TASK_EVOLVE) {
+    TEST_ASSERT_TRUE(lm_read_fate(search, task->combination, &limit) != LM_FATE_PRUNED);
+  }
+  for (k = 0; k < problem.range_count; k++) {
+    TEST_ASSERT_TRUE(task->unit[k] >= 0 && task->unit[k] <= 1);
+  }
+  TEST_ASSERT_TRUE(task->parent_count >= 0 && task->parent_count <= LM_PARENT_MAX);
+  kinds[task->kind]++;
+}
+
+static void check_books(void) {
+  lm_progress progress;
+  int combinations = 0;
+  int fate;
+  lm_read_progress(search, &progress);
+  for (fate = 0; fate < LM_FATE_COUNT; fate++) {
+    combinations += progress.fate[fate];
+  }
+  TEST_ASSERT_EQUAL_INT(lm_count_combinations(&problem), combinations);
+  TEST_ASSERT_EQUAL_INT(lm_read_front(search, NULL, 0), progress.front_size);
+  TEST_ASSERT_EQUAL_INT(progress.front_size > 0, progress.has_best);
+}
+
+static void check_front(void) {
+  static lm_found front[FRONT_MAX];
+  const int count = lm_read_front(search, front, FRONT_MAX);
+  int i;
+  TEST_ASSERT_LESS_OR_EQUAL_INT(FRONT_MAX, count);
+  for (i = 1; i < count; i++) {
+    int better = 0;
+    int worse = 0;
+    int j;
+    for (j = 0; j < problem.objective_count; j++) {
+      better += front[i].objective[j] < front[i - 1].objective[j];
+      worse += front[i].objective[j] > front[i - 1].objective[j];
+    }
+    TEST_ASSERT_TRUE(better > 0 && worse > 0);
+    TEST_ASSERT_TRUE(front[i].objective[0] >= front[i - 1].objective[0]);
+  }
+}
+
+/* Runs the search to its end in a world. */
+static void run_in(const world *w, const char *spec) {
+  lm_spec_error error = {0, ""};
+  const lm_task *tasks;
+  int next = 0;
+  int count;
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(spec, &problem, &error), error.text);
+  lm_close_search(search);
+  search = lm_open_search(&problem);
+  memset(kinds, 0, sizeof kinds);
+  batches = 0;
+  largest_batch = 0;
+  while ((count = lm_next_tasks(search, &tasks)) > 0) {
+    lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
+    int i;
+    memcpy(batch, tasks, (size_t)count * sizeof *batch);
+    batches++;
+    largest_batch = count > largest_batch ? count : largest_batch;
+    TEST_ASSERT_LESS_THAN_INT(20000, batches);
+    for (i = 0; i < count; i++) {
+      TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
+      check_task(&batch[i]);
+      make_up(w, &batch[i]);
+      TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
+    }
+    free(batch);
+    check_books();
+  }
+  check_front();
+}
+
+static int stage(void) {
+  lm_progress progress;
+  lm_read_progress(search, &progress);
+  return progress.stage;
+}
+
+static int used(void) {
+  lm_progress progress;
+  lm_read_progress(search, &progress);
+  return progress.evaluations;
+}
+
+/* A spec with so many objectives, evaluations and modules to choose from. */
+static const char *spec_of(int objectives, int evaluations, int modules, int seed) {
+  static const char *const names[] = {"tolerance_lost_motion", "cost", "stress", "compliance"};
+  static char text[4096];
+  int length;
+  int i;
+  length = snprintf(text, sizeof text,
+                    "rated_torque_Nm 40\n"
+                    "fixed generator.type discs\n"
+                    "fixed teeth.face_width_mm 10\n"
+                    "range teeth.flexspline_shift 2 4\n"
+                    "range generator.deflection_modules 0.88 1.05\n"
+                    "range teeth.engagement_depth 0.9 1.3\n"
+                    "evaluations %d\nseed %d\n",
+                    evaluations, seed);
+  for (i = 0; i < objectives; i++) {
+    length += snprintf(text + length, sizeof text - (size_t)length, "objective %s\n", names[i]);
+  }
+  length += snprintf(text + length, sizeof text - (size_t)length, "choose teeth.module_mm");
+  for (i = 0; i < (modules < 40 ? modules : 40); i++) {
+    length += snprintf(text + length, sizeof text - (size_t)length, " %g", 0.2 + 0.001 * i);
+  }
+  length +=
+      snprintf(text + length, sizeof text - (size_t)length, "\nchoose teeth.flexspline_teeth");
+  for (i = 0; i < (modules + 39) / 40; i++) {
+    length += snprintf(text + length, sizeof text - (size_t)length, " %d", 150 + 2 * i);
+  }
+  (void)snprintf(text + length, sizeof text - (size_t)length, "\n");
+  return text;
+}
+
+static void test_every_search_ends_with_its_budget_spent(void) {
+  static const int budgets[] = {10, 100, 1000, 5000, 12000, 40000};
+  int objectives;
+  int seed;
+  int i;
+  for (objectives = 1; objectives <= 4; objectives++) {
+    for (i = 0; i < 6; i++) {
+      for (seed = 1; seed <= 3; seed++) {
+        run_in(&plain, spec_of(objectives, budgets[i], 7, seed));
+        TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+        /* one batch of the screen may exceed a tiny budget */
+        TEST_ASSERT_LESS_OR_EQUAL_INT(budgets[i] + budgets[i] / 10 + 250, used());
+        TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_SCREEN]);
+        TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_SETTLE]);
+      }
+    }
+  }
+}
+
+/* The stages that a larger budget opens. */
+static void test_a_budget_goes_where_the_stages_say(void) {
+  run_in(&plain, spec_of(1, 20000, 7, 1));
+  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_EVOLVE]);
+  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_ISRES]); /* restarts of one objective */
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_BRIDGE]);
+  run_in(&plain, spec_of(2, 20000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_ISRES]);
+  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_BRIDGE]); /* trade-off of two */
+  run_in(&plain, spec_of(3, 20000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_BRIDGE]);
+  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
+}
+
+static void test_a_model_that_refuses_everything_ends_the_search(void) {
+  world refusing = plain;
+  lm_progress progress;
+  double unit[LM_FREE_MAX];
+  double violation;
+  int combination;
+  int objectives;
+  refusing.computed = 0;
+  for (objectives = 1; objectives <= 2; objectives++) {
+    run_in(&refusing, spec_of(objectives, 3000, 7, 1));
+    lm_read_progress(search, &progress);
+    TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, progress.stage);
+    TEST_ASSERT_EQUAL_INT(0, progress.front_size);
+    TEST_ASSERT_EQUAL_INT(7, progress.fate[LM_FATE_NOT_REACHED]);
+    TEST_ASSERT_GREATER_THAN_INT(0, progress.refused);
+    TEST_ASSERT_EQUAL_INT(0, lm_read_nearest(search, &combination, unit, &violation));
+  }
+}
+
+static void test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told(void) {
+  world infeasible = plain;
+  double unit[LM_FREE_MAX];
+  double violation = -1;
+  int combination;
+  int objectives;
+  infeasible.feasible = 0;
+  for (objectives = 1; objectives <= 3; objectives++) {
+    run_in(&infeasible, spec_of(objectives, 12000, 7, 1));
+    TEST_ASSERT_EQUAL_INT(0, lm_read_front(search, NULL, 0));
+    TEST_ASSERT_EQUAL_INT(1, lm_read_nearest(search, &combination, unit, &violation));
+    TEST_ASSERT_TRUE(violation > LM_FEASIBLE && violation < 0.1);
+    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_SETTLE]);
+  }
+}
+
+/* One objective: rounds without anything better end the search before its budget. */
+static void test_restarts_that_find_nothing_better_end_early(void) {
+  world same = plain;
+  same.single = 1;
+  run_in(&same, spec_of(1, 200000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+  TEST_ASSERT_LESS_THAN_INT(195000, used());
+  TEST_ASSERT_EQUAL_INT(1, lm_read_front(search, NULL, 0));
+}
+
+static void test_fronts_of_one_design_and_flat_objectives_are_no_trouble(void) {
+  world same = plain;
+  world flat = plain;
+  int objectives;
+  same.single = 1;
+  flat.flat = 1;
+  for (objectives = 1; objectives <= 4; objectives++) {
+    run_in(&same, spec_of(objectives, 15000, 7, 1));
+    TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+    run_in(&flat, spec_of(objectives, 15000, 7, 1));
+    TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+    TEST_ASSERT_EQUAL_INT(1, lm_read_front(search, NULL, 0));
+  }
+}
+
+/* More combinations than a batch holds, and than a small budget can look at. */
+static void test_many_combinations_are_screened_in_batches(void) {
+  lm_progress progress;
+  run_in(&plain, spec_of(2, 20000, 1200, 1));
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+  TEST_ASSERT_EQUAL_INT(256, largest_batch);
+  run_in(&plain, spec_of(2, 500, 1200, 1));
+  lm_read_progress(search, &progress);
+  TEST_ASSERT_GREATER_THAN_INT(900, progress.fate[LM_FATE_NOT_REACHED]);
+}
+
+/* A race of all of them: 256 at a time. Tasks that cost 500 times what they may make it short. */
+static void test_a_race_of_many_fits_the_batch(void) {
+  world dear = plain;
+  lm_progress progress;
+  dear.overrun = 500;
+  run_in(&dear, spec_of(2, 50000000, 400, 1));
+  lm_read_progress(search, &progress);
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, progress.stage);
+  TEST_ASSERT_EQUAL_INT(256, largest_batch);
+  TEST_ASSERT_GREATER_THAN_INT(256, kinds[LM_TASK_SLSQP]);
+}
+
+/* Members that nobody asked for: more than the islands hold. */
+static void test_members_beyond_the_islands_are_let_go(void) {
+  world crowded = plain;
+  crowded.from_members = LM_PARENT_MAX;
+  run_in(&crowded, spec_of(2, 12000, 40, 1));
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+}
+
+static void test_ids_and_fates_outside_are_refused(void) {
+  lm_spec_error error = {0, ""};
+  const lm_task *tasks;
+  lm_answer *repeated = (lm_answer *)malloc(sizeof *repeated);
+  int count;
+  int i;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_read_spec(spec_of(2, 1000, 7, 1), &problem, &error));
+  search = lm_open_search(&problem);
+  count = lm_next_tasks(search, &tasks);
+  make_up(&plain, &tasks[0]);
+  answer->combination = tasks[0].combination + 1;
+  TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE, lm_accept_answer(search, answer));
+  answer->combination = tasks[0].combination;
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_accept_answer(NULL, answer));
+  TEST_ASSERT_EQUAL_INT(0, lm_is_answered(search, tasks[0].id));
+  TEST_ASSERT_EQUAL_INT(0, lm_is_answered(search, count));
+  *repeated = *answer;
+  for (i = 0; i < count; i++) {
+    const lm_task task = tasks[i];
+    make_up(&plain, &task);
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
+  }
+  /* an answer of a batch that is over */
+  TEST_ASSERT_EQUAL_INT(1, lm_is_answered(search, repeated->id));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, repeated));
+  TEST_ASSERT_EQUAL_STRING("", lm_fate_name(-1));
+  TEST_ASSERT_EQUAL_STRING("", lm_fate_name(LM_FATE_COUNT));
+  free(repeated);
+  lm_close_search(NULL);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_every_search_ends_with_its_budget_spent);
+  RUN_TEST(test_a_budget_goes_where_the_stages_say);
+  RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
+  RUN_TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told);
+  RUN_TEST(test_restarts_that_find_nothing_better_end_early);
+  RUN_TEST(test_fronts_of_one_design_and_flat_objectives_are_no_trouble);
+  RUN_TEST(test_many_combinations_are_screened_in_batches);
+  RUN_TEST(test_a_race_of_many_fits_the_batch);
+  RUN_TEST(test_members_beyond_the_islands_are_let_go);
+  RUN_TEST(test_ids_and_fates_outside_are_refused);
+  return UNITY_END();
+}
