@@ -187,37 +187,50 @@ static lm_status check_key(lm_fault *fault, int key, double found) {
   return check_number(fault, entry->name, found, entry->low, entry->high);
 }
 
+/* Keys of which a drive has one of few values, so that no value between them means anything. */
+static int is_discrete(int key) {
+  return key == LM_KEY_DEFORMATION || key == LM_KEY_FLEXSPLINE_TEETH ||
+         key == LM_KEY_GENERATOR_TYPE || key == LM_KEY_AXIAL_SECTIONS;
+}
+
+static lm_status check_range(const lm_range *range, unsigned char seen[], lm_fault *fault) {
+  const char *name = entry_of(range->key)->name;
+  lm_status status = check_key(fault, range->key, range->low);
+  if (status == LM_OK) {
+    status = check_key(fault, range->key, range->high);
+  }
+  if (status != LM_OK) {
+    return status;
+  }
+  if (range->low >= range->high || seen[range->key]++) {
+    return refuse_number(fault, LM_INCONSISTENT, name, range->low, range->low, range->high);
+  }
+  return is_discrete(range->key) ? refuse_number(fault, LM_INCONSISTENT, name, range->low, 0, 0)
+                                 : LM_OK;
+}
+
+static lm_status check_choice(const lm_choice *choice, unsigned char seen[], lm_fault *fault) {
+  lm_status status = LM_OK;
+  int k;
+  if (seen[choice->key]++ || choice->key == LM_KEY_AXIAL_SECTIONS) {
+    return refuse_number(fault, LM_INCONSISTENT, entry_of(choice->key)->name, 0, 0, 0);
+  }
+  for (k = 0; k < choice->count && status == LM_OK; k++) {
+    status = check_key(fault, choice->key, choice->value[k]);
+  }
+  return status;
+}
+
 /* Ranges and choices lie in the ranges of their keys, and no key is named twice. */
 static lm_status check_variables(const lm_problem *problem, lm_fault *fault) {
   unsigned char seen[LM_KEY_COUNT] = {0};
   lm_status status = LM_OK;
   int i;
-  int k;
   for (i = 0; i < problem->range_count && status == LM_OK; i++) {
-    const lm_range *range = &problem->range[i];
-    const key_entry *entry = entry_of(range->key);
-    status = check_key(fault, range->key, range->low);
-    if (status == LM_OK) {
-      status = check_key(fault, range->key, range->high);
-    }
-    if (status == LM_OK && (!(range->low < range->high) || seen[range->key]++)) {
-      status =
-          refuse_number(fault, LM_INCONSISTENT, entry->name, range->low, range->low, range->high);
-    }
-    if (status == LM_OK &&
-        (range->key == LM_KEY_DEFORMATION || range->key == LM_KEY_FLEXSPLINE_TEETH ||
-         range->key == LM_KEY_GENERATOR_TYPE || range->key == LM_KEY_AXIAL_SECTIONS)) {
-      status = refuse_number(fault, LM_INCONSISTENT, entry->name, range->low, 0, 0);
-    }
+    status = check_range(&problem->range[i], seen, fault);
   }
   for (i = 0; i < problem->choice_count && status == LM_OK; i++) {
-    const lm_choice *choice = &problem->choice[i];
-    if (seen[choice->key]++ || choice->key == LM_KEY_AXIAL_SECTIONS) {
-      status = refuse_number(fault, LM_INCONSISTENT, entry_of(choice->key)->name, 0, 0, 0);
-    }
-    for (k = 0; k < choice->count && status == LM_OK; k++) {
-      status = check_key(fault, choice->key, choice->value[k]);
-    }
+    status = check_choice(&problem->choice[i], seen, fault);
   }
   for (i = 0; i < LM_KEY_COUNT && status == LM_OK; i++) {
     if (!seen[i] && problem->value[i] != 0) {
@@ -227,52 +240,66 @@ static lm_status check_variables(const lm_problem *problem, lm_fault *fault) {
   return status;
 }
 
+static lm_status check_objectives(const lm_problem *problem, lm_fault *fault) {
+  unsigned char seen[LM_FIGURE_COUNT] = {0};
+  int i;
+  for (i = 0; i < problem->objective_count; i++) {
+    if (seen[problem->objective[i]]++) {
+      return refuse_number(fault, LM_INCONSISTENT, "search.objectives", i + 1.0, 1, i);
+    }
+    if (problem->objective[i] == LM_FIGURE_KINEMATIC_ERROR && problem->phases < 3) {
+      return refuse_number(fault, LM_INCONSISTENT, "search.phases", problem->phases, 3,
+                           LM_PHASE_MAX);
+    }
+  }
+  return LM_OK;
+}
+
+/* What a number of the problem may be. */
+typedef struct bounded_number {
+  const char *input;
+  double found;
+  double low;
+  double high;
+} bounded_number;
+
+static lm_status check_all(const bounded_number list[], int count, lm_fault *fault) {
+  lm_status status = LM_OK;
+  int i;
+  for (i = 0; i < count && status == LM_OK; i++) {
+    status = check_number(fault, list[i].input, list[i].found, list[i].low, list[i].high);
+  }
+  return status;
+}
+
+#define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
+
+static lm_status check_link(const lm_graded_link *link, lm_fault *fault) {
+  const bounded_number list[] = {{"tolerance.diameter_mm", link->diameter_mm, 0, 500},
+                                 {"tolerance.influence", link->influence, -100, 100},
+                                 {"tolerance.distribution", link->distribution, 0, 3},
+                                 {"tolerance.zone", link->zone, 0, 1}};
+  return check_all(list, COUNT(list), fault);
+}
+
 static lm_status check_numbers(const lm_problem *problem, lm_fault *fault) {
-  lm_status status =
-      check_number(fault, "drive.rated_torque_Nm", problem->rated_torque_Nm, 1e-4, 1e6);
+  const lm_bounds *bounds = &problem->bounds;
+  const bounded_number list[] = {
+      {"drive.rated_torque_Nm", problem->rated_torque_Nm, 1e-4, 1e6},
+      {"search.torque_Nm", problem->torque_Nm, 0, problem->rated_torque_Nm / 2},
+      {"search.phases", problem->phases, 1, LM_PHASE_MAX},
+      {"search.objectives", problem->objective_count, 1, LM_OBJECTIVE_MAX},
+      {"search.evaluations", problem->evaluations, 10, 1e9},
+      {"limits.safety_factor_min", bounds->safety_factor_min, 1e-3, 100},
+      {"limits.gap_min_arcmin", bounds->gap_min_arcmin, -60, 60},
+      {"search.ranges", problem->range_count, 1, LM_FREE_MAX}};
+  lm_status status = check_all(list, COUNT(list), fault);
   int i;
   if (status == LM_OK) {
-    status = check_number(fault, "search.torque_Nm", problem->torque_Nm, 0,
-                          problem->rated_torque_Nm / 2);
-  }
-  if (status == LM_OK) {
-    status = check_number(fault, "search.phases", problem->phases, 1, LM_PHASE_MAX);
-  }
-  if (status == LM_OK) {
-    status =
-        check_number(fault, "search.objectives", problem->objective_count, 1, LM_OBJECTIVE_MAX);
-  }
-  if (status == LM_OK) {
-    status = check_number(fault, "search.evaluations", problem->evaluations, 10, 1e9);
-  }
-  if (status == LM_OK) {
-    status = check_number(fault, "limits.safety_factor_min", problem->bounds.safety_factor_min,
-                          1e-3, 100);
-  }
-  if (status == LM_OK) {
-    status = check_number(fault, "limits.gap_min_arcmin", problem->bounds.gap_min_arcmin, -60, 60);
-  }
-  if (status == LM_OK) {
-    status = check_number(fault, "search.ranges", problem->range_count, 1, LM_FREE_MAX);
-  }
-  for (i = 0; i < problem->objective_count && status == LM_OK; i++) {
-    if (problem->objective[i] == LM_FIGURE_KINEMATIC_ERROR && problem->phases < 3) {
-      status =
-          refuse_number(fault, LM_INCONSISTENT, "search.phases", problem->phases, 3, LM_PHASE_MAX);
-    }
+    status = check_objectives(problem, fault);
   }
   for (i = 0; i < problem->link_count && status == LM_OK; i++) {
-    const lm_graded_link *link = &problem->link[i];
-    status = check_number(fault, "tolerance.diameter_mm", link->diameter_mm, 0, 500);
-    if (status == LM_OK) {
-      status = check_number(fault, "tolerance.influence", link->influence, -100, 100);
-    }
-    if (status == LM_OK) {
-      status = check_number(fault, "tolerance.distribution", link->distribution, 0, 3);
-    }
-    if (status == LM_OK) {
-      status = check_number(fault, "tolerance.zone", link->zone, 0, 1);
-    }
+    status = check_link(&problem->link[i], fault);
   }
   return status;
 }

@@ -108,7 +108,8 @@ void lm_plan_evolve(lm_search *search) {
   }
   for (i = 0; i < islands; i++) {
     lm_task *task = lm_add_task(search, LM_TASK_EVOLVE, 0, ISLAND_BUDGET, NULL);
-    for (k = i; k < search->population_count && task->parent_count < LM_PARENT_MAX; k += islands) {
+    /* as many at most as an island holds: every source of the population keeps to that */
+    for (k = i; k < search->population_count; k += islands) {
       task->parent[task->parent_count++] = search->population[k];
     }
   }

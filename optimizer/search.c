@@ -55,20 +55,23 @@ void lm_disturb(const lm_search *search, lm_task *task, double width) {
  */
 
 int lm_is_ahead(const lm_combination_state *a, const lm_combination_state *b) {
-  if (a->screened != b->screened) {
-    return a->screened;
-  }
   if (a->violation <= LM_FEASIBLE && b->violation <= LM_FEASIBLE) {
     return a->value < b->value;
   }
   return a->violation < b->violation;
 }
 
+/* A population also meets points of pruned combinations. They tell how far their limit is from
+ * holding, but they do not run. */
+static int may_run(const lm_combination_state *state) {
+  return state->screened && state->fate != LM_FATE_PRUNED;
+}
+
 int lm_count_screened(const lm_search *search) {
   int screened = 0;
   int i;
   for (i = 0; i < search->combinations; i++) {
-    screened += search->state[i].screened;
+    screened += may_run(&search->state[i]);
   }
   return screened;
 }
@@ -99,7 +102,7 @@ int lm_rank_screened(lm_search *search) {
   int screened = 0;
   int i;
   for (i = 0; i < search->combinations; i++) {
-    if (search->state[i].screened) {
+    if (may_run(&search->state[i])) {
       search->order[screened++] = i;
     }
   }

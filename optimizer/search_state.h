@@ -72,7 +72,7 @@ lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget, c
 /* Move a start by up to `width` of each range. */
 void lm_disturb(const lm_search *search, lm_task *task, double width);
 
-/* Combinations of which a point was computed. */
+/* Combinations of which a point was computed, but for the pruned ones. */
 int lm_count_screened(const lm_search *search);
 
 /* Rank combinations order[0 .. count-1], best first; ties keep their order. */
@@ -81,7 +81,7 @@ void lm_rank(lm_search *search, int count);
 /* The same of those that were screened; their number. */
 int lm_rank_screened(lm_search *search);
 
-/* Whether a combination's best is better than another's. */
+/* Whether the best of a screened combination is better than another's. */
 int lm_is_ahead(const lm_combination_state *a, const lm_combination_state *b);
 
 #ifdef __cplusplus

@@ -1,5 +1,6 @@
 #include "spec.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,7 @@ typedef struct statement {
   char line[LINE_MAX_CHARACTERS];
   char *word[WORDS_MAX];
   int count;
+  int cut; /* 1: the line holds more than that */
 } statement;
 
 static const char *const generator_names[] = {"cosine", "ellipse", "discs", "rollers", "ring"};
@@ -75,7 +77,8 @@ static const char *read_line(const char *text, statement *s) {
   const char *end = strchr(text, '\n');
   size_t length = end != NULL ? (size_t)(end - text) : strlen(text);
   char *at;
-  if (length >= sizeof s->line) {
+  s->cut = length >= sizeof s->line;
+  if (s->cut) {
     length = sizeof s->line - 1;
   }
   memcpy(s->line, text, length);
@@ -86,9 +89,10 @@ static const char *read_line(const char *text, statement *s) {
   }
   s->count = 0;
   at = s->line;
-  while (s->count < WORDS_MAX) {
+  for (;;) {
     at += strspn(at, " \t\r");
-    if (*at == '\0') {
+    s->cut |= *at != '\0' && s->count == WORDS_MAX;
+    if (*at == '\0' || s->cut) {
       break;
     }
     s->word[s->count++] = at;
@@ -130,9 +134,38 @@ static int *single_integer(lm_problem *p, const char *word) {
   return NULL;
 }
 
+/* 0: not so many values, or no room. */
+static int add_variable(lm_problem *p, const char *kind, int key, const double value[], int count) {
+  if (strcmp(kind, "fixed") == 0) {
+    p->value[key] = value[0];
+    return count == 1;
+  }
+  if (strcmp(kind, "choose") == 0) {
+    lm_choice *choice = &p->choice[p->choice_count];
+    if (count == 0 || p->choice_count == LM_CHOICE_MAX) {
+      return 0;
+    }
+    choice->key = key;
+    choice->count = count;
+    memcpy(choice->value, value, (size_t)count * sizeof value[0]);
+    p->choice_count++;
+  } else {
+    lm_range *range = &p->range[p->range_count];
+    if (count != 2 || p->range_count == LM_FREE_MAX) {
+      return 0;
+    }
+    range->key = key;
+    range->whole = strcmp(kind, "whole") == 0;
+    range->low = value[0];
+    range->high = value[1];
+    p->range_count++;
+  }
+  return 1;
+}
+
 static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   const int key = lm_find_key(s->word[1]);
-  double value[WORDS_MAX];
+  double value[WORDS_MAX] = {0};
   int i;
   if (key < 0) {
     return complain(error, line, "unknown key", s->word[1]);
@@ -142,27 +175,11 @@ static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_s
       return complain(error, line, "expected a number", s->word[i]);
     }
   }
+  if (!add_variable(p, s->word[0], key, value + 2, s->count - 2)) {
+    return complain(error, line, "wrong number of values, or too many variables", s->word[1]);
+  }
   p->given[key] = 1;
-  if (strcmp(s->word[0], "fixed") == 0 && s->count == 3) {
-    p->value[key] = value[2];
-    return LM_OK;
-  }
-  if (strcmp(s->word[0], "choose") == 0 && p->choice_count < LM_CHOICE_MAX) {
-    lm_choice *choice = &p->choice[p->choice_count++];
-    choice->key = key;
-    choice->count = s->count - 2;
-    memcpy(choice->value, value + 2, (size_t)choice->count * sizeof value[0]);
-    return LM_OK;
-  }
-  if (s->count == 4 && p->range_count < LM_FREE_MAX && strcmp(s->word[0], "fixed") != 0) {
-    lm_range *range = &p->range[p->range_count++];
-    range->key = key;
-    range->whole = strcmp(s->word[0], "whole") == 0;
-    range->low = value[2];
-    range->high = value[3];
-    return LM_OK;
-  }
-  return complain(error, line, "wrong number of values, or too many variables", s->word[1]);
+  return LM_OK;
 }
 
 static lm_status read_limit(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
@@ -287,9 +304,35 @@ static lm_status read_ratio(const statement *s, lm_problem *p, int line, lm_spec
   return LM_OK;
 }
 
+static lm_status read_single(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  const char *word = s->word[0];
+  double *number = single_number(p, word);
+  int *integer = single_integer(p, word);
+  const int seed = strcmp(word, "seed") == 0;
+  double value = 0;
+  if (!seed && number == NULL && integer == NULL) {
+    return complain(error, line, "unknown statement", word);
+  }
+  if (!read_number(s->word[1], &value)) {
+    return complain(error, line, "expected a number", s->word[1]);
+  }
+  if (number != NULL) {
+    *number = value;
+    return LM_OK;
+  }
+  if (!(value >= 0 && value <= (seed ? 4294967295.0 : 2147483647.0)) || floor(value) < value) {
+    return complain(error, line, "expected a whole number, not too large", s->word[1]);
+  }
+  if (seed) {
+    p->seed = (unsigned int)value;
+  } else {
+    *integer = (int)value;
+  }
+  return LM_OK;
+}
+
 static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   const char *word = s->word[0];
-  double value = 0;
   int name;
   if (strcmp(word, "link") == 0) {
     return read_link(s, p, line, error);
@@ -332,21 +375,7 @@ static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_
     p->level = name;
     return LM_OK;
   }
-  if (strcmp(word, "seed") != 0 && single_number(p, word) == NULL &&
-      single_integer(p, word) == NULL) {
-    return complain(error, line, "unknown statement", word);
-  }
-  if (!read_number(s->word[1], &value)) {
-    return complain(error, line, "expected a number", s->word[1]);
-  }
-  if (single_number(p, word) != NULL) {
-    *single_number(p, word) = value;
-  } else if (single_integer(p, word) != NULL) {
-    *single_integer(p, word) = (int)value;
-  } else {
-    p->seed = (unsigned int)value;
-  }
-  return LM_OK;
+  return read_single(s, p, line, error);
 }
 
 lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *error) {
@@ -360,6 +389,9 @@ lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *err
   lm_start_problem(problem);
   for (; text != NULL; line++) {
     text = read_line(text, &s);
+    if (s.cut) {
+      return complain(error, line, "a line with too many words or characters", s.line);
+    }
     if (s.count > 0) {
       status = read_statement(&s, problem, line, error);
       if (status != LM_OK) {

@@ -197,10 +197,10 @@ static void make_aim(lm_search *search, int level, int levels, lm_aim *aim) {
 
 /* The steps of the front with the largest area at stake, where both ends are designs of one
  * combination. */
-static void plan_bridges(lm_search *search, int left) {
+static void plan_bridges(lm_search *search) {
   unsigned char bridged[LM_ARCHIVE_MAX] = {0};
   int n;
-  for (n = 0; n < BRIDGES_MAX && (n + 1) * BRIDGE_CHARGE <= left; n++) {
+  for (n = 0; n < BRIDGES_MAX; n++) {
     lm_task *task;
     double most = 0;
     int widest = -1;
@@ -240,7 +240,7 @@ void lm_plan_front(lm_search *search) {
   }
   levels = levels < 2 ? 2 : levels > LEVELS_MAX ? LEVELS_MAX : levels;
   if (search->problem.objective_count == 2 && search->round % 2 == 1) {
-    plan_bridges(search, left);
+    plan_bridges(search);
     if (search->batch_count > 0) {
       return;
     }

@@ -353,6 +353,31 @@ static void test_members_beyond_the_islands_are_let_go(void) {
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
 }
 
+/* What a bound excludes stays excluded, though a population meets points of it: they say how far
+ * the limit is from holding. */
+static void test_pruned_combinations_stay_pruned(void) {
+  world infeasible = plain;
+  char spec[4096];
+  lm_spec_error error = {0, ""};
+  lm_progress progress;
+  double unit[LM_FREE_MAX];
+  double violation;
+  int combination;
+  infeasible.feasible = 0;
+  snprintf(spec, sizeof spec, "%slimit outer_diameter_max_mm 10\n", spec_of(2, 3000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_read_spec(spec, &problem, &error));
+  search = lm_open_search(&problem);
+  lm_read_progress(search, &progress);
+  TEST_ASSERT_EQUAL_INT(7, progress.fate[LM_FATE_PRUNED]);
+  TEST_ASSERT_TRUE(progress.feasible_share == 0);
+  run_in(&infeasible, spec);
+  lm_read_progress(search, &progress);
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, progress.stage);
+  TEST_ASSERT_EQUAL_INT(7, progress.fate[LM_FATE_PRUNED]);
+  TEST_ASSERT_EQUAL_INT(kinds[LM_TASK_EVOLVE], progress.tasks_done);
+  TEST_ASSERT_EQUAL_INT(1, lm_read_nearest(search, &combination, unit, &violation));
+}
+
 static void test_ids_and_fates_outside_are_refused(void) {
   lm_spec_error error = {0, ""};
   const lm_task *tasks;
@@ -395,6 +420,7 @@ int main(void) {
   RUN_TEST(test_many_combinations_are_screened_in_batches);
   RUN_TEST(test_a_race_of_many_fits_the_batch);
   RUN_TEST(test_members_beyond_the_islands_are_let_go);
+  RUN_TEST(test_pruned_combinations_stay_pruned);
   RUN_TEST(test_ids_and_fates_outside_are_refused);
   return UNITY_END();
 }
