@@ -164,6 +164,18 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
             ["compare", "{bought}", "{real}", "--seed", "-1"],
             ("--seed", "'-1'", "an integer from 0"),
         ),
+        (
+            ["fit", "{bought}", "{real}", "-o", "none/f.toml", "--report", "r.html"],
+            ("--output", "'none/f.toml'", "not exist"),
+        ),
+        (
+            ["fit", "{bought}", "{real}", "-o", "{bought}"],
+            ("--output", "the input", "of its own"),
+        ),
+        (
+            ["export", "{bought}", "-o", "a.h", "--json", "a.h"],
+            ("--json", "the place of --output, 'a.h'", "of its own"),
+        ),
         (["compare", "{bought}", ""], ("no such file", "a recording or a folder")),
         (["clearances", "{bought}"], ("bought.toml", "design", "the geometry")),
         (["clearances", "{drawn}", "--angles-deg", "1,,2"], ("--angles-deg", "''", "a number")),
@@ -221,9 +233,12 @@ def test_an_interrupt_is_status_130(
     assert "interrupted" in capsys.readouterr().err
 
 
-def test_no_command_shows_the_help(capsys: Capture) -> None:
+def test_no_command_shows_the_help_and_is_bad_usage(capsys: Capture) -> None:
     assert main([]) == 2
-    assert "predict" in capsys.readouterr().out
+    captured = capsys.readouterr()
+    assert "predict" in captured.out
+    assert captured.err.startswith("lostmotion: COMMAND: found none, expected ")
+    assert captured.err.count("\n") == 1
 
 
 def test_the_version_is_that_of_the_project(capsys: Capture) -> None:
@@ -367,6 +382,11 @@ def test_progress_is_drawn_on_a_terminal_only(
     with terminal.Progress("comparing") as progress:
         progress(1, 2)
     assert "comparing [###############...............] 1/2" in capsys.readouterr().err
+    argv = ["replay", str(REAL / "drive.toml"), str(REAL)]
+    assert main(argv) == 0
+    assert "replaying [" in capsys.readouterr().err
+    assert main([*argv, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("command", sorted(commands()))

@@ -198,6 +198,14 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         ("design.tolerance[0]", "upper_um"),
     ),
     (
+        {"design.generator.type": "ring"},
+        (
+            "design.generator.type",
+            "found 'ring'",
+            "expected 'cosine', 'ellipse', 'discs', 'rollers'",
+        ),
+    ),
+    (
         {"design.tolerance": [{"kind": "hole", "zone": "cam", "lower_um": 3, "upper_um": 4}]},
         ("design.tolerance[0].zone", "'cam'", "'generator', 'teeth'"),
     ),
@@ -249,7 +257,7 @@ def test_what_is_not_toml_is_refused(tmp_path: Path, content: str | bytes, part:
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none\.toml: found no such file, expected a drive file"):
         read_drive(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="Is a directory"):
+    with pytest.raises(InputError, match="found a folder, expected a drive file"):
         read_drive(tmp_path)
 
 

@@ -18,6 +18,9 @@ from lostmotion.files import check_place, reason
 DONE, FAILED, INTERRUPTED = 0, 1, 130
 """Exit statuses beside that of bad input."""
 
+WRITERS = ("fit", "export")
+"""Commands whose output is one file, not a folder."""
+
 SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg")
 """Options whose value may begin with a minus sign."""
 
@@ -31,7 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments.command_line = shlex.join(["lostmotion", *words])
         if arguments.command is None:
             parser.print_help()
-            return BAD_INPUT
+            sys.stdout.flush()
+            raise InputError("COMMAND", "", "none", "one of those above, e.g. lostmotion predict")
         check_places(arguments)
         with loudness(arguments):
             module, _, function = arguments.run.partition(":")
@@ -75,7 +79,10 @@ def join_signed(argv: Sequence[str]) -> list[str]:
 def check_places(arguments: argparse.Namespace) -> None:
     """Refuse places that cannot be written to, or that hold an input, before any work."""
     taken = {name: f"the input '{name}'" for name in input_files(arguments)}
-    for option in ("json", "report", "table", "save-evidence"):
+    options = ["json", "report", "table", "save-evidence"]
+    if arguments.command in WRITERS:
+        options.insert(0, "output")
+    for option in options:
         file = getattr(arguments, option.replace("-", "_"), None)
         if file is None or (option, file) == ("json", "-"):
             continue

@@ -17,6 +17,8 @@ def reason(error: Exception) -> str:
     """Say in a few words why a file could not be used."""
     if isinstance(error, FileNotFoundError):
         return "no such file"
+    if isinstance(error, IsADirectoryError):
+        return "a folder"
     if isinstance(error, MemoryError):
         return "not enough memory"
     return (error.strerror if isinstance(error, OSError) else str(error)) or "an error"

@@ -329,6 +329,11 @@ def _refused(design: Design, error: LibraryError) -> InputError:
         key = error.key.removeprefix("drive.")
         place = f"drive.{key}" if key in ("ratio", "rated_torque_Nm") else f"design.{key}"
         return InputError(design.file, place, f"{error.found:.6g}", _range(error, 1.0))
+    if error.key == "generator.type":
+        low, high = int(error.low), int(error.high)
+        fitting = ", ".join(f"'{name}'" for name in GENERATORS[low : high + 1])
+        expected = f"{fitting} for teeth of this deformation ({error.sentence})"
+        return InputError(design.file, value.place, f"'{value.value}'", expected)
     scale = _scale(error.key, value)
     return InputError(design.file, value.place, f"{error.found * scale:.6g}", _range(error, scale))
 

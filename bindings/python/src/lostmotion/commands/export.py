@@ -6,7 +6,6 @@ import argparse
 
 from lostmotion.drives import read_drive
 from lostmotion.export import export, make_controller, read_settings, show_export
-from lostmotion.files import check_place
 from lostmotion.options import own_effects
 from lostmotion.terminal import deliver
 
@@ -14,7 +13,6 @@ from lostmotion.terminal import deliver
 def run_export(arguments: argparse.Namespace) -> None:
     """``lostmotion export``."""
     settings = read_settings(arguments.set)
-    check_place("--output", arguments.output)
     drive = read_drive(arguments.drive)
     controller = make_controller(
         drive, settings, profile=arguments.profile, own=own_effects(arguments)

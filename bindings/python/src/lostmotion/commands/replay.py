@@ -16,7 +16,7 @@ def run_replay(arguments: argparse.Namespace) -> None:
     parameters, ratio, columns = read_parameters(arguments.drive, read_settings(arguments.set))
     mapping = {**columns, **parse_map(arguments.map)}
     campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping)
-    with Progress("replaying") as progress:
+    with Progress("replaying", quiet=arguments.quiet) as progress:
         result = replay(parameters, campaign, progress)
     if arguments.table is not None:
         write_whole(arguments.table, result.table())
