@@ -30,14 +30,15 @@ static double lost_motion_at(const lm_certificate *c, const lm_mesh_state *mesh,
   return (rest_rad + 2 * turned) / ARCMIN;
 }
 
-/* The links of the drive, and its nominal gaps as links without tolerance. */
+/* The links of the drive, and its nominal gaps as links without tolerance: lm_prepare_problem
+ * leaves room for them. */
 static int all_links(const lm_drive *drive, lm_tolerance_link link[]) {
   const double nominal[LM_GAP_ZONES] = {drive->gap.generator_mm, drive->gap.teeth_mm};
   int count = drive->tolerance_count;
   int zone;
   memcpy(link, drive->tolerances, (size_t)count * sizeof link[0]);
   for (zone = 0; zone < LM_GAP_ZONES; zone++) {
-    if (nominal[zone] > 0 && count < LM_TOLERANCE_CHAIN_MAX) {
+    if (nominal[zone] > 0) {
       link[count].influence = 1;
       link[count].lower_mm = nominal[zone];
       link[count].upper_mm = nominal[zone];

@@ -282,6 +282,12 @@ static lm_status check_link(const lm_graded_link *link, lm_fault *fault) {
   return check_all(list, COUNT(list), fault);
 }
 
+/* A nominal gap is one more link of the certificate. */
+static int count_links(const lm_problem *problem) {
+  return problem->link_count + problem->given[LM_KEY_GENERATOR_GAP_MM] +
+         problem->given[LM_KEY_TEETH_GAP_MM];
+}
+
 static lm_status check_numbers(const lm_problem *problem, lm_fault *fault) {
   const lm_bounds *bounds = &problem->bounds;
   const bounded_number list[] = {
@@ -292,7 +298,8 @@ static lm_status check_numbers(const lm_problem *problem, lm_fault *fault) {
       {"search.evaluations", problem->evaluations, 10, 1e9},
       {"limits.safety_factor_min", bounds->safety_factor_min, 1e-3, 100},
       {"limits.gap_min_arcmin", bounds->gap_min_arcmin, -60, 60},
-      {"search.ranges", problem->range_count, 1, LM_FREE_MAX}};
+      {"search.ranges", problem->range_count, 1, LM_FREE_MAX},
+      {"tolerance.links", count_links(problem), 0, LM_LINK_MAX}};
   lm_status status = check_all(list, COUNT(list), fault);
   int i;
   if (status == LM_OK) {
@@ -340,6 +347,12 @@ lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault) {
   if (problem == NULL) {
     return refuse_number(fault, LM_NULL, "problem", 0, 0, 0);
   }
+  for (i = 0; i < problem->range_count; i++) {
+    problem->given[problem->range[i].key] = 1;
+  }
+  for (i = 0; i < problem->choice_count; i++) {
+    problem->given[problem->choice[i].key] = 1;
+  }
   status = check_numbers(problem, fault);
   if (status == LM_OK) {
     status = check_variables(problem, fault);
@@ -350,12 +363,6 @@ lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault) {
   }
   if (status != LM_OK) {
     return status;
-  }
-  for (i = 0; i < problem->range_count; i++) {
-    problem->given[problem->range[i].key] = 1;
-  }
-  for (i = 0; i < problem->choice_count; i++) {
-    problem->given[problem->choice[i].key] = 1;
   }
   for (i = 0; i < problem->link_count; i++) {
     if (problem->link[i].cost_weight == 0) {
