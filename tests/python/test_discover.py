@@ -27,6 +27,7 @@ from lostmotion.discover.threads import in_parallel
 from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run
+from lostmotion.units import parse_unit
 
 ARCSEC = np.pi / 180 / 3600
 RATED_NM = 40.0
@@ -138,6 +139,12 @@ def test_the_answer_has_every_key_of_the_interface(warm_gap):
         "next_experiment",
     }
     assert wanted <= set(found)
+    detectable = found["smallest_detectable"]
+    assert detectable["thermal_stiffness"]["unit"] == "per K"
+    assert detectable["thermal_stiffness"]["parameter"] == "share"
+    for one in detectable.values():
+        assert one["value"] > 0
+        assert one["unit"] == "-" or parse_unit(one["unit"].replace(" ", "_")) is not None
     for candidate in found["candidates"]:
         assert {
             "name",

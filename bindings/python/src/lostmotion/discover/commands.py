@@ -300,7 +300,8 @@ def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
     for effect in answer["effects"]:
         if effect["testable"]:
             print(
-                f"{effect['name']:<26} from {effect['value']:.3g} {effect['unit']} "
+                f"{effect['name']:<26} {effect['parameter']} from {effect['value']:.3g}"
+                f"{'' if effect['unit'] == '-' else ' ' + effect['unit']} "
                 f"({effect['rms_arcsec']:.2f} arcsec rms)",
                 file=out,
             )

@@ -31,7 +31,7 @@ from lostmotion.discover.selection import (
 from lostmotion.discover.study import Field, Settled, clean_outliers
 from lostmotion.discover.threads import one_thread
 from lostmotion.recordings import Campaign
-from lostmotion.units import ARCSEC
+from lostmotion.units import ARCSEC, split_unit
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -481,10 +481,16 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
         places = candidate.effect.indices("linear") or candidate.effect.indices("shape")
         value = candidate.effect.values[places[0]]
         size = amplitude / float(np.mean(scale))
-        unit = value.name
-        if "_rad" in value.name:
-            size, unit = size / ARCSEC, value.name.replace("_rad", "_arcsec")
-        out[name] = {"value": size, "unit": unit, "rms_arcsec": rms}
+        parameter, unit = split_unit(value.name)
+        symbol = unit.symbol if unit is not None else "-"
+        if symbol.startswith("rad"):
+            size, symbol = size / ARCSEC, "arcsec" + symbol.removeprefix("rad")
+        out[name] = {
+            "value": size,
+            "unit": symbol.replace("_", " "),
+            "parameter": parameter,
+            "rms_arcsec": rms,
+        }
     return out
 
 

@@ -147,16 +147,22 @@ def _contest(answer: dict[str, Any]) -> Rows:
 
 def _detectable(answer: dict[str, Any]) -> Rows:
     rows = [
-        (words(name), f"{d['value']:.3g}", d["unit"], f"{d['rms_arcsec']:.2g}")
+        (
+            words(name),
+            words(d["parameter"]),
+            f"{d['value']:.3g}",
+            d["unit"],
+            f"{d['rms_arcsec']:.2g}",
+        )
         for name, d in sorted(
             answer["smallest_detectable"].items(), key=lambda item: item[1]["rms_arcsec"]
         )
     ]
     return Rows(
         "The smallest that would have been found",
-        ("effect", "value", "unit", "rms, arcsec"),
+        ("effect", "parameter", "value", "unit", "rms, arcsec"),
         rows,
-        (1, 3),
+        (2, 4),
         "Size of each effect that these runs would show with a chance of 80 %.",
     )
 

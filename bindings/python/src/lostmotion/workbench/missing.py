@@ -272,16 +272,21 @@ class NextPanel(Panel):
         sizes = found.smallest_detectable
         if sizes:
             sizes_shown = [
-                (words(name), f"{one['value']:.3g} {one['unit']}", f"{one['rms_arcsec']:.2f}")
+                (
+                    words(name),
+                    words(one["parameter"]),
+                    f"{one['value']:.3g} {one['unit']}",
+                    f"{one['rms_arcsec']:.2f}",
+                )
                 for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
             ]
             self.html(
                 rows_html(
                     Rows(
                         "Smallest size that these recordings would have shown",
-                        ("effect", "size", "rms, arcsec"),
+                        ("effect", "parameter", "size", "rms, arcsec"),
                         sizes_shown,
-                        (2,),
+                        (3,),
                     )
                 )
             )
