@@ -278,10 +278,12 @@ def test_an_effect_in_python_is_found_like_one_of_the_library():
     assert found["candidates"][0]["parameters"]["pull_rad"] == pytest.approx(3 * ARCSEC, rel=0.1)
 
 
-def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
-    for name, text in template("cable_pull", in_c=False).items():
-        (tmp_path / name).write_text(text)
-    assert set(load_python(tmp_path / "cable_pull.py")) == {"cable_pull"}
+def write_template(folder, *, in_c):
+    for name, text in template("cable_pull", in_c=in_c).items():
+        (folder / name).write_text(text)
+
+
+def run_its_test(folder):
     command = [
         sys.executable,
         "-m",
@@ -291,7 +293,26 @@ def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
         "no:cacheprovider",
         "test_cable_pull.py",
     ]
-    subprocess.run(command, cwd=tmp_path, check=True)
+    subprocess.run(command, cwd=folder, check=True)
+
+
+def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
+    write_template(tmp_path, in_c=False)
+    assert set(load_python(tmp_path / "cable_pull.py")) == {"cable_pull"}
+    run_its_test(tmp_path)
+
+
+@needs_compiler
+def test_the_c_template_passes_its_own_test_and_is_made_as_its_head_says(tmp_path):
+    write_template(tmp_path, in_c=True)
+    run_its_test(tmp_path)
+    head = (tmp_path / "cable_pull.c").read_text().partition("*/")[0]
+    said = [line.removeprefix(" *").strip() for line in head.splitlines()]
+    made = [line for line in said if line.startswith(("headers=", "flags=", "cc "))]
+    assert len(made) == 3
+    made[0] = made[0].replace("python", sys.executable, 1)
+    subprocess.run("\n".join(made), cwd=tmp_path, check=True, shell=True)
+    assert set(load_shared_object(tmp_path / "cable_pull.so")) == {"cable_pull"}
 
 
 @needs_compiler
@@ -319,6 +340,11 @@ def test_the_c_template_compiles_and_is_loaded_without_rebuilding(tmp_path):
 def test_templates_refuse_names_that_are_no_identifiers(name):
     with pytest.raises(InputError, match="lower case"):
         template(name, in_c=False)
+
+
+def test_templates_refuse_the_names_of_the_library():
+    with pytest.raises(InputError, match="an effect of the library"):
+        template("thermal_gap", in_c=False)
 
 
 def test_a_fitted_file_reads_back_as_the_same_model():

@@ -1,7 +1,18 @@
 """Which physical effect is missing: joint refits of base and candidates, judged run by run."""
 
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
-from lostmotion.discover.effects import Effect, Value, effect, library
+from lostmotion.discover.effects import Effect, Value, effect, library, load
 from lostmotion.discover.formula import formula
+from lostmotion.discover.template import include_folder
 
-__all__ = ["Diagnosis", "Effect", "Value", "diagnose", "effect", "formula", "library"]
+__all__ = [
+    "Diagnosis",
+    "Effect",
+    "Value",
+    "diagnose",
+    "effect",
+    "formula",
+    "include_folder",
+    "library",
+    "load",
+]

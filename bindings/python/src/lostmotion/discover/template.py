@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import keyword
+from pathlib import Path
 
+from lostmotion.discover.effects import library
 from lostmotion.errors import InputError
 
 PYTHON = '''"""A user's own effect: {name}. To use it:
@@ -33,10 +35,32 @@ PYTHON_TEST = '''"""Test of {name}: run with pytest."""
 import numpy as np
 
 from {name} import {name}
+'''
+
+C_TEST = '''"""Test of {name}: run with pytest. It needs a C compiler that is called cc."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lostmotion.discover import include_folder, load
 
 
-def test_{name}_is_proportional_to_its_linear_values():
-    run = {{name: np.linspace(-1.0, 1.0, 11) for name in {name}.needs}}
+@pytest.fixture
+def {name}(tmp_path):
+    made = tmp_path / "{name}.so"
+    command = ["cc", "-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
+    command += ["-DLM_REAL_BITS=64", f"-I{{include_folder()}}"]
+    subprocess.run([*command, Path(__file__).with_name("{name}.c"), "-o", made], check=True)
+    return load(made)["{name}"]
+'''
+
+PROPORTIONAL = """
+
+def test_{name}_is_proportional_to_its_linear_values({argument}):
+    run = {{need: np.linspace(-1.0, 1.0, 11) for need in {name}.needs}}
     run["torque_Nm"] = np.linspace(-10.0, 10.0, 11)
     run["elastic_rad"] = 1e-5 * run["torque_Nm"]
     values = {name}.typical
@@ -44,13 +68,15 @@ def test_{name}_is_proportional_to_its_linear_values():
     twice = values.copy()
     twice[{name}.indices("linear")] *= 2.0
     assert np.all(np.isfinite(once))
+    assert np.any(once != 0.0)
     np.testing.assert_allclose({name}.function(twice, run, np.zeros(1)), 2.0 * once)
-'''
+"""
 
 C_SOURCE = """/* A user's own effect: {name}. The same file goes to the controller.
  *
- *   cc -std=c99 -O2 -ffp-contract=off -shared -fPIC -DLM_REAL_BITS=64 \
- *      -I INCLUDE {name}.c -o {name}.so
+ *   headers=$(python -c 'import lostmotion.discover as d; print(d.include_folder())')
+ *   flags='-std=c99 -O2 -ffp-contract=off -shared -fPIC -DLM_REAL_BITS=64'
+ *   cc $flags -I "$headers" {name}.c -o {name}.so
  *   lostmotion diagnose DRIVE DATA --effects {name}.so
  */
 #include "lostmotion/effects.h"
@@ -92,15 +118,28 @@ const lm_effect lm_user_effect = {{
 """
 
 
+def include_folder() -> Path:
+    """Find the folder with the C headers in the installed package: `-I` of an effect in C."""
+    from lostmotion.demo.inputs import FIRMWARE, find_inputs
+
+    return find_inputs() / FIRMWARE / "lib" / "include"
+
+
 def template(name: str, *, in_c: bool) -> dict[str, str]:
     """Return the files of a template by name."""
     import zlib
 
     if not name.isidentifier() or keyword.iskeyword(name) or name != name.lower():
         raise InputError("NAME", "", f"'{name}'", "a lower case name such as cable_pull")
+    if name in library():
+        raise InputError("NAME", "", f"'{name}', an effect of the library", "a name of its own")
     if in_c:
-        return {f"{name}.c": C_SOURCE.format(name=name, crc=hex(zlib.crc32(name.encode())))}
+        crc = hex(zlib.crc32(name.encode()))
+        return {
+            f"{name}.c": C_SOURCE.format(name=name, crc=crc),
+            f"test_{name}.py": (C_TEST + PROPORTIONAL).format(name=name, argument=name),
+        }
     return {
         f"{name}.py": PYTHON.format(name=name),
-        f"test_{name}.py": PYTHON_TEST.format(name=name),
+        f"test_{name}.py": (PYTHON_TEST + PROPORTIONAL).format(name=name, argument=""),
     }
