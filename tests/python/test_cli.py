@@ -25,6 +25,7 @@ from lostmotion.cli import main
 from lostmotion.commands import predict as predict_command
 from lostmotion.commands.parser import PROFILES, SHELLS
 from lostmotion.errors import LibraryError
+from lostmotion.units import ARCMIN
 
 Write = Callable[..., Path]
 Capture = pytest.CaptureFixture[str]
@@ -80,6 +81,23 @@ def test_predict_prints_a_table_and_writes_the_answer(
     assert "reversal lost motion at +-1.6 Nm" in text
     assert "design.material.youngs_modulus_MPa = 210000" in text
     assert json.loads(out.read_text())["torque_Nm"] == [0, 20, 40]
+
+
+def test_predict_shows_what_a_fit_found_beside_the_sheet(
+    capsys: Capture, write: Write, bought_file: str
+) -> None:
+    values = "knot_1_Nm = 20\nslope_1_rad_per_Nm = 3e-5\nslope_2_rad_per_Nm = 1e-5\n"
+    fitted = str(write(f"{Path(bought_file).read_text()}\n[fit.values]\n{values}", "fitted.toml"))
+    sheet = answer(capsys, "predict", bought_file, "--torque", "-40:40:5")
+    found = answer(capsys, "predict", fitted, "--torque", "-40:40:5")
+    assert found["total_arcmin"] == sheet["total_arcmin"]
+    wanted = np.array([-8e-4, -6e-4, 0.0, 6e-4, 8e-4]) / ARCMIN
+    np.testing.assert_allclose(found["fitted_arcmin"], wanted, rtol=1e-12)
+    assert "fitted_arcmin" not in sheet
+    assert main(["predict", fitted, "--torque", "-40:40:5"]) == 0
+    said = capsys.readouterr().out
+    assert "torque Nm  fitted" in said
+    assert "fitted is the characteristic that recordings gave" in said
 
 
 def test_predict_shows_checks_that_fail(

@@ -21,11 +21,17 @@ import numpy.typing as npt
 
 from lostmotion import __version__, units
 from lostmotion.core import Bits, Core, core
-from lostmotion.drives import Drive, numbered
+from lostmotion.drives import Drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
 from lostmotion.keys import Key, label, read_table
-from lostmotion.model import design_model, make_backbone, reversal_torque
+from lostmotion.model import (
+    design_model,
+    fit_values,
+    fitted_backbone,
+    make_backbone,
+    reversal_torque,
+)
 from lostmotion.units import ARCMIN, ARCSEC
 
 if TYPE_CHECKING:
@@ -231,14 +237,11 @@ def _backbone(
     drive: Drive, limit_Nm: float, most: int, notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
     """Knots of the backbone up to the torque limit, thinned out where there are too many."""
-    fitted = _fitted_backbone(drive, limit_Nm)
-    if fitted is None:
-        backbone = make_backbone(drive, limit_Nm)
-        fitted = backbone.torque_Nm, backbone.angle_rad
-    if fitted[0].size <= most:
-        return fitted
+    backbone = fitted_backbone(drive, limit_Nm) or make_backbone(drive, limit_Nm)
+    if backbone.torque_Nm.size <= most:
+        return backbone.torque_Nm, backbone.angle_rad
     c = core(64)
-    torque, angle = c.array(fitted[0]), c.array(fitted[1])
+    torque, angle = c.array(backbone.torque_Nm), c.array(backbone.angle_rad)
     chosen = c.ffi.new("int[]", most)
     error = c.ffi.new("lm_real *")
     fault = c.fault()
@@ -256,29 +259,10 @@ def _backbone(
     return torque[index], angle[index]
 
 
-def _fit_values(drive: Drive, pattern: str) -> FloatArray:
-    """Give the numbered values of a fit in their order."""
-    return np.array(numbered((drive.fit or {}).get("values", {}), pattern))
-
-
-def _fitted_backbone(drive: Drive, limit_Nm: float) -> tuple[FloatArray, FloatArray] | None:
-    """The odd backbone of a fit: knots, and the slope of the stretch that ends at each."""
-    knots = _fit_values(drive, "knot_{}_Nm")
-    slopes = _fit_values(drive, "slope_{}_rad_per_Nm")
-    if knots.size == 0 or slopes.size != knots.size + 1:
-        return None
-    ends = np.append(knots, max(limit_Nm, 1.1 * knots[-1]))
-    rise = np.cumsum(slopes * np.diff(ends, prepend=0.0))
-    return (
-        np.concatenate((-ends[::-1], [0.0], ends)),
-        np.concatenate((-rise[::-1], [0.0], rise)),
-    )
-
-
 def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
     """The plays of a fit by the pattern of their weights; those without a weight are left out."""
-    radii = _fit_values(drive, "play_radius_{}_Nm")
-    weights = _fit_values(drive, pattern)
+    radii = fit_values(drive, "play_radius_{}_Nm")
+    weights = fit_values(drive, pattern)
     pairs = zip(radii, weights, strict=False)
     return [Play(float(radius), 0.0, float(weight)) for radius, weight in pairs if weight > 0]
 

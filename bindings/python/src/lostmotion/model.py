@@ -17,7 +17,7 @@ from lostmotion import structs
 from lostmotion.base import Backbone
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE
 from lostmotion.core import Bits, core
-from lostmotion.drives import Drive
+from lostmotion.drives import Drive, numbered
 from lostmotion.errors import InputError
 from lostmotion.structs import Design
 
@@ -318,6 +318,33 @@ def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
     torque[BACKBONE_TORQUES // 2] = 0.0
     found = model.characteristic(torque)
     return Backbone(torque, np.asarray(found.total_rad, dtype=np.float64))
+
+
+def fit_values(drive: Drive, pattern: str) -> FloatArray:
+    """Give the numbered values of a fit in their order."""
+    return np.array(numbered((drive.fit or {}).get("values", {}), pattern))
+
+
+def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
+    """Make the loss-free characteristic that a fit found; None where the file has none.
+
+    Parameters
+    ----------
+    drive : Drive
+        Its fit holds knots, and the slope of the stretch that ends at each.
+    reach_Nm : float
+        How far it is wanted.
+    """
+    knots = fit_values(drive, "knot_{}_Nm")
+    slopes = fit_values(drive, "slope_{}_rad_per_Nm")
+    if knots.size == 0 or slopes.size != knots.size + 1:
+        return None
+    ends = np.append(knots, max(reach_Nm, 1.1 * knots[-1]))
+    rise = np.cumsum(slopes * np.diff(ends, prepend=0.0))
+    return Backbone(
+        np.concatenate((-ends[::-1], [0.0], ends)),
+        np.concatenate((-rise[::-1], [0.0], rise)),
+    )
 
 
 def reversal_torque(drive: Drive) -> float:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
-from lostmotion.model import design_model, reversal_torque
+from lostmotion.model import design_model, fitted_backbone, reversal_torque
 from lostmotion.units import ARCMIN
 
 LIMITS = ("worst_min", "worst_max", "probable_min", "probable_max")
@@ -41,7 +41,21 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> d
     answer.update(
         _catalogue(drive, torque_Nm) if drive.catalogue else _design(drive, torque_Nm, phase_rad)
     )
+    add_fitted(answer, drive, torque_Nm)
     return answer
+
+
+def add_fitted(answer: dict[str, Any], drive: Drive, torque_Nm: npt.ArrayLike) -> None:
+    """Add what a fit found beside what the sheet or the drawing says."""
+    fitted = fitted_backbone(drive, float(np.max(np.abs(torque_Nm))))
+    if fitted is None:
+        return
+    answer["fitted_arcmin"] = numbers(fitted(np.asarray(torque_Nm)) / ARCMIN)
+    answer["assumptions"] = [
+        *answer["assumptions"],
+        "fitted is the characteristic that recordings gave, without friction and without the "
+        "effects of the file; all else is what the sheet or the drawing says.",
+    ]
 
 
 def _catalogue(drive: Drive, torque_Nm: npt.ArrayLike) -> dict[str, Any]:

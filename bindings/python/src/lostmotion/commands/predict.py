@@ -80,10 +80,18 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
         file=out,
     )
     parts = answer["parts_arcmin"]
-    head = ["torque Nm", "total", *(part.replace("_", " ") for part in parts), "teeth/lobe"]
+    fitted = answer.get("fitted_arcmin")
+    head = [
+        "torque Nm",
+        *(["fitted"] if fitted else []),
+        "total",
+        *(part.replace("_", " ") for part in parts),
+        "teeth/lobe",
+    ]
     rows = [
         [
             fixed(torque, 2),
+            *([fixed(fitted[i])] if fitted else []),
             fixed(answer["total_arcmin"][i]),
             *(fixed(parts[part][i]) for part in parts),
             fixed(answer["engaged_teeth_per_lobe"][i], 0),
