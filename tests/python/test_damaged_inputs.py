@@ -280,6 +280,20 @@ def test_evidence_that_cannot_be_read_is_refused_without_a_warning(
     assert outcome.error.count("\n") == 1
 
 
+@pytest.mark.parametrize("length", [64, 250, 300])
+def test_an_effect_whose_name_no_file_can_have_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, length: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = damaged_inputs.run_here(["effects", "new", "a" * length])
+    assert outcome.status == 2, outcome
+    assert outcome.error == (
+        f"lostmotion: NAME: found one of {length} characters, expected a name of at most 63 "
+        "characters\n"
+    )
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("suffix", [".py", ".so"])
 @pytest.mark.parametrize("name", ["n" * 300, "none", "a\0b"])
 def test_effects_that_cannot_be_read_are_refused(tmp_path: Path, name: str, suffix: str) -> None:

@@ -8,6 +8,9 @@ from pathlib import Path
 from lostmotion.discover.effects import library
 from lostmotion.errors import InputError
 
+NAME_MAX = 63
+"""Characters by which C99 tells names apart."""
+
 PYTHON = '''"""A user's own effect: {name}. To use it:
 
 lostmotion diagnose DRIVE DATA --effects {name}.py
@@ -133,6 +136,9 @@ def template(name: str, *, in_c: bool) -> dict[str, str]:
         raise InputError("NAME", "", f"'{name}'", "a lower case name such as cable_pull")
     if name in library():
         raise InputError("NAME", "", f"'{name}', an effect of the library", "a name of its own")
+    if len(name) > NAME_MAX:
+        expected = f"a name of at most {NAME_MAX} characters"
+        raise InputError("NAME", "", f"one of {len(name)} characters", expected)
     if in_c:
         crc = hex(zlib.crc32(name.encode()))
         return {
