@@ -424,7 +424,8 @@ return [out, document.documentElement.scrollWidth, width];
 CUT = """
 return [...document.querySelectorAll('body *')].filter(e => {
   if (!e.checkVisibility()) return false;
-  if (e.closest('svg, .scroll, .q-tabs, input, .q-field, .q-uploader')) return false;
+  // A ripple runs over a button for a moment after it was pressed.
+  if (e.closest('svg, .scroll, .q-tabs, input, .q-field, .q-uploader, .q-ripple')) return false;
   const style = getComputedStyle(e);
   return style.overflowX != 'visible' && e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0;
 }).map(e => e.className + ': ' + e.textContent.slice(0, 60));
