@@ -125,7 +125,7 @@ def test_it_is_short_and_one_page(shown):
         assert name in out
     assert answer["report"] == str(folder / "report.html")
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert page.count("<section") == 8
+    assert page.count("<section") == 9
     assert f"lostmotion demo -o {folder}" in page
     assert "http://" not in page.replace("http://www.w3.org/", "")
 

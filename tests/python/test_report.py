@@ -500,7 +500,7 @@ def test_commands_write_reports(words, tmp_path, capsys):
 
 def test_the_verdict_leads_the_page_of_a_diagnosis():
     found, odd = section_of("found"), section_of("unexplained")
-    assert found.lead == "Missing: thermal_gap."
+    assert found.lead == "Missing: thermal gap."
     assert odd.lead.startswith("Something systematic remains")
     assert "It depends on torque: ripple of 4.99 Nm" in odd.lead
     assert any(f.title == "What is left depends on torque" for f in figures("unexplained"))

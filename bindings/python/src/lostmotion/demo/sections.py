@@ -2,14 +2,52 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from lostmotion.demo.controller import Emulated, Scores
 from lostmotion.design import Result
+from lostmotion.discover.diagnosis import Diagnosis
 from lostmotion.drives import Drive
 from lostmotion.report import Section
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.front import front_figure
 from lostmotion.report.page import Figure, Rows, Table
 from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, signs, text_width
+from lostmotion.report.wording import words
+
+
+def overview_section(
+    drive: Drive,
+    found: Diagnosis,
+    plain: Scores,
+    scores: Scores,
+    designs: dict[str, Result] | str,
+) -> Section:
+    """Give the story in a few numbers."""
+    first, last = found.ladder[0], found.ladder[-1]
+    worst = int(np.argmax(plain.after))
+    ends = (scores.before[worst], plain.after[worst], scores.after[worst])
+    facts = [
+        (
+            f"{drive.name}: missing in its model",
+            ", ".join(map(words, last["effects"])) or "nothing",
+        ),
+        ("error of the model, rms", f"{first['rms_arcsec']:.2f} arcsec"),
+        ("with what was missing", f"{last['rms_arcsec']:.2f} arcsec"),
+        ("noise floor", f"{found.noise_floor_arcsec:.2f} arcsec"),
+        (
+            f"output at {scores.temperature_C[worst]:.0f} °C: alone, without the effect, with it",
+            ", ".join(f"{error:.0f}" for error in ends) + " arcsec",
+        ),
+    ]
+    if not isinstance(designs, str):
+        facts.append(("searched designs, lost motion", ", ".join(map(_gain, designs.values()))))
+    return Section("In short", "Each of these numbers stands in its place below.", facts)
+
+
+def _gain(found: Result) -> str:
+    was, now = (one["tolerance_lost_motion"] for one in (found.start, found.front[0]["figures"]))
+    return signs(f"{100 * (now / was - 1):+.0f} %")
 
 
 def controller_section(
@@ -111,7 +149,7 @@ def design_section(designs: dict[str, Result] | str) -> Section:
                 name,
                 f"{was:.3f}",
                 f"{now:.3f}",
-                signs(f"{100 * (now / was - 1):+.0f} %"),
+                _gain(found),
                 f"{start['stress']:.3f}",
                 f"{best['stress']:.3f}",
                 "holds" if holds else "does not hold",
@@ -123,19 +161,19 @@ def design_section(designs: dict[str, Result] | str) -> Section:
         "A robot's joint, a large instrument drive with four rollers and a drive with a ring "
         "generator, searched over the same model that predicts and compares. The budgets are "
         "those of a demonstration.",
-        [("searches", str(len(designs)))],
+        [(f"lost motion, {name}", f"{was} to {now} arcmin") for name, was, now, *_ in rows],
         [
             Rows(
                 "Textbook start and best",
                 (
                     "",
                     "lost motion, start",
-                    "best",
+                    "lost motion, best",
                     "change",
                     "stress, start",
-                    "best",
+                    "stress, best",
                     "fine check",
-                    "front",
+                    "on the front",
                 ),
                 rows,
                 (1, 2, 3, 4, 5, 7),

@@ -27,6 +27,7 @@ from lostmotion.demo.inputs import copy_inputs
 from lostmotion.demo.sections import (
     controller_section,
     design_section,
+    overview_section,
 )
 from lostmotion.design import Result, search
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
@@ -169,6 +170,7 @@ def demonstrate(
     others = look_at_drives(folder)
     step()
     sections: list[Section] = [
+        overview_section(drive, found, plain, scores, designs),
         comparison_section(drive, result, [recording]),
         diagnosis_section(drive, found, [recording]),
         controller_section(drive, plain, scores, emulated),

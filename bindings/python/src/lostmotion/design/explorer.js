@@ -33,7 +33,8 @@
   const step = (span, count) => {
     const rough = span / count;
     const power = 10 ** Math.floor(Math.log10(rough));
-    return power * ([1, 2, 5, 10].find((f) => f * power >= rough) || 10);
+    const next = [[1, 2], [2, 5], [5, 10]].find(([f, g]) => rough < power * Math.sqrt(f * g));
+    return power * (next ? next[0] : 10);
   };
   const range = (i) => {
     const values = data.designs.map((d) => d.o[i]).concat(data.start ? [data.start[i]] : []);

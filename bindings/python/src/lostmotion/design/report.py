@@ -32,6 +32,8 @@ from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
 from lostmotion.report.teeth import View, draw_view
+from lostmotion.report.wording import words, written
+from lostmotion.units import split_unit
 
 UNITS = {
     "arcmin": "arcmin",
@@ -64,9 +66,6 @@ PICTURE_PITCHES = 11.0
 
 LISTED_MAX = 400
 """Combinations that are listed on the page; the file has all."""
-
-WHOLE = 1e5
-"""Numbers from here on are shown without decimals."""
 
 SHORTENED = 1e-9
 """Parts of lost motion below this are none, arcmin."""
@@ -130,7 +129,7 @@ def _unit(unit: str) -> str:
 def _number(value: float) -> str:
     if not math.isfinite(value):
         return "–"
-    return f"{value:.0f}" if WHOLE <= abs(value) < 1000 * WHOLE else signs(f"{value:.5g}")
+    return written(value, 5)
 
 
 # --- the front ------------------------------------------------------------------------------------
@@ -140,7 +139,7 @@ def _front_section(result: Result, context: Context) -> Section:
     ends = result.combinations
     first = result.front[0]["objectives"] if result.front else []
     facts = [
-        (f"best {name.replace('_', ' ')}", f"{_number(value)} {_unit(unit)}")
+        (f"{name.replace('_', ' ')} of the best drive", f"{_number(value)} {_unit(unit)}")
         for name, value, unit in zip(result.objectives, first, result.units, strict=True)
     ]
     facts += [
@@ -181,7 +180,7 @@ def explorer(result: Result, context: Context) -> str:
                     for name, unit in figures()
                 ],
                 "margins": [
-                    [f"{name.replace('_', ' ')}, {_margin_unit(name)}", margin]
+                    [f"{_limit_name(name)}, {_margin_unit(name)}", margin]
                     for name, margin in one["margins"].items()
                     if margin != 1.0
                 ],
@@ -320,7 +319,7 @@ def _why_section(result: Result, context: Context, drive: Drive) -> Section:
         blocks.append(_shares_figure(result, seen))
     word = "every limit holds" if seen.get("holds") else "NOT every limit holds"
     facts.append(("looked at once more, finer", word))
-    facts.append(("distance from a smooth optimum", _number(float(seen["optimality_residual"]))))
+    facts.append(("distance from a smooth optimum", written(float(seen["optimality_residual"]))))
     return Section(
         "Why this one",
         "The best drive beside a textbook's, what binds it, and what its tolerances bring. The "
@@ -368,7 +367,7 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
         margins = [*(start.margins[name] for start in starts), best["margins"][name]]
         rows.append(
             (
-                f"margin of {name.replace('_', ' ')}, {_margin_unit(name)}",
+                f"margin of {_limit_name(name)}, {_margin_unit(name)}",
                 *(("!" if m < -1e-6 else "") + signs(f"{m:.4f}") for m in margins),
                 "",
             )
@@ -422,6 +421,11 @@ def _margin_unit(name: str) -> str:
     return MARGIN_UNITS.get(name, "share of the limit")
 
 
+def _limit_name(name: str) -> str:
+    """Name a limit without the unit that its value has in the spec: the margin has its own."""
+    return words(split_unit(name)[0])
+
+
 def _limits_table(seen: Mapping[str, Any]) -> Rows:
     rows = []
     for limit in seen["limits"]:
@@ -430,7 +434,7 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
         margin = limit["margin"]
         rows.append(
             (
-                limit["name"].replace("_", " "),
+                _limit_name(limit["name"]),
                 ("!" if margin < -1e-6 else "") + signs(f"{margin:+.5f}"),
                 _margin_unit(limit["name"]),
                 "binds" if limit["binds"] else "",
@@ -444,7 +448,7 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
         rows,
         (1, 4),
         "The price is how much the first objective would fall for one unit of relief. The "
-        f"smallest side clearance, {signs(format(gap['gap_arcmin'], '.2g'))} arcmin, stands at "
+        f"smallest side clearance, {written(gap['gap_arcmin'], 2)} arcmin, stands at "
         f"{signs(format(gap['angle_deg'], '.2f'))}° from the deformation axis.",
     )
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.report.svg import FAINT, GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
+from lostmotion.report.svg import FAINT, GRID, INK, SMALL_SIZE, SOFT, Array, Drawing, signs
+from lostmotion.report.wording import grouped
 
 TICK_PX = 4.0
 
@@ -35,7 +36,7 @@ def label(value: float, step: float) -> str:
     """Write a tick's number with the digits that its step needs, and a true minus sign."""
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     text = f"{value:.{digits}f}"
-    return text.replace("-", "−") if float(text) != 0 else text.removeprefix("-")
+    return signs(grouped(text)) if float(text) != 0 else text.removeprefix("-")
 
 
 def round_up(value: float) -> float:

@@ -12,13 +12,22 @@ from lostmotion.discover.backbone import Base
 from lostmotion.discover.diagnosis import Diagnosis
 from lostmotion.discover.ladder import FittedModel
 from lostmotion.drives import Drive
-from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure, words
+from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.overlay import overlay_figure
 from lostmotion.report.page import Figure, Notes, Rows, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
+from lostmotion.report.wording import (
+    chance,
+    grouped,
+    quantity,
+    split_quantity,
+    unit_text,
+    words,
+    written,
+)
 
 CANDIDATES_SHOWN = 12
 """Candidates in the table; the JSON answer has all."""
@@ -61,20 +70,20 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     floor = found.noise_floor_arcsec
     c = before.conditions
     last = answer["ladder"][-1]
-    lead = verdict_sentence(answer)
+    lead = verdict_sentence({**answer, "effects": map(words, answer["effects"])})
     for one in answer["unexplained"]["depends_on"]:
         lead += f" It depends on {words(one['covariate'])}: {one['shape']}."
     section = Section(
         f"{drive.name}: what is missing",
         lead,
         [
-            ("verdict", answer["verdict"]),
+            ("verdict", answer["verdict"].replace("-", " ")),
             ("error of the base, rms", f"{answer['ladder'][0]['rms_arcsec']:.3g} arcsec"),
             ("with what was found, rms", f"{last['rms_arcsec']:.3g} arcsec"),
             ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
             ("noise floor", f"{floor:.3g} arcsec"),
             ("noise within runs", f"{answer['noise']['within_runs_arcsec']:.3g} arcsec"),
-            ("samples in runs", f"{answer['samples']} in {answer['runs']}"),
+            ("samples", f"{grouped(str(answer['samples']))} in {answer['runs']} runs"),
         ],
         [],
         sources_of(drive, files, answer["data_fingerprint"]),
@@ -121,15 +130,15 @@ def _contest(answer: dict[str, Any]) -> Rows:
     rows = []
     for candidate in [c for c in answer["candidates"] if c["testable"]][:CANDIDATES_SHOWN]:
         chosen = candidate["name"] in answer["effects"]
-        known = [f"{name} {value:.3g}" for name, value in candidate["parameters"].items() if value]
-        values = signs(", ".join(known[:VALUES_SHOWN]))
+        known = [quantity(name, value) for name, value in candidate["parameters"].items() if value]
+        values = ", ".join(known[:VALUES_SHOWN])
         if len(known) > VALUES_SHOWN:
             values += " …"
         rows.append(
             (
                 words(candidate["name"]) + (" ✓" if chosen else ""),
                 signs(f"{candidate['evidence']:.1f}"),
-                f"{candidate['p']:.2g}",
+                chance(candidate["p"]).removeprefix("p "),
                 words(", ".join(candidate["confused_with"])) or "–",
                 values if candidate["plausible"] else f"!{values} (implausible)",
             )
@@ -147,24 +156,24 @@ def _contest(answer: dict[str, Any]) -> Rows:
 
 def _detectable(answer: dict[str, Any]) -> Rows:
     rows = [
-        (
-            words(name),
-            words(d["parameter"]),
-            f"{d['value']:.3g}",
-            d["unit"],
-            f"{d['rms_arcsec']:.2g}",
-        )
+        (words(name), *sized(d), f"{d['rms_arcsec']:.2f}")
         for name, d in sorted(
             answer["smallest_detectable"].items(), key=lambda item: item[1]["rms_arcsec"]
         )
     ]
     return Rows(
         "The smallest that would have been found",
-        ("effect", "parameter", "value", "unit", "rms, arcsec"),
+        ("effect", "parameter", "smallest size", "", "rms, arcsec"),
         rows,
         (2, 4),
         "Size of each effect that these runs would show with a chance of 80 %.",
     )
+
+
+def sized(detectable: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Write a smallest size in three cells: of which parameter, the number, its unit."""
+    unit = detectable["unit"].replace(" ", "_").removeprefix("-")
+    return words(detectable["parameter"]), written(detectable["value"]), unit_text(unit)
 
 
 def _scatter(answer: dict[str, Any]) -> Rows:
@@ -176,6 +185,12 @@ def _scatter(answer: dict[str, Any]) -> Rows:
         else:
             rows.append((name.removesuffix("_arcsec"), f"{value:.3g} arcsec"))
     return Rows("Scatter from run to run", ("of", "standard deviation"), rows, (1,))
+
+
+def _of_effect(key: str, value: float, error: float) -> tuple[str, ...]:
+    effect, _, name = key.partition(".")
+    stem, factor, unit = split_quantity(name, value)
+    return words(effect), stem, written(factor * value, 4), written(factor * error, 2), unit
 
 
 def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -> Section:
@@ -200,7 +215,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
             ("with effects, rms", f"{last['rms_arcsec']:.3g} arcsec"),
             ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
             ("noise floor", f"{floor:.3g} arcsec"),
-            ("samples in runs", f"{c.rows} in {c.runs}"),
+            ("samples", f"{grouped(str(c.rows))} in {c.runs} runs"),
         ],
         [ladder_figure(model.ladder, floor, drive.name)],
         sources_of(drive, files, answer["data_fingerprint"]),
@@ -213,13 +228,18 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
         residuals.append(("added", after.residual()))
     section.blocks.append(grids_figure(c, residuals, floor, drive.name))
     of_effects = [
-        (words(name.replace(".", ": ")), f"{value:.4g}", f"{error:.2g}")
+        _of_effect(name, value, error)
         for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True)
         if "." in name
     ]
     if of_effects:
         section.blocks.append(
-            Rows("Values of the effects", ("value", "", "standard error"), of_effects, (1, 2))
+            Rows(
+                "Values of the effects",
+                ("effect", "parameter", "value", "standard error", ""),
+                of_effects,
+                (2, 3),
+            )
         )
     rest = [
         (name.replace("_", " "), f"{value:.4g}", f"{error:.2g}" if error else "given")

@@ -25,6 +25,7 @@ from lostmotion.report.svg import (
     signs,
     text_width,
 )
+from lostmotion.report.wording import words
 
 IntArray = npt.NDArray[np.intp]
 
@@ -48,11 +49,6 @@ def shorten(text: str, room: float) -> str:
     while text and text_width(text + "…") > room:
         text = text[:-1]
     return text.rstrip() + "…"
-
-
-def words(name: str) -> str:
-    """Write a name for people."""
-    return name.replace("_", " ")
 
 
 def gains_of(selection: Selection) -> list[tuple[str, Array]]:

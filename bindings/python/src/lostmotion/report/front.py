@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import BLUE, INK, SMALL_SIZE, SOFT, Drawing, fine, number
+from lostmotion.report.wording import words
 
 Values = Sequence[Sequence[float]]
 
@@ -24,10 +25,12 @@ def axis_name(name: str, unit: str) -> str:
 
 def front_figure(front: Values, names: Sequence[str], units: Sequence[str], name: str) -> Figure:
     """Make the figure of a front over its first two objectives."""
+    across, up, *others = map(words, names if len(names) > 1 else [*names, *names])
+    hidden = f" {' and '.join(others).capitalize()}: in the CSV." if others else ""
     return Figure(
         f"The front of {name}",
-        "One dot a design: none of them is better than another in every objective. The first "
-        f"along the axis, {names[min(1, len(names) - 1)].replace('_', ' ')} upwards.",
+        "One dot a design: none of them is better than another in every objective. Along the "
+        f"axis {across}, upwards {up}.{hidden}",
         lambda width: draw_front(front, names, units, width),
         Table(
             "front",

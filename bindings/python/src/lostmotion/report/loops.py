@@ -19,6 +19,7 @@ from lostmotion.report.svg import (
     Drawing,
     text_width,
 )
+from lostmotion.report.wording import chance
 from lostmotion.units import ARCMIN, ARCSEC
 
 MEASURED, MODEL = SOFT, ORANGE
@@ -208,7 +209,7 @@ def draw_failures(result: Comparison, name: str, width: float) -> str:
     left = 14.0 + max([text_width(f.covariate) for f in failures] or [0.0])
     row, top = 24.0, 34.0
     height = row * max(len(failures), 1)
-    numbers = 110.0
+    numbers = 126.0
     drawing = Drawing(width, top + height + 40, f"Where the model of {name} fails")
     high = max([100.0 * f.share for f in failures] or [0.0])
     axes = Axes(
@@ -229,7 +230,7 @@ def draw_failures(result: Comparison, name: str, width: float) -> str:
         drawing.text(
             width - 14,
             y + 4,
-            f"{100 * failure.share:.1f} %,  p {failure.p:.3f}",
+            f"{100 * failure.share:.1f} %,  {chance(failure.p)}",
             anchor="end",
             size=SMALL_SIZE,
             fill=INK if sure else SOFT,

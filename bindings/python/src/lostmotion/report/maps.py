@@ -21,6 +21,7 @@ from lostmotion.report.svg import (
     number,
     text_width,
 )
+from lostmotion.report.wording import written
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -231,7 +232,7 @@ def draw_map(of: Map, width: float, picked: int | None = None, most: float | Non
         drawing.text(
             left - 7,
             float(axes.y(j + 0.5)) + 4,
-            label(middle, nice_step(step, 4)) if abs(middle) < 1e5 else f"{middle:.2g}",
+            label(middle, nice_step(step, 4)) if abs(middle) < 1e5 else written(middle, 2),
             anchor="end",
             size=SMALL_SIZE,
             fill=SOFT,

@@ -24,6 +24,9 @@ WIDE, NARROW = 940.0, 360.0
 BREAK_PX = 720
 """Below this width of the window the narrow pictures are shown."""
 
+LONG, SLIM = 16, 4
+"""A table of more rows than this, and no more columns, stands in two halves side by side."""
+
 CSV_DIGITS = 10
 """Significant digits of the numbers behind a picture."""
 
@@ -90,6 +93,8 @@ class Rows:
         Plain text; a cell that begins with ``!`` is marked as a failure.
     numbers : sequence of int
         Columns that are aligned to the right.
+    folded : bool
+        Whether it opens only when asked: long, and read by few.
     """
 
     title: str
@@ -97,6 +102,7 @@ class Rows:
     rows: Sequence[Sequence[str]]
     numbers: Sequence[int] = ()
     caption: str = ""
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -224,12 +230,21 @@ def rows_html(rows: Rows) -> str:
             out.append(f"<{tag}{scope}{mark}>{escape(cell)}</{tag}>")
         return "<tr>" + "".join(out) + "</tr>"
 
-    body = "".join(cells(row, "td") for row in rows.rows)
+    def table(some: Sequence[Sequence[str]]) -> str:
+        head = f"<thead>{cells(rows.head, 'th')}</thead>" if any(rows.head) else ""
+        body = "".join(cells(row, "td") for row in some)
+        return f'<div class="scroll"><table>{head}<tbody>{body}</tbody></table></div>'
+
+    beside = len(rows.rows) > LONG and len(rows.head) <= SLIM
+    half = -(-len(rows.rows) // 2) if beside else len(rows.rows)
+    tables = "".join(table(rows.rows[i : i + half]) for i in range(0, len(rows.rows), half or 1))
+    if beside:
+        tables = f'<div class="beside">{tables}</div>'
     caption = f'<p class="note">{escape(rows.caption)}</p>' if rows.caption else ""
-    return (
-        f'<h3>{escape(rows.title)}</h3><div class="scroll"><table><thead>{cells(rows.head, "th")}'
-        f"</thead><tbody>{body}</tbody></table></div>{caption}"
-    )
+    title = escape(rows.title)
+    if rows.folded:
+        return f"<details><summary>{title}</summary>{tables}{caption}</details>"
+    return f"<h3>{title}</h3>{tables}{caption}"
 
 
 def notes_html(notes: Notes) -> str:
@@ -288,6 +303,8 @@ figcaption b {{ color: #1b1b1f; }}
 .files {{ display: block; margin-top: .25rem; }}
 .files a {{ margin-right: 1.2rem; }}
 .scroll {{ overflow-x: auto; }}
+.beside {{ display: flex; flex-wrap: wrap; gap: 0 3rem; align-items: flex-start; }}
+.beside .scroll {{ max-width: 100%; }}
 table {{ border-collapse: collapse; font-size: .92rem; }}
 th, td {{ text-align: left; padding: .28rem 1.1rem .28rem 0; border-bottom: 1px solid #e4e6e9;
   vertical-align: baseline; white-space: nowrap; }}

@@ -12,6 +12,7 @@ from lostmotion.compare import branch_blocks, directions
 from lostmotion.discover.conditions import Conditions
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
+from lostmotion.report.wording import written
 
 IntArray = npt.NDArray[np.intp]
 
@@ -143,8 +144,9 @@ def grids_figure(
     caption = (
         "Mean of what the model leaves, by torque (across) and another quantity (up), for falling "
         "and rising torque. Orange: more lost motion than the model says, blue: less; the darkest "
-        f"is {scale:.3g} arcsec. Grey: no more than {CLEAR_T:g} standard errors, where a passage "
-        f"counts once with the noise floor of {floor_arcsec:.3g} arcsec; white: no samples."
+        f"is {written(scale)} arcsec. Grey: no more than {CLEAR_T:g} standard errors, where a "
+        f"passage counts once with the noise floor of {written(floor_arcsec)} arcsec; white: no "
+        "samples."
     )
     rows: dict[str, list[object]] = {
         key: []
@@ -217,19 +219,15 @@ def draw_maps(
             if k % shown == 0:
                 for value, place in ((grid.edges[-1], y + 9), (grid.edges[0], y + tall)):
                     drawing.text(
-                        x - 6, place, f"{value:.4g}", anchor="end", size=SMALL_SIZE, fill=SOFT
+                        x - 6, place, written(value), anchor="end", size=SMALL_SIZE, fill=SOFT
                     )
             low, high = grid.torque_edges_Nm[0], grid.torque_edges_Nm[-1]
             below = y + tall + 14
-            drawing.text(x, below, _signed(low), size=SMALL_SIZE, fill=SOFT)
+            drawing.text(x, below, written(low), size=SMALL_SIZE, fill=SOFT)
             drawing.text(
-                x + cell, below, f"{_signed(high)} N·m", anchor="end", size=SMALL_SIZE, fill=SOFT
+                x + cell, below, f"{written(high)} N·m", anchor="end", size=SMALL_SIZE, fill=SOFT
             )
     return drawing.render()
-
-
-def _signed(value: float) -> str:
-    return f"{value:.3g}".replace("-", "−")
 
 
 def _map(

@@ -23,6 +23,7 @@ from lostmotion.report.stages import collect_stages, stages_figure, stages_table
 from lostmotion.report.svg import signs
 from lostmotion.report.teeth import teeth_figure
 from lostmotion.report.tolerances import Tolerances, tolerances_figure
+from lostmotion.report.wording import grouped, words, written
 from lostmotion.units import ARCMIN, ARCSEC
 
 ADVICE = ("free_assembly",)
@@ -116,7 +117,9 @@ def _catalogue_section(drive: Drive) -> Section:
         facts,
         [
             contributions_figure(data),
-            Notes("What the reduced form takes for granted", answer["assumptions"]),
+            Notes(
+                "What the reduced form takes for granted", list(map(_plain, answer["assumptions"]))
+            ),
         ],
     )
 
@@ -177,13 +180,22 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
                 ["The drive file states neither tolerances nor a radial gap: both limits are 0."],
             )
         )
-    section.blocks.append(Notes("What the model takes for granted", answer["assumptions"]))
+    section.blocks.append(
+        Notes("What the model takes for granted", list(map(_plain, answer["assumptions"])))
+    )
     if answer["defaults"]:
         lines = [f"{key} = {_shown(value)}" for key, value in answer["defaults"].items()]
         section.blocks.append(
             Notes(f"Taken by default: {len(lines)} values that the file leaves open", lines, True)
         )
     return section
+
+
+def _plain(sentence: str) -> str:
+    """Write a sentence about the answer without the names of its keys."""
+    for name in (*PARTS, "tolerance_lost_motion"):
+        sentence = sentence.replace(name, words(name))
+    return sentence[:1].upper() + sentence[1:]
 
 
 def _shown(value: object) -> str:
@@ -270,8 +282,9 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     runs = len(answer["by_run"])
     section = Section(
         f"{drive.name}: measured against the model",
-        f"{answer['samples']} samples in {runs} runs. A characteristic with a free odd shape, the "
-        "drive file's as its start, and friction with memory, fitted to the recordings.",
+        f"{grouped(str(answer['samples']))} samples in {runs} runs. A characteristic with a free "
+        "odd shape, the drive file's as its start, and friction with memory, fitted to the "
+        "recordings.",
         facts,
         [loops_figure(result, drive.name)],
         sources_of(drive, files, answer["data_fingerprint"]),
@@ -284,8 +297,8 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
                 (
                     str(run["run"]),
                     str(run["samples"]),
-                    shown(run["rms_arcsec"]).split()[0],
-                    shown(run["heldout_rms_arcsec"]).split()[0],
+                    f"{run['rms_arcsec'] * ARCSEC / unit:.2f}",
+                    f"{run['heldout_rms_arcsec'] * ARCSEC / unit:.2f}",
                 )
                 for run in answer["by_run"]
             ],
@@ -313,11 +326,11 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
     parameters = answer["parameters"]
     ends = [0.0, *parameters["knot_Nm"]]
     stretches = [
-        (f"from {low:.3g}", f"{slope / ARCMIN:.3g}")
+        (f"from {written(low)}", _small(slope / ARCMIN))
         for low, slope in zip(ends, parameters["slope_rad_per_Nm"], strict=True)
     ]
     plays = [
-        (f"{radius:.3g}", _small(outside / ARCMIN), _small(inside))
+        (written(radius), _small(outside / ARCMIN), _small(inside))
         for radius, outside, inside in zip(
             parameters["play_radius_Nm"],
             parameters["play_outside_rad_per_Nm"],
@@ -327,10 +340,11 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
     ]
     return [
         Rows(
-            "Fitted compliance by torque",
+            f"Fitted compliance by torque, in {len(stretches)} stretches",
             ("torque, N·m", "compliance, arcmin/(N·m)"),
             stretches,
             (0, 1),
+            folded=True,
         ),
         Rows(
             "Fitted friction",
@@ -347,4 +361,4 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
 
 def _small(value: float) -> str:
     """Write a number; what is only rounding is nothing."""
-    return f"{value:.3g}" if abs(value) > NOTHING else "0"
+    return written(value) if abs(value) > NOTHING else "0"

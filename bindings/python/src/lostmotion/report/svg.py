@@ -55,7 +55,8 @@ def fine(value: float) -> str:
 
 
 def signs(text: str) -> str:
-    """Write hyphens that stand for a minus as true minus signs."""
+    """Write hyphens that stand for a minus as true minus signs; zero has none, nor a plus."""
+    text = re.sub(r"(?<![\w-])[-+](?=0(?:\.0+)?(?![\w.]))", "", text)
     return re.sub(r"(?<![\w-])-(?=[0-9.])", "−", text)
 
 

@@ -19,6 +19,8 @@ from lostmotion.errors import LostMotionError, one_line
 from lostmotion.files import write_whole
 from lostmotion.report.front import axis_name, draw_front
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
+from lostmotion.report.svg import signs
+from lostmotion.report.wording import written
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import LOG, Work
@@ -186,18 +188,21 @@ class DesignPanel(Panel):
             return
         ends = seen["combinations"]
         share = min(seen["evaluations"] / max(seen["budget"], 1), 1.0)
-        best = "none yet" if seen["best_value"] is None else f"{seen['best_value']:.4g}"
+        best = "none yet"
+        if seen["best_value"] is not None:
+            best = written(seen["best_value"], 4)
         left = seen["seconds_left"]
         result = self.search.result
         done = "finished" if result is not None and result.finished else "stopped"
         facts = [
             ("stage", seen["stage"] if self.search.running else done),
             ("evaluations", f"{seen['evaluations']} of {seen['budget']}"),
-            ("best in the first objective", best),
+            (f"best {axis_name(self.search.names[0], self.search.units[0])}", best),
             ("feasible", f"{100 * seen['feasible_share']:.0f} %"),
             ("combinations done", f"{ends['total'] - ends['not_reached']} of {ends['total']}"),
-            ("time left", "-" if left is None else f"{left:.0f} s"),
         ]
+        if self.search.running and left is not None:
+            facts.append(("time left", f"{left:.0f} s"))
         with self.live:
             self.html(
                 '<div class="wide-bar"><div '
@@ -266,7 +271,7 @@ class DesignPanel(Panel):
                 for n, u, v in zip(result.objectives, result.units, one["objectives"], strict=True)
             ]
             tight = sorted(one["margins"].items(), key=lambda item: item[1])[:MARGINS]
-            margins = [(name.replace("_", " "), f"{value:+.4g}") for name, value in tight]
+            margins = [(name.replace("_", " "), signs(f"{value:+.4f}")) for name, value in tight]
             with ui.element("div").classes("two"):
                 self.html(
                     rows_html(Rows(f"Design {self.picked + 1}", ("objective", ""), rows, (1,)))

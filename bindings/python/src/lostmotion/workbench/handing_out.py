@@ -13,8 +13,9 @@ from nicegui import ui
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.export import PROFILES, SETTINGS, Profile
 from lostmotion.report.page import Rows, rows_html
+from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, field, words
+from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import Work
 
 

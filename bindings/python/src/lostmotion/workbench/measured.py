@@ -21,9 +21,10 @@ from lostmotion.report.maps import (
     scale_of,
 )
 from lostmotion.report.page import NARROW, WIDE
+from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.figures import links
-from lostmotion.workbench.panel import Panel, action, words
+from lostmotion.workbench.panel import Panel, action
 from lostmotion.workbench.work import Work
 
 RUNS_LISTED = 6

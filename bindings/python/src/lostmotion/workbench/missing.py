@@ -11,14 +11,20 @@ from typing import Any
 from nicegui import ui
 
 from lostmotion.discover.commands import card
-from lostmotion.report.discovery import verdict_sentence
+from lostmotion.report.discovery import sized, verdict_sentence
 from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
 from lostmotion.report.svg import signs
+from lostmotion.report.wording import quantity, words
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.panel import Panel, action, field, words
+from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import Work
+
+
+def capitalized(sentence: str) -> str:
+    """Begin a sentence with a capital."""
+    return sentence[:1].upper() + sentence[1:]
 
 
 class EffectsPanel(Panel):
@@ -90,12 +96,12 @@ class EffectsPanel(Panel):
         """Show one effect."""
         name = entry["name"]
         effect = self.bench.effects[name]
-        lines = [effect.mechanism[:1].upper() + effect.mechanism[1:]]
+        lines = [capitalized(effect.mechanism)]
         if not entry["testable"]:
             lines.append(entry.get("reason") or "not testable")
-        elif entry.get("parameters"):
+        elif any(entry.get("parameters", {}).values()):
             values = entry["parameters"].items()
-            lines.append(", ".join(f"{key} = {signs(f'{value:.3g}')}" for key, value in values))
+            lines.append(", ".join(quantity(key, value) for key, value in values if value))
         if entry.get("confused_with") and entry["testable"]:
             lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))
         row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
@@ -207,7 +213,7 @@ class AlikePanel(Panel):
                 with ui.element("div"):
                     self.html(
                         rows_html(Rows(words(name), ("", ""), rows, (1,)))
-                        + f'<p class="small">{escape(about["mechanism"])}.<br>'
+                        + f'<p class="small">{escape(capitalized(about["mechanism"]))}.<br>'
                         f"{escape(about['equation'])}<br><b>Told apart by:</b> "
                         f"{escape(about['separating_experiment'] or 'nothing known')}</p>"
                     )
@@ -272,21 +278,16 @@ class NextPanel(Panel):
         sizes = found.smallest_detectable
         if sizes:
             sizes_shown = [
-                (
-                    words(name),
-                    words(one["parameter"]),
-                    f"{one['value']:.3g} {one['unit']}",
-                    f"{one['rms_arcsec']:.2f}",
-                )
+                (words(name), *sized(one), f"{one['rms_arcsec']:.2f}")
                 for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
             ]
             self.html(
                 rows_html(
                     Rows(
                         "Smallest size that these recordings would have shown",
-                        ("effect", "parameter", "size", "rms, arcsec"),
+                        ("effect", "parameter", "smallest size", "", "rms, arcsec"),
                         sizes_shown,
-                        (3,),
+                        (2, 4),
                     )
                 )
             )

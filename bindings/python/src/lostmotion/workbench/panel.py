@@ -13,11 +13,6 @@ from lostmotion.workbench.figures import Rendered, render_figure
 from lostmotion.workbench.work import Work
 
 
-def words(name: str) -> str:
-    """Write the name of an effect as words."""
-    return name.replace("_", " ")
-
-
 def action(text: str, does: Callable[..., Any], *, main: bool = False) -> ui.button:
     """Make a button in the look of the page."""
     made = ui.button(text, on_click=does, color=None).props("unelevated no-caps dense")

@@ -1,0 +1,96 @@
+"""How numbers, units and names are written for people."""
+
+from __future__ import annotations
+
+import re
+
+from lostmotion.report.svg import signs
+from lostmotion.units import ARCMIN, ARCSEC, split_unit
+
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+SMALLEST, LARGEST = 1e-3, 1e6
+"""Sizes between which a number is written without a power of ten."""
+
+GROUPED = 10_000
+"""From here on, digits stand in groups of three."""
+
+SURE = 0.001
+"""A p below this is not told apart from nothing."""
+
+ANGLES = ((600 * ARCSEC, ARCSEC, "arcsec"), (600 * ARCMIN, ARCMIN, "arcmin"))
+"""Up to which angle each unit is used; degrees above."""
+
+DEGREE = 60 * ARCMIN
+
+SYMBOLS = {"Nm": "N·m", "mNm": "mN·m", "um": "µm", "C": "°C"}
+
+SPEEDS = {"rad_s": "rad_per_s"}
+"""Suffixes of the library's effects that leave out the `per`."""
+
+
+def words(name: str) -> str:
+    """Write a name as words."""
+    return name.replace("_", " ")
+
+
+def written(value: float, digits: int = 3) -> str:
+    """Write a number with so many significant digits, in groups or with a power of ten."""
+    text = f"{value:.{digits}g}"
+    size = abs(float(text))
+    if size and not SMALLEST <= size < LARGEST:
+        mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+        return signs(f"{float(mantissa):g}") + f"·10{str(int(power)).translate(RAISED)}"
+    if "e" in text:
+        text = f"{float(text):.0f}"
+    return signs(grouped(text))
+
+
+def grouped(text: str) -> str:
+    """Put the digits of a large number into groups of three, with spaces that do not break."""
+    whole, point, rest = text.partition(".")
+    if abs(float(text)) >= GROUPED:
+        whole = f"{int(whole):,}".replace(",", "\u202f")
+    return whole + point + rest
+
+
+def chance(p: float) -> str:
+    """Write a p."""
+    return f"p < {SURE:g}" if p < SURE else f"p {p:.3f}"
+
+
+def unit_text(symbol: str) -> str:
+    """Write a unit suffix such as ``rad_per_Nm`` with its signs."""
+    above, _, below = re.sub("^per_", "1_per_", SPEEDS.get(symbol, symbol)).partition("_per_")
+    top, bottom = ("·".join(map(_unit, part.split("_"))) for part in (above, below))
+    if not bottom:
+        return top
+    return f"{top}/({bottom})" if "·" in bottom else f"{top}/{bottom}"
+
+
+def _unit(token: str) -> str:
+    return SYMBOLS.get(token) or re.sub(
+        r"(?<=\D)\d+$", lambda found: found[0].translate(RAISED), token
+    )
+
+
+def split_quantity(name: str, value: float) -> tuple[str, float, str]:
+    """Split a name with a unit: what it names as words, a factor for its numbers, their unit.
+
+    Angles in rad become arc seconds, minutes or degrees, by the size of `value`.
+    """
+    stem, unit = split_unit(name)
+    symbol = unit.symbol if unit is not None else ""
+    head, per, rest = symbol.partition("_per_")
+    if head != "rad":
+        return words(stem), 1.0, unit_text(symbol)
+    for most, angle, shown in ANGLES:
+        if abs(value) < most:
+            return words(stem), 1.0 / angle, unit_text(shown + per + rest)
+    return words(stem), 1.0 / DEGREE, unit_text("deg" + per + rest)
+
+
+def quantity(name: str, value: float) -> str:
+    """Write a named number: what it is, its size, its unit."""
+    stem, factor, unit = split_quantity(name, value)
+    return f"{stem} {written(value * factor)} {unit}".rstrip()

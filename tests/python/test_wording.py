@@ -1,0 +1,77 @@
+"""How numbers, units and names are written on pages."""
+
+from __future__ import annotations
+
+import pytest
+
+from lostmotion.discover.effects import library
+from lostmotion.report.svg import signs
+from lostmotion.report.wording import chance, quantity, unit_text, written
+from lostmotion.units import ARCSEC, split_unit
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (-0.0, "0"),
+        (0.74, "0.74"),
+        (-60.04, "−60"),
+        (1853.2, "1850"),
+        (28035.0, "28\u202f000"),
+        (3e5, "300\u202f000"),
+        (1.9e6, "1.9·10⁶"),
+        (999_999.9, "1·10⁶"),
+        (4.161e-6, "4.16·10⁻⁶"),
+        (-8.3e-4, "−8.3·10⁻⁴"),
+        (0.00145, "0.00145"),
+    ],
+)
+def test_a_number_is_written_with_three_digits_and_without_an_e(value: float, text: str) -> None:
+    assert written(value) == text
+
+
+@pytest.mark.parametrize(
+    ("symbol", "text"),
+    [
+        ("", ""),
+        ("Nm", "N·m"),
+        ("rad_per_Nm", "rad/(N·m)"),
+        ("arcsec_per_K", "arcsec/K"),
+        ("per_K", "1/K"),
+        ("kg_m2", "kg·m²"),
+        ("Nm_s", "N·m·s"),
+        ("rad_s", "rad/s"),
+    ],
+)
+def test_a_unit_is_written_with_its_signs(symbol: str, text: str) -> None:
+    assert unit_text(symbol) == text
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("gap_rad_per_K", 4.161e-6, "gap 0.858 arcsec/K"),
+        ("runout_sine_rad", -600 * ARCSEC, "runout sine −10 arcmin"),
+        ("gap_rad", 0.5, "gap 28.6 deg"),
+        ("takeup_Nm", 1.108, "takeup 1.11 N·m"),
+        ("share", -0.02, "share −0.02"),
+    ],
+)
+def test_a_value_of_an_effect_is_written_in_a_unit_of_its_size(
+    name: str, value: float, text: str
+) -> None:
+    assert quantity(name, value) == text
+
+
+def test_no_value_of_the_library_shows_its_key() -> None:
+    for own in library().values():
+        for value in own.values:
+            text = quantity(value.name, value.typical)
+            assert "_" not in text
+            assert split_unit(value.name)[1] is None or len(text.split()) >= 3, text
+
+
+def test_chance_and_signs_write_no_nothing() -> None:
+    assert (chance(0.0), chance(0.0009), chance(0.023)) == ("p < 0.001", "p < 0.001", "p 0.023")
+    assert signs("-0.0 nats, +0.00 and -0.4 to +0.1") == "0.0 nats, 0.00 and −0.4 to +0.1"
