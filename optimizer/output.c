@@ -167,7 +167,11 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
       fprintf(file, ",%s", key);
     }
     for (i = 0; i < LM_FIGURE_COUNT; i++) {
-      fprintf(file, ",%s_%s", lm_figure_name(i), lm_figure_unit(i));
+      if (i == LM_FIGURE_COMPLIANCE) {
+        fprintf(file, ",stiffness_Nm_per_rad");
+      } else {
+        fprintf(file, ",%s_%s", lm_figure_name(i), lm_figure_unit(i));
+      }
     }
     for (i = 0; i < LM_LIMIT_COUNT; i++) {
       fprintf(file, ",margin_%s", lm_limit_name(i));
@@ -191,7 +195,8 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
         fprintf(file, ",%.17g", range_value(&problem->range[i], f->unit[i]));
       }
       for (i = 0; i < LM_FIGURE_COUNT; i++) {
-        fprintf(file, ",%.17g", lm_figure_of(&layout, result, i));
+        const double figure = lm_figure_of(&layout, result, i);
+        fprintf(file, ",%.17g", i == LM_FIGURE_COMPLIANCE ? 1.0 / (ARCMIN * figure) : figure);
       }
       for (i = 0; i < LM_LIMIT_COUNT; i++) {
         fprintf(file, ",%.17g", lm_margin_of(problem, &layout, result, i));

@@ -148,6 +148,19 @@ def test_any_unit_of_the_right_dimension_gives_the_same_search(small: dict[str, 
     assert parse_spec(small).text == text
 
 
+def test_what_a_search_does_anyway_may_be_fixed(small: dict[str, Any]) -> None:
+    del small["search"]["range"]["teeth.flexspline_teeth"]
+    fixed = small["search"]["fixed"]
+    fixed["teeth.flexspline_teeth"] = 200
+    text = parse_spec(small).text
+    fixed.update({"teeth.rigid_teeth": 202, "generator.floating": True})
+    fixed["generator.eccentricity_mm"] = 0
+    assert parse_spec(small).text == text
+    fixed["teeth.rigid_teeth"] = 200
+    with pytest.raises(InputError, match=r"rigid_teeth: found 200, expected 202"):
+        parse_spec(small)
+
+
 @pytest.mark.parametrize("name", SPECS)
 def test_the_optimizers_own_texts_are_those_of_the_specs(name: str) -> None:
     sys.path.insert(0, str(DATA / "specs"))
@@ -169,7 +182,14 @@ BAD: list[tuple[str, Any, tuple[str, ...]]] = [
     ("search.fixed", {"teeth.modul_mm": 1}, ("teeth.modul_mm", "did you mean 'teeth.module_mm'")),
     ("search.fixed", {"teeth.module_mm": "1"}, ("teeth.module_mm", "'1'", "a number")),
     ("search.fixed", {"teeth.module_mm": -1}, ("teeth.module_mm", "0.05 to 10")),
-    ("search.fixed", {"teeth.rigid_teeth": 202}, ("teeth.rigid_teeth", "it follows")),
+    (
+        "search.fixed",
+        {"teeth.module_mm": 0.25, "teeth.rigid_teeth": 202},
+        ("teeth.rigid_teeth", "no teeth.flexspline_teeth beside it"),
+    ),
+    ("search.range", {"teeth.rigid_teeth": [198, 202]}, ("teeth.rigid_teeth", "it follows")),
+    ("search.fixed", {"generator.floating": False}, ("generator.floating", "floats")),
+    ("search.fixed", {"generator.eccentricity_mm": 0.01}, ("eccentricity_mm", "runs true")),
     ("search.range", {"generator.type": [1, 2]}, ("generator.type", "choose")),
     ("search.range", {"generator.type": {"choose": ["disc"]}}, ("did you mean 'discs'",)),
     ("search.range", {"teeth.tooth_height": [2, 1]}, ("teeth.tooth_height", "low below high")),
@@ -272,6 +292,9 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
     rows = (run / "front.csv").read_text().splitlines()
     assert len(rows) == 1 + len(result.front)
     assert rows[0].startswith("settled,generator.type,teeth.flexspline_teeth")
+    place = rows[0].split(",").index("stiffness_Nm_per_rad")
+    for row, one in zip(rows[1:], result.front, strict=True):
+        assert float(row.split(",")[place]) == pytest.approx(one["figures"]["stiffness"])
 
 
 def test_progress_tells_where_the_search_stands(

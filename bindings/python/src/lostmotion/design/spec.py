@@ -56,13 +56,17 @@ SWITCH_LIMITS = ("free_assembly", "gap_at_worst_corner")
 
 TEETH, MODULE, WIDTH = "teeth.flexspline_teeth", "teeth.module_mm", "teeth.face_width_mm"
 RIGID, DIFFERENCE = "teeth.rigid_shift", "teeth.shift_difference"
+RIGID_TEETH = "teeth.rigid_teeth"
 
 NEVER = {
-    "teeth.rigid_teeth": "it follows from teeth.flexspline_teeth, two more or two fewer",
+    RIGID_TEETH: "it follows from teeth.flexspline_teeth, two more or two fewer",
     "generator.floating": "the generator of a search floats",
     "generator.eccentricity": "the generator of a search runs true",
     "generator.eccentricity_angle": "the generator of a search runs true",
 }
+
+SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
+"""What the search does with them: they may be fixed to that."""
 
 NAMED = {"generator.type": GENERATORS, "teeth.deformation": DEFORMATIONS}
 """Keys whose values are names."""
@@ -177,8 +181,10 @@ class _Reader:
         self.read_head(head, drive)
         for name in ("fixed", "range"):
             for key, value in self.table(name).items():
-                self.read_variable(name, key, value)
+                if name != "fixed" or not self.is_settled(key, value):
+                    self.read_variable(name, key, value)
         self.fill_open(drive)
+        self.check_rigid_teeth()
         self.read_tolerances()
         self.read_limits()
         self.read_cost()
@@ -271,6 +277,25 @@ class _Reader:
         hint = did_you_mean(written, keys())
         expected = f"a dotted key of a drive file's [design], such as {MODULE}{hint}"
         raise self.refuse(place, "an unknown key", expected)
+
+    def is_settled(self, written: str, value: Any) -> bool:
+        """Whether a fixed value is one that every drive of a search has."""
+        if written == RIGID_TEETH:
+            return True
+        base = units.split_unit(written)[0]
+        return base in SETTLED and value is not None and value == SETTLED[base]
+
+    def check_rigid_teeth(self) -> None:
+        """Refuse a number of teeth of the rigid gear that the flexspline's does not give."""
+        found = self.table("fixed").get(RIGID_TEETH)
+        if found is None:
+            return
+        place = f"search.fixed.{RIGID_TEETH}"
+        if self.said.get(TEETH) != f"search.fixed.{TEETH}":
+            raise self.refuse(place, f"no {TEETH} beside it", "both in [search.fixed]")
+        wanted = int(self.values[TEETH]) + (-2 if self.external() else 2)
+        if found != wanted:
+            raise self.refuse(place, show(found), f"{wanted}, by {TEETH}")
 
     def number(self, place: str, name: str, scale: float, value: Any) -> float:
         if name in NAMED:
