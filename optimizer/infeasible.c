@@ -80,7 +80,7 @@ static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
   }
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     x[s->moving_count + i] = relax[i];
-    high[s->moving_count + i] = far;
+    high[s->moving_count + i] = far + relax[i];
   }
   for (i = 0; i < s->row_count; i++) {
     tolerance[i] = 1e-8;

@@ -9,6 +9,9 @@
 #define STEPS 8
 #define NODES 64
 
+/* Angles that one solution may add to the scan. */
+#define ROUNDS 6
+
 /* Smallest side clearance between all angles at the answer's point, arcmin, and its angle; 0 when
  * the model refuses. */
 static int find_gap(lm_solver *s, const double unit[], int nodes, int steps, double *gap_arcmin,
@@ -59,16 +62,17 @@ static int holds_between(lm_solver *s) {
 }
 
 /* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
- * the scan: the exchange method for limits that hold along a line. */
+ * the scan: the exchange method for limits that hold along a line. A settling solves twice, so the
+ * default scan and twice the rounds are within LM_ANGLE_MAX. */
 static void solve_exactly(lm_solver *s, const double start[]) {
   int round;
   lm_run_slsqp(s, start);
-  for (round = 0; round < 6 && s->answer->computed && !s->interrupted; round++) {
+  for (round = 0; round < ROUNDS && s->answer->computed && !s->interrupted; round++) {
     double gap;
     double angle;
     double from[LM_FREE_MAX];
     if (!find_gap(s, s->answer->unit, NODES, STEPS, &gap, &angle) ||
-        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE || s->scan.count == LM_ANGLE_MAX) {
+        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE) {
       break;
     }
     s->scan.angle[s->scan.count].offset_rad = angle;
@@ -82,6 +86,18 @@ static void solve_exactly(lm_solver *s, const double start[]) {
     lm_run_slsqp(s, from);
   }
   open_fine_gap(s);
+}
+
+/* The range keeps its value from now on. */
+static void fix_range(lm_solver *s, int range) {
+  int moving = 0;
+  int i;
+  for (i = 0; i < s->moving_count; i++) {
+    if (s->moving[i] != range) {
+      s->moving[moving++] = s->moving[i];
+    }
+  }
+  s->moving_count = moving;
 }
 
 /* Whole grades one after the other, each with the better of its neighbours while the rest moves;
@@ -102,12 +118,7 @@ void lm_settle(lm_solver *s, const lm_task *task) {
     if (!range->whole) {
       continue;
     }
-    for (i = 0; i < s->moving_count && s->moving[i] != k; i++) {
-    }
-    for (; i + 1 < s->moving_count; i++) {
-      s->moving[i] = s->moving[i + 1];
-    }
-    s->moving_count--;
+    fix_range(s, k);
     memcpy(other, s->answer->unit, sizeof other);
     memset(&kept, 0, sizeof kept);
     for (side = 0; side < 2; side++) {

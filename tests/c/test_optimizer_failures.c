@@ -1,6 +1,6 @@
-/* Every call of the optimizer to the system that can fail, failed once: memory, files, threads. The
- * linker puts the functions below in the place of the system's (--wrap). A run must end with a
- * status and a word, leak nothing and go on later to the same bytes. */
+/* Every call of the optimizer to the system that can fail, failed once: memory, files, threads; and
+ * every call to the model. The linker puts the functions below in the place of both (--wrap). A run
+ * must end with a status and a word, leak nothing and go on later to the same bytes. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <pthread.h>
@@ -9,8 +9,15 @@
 #include <string.h>
 #include <sys/types.h>
 
+#include "certificate.h"
+#include "output.h"
+#include "pool.h"
 #include "run.h"
+#include "solve.h"
+#include "spec.h"
+#include "stop.h"
 #include "unity.h"
+#include "workspace.h"
 
 static int left = -1; /* calls until one fails; < 0: none does */
 static int failed;
@@ -32,11 +39,20 @@ static int fails(void) {
     return fails() ? (failure) : __real_##name passed; \
   }
 
+/* fclose closes all the same, so that nothing leaks. */
+int __real_fclose(FILE *file);
+int __wrap_fclose(FILE *file);
+int __wrap_fclose(FILE *file) {
+  const int closed = __real_fclose(file);
+  return fails() ? EOF : closed;
+}
+
 WRAP(void *, malloc, (size_t size), (size), NULL)
 WRAP(void *, calloc, (size_t count, size_t size), (count, size), NULL)
 WRAP(void *, realloc, (void *memory, size_t size), (memory, size), NULL)
 WRAP(FILE *, fopen, (const char *path, const char *mode), (path, mode), NULL)
 WRAP(FILE *, tmpfile, (void), (), NULL)
+WRAP(FILE *, open_memstream, (char **text, size_t *length), (text, length), NULL)
 WRAP(size_t, fwrite, (const void *from, size_t size, size_t count, FILE *file),
      (from, size, count, file), 0)
 WRAP(int, fflush, (FILE * file), (file), EOF)
@@ -47,6 +63,109 @@ WRAP(int, rename, (const char *from, const char *to), (from, to), -1)
 WRAP(int, pthread_create,
      (pthread_t * thread, const pthread_attr_t *attributes, void *(*work)(void *), void *data),
      (thread, attributes, work, data), EAGAIN)
+
+static long cores; /* != 0: what the machine says */
+
+long __real_sysconf(int name);
+long __wrap_sysconf(int name);
+long __wrap_sysconf(int name) {
+  return cores != 0 ? cores : __real_sysconf(name);
+}
+
+/* --- the model --- */
+
+/* What an evaluation, a certificate or a search calls of the model. */
+typedef enum model_call {
+  EVALUATE_POINT = 1,
+  EVALUATE_SLOPES = 2,
+  POINT_DRIVE = 4,
+  MESHES = 8,
+  SMALLEST_GAP = 16,
+  CHECKS = 32,
+  CHARACTERISTIC = 64,
+  GAP_TURN = 128,
+  LIMITS = 256,
+  SAMPLES = 512
+} model_call;
+
+static int watched;         /* model_call, those that count */
+static int model_left = -1; /* of them until one fails */
+static int model_failed;
+static int stop_left = -1; /* evaluations until somebody says stop */
+static volatile int stop_flag;
+
+static int model_fails(model_call call) {
+  if ((call == EVALUATE_POINT || call == EVALUATE_SLOPES) && stop_left >= 0 && stop_left-- == 0) {
+    lm_stop(&stop_flag);
+  }
+  if (!(watched & (int)call) || model_left < 0 || model_left-- > 0) {
+    return 0;
+  }
+  model_failed = 1;
+  return 1;
+}
+
+/* No function of the model itself ever gives this status. */
+#define REFUSAL LM_CORRUPT
+
+#define WRAP_MODEL(call, name, declared, passed)               \
+  lm_status __real_##name declared;                            \
+  lm_status __wrap_##name declared;                            \
+  lm_status __wrap_##name declared {                           \
+    return model_fails(call) ? REFUSAL : __real_##name passed; \
+  }
+
+WRAP_MODEL(EVALUATE_POINT, lm_evaluate_point,
+           (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
+            const double unit[], double result[], lm_workspace *w, lm_fault *f),
+           (p, s, l, combination, unit, result, w, f))
+WRAP_MODEL(EVALUATE_SLOPES, lm_evaluate_slopes,
+           (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
+            const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
+           (p, s, l, combination, unit, result, slope, w, f))
+WRAP_MODEL(POINT_DRIVE, lm_point_drive,
+           (const lm_problem *p, int combination, const double unit[], lm_drive *drive,
+            lm_fault *f),
+           (p, combination, unit, drive, f))
+WRAP_MODEL(MESHES, lm_prepare_meshes,
+           (const lm_drive *drive, int nodes, lm_design_workspace *w, lm_fault *f),
+           (drive, nodes, w, f))
+WRAP_MODEL(SMALLEST_GAP, lm_find_smallest_gap,
+           (const lm_mesh meshes[], int sections, int steps, lm_smallest_gap *gap, lm_fault *f),
+           (meshes, sections, steps, gap, f))
+WRAP_MODEL(CHECKS, lm_check_design,
+           (const lm_drive *drive, const lm_mesh meshes[], int sections, const lm_smallest_gap *gap,
+            lm_check checks[], lm_fault *f),
+           (drive, meshes, sections, gap, checks, f))
+WRAP_MODEL(CHARACTERISTIC, lm_evaluate_characteristic,
+           (const lm_drive *drive, lm_real phase, const lm_real torque[], int count,
+            lm_contributions at[], lm_mesh_state *mesh, lm_design_workspace *w, lm_fault *f),
+           (drive, phase, torque, count, at, mesh, w, f))
+WRAP_MODEL(GAP_TURN, lm_radial_gap_angle,
+           (lm_real gap, lm_real angle, lm_real radius, lm_real *turn, lm_fault *f),
+           (gap, angle, radius, turn, f))
+WRAP_MODEL(GAP_TURN, lm_gap_closing_torque,
+           (lm_real gap, lm_real radius, lm_real stiffness, lm_real angle, lm_real *torque,
+            lm_fault *f),
+           (gap, radius, stiffness, angle, torque, f))
+WRAP_MODEL(GAP_TURN, lm_gap_rotation,
+           (lm_real torque, lm_real closing, lm_real full, lm_real *turn, lm_fault *f),
+           (torque, closing, full, turn, f))
+WRAP_MODEL(LIMITS, lm_worst_limits,
+           (const lm_tolerance_link *links, int count, lm_tolerance_limits *limits, lm_fault *f),
+           (links, count, limits, f))
+WRAP_MODEL(LIMITS, lm_probable_limits,
+           (const lm_tolerance_link *links, int count, lm_real t, lm_tolerance_limits *limits,
+            lm_fault *f),
+           (links, count, t, limits, f))
+WRAP_MODEL(LIMITS, lm_tolerance_contributions,
+           (const lm_tolerance_link *links, int count, lm_real worst[], lm_real probable[],
+            lm_fault *f),
+           (links, count, worst, probable, f))
+WRAP_MODEL(SAMPLES, lm_sample_gap,
+           (const lm_tolerance_link *links, int count, const lm_sampling_plan *plan,
+            lm_real samples[], size_t length, lm_gap_statistics *statistics, lm_fault *f),
+           (links, count, plan, samples, length, statistics, f))
 
 static const char folder[] = "optimizer_failures";
 
@@ -69,6 +188,11 @@ void setUp(void) {
 
 void tearDown(void) {
   left = -1;
+  watched = 0;
+  model_left = -1;
+  stop_left = -1;
+  stop_flag = 0;
+  cores = 0;
   TEST_ASSERT_EQUAL_INT(0, system("rm -rf optimizer_failures"));
 }
 
@@ -126,9 +250,241 @@ static void test_every_failure_of_a_resumed_run_is_told(void) {
   fail_each_call(1, 1);
 }
 
+/* --- the model's failures --- */
+
+static lm_problem problem;
+static lm_workspace *workspace;
+static lm_answer *answer;
+static const double middle[LM_FREE_MAX] = {0.5, 0.5, 0.5};
+
+static const char limits[] =
+    "limit lost_motion_max_arcmin 9\n"
+    "objective cost\n"
+    "whole tolerance.0.grade 5 9\n"
+    "link 0.5 48 0.5 0 1 normal generator\n";
+
+static void open_problem(const char *more) {
+  lm_spec_error error = {0, ""};
+  char text[2048];
+  snprintf(text, sizeof text, "%s%s", spec, more);
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(text, &problem, &error), error.text);
+  workspace = lm_create_workspace();
+  answer = (lm_answer *)malloc(sizeof *answer);
+}
+
+static void close_problem(void) {
+  lm_free_workspace(workspace);
+  free(answer);
+}
+
+static void watch(int calls, int at) {
+  watched = calls;
+  model_left = at;
+  model_failed = 0;
+}
+
+static void test_every_refusal_of_the_model_ends_an_evaluation(void) {
+  static double result[LM_RESULT_MAX];
+  static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
+  lm_scan scan;
+  lm_layout layout;
+  int level;
+  lm_default_scan(&scan);
+  for (level = 0; level < 3; level++) {
+    int at = -1;
+    open_problem(levels[level]);
+    lm_lay_out(&problem, &scan, &layout);
+    do {
+      lm_status status;
+      watch(MESHES | CHECKS | CHARACTERISTIC | GAP_TURN | LIMITS, ++at);
+      status = lm_evaluate_point(&problem, &scan, &layout, 0, middle, result, workspace, NULL);
+      TEST_ASSERT_EQUAL_INT(model_failed ? REFUSAL : LM_OK, status);
+    } while (model_failed);
+    /* limits, meshes, checks; of two phases a characteristic and three turns of three calls */
+    TEST_ASSERT_GREATER_OR_EQUAL_INT(3 + 2 * (1 + 3 * 3), at);
+    close_problem();
+  }
+}
+
+static void test_every_refusal_of_the_model_ends_a_certificate(void) {
+  lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
+  int at = -1;
+  open_problem(limits);
+  do {
+    lm_status status;
+    watch(POINT_DRIVE | MESHES | SMALLEST_GAP | CHECKS | CHARACTERISTIC | LIMITS | SAMPLES |
+              EVALUATE_POINT | EVALUATE_SLOPES,
+          ++at);
+    status = lm_certify(&problem, 0, middle, certificate, workspace, NULL);
+    TEST_ASSERT_EQUAL_INT(model_failed ? REFUSAL : LM_OK, status);
+  } while (model_failed);
+  TEST_ASSERT_GREATER_THAN_INT(10, at);
+  close_problem();
+  free(certificate);
+}
+
+static void make_task(int kind, lm_task *task) {
+  memset(task, 0, sizeof *task);
+  task->kind = kind;
+  task->budget = kind == LM_TASK_SETTLE ? 2400 : 120;
+  task->seed = 99;
+  task->parent_count = kind == LM_TASK_BRIDGE;
+  lm_lead_aim(&task->aim);
+  memcpy(task->unit, middle, sizeof task->unit);
+}
+
+/* A refused point is one that counts and that nothing is built on. */
+static void test_a_task_goes_on_past_every_refusal(void) {
+  lm_task task;
+  int kind;
+  open_problem(limits);
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+    int at = 0;
+    make_task(kind, &task);
+    do {
+      watch(EVALUATE_POINT | EVALUATE_SLOPES | POINT_DRIVE | MESHES | SMALLEST_GAP, at);
+      TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
+      TEST_ASSERT_LESS_OR_EQUAL_INT(answer->plain + answer->slopes,
+                                    answer->refused + answer->feasible);
+      at += 1 + at / 8;
+    } while (model_failed);
+  }
+  close_problem();
+}
+
+static void test_a_task_stops_at_every_evaluation(void) {
+  lm_task task;
+  int kind;
+  open_problem(limits);
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+    int at = 0;
+    lm_status status;
+    make_task(kind, &task);
+    do {
+      stop_left = at;
+      stop_flag = 0;
+      status = lm_run_task(&problem, &task, answer, workspace, &stop_flag);
+      TEST_ASSERT_TRUE(status == LM_OK || (status == LM_NOT_CONVERGED && stop_flag));
+      at += 1 + at / 8;
+    } while (stop_flag);
+    TEST_ASSERT_EQUAL_INT(LM_OK, status);
+    TEST_ASSERT_GREATER_THAN_INT(3, at);
+  }
+  close_problem();
+}
+
+static void test_an_explanation_goes_on_past_every_refusal(void) {
+  double relax[LM_LIMIT_COUNT];
+  int at = 0;
+  open_problem("limit lost_motion_max_arcmin 0.01\n");
+  do {
+    double unit[LM_FREE_MAX] = {0.5, 0.5};
+    lm_status status;
+    watch(EVALUATE_POINT | EVALUATE_SLOPES, at);
+    status = lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL);
+    TEST_ASSERT_EQUAL_INT(model_failed && at == 0 ? LM_OUT_OF_RANGE : LM_OK, status);
+    at++;
+  } while (model_failed);
+  TEST_ASSERT_GREATER_THAN_INT(3, at);
+  close_problem();
+}
+
+static int rows_of(const char *path) {
+  FILE *file = fopen(path, "r");
+  int rows = 0;
+  int c;
+  TEST_ASSERT_NOT_NULL(file);
+  while ((c = getc(file)) != EOF) {
+    rows += c == '\n';
+  }
+  fclose(file);
+  return rows;
+}
+
+/* A design of the front that is refused when it is written has no row; a best one that is refused
+ * has no certificate. */
+static void test_refusals_at_the_end_of_a_run_are_told(void) {
+  char note[LM_NOTE_MAX];
+  lm_run *run = NULL;
+  volatile int stop = 0;
+  int rows;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_open_run("spec", spec, folder, 0, &run, note));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
+  rows = rows_of("optimizer_failures/front.csv");
+  watch(EVALUATE_POINT, 0);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_EQUAL_INT(rows - 1, rows_of("optimizer_failures/front.csv"));
+  watch(POINT_DRIVE, 0);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
+  lm_close_run(run);
+}
+
+static void test_limits_that_cannot_be_explained_are_told_apart(void) {
+  char text[2048];
+  char note[LM_NOTE_MAX];
+  lm_run *run = NULL;
+  volatile int stop = 0;
+  snprintf(text, sizeof text, "%slimit lost_motion_max_arcmin 0.01\n", spec);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_open_run("spec", text, folder, 0, &run, note));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
+  watch(EVALUATE_SLOPES, 0);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_NOT_NULL(strstr(note, "no design exists in these ranges"));
+  watch(0, -1);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_NOT_NULL(strstr(note, "lost_motion_max_arcmin by"));
+  TEST_ASSERT_EQUAL_INT(0, system("rm optimizer_failures/infeasible.json && "
+                                  "mkdir optimizer_failures/infeasible.json.part"));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
+  lm_close_run(run);
+}
+
+static void test_a_drive_that_has_no_memory_to_be_written_to_is_null(void) {
+  lm_drive drive;
+  int at = 0;
+  int none = 0;
+  memset(&drive, 0, sizeof drive);
+  do {
+    char *text;
+    left = at++;
+    failed = 0;
+    text = lm_format_drive(&drive, "a");
+    none += text == NULL;
+    lm_free_text(text);
+  } while (failed);
+  /* to open and to close; a write to memory that fails shows when it is closed */
+  TEST_ASSERT_EQUAL_INT(2, none);
+}
+
+/* A machine that does not know its cores has one; one with more than there is room for is used so
+ * far. */
+static void test_a_pool_has_as_many_workers_as_the_machine_cores(void) {
+  static const long said[] = {-1, LM_WORKERS_MAX + 1};
+  int i;
+  for (i = 0; i < 2; i++) {
+    lm_pool *pool;
+    cores = said[i];
+    pool = lm_open_pool(0);
+    TEST_ASSERT_NOT_NULL(pool);
+    lm_close_pool(pool);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_failure_of_a_new_run_is_told);
   RUN_TEST(test_every_failure_of_a_resumed_run_is_told);
+  RUN_TEST(test_every_refusal_of_the_model_ends_an_evaluation);
+  RUN_TEST(test_every_refusal_of_the_model_ends_a_certificate);
+  RUN_TEST(test_a_task_goes_on_past_every_refusal);
+  RUN_TEST(test_a_task_stops_at_every_evaluation);
+  RUN_TEST(test_an_explanation_goes_on_past_every_refusal);
+  RUN_TEST(test_refusals_at_the_end_of_a_run_are_told);
+  RUN_TEST(test_limits_that_cannot_be_explained_are_told_apart);
+  RUN_TEST(test_a_drive_that_has_no_memory_to_be_written_to_is_null);
+  RUN_TEST(test_a_pool_has_as_many_workers_as_the_machine_cores);
   return UNITY_END();
 }

@@ -1,0 +1,356 @@
+/* One unit of the search's work at a time: what each kind of task answers. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "certificate.h"
+#include "found.h"
+#include "pool.h"
+#include "solve.h"
+#include "spec.h"
+#include "unity.h"
+
+static lm_problem problem;
+static lm_workspace *workspace;
+static lm_answer *answer;
+static lm_task task;
+
+void setUp(void) {
+  workspace = lm_create_workspace();
+  answer = (lm_answer *)malloc(sizeof *answer);
+  TEST_ASSERT_NOT_NULL(workspace);
+  TEST_ASSERT_NOT_NULL(answer);
+}
+
+void tearDown(void) {
+  lm_free_workspace(workspace);
+  free(answer);
+}
+
+static const char small_spec[] =
+    "rated_torque_Nm 40\n"
+    "fixed teeth.module_mm 0.25\n"
+    "fixed teeth.flexspline_teeth 200\n"
+    "fixed teeth.face_width_mm 10\n"
+    "range teeth.flexspline_shift 2 4\n"
+    "range teeth.shift_difference -0.3 0.3\n"
+    "range generator.deflection_modules 0.88 1.05\n"
+    "range generator.contact_half_angle_deg 22 35\n"
+    "link 0.5 48 0.5 0 1 normal generator\n"
+    "link 1.37 0.25 0.5 0 2 uniform teeth\n";
+
+static const char two_grades[] = "whole tolerance.0.grade 5 9\nwhole tolerance.1.grade 5 9\n";
+static const char two_objectives[] = "objective tolerance_lost_motion\nobjective cost\n";
+
+static void read_with(const char *a, const char *b, const char *c) {
+  lm_spec_error error = {0, ""};
+  char text[4096];
+  snprintf(text, sizeof text, "%s%s%s%s", small_spec, a, b, c);
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(text, &problem, &error), error.text);
+}
+
+/* Discs, or with choices the combination of the same. */
+static void make_task(int kind, int budget) {
+  int k;
+  memset(&task, 0, sizeof task);
+  task.id = 7;
+  task.kind = kind;
+  task.budget = budget;
+  task.seed = 12345;
+  lm_lead_aim(&task.aim);
+  for (k = 0; k < problem.range_count; k++) {
+    task.unit[k] = 0.5;
+  }
+}
+
+static void run(void) {
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
+}
+
+/* What every answer promises. */
+static void check_answer(void) {
+  int i;
+  int j;
+  TEST_ASSERT_EQUAL_INT(task.id, answer->id);
+  TEST_ASSERT_TRUE(answer->refused + answer->feasible <= answer->plain + answer->slopes);
+  TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes * lm_slope_charge(&problem),
+                        lm_charge_of(&problem, answer));
+  for (i = 0; i < answer->found_count; i++) {
+    TEST_ASSERT_TRUE(answer->found[i].violation <= LM_FEASIBLE || task.kind != LM_TASK_SETTLE);
+    for (j = 0; j < problem.range_count; j++) {
+      TEST_ASSERT_TRUE(answer->found[i].unit[j] >= 0 && answer->found[i].unit[j] <= 1);
+    }
+  }
+}
+
+static void test_a_screen_looks_at_half_its_budget_of_points(void) {
+  read_with("fixed generator.type discs\n", two_objectives, "");
+  make_task(LM_TASK_SCREEN, 1);
+  run();
+  check_answer();
+  TEST_ASSERT_TRUE(answer->plain >= 1 && answer->plain <= 2);
+  make_task(LM_TASK_SCREEN, 40);
+  run();
+  check_answer();
+  TEST_ASSERT_TRUE(answer->plain >= 20 && answer->plain <= 40);
+  TEST_ASSERT_EQUAL_INT(1, answer->computed);
+  make_task(LM_TASK_SCREEN, 1000);
+  run();
+  TEST_ASSERT_TRUE(answer->plain >= 256 && answer->plain <= 512);
+}
+
+static void test_gradients_end_at_or_below_where_they_began(void) {
+  double begun;
+  read_with("fixed generator.type discs\n", two_objectives, "limit stress_max 0.6\n");
+  make_task(LM_TASK_SCREEN, 40);
+  run();
+  memcpy(task.unit, answer->unit, sizeof task.unit);
+  begun = answer->value;
+  task.kind = LM_TASK_SLSQP;
+  task.budget = 400;
+  run();
+  check_answer();
+  TEST_ASSERT_GREATER_THAN_INT(2, answer->slopes);
+  TEST_ASSERT_EQUAL_INT(1, answer->computed);
+  TEST_ASSERT_TRUE(answer->violation <= LM_FEASIBLE);
+  TEST_ASSERT_TRUE(answer->value <= begun);
+}
+
+/* One objective bounded at a level: the bound counts as a limit, with gradients and without. */
+static void test_a_bound_of_the_aim_is_kept(void) {
+  static const int kinds[] = {LM_TASK_SLSQP, LM_TASK_COBYLA, LM_TASK_ISRES};
+  int i;
+  read_with("fixed generator.type discs\n", two_objectives, two_grades);
+  for (i = 0; i < 3; i++) {
+    make_task(kinds[i], i == 2 ? 1500 : 600);
+    task.aim.most[1] = 12;
+    run();
+    check_answer();
+    TEST_ASSERT_EQUAL_INT(1, answer->computed);
+    TEST_ASSERT_TRUE(answer->violation < 0.05);
+    TEST_ASSERT_TRUE(answer->figure[LM_FIGURE_COST] < 12.5);
+  }
+}
+
+static void test_a_bridge_lies_between_its_ends(void) {
+  int i;
+  int k;
+  read_with("fixed generator.type discs\n", two_objectives, "");
+  for (i = 1; i <= 6; i += 5) {
+    make_task(LM_TASK_BRIDGE, i);
+    task.parent_count = 1;
+    memcpy(task.parent[0].unit, task.unit, sizeof task.unit);
+    task.parent[0].unit[2] = 0.7;
+    run();
+    check_answer();
+    TEST_ASSERT_TRUE(answer->plain >= (i + 1) / 2 && answer->plain <= i + 1);
+    for (k = 0; k < answer->found_count; k++) {
+      TEST_ASSERT_TRUE(answer->found[k].unit[2] > 0.5 && answer->found[k].unit[2] < 0.7);
+    }
+  }
+}
+
+/* Where nothing trades tolerances against cost, and where a limit on cost does. */
+static void test_a_population_keeps_its_size(void) {
+  static const char *const objectives[] = {"objective lost_motion\nlimit cost_max 20\n",
+                                           "objective lost_motion\nobjective stress\n",
+                                           "objective cost\n"};
+  int i;
+  for (i = 0; i < 3; i++) {
+    read_with("choose generator.type discs rollers\n", objectives[i], i < 2 ? two_grades : "");
+    make_task(LM_TASK_EVOLVE, 150);
+    run();
+    check_answer();
+    TEST_ASSERT_EQUAL_INT(LM_PARENT_MAX, answer->member_count);
+    TEST_ASSERT_TRUE(answer->plain >= 150 && answer->plain <= 152);
+  }
+  /* too few evaluations for a whole population */
+  make_task(LM_TASK_EVOLVE, 5);
+  run();
+  TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
+}
+
+static void test_a_settled_design_has_whole_grades_and_certifies(void) {
+  lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
+  read_with("fixed generator.type discs\n", two_objectives, two_grades);
+  make_task(LM_TASK_SETTLE, 2400);
+  run();
+  check_answer();
+  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(1, answer->found[0].settled);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-9, floor(4 * answer->found[0].unit[4] + 0.5),
+                            4 * answer->found[0].unit[4]);
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_certify(&problem, 0, answer->found[0].unit, certificate, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(1, certificate->holds);
+  free(certificate);
+}
+
+/* Between 5.5 and 8.5 the whole grades are 6 .. 8, though 5 and 9 are neighbours of the ends. */
+static void test_a_grade_is_not_rounded_out_of_its_range(void) {
+  double grade;
+  read_with("fixed generator.type discs\n", "objective tolerance_lost_motion\n",
+            "whole tolerance.0.grade 5.5 8.5\n");
+  make_task(LM_TASK_SETTLE, 2400);
+  run();
+  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+  grade = 5.5 + 3 * answer->found[0].unit[4];
+  TEST_ASSERT_DOUBLE_WITHIN(1e-9, 6, grade); /* nothing speaks against the finest one */
+  read_with("fixed generator.type discs\n", "objective cost\n",
+            "whole tolerance.0.grade 5.5 8.5\n");
+  make_task(LM_TASK_SETTLE, 2400);
+  run();
+  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+  grade = 5.5 + 3 * answer->found[0].unit[4];
+  TEST_ASSERT_DOUBLE_WITHIN(1e-9, 8, grade);
+}
+
+static void test_what_cannot_be_kept_is_not_settled(void) {
+  read_with("fixed generator.type discs\n", two_objectives, "limit safety_factor_min 9\n");
+  make_task(LM_TASK_SETTLE, 2400);
+  run();
+  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(1, answer->computed);
+  TEST_ASSERT_TRUE(answer->violation > LM_FEASIBLE);
+  /* no drive at all: a ring with internal deformation */
+  read_with("fixed generator.type ring\n", two_objectives, two_grades);
+  make_task(LM_TASK_SETTLE, 2400);
+  run();
+  TEST_ASSERT_EQUAL_INT(0, answer->computed);
+  TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes, answer->refused);
+}
+
+/* Limits of the worst corner are not those of the nominal drive between the angles. */
+static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
+  read_with("fixed generator.type discs\nlevel worst\n", two_objectives,
+            "limit gap_at_worst_corner 1\n");
+  make_task(LM_TASK_SETTLE, 2400);
+  run();
+  check_answer();
+  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+}
+
+/* A third of the evaluations answers NaN: every method goes on. */
+static void test_every_kind_lives_with_nan(void) {
+  int kind;
+  read_with("fixed generator.type discs\n", two_objectives, "damaged_share 0.33\n");
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+    make_task(kind, 400);
+    if (kind == LM_TASK_BRIDGE) {
+      task.parent_count = 1;
+    }
+    run();
+    check_answer();
+    TEST_ASSERT_GREATER_THAN_INT(0, answer->plain + answer->slopes);
+  }
+  problem.damaged_share = 1;
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+    make_task(kind, 100);
+    run();
+    TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes, answer->refused);
+    TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  }
+}
+
+static void test_every_kind_stops(void) {
+  const volatile int stop = 1;
+  int kind;
+  read_with("fixed generator.type discs\n", two_objectives, two_grades);
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+    make_task(kind, 400);
+    TEST_ASSERT_EQUAL_INT(LM_NOT_CONVERGED, lm_run_task(&problem, &task, answer, workspace, &stop));
+    TEST_ASSERT_LESS_OR_EQUAL_INT(4, answer->plain + answer->slopes);
+  }
+}
+
+static void test_nothing_is_refused(void) {
+  double relax[LM_LIMIT_COUNT];
+  double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5, 0.5};
+  const volatile int stop = 1;
+  read_with("fixed generator.type discs\n", two_objectives, "");
+  make_task(LM_TASK_SCREEN, 10);
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_run_task(NULL, &task, answer, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_run_task(&problem, NULL, answer, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_run_task(&problem, &task, NULL, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_run_task(&problem, &task, answer, NULL, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_explain_infeasible(NULL, 0, unit, 100, relax, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL,
+                        lm_explain_infeasible(&problem, 0, NULL, 100, relax, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL,
+                        lm_explain_infeasible(&problem, 0, unit, 100, NULL, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_explain_infeasible(&problem, 0, unit, 100, relax, NULL, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NOT_CONVERGED,
+                        lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, &stop));
+}
+
+/* Two limits that no drive keeps together: what each must give. */
+static void test_what_must_give_is_found_from_any_start(void) {
+  double relax[LM_LIMIT_COUNT];
+  double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5, 0.5, 1, 1};
+  int limit;
+  int giving = 0;
+  read_with("fixed generator.type discs\n", two_objectives,
+            "limit tolerance_lost_motion_max_arcmin 0.2\nlimit gap_min_arcmin 0.1\n");
+  TEST_ASSERT_EQUAL_INT(LM_OK,
+                        lm_explain_infeasible(&problem, 0, unit, 4000, relax, workspace, NULL));
+  for (limit = 0; limit < LM_LIMIT_COUNT; limit++) {
+    TEST_ASSERT_TRUE(relax[limit] >= 0);
+    giving += relax[limit] > LM_FEASIBLE;
+  }
+  TEST_ASSERT_GREATER_THAN_INT(0, giving);
+  TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE + LM_FIGURE_TOLERANCE_LOST_MOTION] > 0.1);
+  /* part of the way is refused, as evaluations fail */
+  problem.damaged_share = 0.4;
+  for (limit = 0; limit < 20; limit++) {
+    unit[0] = 0.3 + 0.02 * limit;
+    (void)lm_explain_infeasible(&problem, 0, unit, 200, relax, workspace, NULL);
+  }
+  problem.damaged_share = 1;
+  TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE,
+                        lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, NULL));
+}
+
+/* --- the pool --- */
+
+static int answers;
+
+static void count_answer(void *context, const lm_answer *done) {
+  (void)context;
+  (void)done;
+  answers++;
+}
+
+static void test_a_pool_needs_a_number_of_workers_that_it_has_room_for(void) {
+  lm_pool *pool;
+  TEST_ASSERT_NULL(lm_open_pool(-1));
+  TEST_ASSERT_NULL(lm_open_pool(LM_WORKERS_MAX + 1));
+  lm_close_pool(NULL);
+  read_with("fixed generator.type discs\n", two_objectives, "");
+  make_task(LM_TASK_SCREEN, 2);
+  pool = lm_open_pool(2);
+  answers = 0;
+  TEST_ASSERT_EQUAL_INT(LM_OK,
+                        lm_run_tasks(pool, &problem, &task, 1, NULL, count_answer, NULL, NULL));
+  TEST_ASSERT_EQUAL_INT(1, answers);
+  lm_close_pool(pool);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_screen_looks_at_half_its_budget_of_points);
+  RUN_TEST(test_gradients_end_at_or_below_where_they_began);
+  RUN_TEST(test_a_bound_of_the_aim_is_kept);
+  RUN_TEST(test_a_bridge_lies_between_its_ends);
+  RUN_TEST(test_a_population_keeps_its_size);
+  RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
+  RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);
+  RUN_TEST(test_what_cannot_be_kept_is_not_settled);
+  RUN_TEST(test_gaps_of_the_worst_corner_settle_on_the_scan);
+  RUN_TEST(test_every_kind_lives_with_nan);
+  RUN_TEST(test_every_kind_stops);
+  RUN_TEST(test_nothing_is_refused);
+  RUN_TEST(test_what_must_give_is_found_from_any_start);
+  RUN_TEST(test_a_pool_needs_a_number_of_workers_that_it_has_room_for);
+  return UNITY_END();
+}
