@@ -71,6 +71,17 @@ def test_predict_without_torques_spans_plus_and_minus_the_rated_torque(
     assert found["defaults"]["design.axial_sections"] == 1
 
 
+def test_predict_takes_one_torque_and_more_than_the_library_does_at_once(
+    capsys: Capture, drawn_file: str
+) -> None:
+    one = answer(capsys, "predict", drawn_file, "--torque", "40:40:1")
+    many = answer(capsys, "predict", drawn_file, "--torque", "-40:40:1201")
+    assert one["torque_Nm"] == [40]
+    assert len(many["total_arcmin"]) == 1201
+    assert np.all(np.diff(many["total_arcmin"]) > 0)
+    assert many["total_arcmin"][-1] == pytest.approx(one["total_arcmin"][0], rel=1e-9)
+
+
 def test_predict_prints_a_table_and_writes_the_answer(
     capsys: Capture, drawn_file: str, tmp_path: Path
 ) -> None:
@@ -163,7 +174,7 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
         (["predict", "none.toml"], ("none.toml", "no such file", "a drive file")),
         (["predict", "{bought}", "--torque", "1:2"], ("--torque", "'1:2'", "MIN:MAX:N")),
         (["predict", "{bought}", "--torque", "2:1:5"], ("--torque", "MIN below MAX")),
-        (["predict", "{bought}", "--torque", "1:2:1"], ("--torque", "'1'", "from 2 to 1025")),
+        (["predict", "{bought}", "--torque", "1:2:1"], ("--torque", "'1:2:1'", "N from 2")),
         (["predict", "{bought}", "--torque", "a:2:5"], ("--torque", "'a'", "a number")),
         (["predict", "{bought}", "--torque", "nan:2:5"], ("--torque", "'nan'", "a number")),
         (["predict", "{drawn}", "--phase-deg", "x"], ("--phase-deg", "'x'", "a number")),

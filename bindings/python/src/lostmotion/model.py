@@ -186,6 +186,21 @@ class DesignModel:
         """
         c = self.core
         torque = c.array(np.atleast_1d(torque_Nm))
+        pieces = np.array_split(torque, max(1, -(-torque.size // c.lib.LM_TORQUES_MAX)))
+        table = np.concatenate([self._contributions(piece, phase_rad) for piece in pieces])
+        return Characteristic(
+            torque,
+            table["total_rad"],
+            {part: table[f"{part}_rad"] for part in PARTS},
+            table["stiffness_Nm_per_rad"],
+            table["forward_teeth"],
+            table["backward_teeth"],
+        )
+
+    def _contributions(self, torque_Nm: Array, phase_rad: float) -> Array:
+        """Contributions at no more torques than the library takes at once."""
+        c = self.core
+        torque = np.ascontiguousarray(torque_Nm)
         found = c.ffi.new("lm_contributions[]", max(1, torque.size))
         self._call(
             lambda fault: c.lib.lm_evaluate_characteristic(
@@ -199,15 +214,7 @@ class DesignModel:
                 fault,
             )
         )
-        table = c.records(found, torque.size).copy()
-        return Characteristic(
-            torque,
-            table["total_rad"],
-            {part: table[f"{part}_rad"] for part in PARTS},
-            table["stiffness_Nm_per_rad"],
-            table["forward_teeth"],
-            table["backward_teeth"],
-        )
+        return c.records(found, torque.size).copy()
 
     def mesh_state(self, phase_rad: float = 0.0) -> dict[str, float]:
         """Return what holds for all torques: free play, flank angle, radial gap and so on."""

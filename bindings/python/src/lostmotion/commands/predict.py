@@ -17,8 +17,8 @@ from lostmotion.terminal import deliver, fixed, show_table
 DEFAULT_TORQUES = 33
 """Torques of a prediction that states none: from minus to plus the rated torque."""
 
-TORQUES_MAX = 1025
-"""Torques that one evaluation of the library takes."""
+TORQUES_MAX = 100_001
+"""Most torques of a prediction."""
 
 TORQUE_MAX_NM = 1e6
 """Largest torque that the library takes."""
@@ -34,13 +34,13 @@ def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.fl
     """Read ``MIN:MAX:N``; without it, plus and minus the rated torque."""
     if text is None:
         return np.linspace(-rated_Nm, rated_Nm, DEFAULT_TORQUES)
-    expected = f"MIN:MAX:N in Nm, MIN below MAX, N from 2 to {TORQUES_MAX}"
+    expected = f"MIN:MAX:N in Nm, MIN below MAX, N from 2 to {TORQUES_MAX}; or T:T:1"
     parts = text.split(":")
     if len(parts) != 3:
         raise InputError("--torque", "", f"'{text}'", expected)
     low, high = (number("--torque", part, TORQUE_MAX_NM) for part in parts[:2])
-    spaced = np.linspace(low, high, whole_number("--torque", parts[2], 2, TORQUES_MAX))
-    if not np.all(np.diff(spaced) > 0):
+    spaced = np.linspace(low, high, whole_number("--torque", parts[2], 1, TORQUES_MAX))
+    if (spaced.size == 1) != (low == high) or not np.all(np.diff(spaced) > 0):
         raise InputError("--torque", "", f"'{text}'", expected)
     return spaced
 
