@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.campaign import Conditions
 from rig.suites import write_suite
 
-SEEN = {"single": 56, "clean": 74, "outside": 39, "pair": 39, "aliased": 30}
+SEEN = {"single": 200, "clean": 220, "outside": 94, "pair": 80, "aliased": 72}
 """Judging seeds of every kind that earlier versions were judged with."""
 
 LOST_COUNTS = 20

@@ -202,7 +202,7 @@ static void the_periodic_effects_follow_their_equations(void) {
 
 static void the_gaps_close_within_their_torque(void) {
   static const lm_real gap[] = {LM_REAL(2e-5), LM_REAL(0.5)};
-  static const lm_real coupling[] = {LM_REAL(0.0044), 100, LM_REAL(0.5)};
+  static const lm_real coupling[] = {LM_REAL(0.0044), 100, LM_REAL(0.5), 2, LM_REAL(0.1)};
   static const lm_real thermal[] = {LM_REAL(5e-6), LM_REAL(3e-5), LM_REAL(0.5)};
   static const lm_real wear[] = {LM_REAL(7e-5), LM_REAL(0.5), LM_REAL(0.5)};
   load(LM_REAL(0.25));
@@ -211,6 +211,18 @@ static void the_gaps_close_within_their_torque(void) {
   ASSERT_RUNS_TO(-2e-5, free_play, gap);
   /* Catalogue: 900 arcsec at the input of a size 20 drive of ratio 100 are +-4.5 at the output. */
   ASSERT_RUNS_TO(-0.0044 / 200, input_coupling_play, coupling);
+  /* What turning takes decides the coupling's side as long as the load does not outdo it. */
+  load(1);
+  ASSERT_RUNS_TO(0.0044 / 200, input_coupling_play, coupling);
+  at.input_velocity_rad_s = 60;
+  ASSERT_RUNS_TO(-0.0044 / 200, input_coupling_play, coupling);
+  load(LM_REAL(2.25));
+  ASSERT_RUNS_TO(0.0044 / 400, input_coupling_play, coupling);
+  at.input_velocity_rad_s = -60;
+  load(-1);
+  ASSERT_RUNS_TO(0.0044 / 200, input_coupling_play, coupling);
+  at.input_velocity_rad_s = 0;
+  load(-9);
   at.temperature_C = 30;
   ASSERT_RUNS_TO(-5e-5, thermal_gap, thermal);
   at.temperature_C = 0;

@@ -26,6 +26,12 @@ STARTS_MAX = 4
 TAKEUP_SHARES = (0.004, 0.03)
 """Starts of a torque at which something closes, over rated torque."""
 
+DRAG_SHARES = (0.005, 0.02)
+"""Starts of the drag of turning, seen at the output, over rated torque."""
+
+RUNOUT_TAKEN_UP = (0.05, 0.3)
+"""Starts of the torque that takes up the run-out of the lobes, over rated torque."""
+
 SMALL = 0.005
 """Largest torque over the rated one that an effect on the torque has where it is differenced."""
 
@@ -41,6 +47,10 @@ LATENT: dict[str, str] = {
     "input_lock_compliance": "the base finds its own compliance",
 }
 """Effects that the base takes up by construction, and why: they are part of what it fits."""
+
+SEEN_BY = {"input_coupling_play": "input_velocity_rad_s"}
+"""Columns that tell an effect from the base where they vary: the drag of turning moves the load at
+which a coupling falls over."""
 
 
 @dataclass
@@ -103,6 +113,11 @@ def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:
     return flat
 
 
+def varies(conditions: Conditions, column: str | None) -> bool:
+    """Whether a column was recorded, and moves."""
+    return column in conditions.columns and float(np.ptp(conditions.columns[column])) > 0
+
+
 def grid(effect: Effect, index: int, base: Base) -> list[float]:
     """Starts of one inner value."""
     c = base.conditions
@@ -110,6 +125,8 @@ def grid(effect: Effect, index: int, base: Base) -> list[float]:
     name = value.name
     if name == "takeup_Nm":
         starts = [share * base.rated_torque_Nm for share in TAKEUP_SHARES]
+    elif name == "drag_Nm":
+        starts = [share * base.rated_torque_Nm for share in DRAG_SHARES]
     elif name == "threshold_Nm":
         starts = [share * base.largest for share in (0.7, 0.95)]
     elif name.endswith("_Nm"):
@@ -184,7 +201,7 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
     linear = effect.indices("linear")
     if effect.name == "lobe_eccentricity":
         columns, starts = lobe_columns(effect, base, point, starts[0])
-        start_of = [0, 0, 0, 1, 2, 3]
+        start_of = [0, 0, *range(len(starts))]
     elif linear:
         units: list[tuple[FloatArray, int]] = []
         for number, values in enumerate(starts):
@@ -287,7 +304,10 @@ def slope_of_model(effect: Effect, base: Base, high: FloatArray, index: int) -> 
 def lobe_columns(
     effect: Effect, base: Base, point: Point, values: FloatArray
 ) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Run-out in four directions beside the plain first order; the run-out is no linear value."""
+    """Run-out in four directions beside the plain first order; the run-out is no linear value.
+
+    One that the torque takes up at once, and one that it takes up over the whole range.
+    """
     c = base.conditions
     elastic = point.elastic * ARCSEC
     columns = []
@@ -299,11 +319,11 @@ def lobe_columns(
     starts = []
     size = 2e-5
     compliance = float(np.median(point.slope)) * ARCSEC
-    for angle in np.arange(4) * np.pi / 4:
+    for taken_up, angle in product(RUNOUT_TAKEN_UP, np.arange(4) * np.pi / 4):
         start = values.copy()
         start[0] = start[1] = 0.0
         start[2], start[3] = size * np.cos(angle), size * np.sin(angle)
-        start[4] = max(min(compliance, 20.0 * size / base.rated_torque_Nm), 1e-9)
+        start[4] = max(min(compliance, size / (taken_up * base.rated_torque_Nm)), 1e-9)
         starts.append(start)
         columns.append(effect.run(start, c, point.torque, elastic, point.wound) / ARCSEC / size)
     return columns, starts
@@ -339,7 +359,7 @@ def named_candidates(
         if missing:
             closed[name] = "not testable with these columns: no " + ", ".join(missing)
             continue
-        if name in LATENT:
+        if name in LATENT and not varies(c, SEEN_BY.get(name)):
             closed[name] = "not testable: " + LATENT[name]
             continue
         candidate = tangent(effect, base, point, ratio)

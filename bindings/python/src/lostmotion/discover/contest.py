@@ -109,6 +109,25 @@ def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
     return Reduced(matrix, np.linalg.slogdet(k)[1])
 
 
+def held_out(reduced: Reduced, ridge: FloatArray) -> FloatArray:
+    """Log predictive density of every run under a fit to the others, uncertain as that fit is.
+
+    The coefficients that the other runs leave add ``X inv(H) X'`` to the covariance of the run: where
+    they say little of it, as the one run at the most cycles, it is expected to lie far off.
+    """
+    own = reduced.matrix
+    total = own.sum(axis=0)
+    rest = total - own
+    whole = total[:-1, :-1] + np.diag(ridge)
+    others = rest[:, :-1, :-1] + np.diag(ridge)
+    delta = np.linalg.solve(others, rest[:, :-1, -1:])
+    slope = own[:, :-1, -1:] - own[:, :-1, :-1] @ delta
+    error = own[:, -1, -1] - np.sum(delta * (own[:, :-1, -1:] + slope), axis=(1, 2))
+    taken = np.sum(slope * np.linalg.solve(whole, slope), axis=(1, 2))
+    spread = np.linalg.slogdet(whole)[1] - np.linalg.slogdet(others)[1]
+    return np.asarray(-0.5 * (error - taken + reduced.log_det + spread))
+
+
 class Contest:
     """The contest over one body of evidence."""
 
@@ -204,17 +223,7 @@ class Contest:
 
     def held_out(self, reduced: Reduced, index: IntArray) -> FloatArray:
         """Log predictive density of every run under a fit to the others."""
-        total = reduced.matrix.sum(axis=0)
-        rest = total - reduced.matrix
-        h = rest[:, :-1, :-1] + np.diag(self.ridge(index))
-        delta = np.linalg.solve(h, rest[:, :-1, -1:])[:, :, 0]
-        own = reduced.matrix
-        square = (
-            own[:, -1, -1]
-            - 2.0 * np.einsum("ri,ri->r", delta, own[:, :-1, -1])
-            + np.einsum("ri,rij,rj->r", delta, own[:, :-1, :-1], delta)
-        )
-        return np.asarray(-0.5 * (square + reduced.log_det))
+        return held_out(reduced, self.ridge(index))
 
     def basis(self, block: IntArray, reduced: Reduced, index: IntArray, n0: int) -> FloatArray:
         """Directions of a block that the rest of the hypothesis leaves."""
@@ -272,17 +281,9 @@ class Contest:
         k = np.linalg.solve(h0, total[:n0, n0:-1])
         delta0 = np.linalg.solve(h0, g[:n0])
         wald = float(g @ delta - g[:n0] @ delta0)
-        # Log predictive densities with and without, each under its own variances.
-        rest = total - reduced.matrix
-        hr = rest[:, :-1, :-1] + np.diag(ridge)
-        dr = np.linalg.solve(hr, rest[:, :-1, -1:])[:, :, 0]
+        # With and without, each under its own variances.
+        gain = held_out(reduced, ridge) - self.null_held_out
         own = reduced.matrix
-        square = (
-            own[:, -1, -1]
-            - 2.0 * np.einsum("ri,ri->r", dr, own[:, :-1, -1])
-            + np.einsum("ri,ri->r", dr, (own[:, :-1, :-1] @ dr[:, :, None])[:, :, 0])
-        )
-        gain = -0.5 * (square + reduced.log_det) - self.null_held_out
         # Scores of the runs under the base, with this candidate's variances.
         score = (
             own[:, n0:-1, -1]

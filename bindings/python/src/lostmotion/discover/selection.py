@@ -33,7 +33,7 @@ from lostmotion.discover.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
 
-P_LIMIT = 0.05
+P_LIMIT = 0.01
 """Of the F test after Bonferroni; the sign flips have their own level."""
 
 GAIN_LEAST = 2.0
