@@ -112,8 +112,8 @@ def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
 def held_out(reduced: Reduced, ridge: FloatArray) -> FloatArray:
     """Log predictive density of every run under a fit to the others, uncertain as that fit is.
 
-    The coefficients that the other runs leave add ``X inv(H) X'`` to the covariance of the run: where
-    they say little of it, as the one run at the most cycles, it is expected to lie far off.
+    The coefficients that the other runs leave add ``X inv(H) X'`` to the covariance of the run:
+    where they say little of it, as of the one run at the most cycles, it may well lie far off.
     """
     own = reduced.matrix
     total = own.sum(axis=0)
