@@ -127,7 +127,7 @@ static int limit_at(const lm_layout *layout, int place) {
  * those of the limits and of the bounds of the ranges; least squares by coordinate descent. The
  * objective's own largest branches share its derivative: at a kink of the largest phase their
  * weights add up to 1, which a heavy row asks for. */
-#define COLUMNS_MAX (LM_RESULT_MAX + 2 * LM_FREE_MAX)
+#define COLUMNS_MAX (LM_BRANCH_MAX + LM_RESULT_MAX + LM_FREE_MAX)
 
 typedef struct column {
   double by[LM_FREE_MAX + 1];
@@ -216,7 +216,7 @@ static void find_multipliers(const lm_problem *problem, const lm_layout *layout,
       scale = most > 0 ? 1 / most : 0;
       row = most > 0 ? result[i] / most - 1 : -1;
     }
-    if (row > -LM_BINDING && count < COLUMNS_MAX - 2 * LM_FREE_MAX) {
+    if (row > -LM_BINDING) {
       add_column(columns, &count, limit, slope + i * n, n, scale);
     }
   }
@@ -287,8 +287,7 @@ static void read_limits(const lm_problem *problem, const lm_layout *layout, cons
         row = result[layout->gap_start + k] > row ? result[layout->gap_start + k] : row;
       }
       if (!problem->bounds.gap_at_worst_corner) {
-        const double fine = problem->bounds.gap_min_arcmin - c->smallest.gap_rad / ARCMIN;
-        row = fine > row ? fine : row;
+        row = fmax(row, problem->bounds.gap_min_arcmin - c->smallest.gap_rad / ARCMIN);
       }
     } else {
       const double most = problem->bounds.figure_max[i - LM_LIMIT_FIGURE];

@@ -1,7 +1,6 @@
 #include "evolve.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "found.h"
@@ -205,12 +204,11 @@ static void breed(breeder *b, int parents) {
 
 lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *answer,
                     lm_workspace *workspace, const volatile int *stop) {
-  breeder *b = (breeder *)calloc(1, sizeof *b);
+  breeder own;
+  breeder *b = &own;
   int size;
   int i;
-  if (b == NULL) {
-    return LM_TOO_SMALL;
-  }
+  memset(b, 0, sizeof *b);
   b->problem = problem;
   b->answer = answer;
   b->workspace = workspace;
@@ -240,6 +238,5 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   answer->member_count = size;
   memcpy(answer->found + answer->found_count, b->population,
          (size_t)size * sizeof b->population[0]);
-  free(b);
   return lm_is_stopped(stop) ? LM_NOT_CONVERGED : LM_OK;
 }

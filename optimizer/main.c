@@ -19,6 +19,8 @@
 #include "run.h"
 #include "stop.h"
 
+#define SPEC_MAX (1 << 20) /* bytes */
+
 typedef enum show { SHOW_BAR, SHOW_JSON, SHOW_NONE } show;
 
 typedef struct program {
@@ -85,31 +87,24 @@ static int read_arguments(int count, char **argument, program *p) {
   return p->folder == NULL ? usage("a spec and a folder are needed") : 0;
 }
 
-/* The whole file as text, to be freed; null: errno. */
-static char *read_text(const char *path) {
+/* The whole file as text; null: *why. */
+static const char *read_text(const char *path, const char **why) {
+  static char text[SPEC_MAX + 1];
   FILE *file = fopen(path, "rb");
-  char *text = NULL;
-  size_t length = 0;
+  size_t length;
+  int failed;
   if (file == NULL) {
+    *why = strerror(errno);
     return NULL;
   }
-  for (;;) {
-    char *longer = (char *)realloc(text, length + 65536 + 1);
-    size_t got;
-    if (longer == NULL) {
-      free(text);
-      text = NULL;
-      break;
-    }
-    text = longer;
-    got = fread(text + length, 1, 65536, file);
-    length += got;
-    text[length] = '\0';
-    if (got == 0) {
-      break;
-    }
+  length = fread(text, 1, sizeof text, file);
+  failed = ferror(file);
+  *why = failed ? strerror(errno) : "found more than 1 MiB, expected a spec";
+  (void)fclose(file);
+  if (failed || length > SPEC_MAX) {
+    return NULL;
   }
-  fclose(file);
+  text[length] = '\0';
   return text;
 }
 
@@ -127,14 +122,16 @@ static double seconds_left(const lm_progress *progress, double seconds) {
 }
 
 static void show_bar(const lm_progress *progress, double left) {
-  const int done =
-      progress->budget > 0 ? 20 * (progress->evaluations / 20) / (progress->budget / 20 + 1) : 0;
+  const int done = 20 * (progress->evaluations / 20) / (progress->budget / 20 + 1);
   fprintf(stderr, "\r[%-20.*s] %d of %d", done < 20 ? done : 20, "####################",
           progress->evaluations, progress->budget);
   if (progress->has_best) {
     fprintf(stderr, "  best %.5g", progress->best_value);
   }
-  fprintf(stderr, "  feasible %.0f %%  %.0f s left   ", 100 * progress->feasible_share, left);
+  fprintf(stderr, "  feasible %.0f %%", 100 * progress->feasible_share);
+  if (left >= 0) {
+    fprintf(stderr, "  %.0f s left   ", left);
+  }
   fflush(stderr);
 }
 
@@ -161,16 +158,17 @@ int main(int count, char **argument) {
   program p;
   char note[LM_NOTE_MAX];
   struct sigaction action;
-  char *spec;
+  const char *spec;
+  const char *why;
   int status;
   memset(&p, 0, sizeof p);
   status = read_arguments(count, argument, &p);
   if (status != LM_EXIT_DONE) {
     return status;
   }
-  spec = read_text(p.spec_path);
+  spec = read_text(p.spec_path, &why);
   if (spec == NULL) {
-    fprintf(stderr, "lostmotion-optimizer: %s: %s\n", p.spec_path, strerror(errno));
+    fprintf(stderr, "lostmotion-optimizer: %s: %s\n", p.spec_path, why);
     return LM_EXIT_BAD_INPUT;
   }
   memset(&action, 0, sizeof action);
@@ -190,6 +188,5 @@ int main(int count, char **argument) {
     tell(note);
   }
   lm_close_run(p.run);
-  free(spec);
   return status;
 }

@@ -3,6 +3,7 @@
  * must end with a status and a word, leak nothing and go on later to the same bytes. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -130,9 +131,39 @@ WRAP_MODEL(POINT_DRIVE, lm_point_drive,
 WRAP_MODEL(MESHES, lm_prepare_meshes,
            (const lm_drive *drive, int nodes, lm_design_workspace *w, lm_fault *f),
            (drive, nodes, w, f))
-WRAP_MODEL(SMALLEST_GAP, lm_find_smallest_gap,
-           (const lm_mesh meshes[], int sections, int steps, lm_smallest_gap *gap, lm_fault *f),
-           (meshes, sections, steps, gap, f))
+
+static int gap_short; /* 1: the smallest gap stays one arcmin too small, whatever is done */
+static int no_slope;  /* 1: derivatives are no numbers */
+
+lm_status __real_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
+                                      lm_smallest_gap *gap, lm_fault *f);
+lm_status __wrap_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
+                                      lm_smallest_gap *gap, lm_fault *f);
+lm_status __wrap_lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps,
+                                      lm_smallest_gap *gap, lm_fault *f) {
+  const lm_status status = __real_lm_find_smallest_gap(meshes, sections, steps, gap, f);
+  if (gap_short) {
+    gap->gap_rad = -2.9e-4;
+  }
+  return model_fails(SMALLEST_GAP) ? REFUSAL : status;
+}
+
+int __real_lm_dual_evaluate(const lm_problem *p, const lm_scan *s, const lm_layout *l,
+                            int combination, const double unit[], double result[], double slope[],
+                            void *w, const char **input);
+int __wrap_lm_dual_evaluate(const lm_problem *p, const lm_scan *s, const lm_layout *l,
+                            int combination, const double unit[], double result[], double slope[],
+                            void *w, const char **input);
+int __wrap_lm_dual_evaluate(const lm_problem *p, const lm_scan *s, const lm_layout *l,
+                            int combination, const double unit[], double result[], double slope[],
+                            void *w, const char **input) {
+  const int status = __real_lm_dual_evaluate(p, s, l, combination, unit, result, slope, w, input);
+  if (no_slope) {
+    slope[1] = NAN;
+  }
+  return status;
+}
+
 WRAP_MODEL(CHECKS, lm_check_design,
            (const lm_drive *drive, const lm_mesh meshes[], int sections, const lm_smallest_gap *gap,
             lm_check checks[], lm_fault *f),
@@ -193,6 +224,8 @@ void tearDown(void) {
   stop_left = -1;
   stop_flag = 0;
   cores = 0;
+  gap_short = 0;
+  no_slope = 0;
   TEST_ASSERT_EQUAL_INT(0, system("rm -rf optimizer_failures"));
 }
 
@@ -352,6 +385,65 @@ static void test_a_task_goes_on_past_every_refusal(void) {
   close_problem();
 }
 
+/* The settling's own looks between the angles, each alone. */
+static void test_a_settling_whose_last_look_is_refused_is_none(void) {
+  static const int calls[] = {POINT_DRIVE, SMALLEST_GAP};
+  lm_task task;
+  int i;
+  open_problem(limits);
+  make_task(LM_TASK_SETTLE, &task);
+  for (i = 0; i < 2; i++) {
+    int at = -1;
+    int settled = -1;
+    do {
+      watch(calls[i], ++at);
+      TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
+      TEST_ASSERT_TRUE(!model_failed || settled != 0); /* only the last one decides */
+      settled = answer->found_count;
+    } while (model_failed);
+    TEST_ASSERT_EQUAL_INT(1, settled);
+    TEST_ASSERT_GREATER_THAN_INT(2, at);
+  }
+  close_problem();
+}
+
+static void test_a_gap_that_nothing_opens_is_not_settled(void) {
+  static const char unmoved[] =
+      "rated_torque_Nm 40\nobjective lost_motion\n"
+      "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
+      "fixed teeth.flexspline_teeth 200\nfixed teeth.face_width_mm 10\n"
+      "fixed teeth.shift_difference -0.03\n"
+      "range generator.deflection_modules 0.88 1.05\n";
+  lm_spec_error error = {0, ""};
+  lm_task task;
+  open_problem("");
+  gap_short = 1;
+  make_task(LM_TASK_SETTLE, &task);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(1, answer->computed);
+  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(unmoved, &problem, &error), error.text);
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
+  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  close_problem();
+}
+
+static void test_derivatives_that_are_no_numbers_are_refused(void) {
+  lm_fault fault;
+  static double result[LM_RESULT_MAX];
+  static double slope[LM_RESULT_MAX * LM_FREE_MAX];
+  lm_scan scan;
+  lm_layout layout;
+  open_problem("");
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+  no_slope = 1;
+  TEST_ASSERT_EQUAL_INT(LM_NOT_FINITE, lm_evaluate_slopes(&problem, &scan, &layout, 0, middle,
+                                                          result, slope, workspace, &fault));
+  TEST_ASSERT_EQUAL_STRING("derivatives", fault.input);
+  close_problem();
+}
+
 static void test_a_task_stops_at_every_evaluation(void) {
   lm_task task;
   int kind;
@@ -386,6 +478,14 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     at++;
   } while (model_failed);
   TEST_ASSERT_GREATER_THAN_INT(3, at);
+  /* the point that the solver ends at is refused: what is told is of its start */
+  for (at = 0; at < 10; at++) {
+    double unit[LM_FREE_MAX] = {0.1 * at, 1 - 0.1 * at};
+    watch(EVALUATE_POINT, 0);
+    TEST_ASSERT_EQUAL_INT(LM_OK,
+                          lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL));
+    TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE] > 0);
+  }
   close_problem();
 }
 
@@ -480,6 +580,9 @@ int main(void) {
   RUN_TEST(test_every_refusal_of_the_model_ends_an_evaluation);
   RUN_TEST(test_every_refusal_of_the_model_ends_a_certificate);
   RUN_TEST(test_a_task_goes_on_past_every_refusal);
+  RUN_TEST(test_a_settling_whose_last_look_is_refused_is_none);
+  RUN_TEST(test_a_gap_that_nothing_opens_is_not_settled);
+  RUN_TEST(test_derivatives_that_are_no_numbers_are_refused);
   RUN_TEST(test_a_task_stops_at_every_evaluation);
   RUN_TEST(test_an_explanation_goes_on_past_every_refusal);
   RUN_TEST(test_refusals_at_the_end_of_a_run_are_told);

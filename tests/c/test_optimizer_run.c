@@ -1,6 +1,7 @@
 /* A search in a folder, and the program: what they leave, and what they say when something is wrong
  * on the disk or in the spec. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 /* terminals */
+#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -273,6 +274,67 @@ static void test_every_result_that_has_no_place_is_told(void) {
   }
 }
 
+/* Bound by a figure of two tooth phases, the best design breaks its limit a little at eight. */
+static void test_a_best_design_that_does_not_hold_on_the_fine_check_is_told(void) {
+  char spec[2048];
+  snprintf(spec, sizeof spec,
+           "seed 3\nevaluations 800\nrated_torque_Nm 40\nobjective cost\n"
+           "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
+           "fixed teeth.flexspline_teeth 200\nfixed generator.type discs\n"
+           "range teeth.flexspline_shift 2 4\nrange teeth.shift_difference -0.3 0.3\n"
+           "range generator.deflection_modules 0.88 1.05\n"
+           "range tolerance.0.grade 5 9\nlink 0.5 48 0.5 0 1 normal generator\n"
+           "link 1.37 0.25 0.5 0 2 uniform teeth\n"
+           "limit tolerance_lost_motion_max_arcmin 2.5\n");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(spec));
+  assert_noted("does not hold on the fine check");
+  assert_holds("certificate.json", "\"holds\": false");
+}
+
+/* What stands in the files of a search with a limit on a figure, two links and a pruned choice. */
+static void test_files_name_limits_and_what_pruned(void) {
+  char spec[2048];
+  snprintf(spec, sizeof spec,
+           "%slink 1.37 0.25 0.5 0 2 uniform teeth\nlimit stress_max 2\n"
+           "choose teeth.root_clearance 0.3 0.35\nlimit outer_diameter_max_mm 61.5\n",
+           small_spec);
+  (void)do_all(spec);
+  assert_holds("front.csv", "margin_stress_max");
+  assert_holds("combinations.csv", "fate,pruned_by\n");
+  snprintf(spec, sizeof spec,
+           "%slimit outer_diameter_max_mm 30\nlimit interference_max_mm 0\n"
+           "limit lost_motion_max_arcmin 0.01\n",
+           small_spec);
+  TEST_ASSERT_EQUAL_INT(0, system("rm -rf optimizer_run_*/*"));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, do_all(spec));
+  assert_holds("combinations.csv", "pruned,outer_diameter_max_mm\n");
+  assert_holds("infeasible.json", "\"unit\": \"share of the limit\"");
+}
+
+/* A full disk at the end: what was begun is not taken for whole. */
+static void test_results_on_a_full_disk_are_told(void) {
+  struct rlimit before;
+  struct rlimit small;
+  volatile int stop = 0;
+  int size;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
+  TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &before));
+  (void)signal(SIGXFSZ, SIG_IGN);
+  for (size = 0; size <= 1500; size += 500) {
+    int status;
+    small = before;
+    small.rlim_cur = (rlim_t)size;
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &small));
+    status = lm_finish_run(run, LM_EXIT_DONE, note);
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &before));
+    TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, status);
+    assert_noted("results cannot be written: File too large");
+    assert_missing("certificate.json");
+  }
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
+}
+
 static void test_nothing_is_refused(void) {
   lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_take_answer(NULL, answer));
@@ -360,6 +422,39 @@ static void test_the_program_searches(void) {
   assert_holds("err", "line 1");
 }
 
+/* A terminal is shown a bar; a budget that the first batch exceeds leaves no time. */
+static void test_a_terminal_is_shown_a_bar(void) {
+  char words[512];
+  char shown[4096] = "";
+  char spec[2048];
+  ssize_t got;
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  TEST_ASSERT_TRUE(terminal >= 0);
+  TEST_ASSERT_EQUAL_INT(0, grantpt(terminal));
+  TEST_ASSERT_EQUAL_INT(0, unlockpt(terminal));
+  snprintf(spec, sizeof spec, "%sevaluations 10\n", small_spec);
+  write_spec(spec);
+  snprintf(words, sizeof words, "%s %s/spec %s/run --workers 1 2> %s", LM_PROGRAM, folder, folder,
+           ptsname(terminal));
+  TEST_ASSERT_TRUE(system(words) != -1);
+  got = read(terminal, shown, sizeof shown - 1);
+  TEST_ASSERT_GREATER_THAN_INT(0, (int)got);
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(shown, "of 10"), shown);
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(shown, "  0 s left"), shown);
+  close(terminal);
+}
+
+static void test_what_is_no_spec_is_told(void) {
+  char words[256];
+  char path[128];
+  assert_usage(". b", ".: Is a directory");
+  write_spec("seed 1\n");
+  snprintf(path, sizeof path, "%s/spec", folder);
+  TEST_ASSERT_EQUAL_INT(0, truncate(path, (1 << 20) + 1));
+  snprintf(words, sizeof words, "%s b", path);
+  assert_usage(words, "found more than 1 MiB, expected a spec");
+}
+
 static void test_an_interrupted_program_saves_and_exits_130(void) {
   char command[512];
   char words[256];
@@ -389,10 +484,15 @@ int main(void) {
   RUN_TEST(test_a_journal_that_cannot_grow_ends_the_run);
   RUN_TEST(test_results_that_cannot_be_written_are_told);
   RUN_TEST(test_every_result_that_has_no_place_is_told);
+  RUN_TEST(test_a_best_design_that_does_not_hold_on_the_fine_check_is_told);
+  RUN_TEST(test_files_name_limits_and_what_pruned);
+  RUN_TEST(test_results_on_a_full_disk_are_told);
   RUN_TEST(test_nothing_is_refused);
   RUN_TEST(test_a_drive_as_text_is_a_drive_file);
   RUN_TEST(test_bad_usage_is_told_in_one_line);
   RUN_TEST(test_the_program_searches);
+  RUN_TEST(test_a_terminal_is_shown_a_bar);
+  RUN_TEST(test_what_is_no_spec_is_told);
   RUN_TEST(test_an_interrupted_program_saves_and_exits_130);
   return UNITY_END();
 }

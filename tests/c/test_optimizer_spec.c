@@ -217,6 +217,8 @@ static void test_variables_that_contradict_are_refused(void) {
   assert_refused("range teeth.root_clearance 0.3 0.3\n", 0, "teeth.root_clearance");
   assert_refused("choose teeth.flexspline_shift 2 3\n", 0, "teeth.flexspline_shift");
   assert_refused("choose teeth.root_clearance 0.2 9\n", 0, "teeth.root_clearance");
+  assert_refused("choose teeth.root_clearance 9 0.2\nchoose teeth.tooth_height 1.5 1.7\n", 0,
+                 "teeth.root_clearance");
   assert_refused("fixed teeth.root_clearance 9\n", 0, "teeth.root_clearance");
   assert_refused("objective lost_motion\n", 0, "search.objectives");
   assert_refused("torque_Nm 21\n", 0, "search.torque_Nm");

@@ -100,6 +100,20 @@ static void test_a_screen_looks_at_half_its_budget_of_points(void) {
   TEST_ASSERT_TRUE(answer->plain >= 256 && answer->plain <= 512);
 }
 
+/* No range of this spec opens gaps: each point is looked at once. */
+static void test_a_screen_without_a_shift_leaves_the_gaps(void) {
+  lm_spec_error error = {0, ""};
+  static const char spec[] =
+      "rated_torque_Nm 40\nobjective lost_motion\n"
+      "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
+      "fixed teeth.flexspline_teeth 200\nfixed teeth.face_width_mm 10\n"
+      "range generator.deflection_modules 0.88 1.05\n";
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(spec, &problem, &error), error.text);
+  make_task(LM_TASK_SCREEN, 20);
+  run();
+  TEST_ASSERT_EQUAL_INT(10, answer->plain);
+}
+
 static void test_gradients_end_at_or_below_where_they_began(void) {
   double begun;
   read_with("fixed generator.type discs\n", two_objectives, "limit stress_max 0.6\n");
@@ -288,6 +302,7 @@ static void test_nothing_is_refused(void) {
 static void test_what_must_give_is_found_from_any_start(void) {
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX] = {0.5, 0.5, 0.5, 0.5, 1, 1};
+  const volatile int stop = 1;
   int limit;
   int giving = 0;
   read_with("fixed generator.type discs\n", two_objectives,
@@ -307,6 +322,8 @@ static void test_what_must_give_is_found_from_any_start(void) {
     (void)lm_explain_infeasible(&problem, 0, unit, 200, relax, workspace, NULL);
   }
   problem.damaged_share = 1;
+  TEST_ASSERT_EQUAL_INT(LM_NOT_CONVERGED,
+                        lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, &stop));
   TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE,
                         lm_explain_infeasible(&problem, 0, unit, 100, relax, workspace, NULL));
 }
@@ -339,6 +356,7 @@ static void test_a_pool_needs_a_number_of_workers_that_it_has_room_for(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_screen_looks_at_half_its_budget_of_points);
+  RUN_TEST(test_a_screen_without_a_shift_leaves_the_gaps);
   RUN_TEST(test_gradients_end_at_or_below_where_they_began);
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);

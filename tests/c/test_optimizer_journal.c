@@ -1,0 +1,195 @@
+/* The journal of a search: what is read back, and every way in which a file can be none. */
+#define _XOPEN_SOURCE 700 /* truncate */
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "journal.h"
+#include "unity.h"
+
+#define MARK UINT32_C(0x4c4d414e)
+#define HEADER_BYTES 40
+
+typedef struct head {
+  uint32_t mark;
+  uint32_t length;
+  uint32_t crc;
+} head;
+
+static char path[64];
+static lm_answer *answer;
+static lm_answer *last;
+static int taken;
+static lm_journal_report report;
+
+static const char spec[] = "seed 1\n";
+
+void setUp(void) {
+  snprintf(path, sizeof path, "optimizer_journal_%ld.bin", (long)getpid());
+  answer = (lm_answer *)calloc(1, sizeof *answer);
+  last = (lm_answer *)calloc(1, sizeof *last);
+  taken = 0;
+}
+
+void tearDown(void) {
+  (void)remove(path);
+  free(answer);
+  free(last);
+}
+
+static void take(void *context, const lm_answer *found) {
+  (void)context;
+  *last = *found;
+  taken++;
+}
+
+/* A journal with two answers, of 3 designs and of 2 members. */
+static void write_journal(void) {
+  lm_journal *journal;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, spec, &journal));
+  answer->id = 1;
+  answer->found_count = 3;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(journal, answer));
+  answer->id = 2;
+  answer->found_count = 0;
+  answer->member_count = 2;
+  answer->found[1].violation = 0.25;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(journal, answer));
+  lm_close_journal(journal);
+}
+
+static lm_status resume_with(const char *text) {
+  lm_journal *journal = NULL;
+  const lm_status status = lm_resume_journal(path, text, take, NULL, &journal, &report);
+  lm_close_journal(journal);
+  return status;
+}
+
+static void overwrite(long at, const void *bytes, size_t length) {
+  FILE *file = fopen(path, "r+b");
+  TEST_ASSERT_NOT_NULL(file);
+  TEST_ASSERT_EQUAL_INT(0, fseek(file, at, SEEK_SET));
+  TEST_ASSERT_EQUAL_INT(1, (int)fwrite(bytes, length, 1, file));
+  fclose(file);
+}
+
+static void append_record(const head *h, const void *bytes, size_t length) {
+  FILE *file = fopen(path, "ab");
+  TEST_ASSERT_NOT_NULL(file);
+  TEST_ASSERT_EQUAL_INT(1, (int)fwrite(h, sizeof *h, 1, file));
+  TEST_ASSERT_EQUAL_INT(1, (int)fwrite(bytes, length, 1, file));
+  fclose(file);
+}
+
+static void test_answers_come_back_in_their_order(void) {
+  write_journal();
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(2, report.answers);
+  TEST_ASSERT_EQUAL_INT(0, report.torn);
+  TEST_ASSERT_EQUAL_INT(2, last->id);
+  TEST_ASSERT_EQUAL_MEMORY(answer, last, offsetof(lm_answer, found) + 2 * sizeof last->found[0]);
+}
+
+/* A record that is not what was written ends the journal there, and what follows it is cut. */
+static void assert_ends_there(const head *h, size_t length) {
+  write_journal();
+  append_record(h, last, length);
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(2, report.answers);
+  TEST_ASSERT_EQUAL_INT(1, report.torn);
+  taken = 0;
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(2, taken);
+  TEST_ASSERT_EQUAL_INT(0, report.torn);
+  memset(last, 0, sizeof *last);
+  memset(answer, 0, sizeof *answer);
+}
+
+static head head_of(const lm_answer *of, size_t length) {
+  head h;
+  h.mark = MARK;
+  h.length = (uint32_t)length;
+  h.crc = lm_crc32(0, of, length);
+  return h;
+}
+
+static void test_a_record_that_is_none_ends_the_journal(void) {
+  const size_t least = offsetof(lm_answer, found);
+  const size_t one = sizeof last->found[0];
+  head h = head_of(last, least);
+  h.mark++;
+  assert_ends_there(&h, least);
+  h = head_of(last, least - 8);
+  assert_ends_there(&h, least - 8);
+  h = head_of(last, least);
+  h.length = (uint32_t)sizeof *last + 1;
+  assert_ends_there(&h, least);
+  h = head_of(last, least);
+  h.crc ^= 1;
+  assert_ends_there(&h, least);
+  h = head_of(last, least); /* cut off */
+  assert_ends_there(&h, least - 1);
+  last->found_count = -1;
+  h = head_of(last, least);
+  assert_ends_there(&h, least);
+  last->found_count = LM_FOUND_MAX + 1;
+  h = head_of(last, least + (LM_FOUND_MAX + 1) * one);
+  assert_ends_there(&h, least + (LM_FOUND_MAX + 1) * one);
+  last->member_count = -1;
+  h = head_of(last, least);
+  assert_ends_there(&h, least);
+  last->member_count = LM_PARENT_MAX + 1;
+  h = head_of(last, least + (LM_PARENT_MAX + 1) * one);
+  assert_ends_there(&h, least + (LM_PARENT_MAX + 1) * one);
+  last->found_count = 2; /* and one is there */
+  h = head_of(last, least + one);
+  assert_ends_there(&h, least + one);
+}
+
+/* Magic, hash of the spec, its length, size of an answer. */
+static void test_a_header_of_something_else_is_refused(void) {
+  uint32_t number = 0;
+  write_journal();
+  overwrite(3, "x", 1);
+  TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
+  write_journal();
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, resume_with("seed 2\n"));
+  number = 6;
+  overwrite(HEADER_BYTES - 8, &number, sizeof number);
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, resume_with(spec));
+  write_journal();
+  number = (uint32_t)sizeof(lm_answer) + 8;
+  overwrite(HEADER_BYTES - 4, &number, sizeof number);
+  TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(0, truncate(path, HEADER_BYTES - 1));
+  TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(0, taken);
+}
+
+static void test_nothing_is_refused(void) {
+  lm_journal *journal;
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_create_journal(NULL, spec, &journal));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_create_journal(path, NULL, &journal));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_create_journal(path, spec, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_resume_journal(NULL, spec, take, NULL, &journal, &report));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_resume_journal(path, NULL, take, NULL, &journal, &report));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_resume_journal(path, spec, NULL, NULL, &journal, &report));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_resume_journal(path, spec, take, NULL, NULL, &report));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_resume_journal(path, spec, take, NULL, &journal, NULL));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, spec, &journal));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_append_answer(NULL, answer));
+  TEST_ASSERT_EQUAL_INT(LM_NULL, lm_append_answer(journal, NULL));
+  lm_close_journal(journal);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_answers_come_back_in_their_order);
+  RUN_TEST(test_a_record_that_is_none_ends_the_journal);
+  RUN_TEST(test_a_header_of_something_else_is_refused);
+  RUN_TEST(test_nothing_is_refused);
+  return UNITY_END();
+}
