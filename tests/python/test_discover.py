@@ -458,6 +458,35 @@ def test_commands_about_effects_recordings_and_plans(tmp_path, capsys, monkeypat
     assert not rows["wear"]["testable"]
 
 
+def turning_joint(file, *, dead=False, locked=False):
+    """A joint that swings under gravity: torque rises with the angle, the lost motion with both."""
+    output = np.zeros(1000) if locked else np.sin(0.01 * np.arange(1000))
+    torque = 30 * np.sin(0.01 * np.arange(1000))
+    turned = 100 * (output - torque / 3e4) * (10 if locked else 1)
+    output[500:] = output[500] if dead else output[500:]
+    rows = np.column_stack((0.01 * np.arange(1000), torque, turned, output))
+    head = "time_s,torque_Nm,input_angle_rad,output_angle_rad"
+    np.savetxt(file, rows, delimiter=",", header=head, comments="")
+    return str(file)
+
+
+def test_check_needs_no_ratio_to_be_right_about_a_turning_joint(tmp_path, capsys):
+    def findings(file, *more):
+        assert main(["check", file, "--json", "-", *more]) == 0
+        found = json.loads(capsys.readouterr().out)
+        return found["ratio_known"], found["findings"]
+
+    sound = turning_joint(tmp_path / "a.csv")
+    assert findings(sound) == (False, [])
+    assert findings(sound, "--ratio", "100") == (True, [])
+    assert findings(turning_joint(tmp_path / "b.csv", locked=True)) == (False, [])
+    for more in ([], ["--ratio", "100"]):
+        (text,) = findings(turning_joint(tmp_path / "c.csv", dead=True), *more)[1]
+        assert "output_angle_rad (run c): stuck x 500" in text
+    assert main(["check", sound, "--ratio", "0"]) == 2
+    assert "--ratio: found '0', expected 1 to 10000" in capsys.readouterr().err
+
+
 def test_effects_of_c_and_their_cards():
     for name, one in library().items():
         assert one.name == name

@@ -298,6 +298,39 @@ def test_a_stuck_sensor_is_reported(write: Write) -> None:
     assert campaign.rows == 400
 
 
+@pytest.mark.parametrize("dead", ["input_angle", "output_angle"])
+def test_an_encoder_that_stands_still_while_the_other_turns_is_reported(
+    write: Write, dead: str
+) -> None:
+    output = 0.005 * np.arange(2000)
+    torque = 30 * np.sin(0.02 * np.arange(2000))
+    angles = {"input_angle": 100 * (output - torque / 3e4), "output_angle": output}
+    sound = angles[dead].copy()
+    angles[dead][1000:] = sound[1000]
+
+    def read() -> dict[str, tuple[int, str]]:
+        rows = zip(torque, angles["input_angle"], angles["output_angle"], strict=True)
+        text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n" + "".join(
+            f"{i},{t},{a},{b}\n" for i, (t, a, b) in enumerate(rows)
+        )
+        found = read_campaign(write(text, "a.csv"), ratio=100).findings
+        return {f.kind: (f.count, f.column) for f in found}
+
+    assert read() == {"stuck": (1000, f"{dead}_rad")}
+    angles[dead] = sound
+    assert read() == {}
+
+
+def test_a_dead_output_encoder_is_named_also_where_the_input_is_held(write: Write) -> None:
+    torque = np.sin(np.linspace(0, 12, 400))
+    angle = 0.01 * np.where((np.arange(400) > 100) & (np.arange(400) < 200), 0.5, torque)
+    text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n" + "".join(
+        f"{i},{t},7.5,{a}\n" for i, (t, a) in enumerate(zip(torque, angle, strict=True))
+    )
+    (finding,) = read_campaign(write(text, "a.csv"), ratio=100).findings
+    assert (finding.kind, finding.column, finding.count) == ("stuck", "output_angle_rad", 99)
+
+
 def test_an_encoder_that_wraps_is_unwrapped_and_counted(write: Write) -> None:
     turns = np.linspace(0, 2.5, 101)
     text = "time_s,torque_Nm,input_angle_rev,output_angle_rad\n" + "".join(

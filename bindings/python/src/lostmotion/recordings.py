@@ -78,6 +78,9 @@ STUCK_SAMPLES = 50
 STUCK_SWING = 0.25
 """Share of its own range by which the other channel must move meanwhile."""
 
+STUCK_TURN_RAD = 0.2
+"""Turn of the output that no drive takes up as wind-up: both encoders must see it."""
+
 WRAP_SLACK = 0.25
 """How far from a whole turn, in turns, a step may be and still be an encoder that wrapped."""
 
@@ -566,11 +569,31 @@ def sound_run(
     if "lost_motion" not in columns:
         assert ratio is not None
         columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
-    for quantity, other in (("torque", "lost_motion"), ("lost_motion", "torque")):
-        stuck = longest_stuck(columns[quantity], columns[other])
-        if stuck:
-            note("stuck", QUANTITIES[quantity].column, stuck, "kept; looks like a dead sensor")
+    for quantity, count in stuck_sensors(columns, ratio).items():
+        note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
     return Run(label, file, columns)
+
+
+def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
+    """Name the sensors that stood still while what they measure moved, and for how many samples."""
+    found = {}
+    for quantity, other in (("torque", "lost_motion"), ("lost_motion", "torque")):
+        count = longest_stuck(columns[quantity], columns[other])
+        if count and quantity == "lost_motion" and "output_angle" in columns:
+            stood = longest_stuck(columns["output_angle"], columns[other])
+            quantity = "output_angle" if stood >= count else quantity
+        if count:
+            found[quantity] = count
+    if ratio is not None and {"input_angle", "output_angle"} <= columns.keys():
+        turns = {
+            "input_angle": columns["input_angle"] / ratio,
+            "output_angle": columns["output_angle"],
+        }
+        for quantity, other in (("input_angle", "output_angle"), ("output_angle", "input_angle")):
+            count = longest_stuck(turns[quantity], turns[other], STUCK_TURN_RAD)
+            if count:
+                found[quantity] = max(count, found.get(quantity, 0))
+    return found
 
 
 def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
@@ -604,16 +627,17 @@ def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
     return angle_rad - lost * turn, count
 
 
-def longest_stuck(values: FloatArray, other: FloatArray) -> int:
+def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = None) -> int:
     """Length of the longest stretch of identical values during which the other channel moved on.
 
     Returns 0 when there is no stretch of at least `STUCK_SAMPLES` samples over which `other` covers
-    `STUCK_SWING` of its range.
+    `swing`, by default `STUCK_SWING` of its range.
     """
+    if swing is None:
+        swing = STUCK_SWING * float(np.ptp(other))
     change = np.flatnonzero(np.diff(values) != 0)
     edges = np.concatenate(([0], change + 1, [values.size]))
     lengths = np.diff(edges)
-    swing = STUCK_SWING * float(np.ptp(other))
     if swing == 0:
         return 0
     longest = 0
@@ -624,7 +648,12 @@ def longest_stuck(values: FloatArray, other: FloatArray) -> int:
 
 
 def check_sign(campaign: Campaign) -> None:
-    """Note a campaign whose lost motion falls with growing torque: one sign is turned round."""
+    """Note a campaign whose lost motion falls with growing torque: one sign is turned round.
+
+    Where a sensor is stuck the lost motion says nothing.
+    """
+    if any(finding.kind == "stuck" for finding in campaign.findings):
+        return
     torque = campaign.column("torque")
     centred = np.concatenate(
         [run.lost_motion_rad - float(np.mean(run.lost_motion_rad)) for run in campaign.runs]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+import numpy.typing as npt
 
 from lostmotion.base import Backbone
 from lostmotion.discover.campaign_evidence import load_body
@@ -25,11 +26,21 @@ from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of
-from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
+from lostmotion.recordings import (
+    STUCK_TURN_RAD,
+    Campaign,
+    Finding,
+    parse_map,
+    read_campaign,
+    recording_files,
+)
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
 from lostmotion.sample import read_or_sample
 from lostmotion.terminal import Progress, deliver
+
+RATIO_MAX = 1e4
+"""Largest ratio that `check` takes."""
 
 ROUNDS = 12
 """Pieces of work that a diagnosis usually has, for the progress bar."""
@@ -158,13 +169,54 @@ def run_effects(arguments: argparse.Namespace) -> None:
 
 def run_check(arguments: argparse.Namespace) -> None:
     """``lostmotion check``."""
-    campaign = read_campaign(
-        [Path(path) for path in arguments.data],
-        ratio=arguments.ratio if arguments.ratio is not None else 1.0,
-        mapping=parse_map(arguments.map),
-    )
-    answer = check(campaign, library())
+    stated = arguments.ratio
+    if stated is not None and not 1.0 <= abs(stated) <= RATIO_MAX:
+        found, expected = f"'{stated:g}'", f"1 to {RATIO_MAX:g}, or less than -1"
+        raise InputError("--ratio", "", found, expected)
+    paths, mapping = [Path(path) for path in arguments.data], parse_map(arguments.map)
+    campaign = read_campaign(paths, ratio=1.0 if stated is None else stated, mapping=mapping)
+    known = stated is not None or not any(np.ptp(angle) > 0 for angle in input_angles(campaign))
+    if not known:
+        ratio = estimate_ratio(campaign)
+        if ratio is not None:
+            campaign = read_campaign(paths, ratio=ratio, mapping=mapping)
+        campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, ratio)]
+    answer = {**check(campaign, library()), "ratio_known": known}
     deliver(answer, arguments, lambda out: show_check(answer, out))
+
+
+def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
+    """Input angles of the runs that have both angles."""
+    both = {"input_angle", "output_angle"}
+    return [run.columns["input_angle"] for run in campaign.runs if both <= run.columns.keys()]
+
+
+def estimate_ratio(campaign: Campaign) -> float | None:
+    """Ratio by the runs that turn, near enough to see a dead encoder; None where none turns."""
+    found = [
+        np.ptp(run.columns["input_angle"]) / np.ptp(run.columns["output_angle"])
+        for run in campaign.runs
+        if {"input_angle", "output_angle"} <= run.columns.keys()
+        and np.ptp(run.columns["output_angle"]) >= STUCK_TURN_RAD
+    ]
+    return max(float(np.median(found)), 1.0) if found else None
+
+
+def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:
+    """Whether a finding needs a ratio that was not stated.
+
+    A ratio that is estimated from the angles takes the sign of the lost motion out of them. Without
+    one, an output that stands still while the input turns may be locked.
+    """
+    if finding.kind == "sign":
+        return True
+    turning = [
+        run.label
+        for run in campaign.runs
+        if np.ptp(run.columns.get("input_angle", 0.0)) >= STUCK_TURN_RAD
+    ]
+    dead = (finding.kind, finding.column) == ("stuck", "output_angle_rad")
+    return ratio is None and dead and finding.run in turning
 
 
 def run_forecast(arguments: argparse.Namespace) -> None:
@@ -180,9 +232,10 @@ def run_forecast(arguments: argparse.Namespace) -> None:
 
 def run_next(arguments: argparse.Namespace) -> None:
     """``lostmotion next``."""
-    drive, result, _ = diagnosis_of(arguments)
+    drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
     options = read_plan(arguments.plan, drive.ratio, mapping)
+    drive, result, _ = diagnosis_of(arguments)
     with one_thread():
         answer = next_runs(result, options, effects_of(arguments), drive.ratio)
     deliver(answer, arguments, lambda out: show_next(answer, out))
@@ -285,6 +338,8 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     print(f"{answer['runs']} runs, {answer['samples']} samples", file=out)
     for finding in answer["findings"] or ["nothing odd"]:
         print(f"  {finding}", file=out)
+    if not answer["ratio_known"]:
+        print("the sign of the lost motion was not looked at: state --ratio", file=out)
     for pair in answer["aliased"]:
         a, b = pair["columns"]
         print(
