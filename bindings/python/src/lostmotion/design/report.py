@@ -180,7 +180,7 @@ def explorer(result: Result, context: Context) -> str:
                     for name, unit in figures()
                 ],
                 "margins": [
-                    [f"{_limit_name(name)}, {_margin_unit(name)}", margin]
+                    [f"{limit_name(name)}, {margin_unit(name)}", margin]
                     for name, margin in one["margins"].items()
                     if margin != 1.0
                 ],
@@ -367,7 +367,7 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
         margins = [*(start.margins[name] for start in starts), best["margins"][name]]
         rows.append(
             (
-                f"margin of {_limit_name(name)}, {_margin_unit(name)}",
+                f"margin of {limit_name(name)}, {margin_unit(name)}",
                 *(("!" if m < -1e-6 else "") + signs(f"{m:.4f}") for m in margins),
                 "",
             )
@@ -417,11 +417,12 @@ def _parts_table(context: Context, drive: Drive) -> Rows:
     )
 
 
-def _margin_unit(name: str) -> str:
+def margin_unit(name: str) -> str:
+    """Name the unit of a limit's margin."""
     return MARGIN_UNITS.get(name, "share of the limit")
 
 
-def _limit_name(name: str) -> str:
+def limit_name(name: str) -> str:
     """Name a limit without the unit that its value has in the spec: the margin has its own."""
     return words(split_unit(name)[0])
 
@@ -434,9 +435,9 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
         margin = limit["margin"]
         rows.append(
             (
-                _limit_name(limit["name"]),
+                limit_name(limit["name"]),
                 ("!" if margin < -1e-6 else "") + signs(f"{margin:+.5f}"),
-                _margin_unit(limit["name"]),
+                margin_unit(limit["name"]),
                 "binds" if limit["binds"] else "",
                 _number(limit["multiplier"]) if limit["multiplier"] else "",
             )

@@ -22,7 +22,7 @@ from lostmotion.report.svg import signs
 from lostmotion.report.wording import (
     chance,
     grouped,
-    quantity,
+    quantities,
     split_quantity,
     unit_text,
     words,
@@ -130,7 +130,7 @@ def _contest(answer: dict[str, Any]) -> Rows:
     rows = []
     for candidate in [c for c in answer["candidates"] if c["testable"]][:CANDIDATES_SHOWN]:
         chosen = candidate["name"] in answer["effects"]
-        known = [quantity(name, value) for name, value in candidate["parameters"].items() if value]
+        known = quantities(candidate["parameters"])
         values = ", ".join(known[:VALUES_SHOWN])
         if len(known) > VALUES_SHOWN:
             values += " …"

@@ -212,13 +212,9 @@ def draw_failures(result: Comparison, name: str, width: float) -> str:
     numbers = 126.0
     drawing = Drawing(width, top + height + 40, f"Where the model of {name} fails")
     high = max([100.0 * f.share for f in failures] or [0.0])
-    axes = Axes(
-        drawing,
-        (left + 8, top, width - left - 8 - numbers, height),
-        (0.0, max(1.15 * high, 1.0)),
-        (0.0, 1.0),
-    )
-    axes.frame("share of the residual variance, %", "", ticks=(width / 110, 0.0))
+    across = width - left - 8 - numbers
+    axes = Axes(drawing, (left + 8, top, across, height), (0.0, max(1.15 * high, 1.0)), (0.0, 1.0))
+    axes.frame("share of the residual variance, %", "", ticks=(across / 70, 0.0))
     for i, failure in enumerate(failures):
         y = top + row * (i + 0.5)
         end = float(axes.x(100.0 * failure.share))

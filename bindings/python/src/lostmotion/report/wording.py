@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from lostmotion.report.svg import signs
 from lostmotion.units import ARCMIN, ARCSEC, split_unit
@@ -14,6 +15,9 @@ SMALLEST, LARGEST = 1e-3, 1e6
 
 GROUPED = 10_000
 """From here on, digits stand in groups of three."""
+
+NOTHING = 1e-12
+"""A number below this is what rounding left."""
 
 SURE = 0.001
 """A p below this is not told apart from nothing."""
@@ -94,3 +98,8 @@ def quantity(name: str, value: float) -> str:
     """Write a named number: what it is, its size, its unit."""
     stem, factor, unit = split_quantity(name, value)
     return f"{stem} {written(value * factor)} {unit}".rstrip()
+
+
+def quantities(values: Mapping[str, float]) -> list[str]:
+    """Write the named numbers that are not nothing."""
+    return [quantity(name, value) for name, value in values.items() if abs(value) > NOTHING]

@@ -13,6 +13,7 @@ from nicegui import ui
 
 from lostmotion.design import Result, search
 from lostmotion.design.engine import figures
+from lostmotion.design.report import limit_name, margin_unit
 from lostmotion.design.spec import read_spec
 from lostmotion.drives import format_toml
 from lostmotion.errors import LostMotionError, one_line
@@ -267,17 +268,23 @@ class DesignPanel(Panel):
                 return
             one = result.front[self.picked]
             rows = [
-                (axis_name(n, u), f"{v:.5g}")
+                (axis_name(n, u), written(v, 5))
                 for n, u, v in zip(result.objectives, result.units, one["objectives"], strict=True)
             ]
-            tight = sorted(one["margins"].items(), key=lambda item: item[1])[:MARGINS]
-            margins = [(name.replace("_", " "), signs(f"{value:+.4f}")) for name, value in tight]
+            # A limit that the spec does not state has a margin of 1.
+            stated = [item for item in one["margins"].items() if item[1] != 1.0]
+            margins = [
+                (limit_name(name), signs(f"{value:+.4f}"), margin_unit(name))
+                for name, value in sorted(stated, key=lambda item: item[1])[:MARGINS]
+            ]
             with ui.element("div").classes("two"):
                 self.html(
-                    rows_html(Rows(f"Design {self.picked + 1}", ("objective", ""), rows, (1,)))
+                    rows_html(Rows(f"Design {self.picked + 1}", ("objective", "value"), rows, (1,)))
                 )
                 self.html(
-                    rows_html(Rows("Margins, the tightest first", ("limit", ""), margins, (1,)))
+                    rows_html(
+                        Rows("Margins, the tightest first", ("limit", "margin", ""), margins, (1,))
+                    )
                 )
             with ui.element("div").classes("line"):
                 action("Put on the bench", lambda: self.put(one["drive"]), main=True).mark("put")
@@ -285,7 +292,7 @@ class DesignPanel(Panel):
 
     def one_line(self, number: int) -> str:
         """Name a design by its number and objectives."""
-        return f"{number + 1}: " + ", ".join(f"{value:.5g}" for value in self.front()[number])
+        return f"{number + 1}: " + ", ".join(written(value, 5) for value in self.front()[number])
 
     def put(self, document: dict[str, Any]) -> None:
         """Make the design the drive on the bench."""

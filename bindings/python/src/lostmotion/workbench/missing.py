@@ -16,7 +16,7 @@ from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
 from lostmotion.report.svg import signs
-from lostmotion.report.wording import quantity, words
+from lostmotion.report.wording import quantities, words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import Work
@@ -99,9 +99,8 @@ class EffectsPanel(Panel):
         lines = [capitalized(effect.mechanism)]
         if not entry["testable"]:
             lines.append(entry.get("reason") or "not testable")
-        elif any(entry.get("parameters", {}).values()):
-            values = entry["parameters"].items()
-            lines.append(", ".join(quantity(key, value) for key, value in values if value))
+        elif known := quantities(entry.get("parameters") or {}):
+            lines.append(", ".join(known))
         if entry.get("confused_with") and entry["testable"]:
             lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))
         row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
