@@ -88,6 +88,23 @@ def test_a_report_carries_the_numbers_behind_every_picture_and_how_it_was_made(
         assert hashlib.sha256((folder / "data.csv").read_bytes()).hexdigest() in page
 
 
+FOR_MACHINES = {
+    "a power of ten": r"\d[eE][+-]?\d",
+    "a hyphen for a minus": r"(?:^|[\s(±])-\d",
+    "a sign before zero": r"[−+-]0(?:\.0*)?(?![\d.])",
+    "what is no number": r"(?i)\b(?:nan|inf)\b",
+}
+
+
+@pytest.mark.parametrize("name", REPORTS)
+def test_a_report_is_written_for_people(folder: Path, name: str) -> None:
+    page = (folder / f"{name}.html").read_text().partition("<footer>")[0]
+    page = re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL)
+    text = re.sub(r"<[^>]*>", "\n", re.sub(r'"data:[^"]*"', '""', page))
+    for what, pattern in FOR_MACHINES.items():
+        assert [line for line in text.splitlines() if re.search(pattern, line)] == [], what
+
+
 @pytest.mark.parametrize("name", REPORTS)
 def test_a_report_can_be_printed(folder: Path, tmp_path: Path, name: str) -> None:
     out = tmp_path / "page.pdf"

@@ -49,7 +49,7 @@ from lostmotion.report.mesh import (
     rigid_shape,
     touch_place,
 )
-from lostmotion.report.page import NARROW, WIDE, Figure, Section, Table
+from lostmotion.report.page import NARROW, WIDE, Figure, Rows, Section, Table, rows_html
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import signs, simplify, text_width
 from lostmotion.units import ARCMIN
@@ -545,3 +545,19 @@ def test_nothing_is_written_when_a_place_is_wrong(tmp_path, capsys):
     assert main(["predict", drive, "--report", str(good), "--json", bad]) == 2
     assert not good.exists()
     assert "--json" in capsys.readouterr().err
+
+
+def test_a_long_slim_table_stands_in_two_halves_and_a_folded_one_opens_when_asked() -> None:
+    rows = [(str(i), f"{i * i}") for i in range(31)]
+    page = rows_html(Rows("Squares", ("number", "square"), rows, (1,)))
+    assert page.count("<table>") == page.count("<thead>") == 2
+    assert page.index(">15<") < page.index("</table>") < page.index(">16<")
+    for i, square in rows:
+        assert page.count(f"<td>{i}</td>") == 1
+        assert f'<td class="r">{square}</td>' in page
+    assert rows_html(Rows("Few", ("a", "b"), rows[:16])).count("<table>") == 1
+    assert rows_html(Rows("Wide", tuple("abcde"), [tuple("12345")] * 31)).count("<table>") == 1
+    folded = rows_html(Rows("Long", ("", ""), rows, folded=True))
+    assert folded.startswith("<details><summary>Long</summary>")
+    assert "<thead>" not in folded
+    assert "<h3>" not in folded

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lostmotion.discover.backbone import Base
 from lostmotion.discover.diagnosis import Diagnosis
 from lostmotion.discover.ladder import FittedModel
@@ -189,8 +187,13 @@ def _scatter(answer: dict[str, Any]) -> Rows:
 
 def _of_effect(key: str, value: float, error: float) -> tuple[str, ...]:
     effect, _, name = key.partition(".")
+    return words(effect), *_named(name, value, error)
+
+
+def _named(name: str, value: float, error: float) -> tuple[str, ...]:
     stem, factor, unit = split_quantity(name, value)
-    return words(effect), stem, written(factor * value, 4), written(factor * error, 2), unit
+    known = written(factor * error, 2) if error else "given"
+    return stem, written(factor * value, 4), known, unit
 
 
 def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -> Section:
@@ -242,19 +245,19 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
             )
         )
     rest = [
-        (name.replace("_", " "), f"{value:.4g}", f"{error:.2g}" if error else "given")
-        for name, value, error in zip(
-            model.names, model.values, np.asarray(model.standard_errors), strict=True
-        )
+        _named(name, value, error)
+        for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True)
         if "." not in name
     ]
     if model.inseparable:
         lines = [f"{a} and {b}" for a, b in model.inseparable]
         section.blocks.append(Notes("Not separated by these recordings", lines))
     section.blocks.append(
-        Notes(
-            "Values of the base",
-            [f"{name}: {value}" + (f" ± {e}" if e != "given" else "") for name, value, e in rest],
+        Rows(
+            f"Values of the base: {len(rest)}",
+            ("parameter", "value", "standard error", ""),
+            rest,
+            (1, 2),
             folded=True,
         )
     )

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import BLUE, INK, SMALL_SIZE, SOFT, Drawing, fine, number
-from lostmotion.report.wording import words
+from lostmotion.report.wording import words, written
 
 Values = Sequence[Sequence[float]]
 
@@ -84,7 +84,7 @@ def draw_front(
         axes.curve(x[order], y[order], BLUE, 1.0, opacity=0.35)
     for k, (across, up) in enumerate(axes.points(x, y)):
         title = "; ".join(
-            f"{axis_name(n, u)}: {value:.5g}"
+            f"{axis_name(n, u)}: {written(value, 5)}"
             for n, u, value in zip(names, units, front[k], strict=True)
         )
         mark = picked == k
