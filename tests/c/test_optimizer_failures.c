@@ -86,7 +86,8 @@ typedef enum model_call {
   CHARACTERISTIC = 64,
   GAP_TURN = 128,
   LIMITS = 256,
-  SAMPLES = 512
+  SAMPLES = 512,
+  LOOK = 1024 /* meshes between the angles of the scan: those of lm_point_drive's drive */
 } model_call;
 
 static int watched;         /* model_call, those that count */
@@ -124,13 +125,29 @@ WRAP_MODEL(EVALUATE_SLOPES, lm_evaluate_slopes,
            (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
             const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
            (p, s, l, combination, unit, result, slope, w, f))
-WRAP_MODEL(POINT_DRIVE, lm_point_drive,
-           (const lm_problem *p, int combination, const double unit[], lm_drive *drive,
-            lm_fault *f),
-           (p, combination, unit, drive, f))
-WRAP_MODEL(MESHES, lm_prepare_meshes,
-           (const lm_drive *drive, int nodes, lm_design_workspace *w, lm_fault *f),
-           (drive, nodes, w, f))
+
+static int looks; /* 1: the next meshes are those of a look */
+
+lm_status __real_lm_point_drive(const lm_problem *p, int combination, const double unit[],
+                                lm_drive *drive, lm_fault *f);
+lm_status __wrap_lm_point_drive(const lm_problem *p, int combination, const double unit[],
+                                lm_drive *drive, lm_fault *f);
+lm_status __wrap_lm_point_drive(const lm_problem *p, int combination, const double unit[],
+                                lm_drive *drive, lm_fault *f) {
+  looks = 1;
+  return model_fails(POINT_DRIVE) ? REFUSAL : __real_lm_point_drive(p, combination, unit, drive, f);
+}
+
+lm_status __real_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *w,
+                                   lm_fault *f);
+lm_status __wrap_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *w,
+                                   lm_fault *f);
+lm_status __wrap_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *w,
+                                   lm_fault *f) {
+  const model_call call = looks ? LOOK : MESHES;
+  looks = 0;
+  return model_fails(call) ? REFUSAL : __real_lm_prepare_meshes(drive, nodes, w, f);
+}
 
 static int gap_short; /* 1: the smallest gap stays one arcmin too small, whatever is done */
 static int no_slope;  /* 1: derivatives are no numbers */
@@ -345,7 +362,7 @@ static void test_every_refusal_of_the_model_ends_a_certificate(void) {
   open_problem(limits);
   do {
     lm_status status;
-    watch(POINT_DRIVE | MESHES | SMALLEST_GAP | CHECKS | CHARACTERISTIC | LIMITS | SAMPLES |
+    watch(POINT_DRIVE | LOOK | MESHES | SMALLEST_GAP | CHECKS | CHARACTERISTIC | LIMITS | SAMPLES |
               EVALUATE_POINT | EVALUATE_SLOPES,
           ++at);
     status = lm_certify(&problem, 0, middle, certificate, workspace, NULL);
@@ -387,12 +404,12 @@ static void test_a_task_goes_on_past_every_refusal(void) {
 
 /* The settling's own looks between the angles, each alone. */
 static void test_a_settling_whose_last_look_is_refused_is_none(void) {
-  static const int calls[] = {POINT_DRIVE, SMALLEST_GAP};
+  static const int calls[] = {POINT_DRIVE, LOOK, SMALLEST_GAP};
   lm_task task;
   int i;
   open_problem(limits);
   make_task(LM_TASK_SETTLE, &task);
-  for (i = 0; i < 2; i++) {
+  for (i = 0; i < 3; i++) {
     int at = -1;
     int settled = -1;
     do {
@@ -479,11 +496,11 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
   } while (model_failed);
   TEST_ASSERT_GREATER_THAN_INT(3, at);
   /* the point that the solver ends at is refused: what is told is of its start */
-  for (at = 0; at < 10; at++) {
-    double unit[LM_FREE_MAX] = {0.1 * at, 1 - 0.1 * at};
+  for (at = 0; at < 40; at++) {
+    double unit[LM_FREE_MAX] = {0.1 * (at % 10), 1 - 0.1 * (at % 10)};
     watch(EVALUATE_POINT, 0);
     TEST_ASSERT_EQUAL_INT(LM_OK,
-                          lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL));
+                          lm_explain_infeasible(&problem, 0, unit, 8 * at, relax, workspace, NULL));
     TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE] > 0);
   }
   close_problem();

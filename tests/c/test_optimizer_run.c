@@ -275,20 +275,75 @@ static void test_every_result_that_has_no_place_is_told(void) {
 }
 
 /* Bound by a figure of two tooth phases, the best design breaks its limit a little at eight. */
+static const char bound_spec[] =
+    "seed 3\nevaluations 800\nrated_torque_Nm 40\nobjective cost\n"
+    "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
+    "fixed teeth.flexspline_teeth 200\nfixed generator.type discs\n"
+    "range teeth.flexspline_shift 2 4\n"
+    "range teeth.shift_difference -0.3 0.3\n"
+    "range generator.deflection_modules 0.88 1.05\n"
+    "range tolerance.0.grade 5 9\n"
+    "link 0.5 48 0.5 0 1 normal generator\n"
+    "link 1.37 0.25 0.5 0 2 uniform teeth\n"
+    "limit tolerance_lost_motion_max_arcmin 2.5\n";
+
 static void test_a_best_design_that_does_not_hold_on_the_fine_check_is_told(void) {
-  char spec[2048];
-  snprintf(spec, sizeof spec,
-           "seed 3\nevaluations 800\nrated_torque_Nm 40\nobjective cost\n"
-           "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
-           "fixed teeth.flexspline_teeth 200\nfixed generator.type discs\n"
-           "range teeth.flexspline_shift 2 4\nrange teeth.shift_difference -0.3 0.3\n"
-           "range generator.deflection_modules 0.88 1.05\n"
-           "range tolerance.0.grade 5 9\nlink 0.5 48 0.5 0 1 normal generator\n"
-           "link 1.37 0.25 0.5 0 2 uniform teeth\n"
-           "limit tolerance_lost_motion_max_arcmin 2.5\n");
-  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(spec));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, do_all(bound_spec));
   assert_noted("does not hold on the fine check");
   assert_holds("certificate.json", "\"holds\": false");
+}
+
+/* A search that was stopped before it settled anything promises nothing. */
+static void test_a_best_design_that_is_not_settled_need_not_hold(void) {
+  lm_workspace *workspace = lm_create_workspace();
+  lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
+  lm_task *task = (lm_task *)malloc(sizeof *task);
+  const lm_task *tasks;
+  int left = 6;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(bound_spec, 0));
+  while (left-- > 0 && lm_next_tasks(lm_run_search(run), &tasks) > 0) {
+    int i = 0;
+    while (lm_is_answered(lm_run_search(run), tasks[i].id)) {
+      i++;
+    }
+    *task = tasks[i];
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(lm_run_problem(run), task, answer, workspace, NULL));
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_take_answer(run, answer));
+  }
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_STOPPED, lm_finish_run(run, LM_EXIT_STOPPED, note));
+  TEST_ASSERT_EQUAL_STRING("", note);
+  assert_holds("front.csv", "\n0,");
+  assert_holds("certificate.json", "\"holds\": false");
+  lm_free_workspace(workspace);
+  free(answer);
+  free(task);
+}
+
+/* A certificate's flank, and the unit of each limit that must give. */
+static void test_words_of_the_json_files(void) {
+  static lm_certificate certificate;
+  double relax[LM_LIMIT_COUNT];
+  char text[16384] = "";
+  FILE *file = tmpfile();
+  int i;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    relax[i] = i != LM_LIMIT_SAFETY;
+  }
+  lm_write_certificate(file, lm_run_problem(run), 0, &certificate);
+  certificate.smallest.forward = 1;
+  lm_write_certificate(file, lm_run_problem(run), 0, &certificate);
+  lm_write_relaxation(file, relax);
+  rewind(file);
+  TEST_ASSERT_GREATER_THAN_INT(100, (int)fread(text, 1, sizeof text - 1, file));
+  fclose(file);
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"section\": 0, \"forward\": false}"));
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"section\": 0, \"forward\": true}"));
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"form_radius\", \"unit\": \"modules\", \"by\": 1}"));
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"interference_max_mm\", \"unit\": \"modules\""));
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"gap_min_arcmin\", \"unit\": \"arcmin\""));
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"torsion_stress\", \"unit\": \"share of the limit\""));
+  TEST_ASSERT_NULL(strstr(text, "\"limit\": \"safety_factor_min\""));
 }
 
 /* What stands in the files of a search with a limit on a figure, two links and a pruned choice. */
@@ -485,6 +540,8 @@ int main(void) {
   RUN_TEST(test_results_that_cannot_be_written_are_told);
   RUN_TEST(test_every_result_that_has_no_place_is_told);
   RUN_TEST(test_a_best_design_that_does_not_hold_on_the_fine_check_is_told);
+  RUN_TEST(test_a_best_design_that_is_not_settled_need_not_hold);
+  RUN_TEST(test_words_of_the_json_files);
   RUN_TEST(test_files_name_limits_and_what_pruned);
   RUN_TEST(test_results_on_a_full_disk_are_told);
   RUN_TEST(test_nothing_is_refused);

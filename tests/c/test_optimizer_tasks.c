@@ -101,7 +101,7 @@ static void test_a_screen_looks_at_half_its_budget_of_points(void) {
 }
 
 /* No range of this spec opens gaps: each point is looked at once. */
-static void test_a_screen_without_a_shift_leaves_the_gaps(void) {
+static void test_points_without_a_shift_leave_the_gaps(void) {
   lm_spec_error error = {0, ""};
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
@@ -112,6 +112,11 @@ static void test_a_screen_without_a_shift_leaves_the_gaps(void) {
   make_task(LM_TASK_SCREEN, 20);
   run();
   TEST_ASSERT_EQUAL_INT(10, answer->plain);
+  make_task(LM_TASK_BRIDGE, 6);
+  task.parent_count = 1;
+  task.parent[0].unit[0] = 0.8;
+  run();
+  TEST_ASSERT_EQUAL_INT(3, answer->plain);
 }
 
 static void test_gradients_end_at_or_below_where_they_began(void) {
@@ -356,7 +361,7 @@ static void test_a_pool_needs_a_number_of_workers_that_it_has_room_for(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_screen_looks_at_half_its_budget_of_points);
-  RUN_TEST(test_a_screen_without_a_shift_leaves_the_gaps);
+  RUN_TEST(test_points_without_a_shift_leave_the_gaps);
   RUN_TEST(test_gradients_end_at_or_below_where_they_began);
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
