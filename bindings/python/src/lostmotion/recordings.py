@@ -84,6 +84,9 @@ STUCK_TURN_RAD = 0.2
 WRAP_SLACK = 0.25
 """How far from a whole turn, in turns, a step may be and still be an encoder that wrapped."""
 
+RATIO_EXPECTED = "the ratio, which a drive file has and a blob has not, or lost_motion_rad"
+"""What a recording of two angles needs."""
+
 GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording."""
 
@@ -428,7 +431,7 @@ def _read_file(
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
     if "lost_motion" not in numbers and ratio is None:
-        raise InputError(name, "input_angle_rad", "no ratio", "the ratio of the drive")
+        raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 
     if "run" in chosen:
         codes, labels = run_codes(name, chosen["run"][0], table[chosen["run"][0]])

@@ -29,6 +29,7 @@ from lostmotion.base import run_plays
 from lostmotion.errors import InputError, one_line
 from lostmotion.recordings import (
     QUANTITIES,
+    RATIO_EXPECTED,
     WRAP_SLACK,
     Campaign,
     Finding,
@@ -367,7 +368,7 @@ def join_parts(
             findings.append(Finding("nan", file, column, label, missing, "not used for these rows"))
     joined = {name: np.concatenate(values) for name, values in columns.items()}
     if "lost_motion" not in joined and ratio is None:
-        raise InputError(file, "input_angle_rad", "no ratio", "the ratio of the drive")
+        raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
     # What is odd was counted over all rows; of the sample only the unusable rows go.
     return sound_run(file, label, joined, ratio, [])
 
