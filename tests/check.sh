@@ -154,6 +154,7 @@ mypy=$(find_tool mypy)
 UNITY_SRC_DIR=$(sed -n 's/^UNITY_SRC_DIR:[A-Z]*=//p' "$build/CMakeCache.txt")
 export UNITY_SRC_DIR
 
+step "Derivatives at 200 designs of every generator" "$build/tests/c/test_optimizer_derivatives"
 step_with "$clang_format" "Format of the C files (clang-format 19)" format_c
 step_with "$ruff" "Format of the Python files (ruff)" format_python
 step_with "$ruff" "Python lint (ruff)" lint_python
