@@ -56,6 +56,8 @@ def test_a_unit_is_written_with_its_signs(symbol: str, text: str) -> None:
         ("gap_rad", 0.5, "gap 28.6 deg"),
         ("takeup_Nm", 1.108, "takeup 1.11 N·m"),
         ("share", -0.02, "share −0.02"),
+        ("slope_1_rad_per_Nm", 4e-4, "slope 1 82.5 arcsec/(N·m)"),
+        ("rate_1_per_s", 2.0, "rate 2 1/s"),
     ],
 )
 def test_a_value_of_an_effect_is_written_in_a_unit_of_its_size(

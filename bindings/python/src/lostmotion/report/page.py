@@ -302,8 +302,9 @@ figcaption {{ margin-top: .7rem; font-size: .9rem; line-height: 1.45; color: #3c
 figcaption b {{ color: #1b1b1f; }}
 .files {{ display: block; margin-top: .25rem; }}
 .files a {{ margin-right: 1.2rem; }}
-.scroll {{ overflow-x: auto; background: linear-gradient(to left, #fff, #fff0) right / 2rem 100%
-  no-repeat local, linear-gradient(to left, #0003, #0000) right / .6rem 100% no-repeat; }}
+.scroll {{ overflow-x: auto; background:
+  linear-gradient(to left, #fff 1rem, #fff0) right / 2rem 100% no-repeat local,
+  linear-gradient(to left, #0003, #0000) right / .6rem 100% no-repeat; }}
 .beside {{ display: flex; flex-wrap: wrap; gap: 0 3rem; align-items: flex-start; }}
 .beside .scroll {{ max-width: 100%; }}
 table {{ border-collapse: collapse; font-size: .92rem; }}

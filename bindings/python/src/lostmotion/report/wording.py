@@ -85,6 +85,8 @@ def split_quantity(name: str, value: float) -> tuple[str, float, str]:
     """
     stem, unit = split_unit(name)
     symbol = unit.symbol if unit is not None else ""
+    if re.match("1_(?!per_)", symbol):  # the first of several that are numbered
+        stem, symbol = f"{stem}_1", symbol.removeprefix("1_")
     head, per, rest = symbol.partition("_per_")
     if head != "rad":
         return words(stem), 1.0, unit_text(symbol)
