@@ -172,7 +172,9 @@ def conclude(
     c = base.conditions
     chosen = [s for s in steps if s.chosen is not None][: len(selection.settled) - 1]
     # Only what was taken into the model counts; a last round that hit the limit is left over.
-    names = [term.effect.name for term in base.terms]
+    # What the drive file brought along is not missing.
+    present = [term.effect.name for term in base.terms]
+    names = present[len(selection.settled[0].base.terms) :]
     shapes = [a for a in base.additives if not a.name.startswith("step in run")]
     leftover = (
         steps[-1].chosen
@@ -182,7 +184,7 @@ def conclude(
     within = noise_rms(selection.noise, base)
     floor = noise_floor(final, within)
     ladder = make_ladder(selection)
-    rivals = sorted({name for step in chosen for name in step.rivals if name not in names})
+    rivals = sorted({name for step in chosen for name in step.rivals if name not in present})
     depends = [
         what
         for step in chosen
