@@ -8,7 +8,7 @@ Arithmetic without the model is free for all. The settling that follows the budg
 ours, so no method has its result polished. Every feasible point that a method evaluates counts for
 its front, so nothing depends on how a method reports.
 
-    pip install pymoo
+    pip install ./bindings/python[benchmark]
     python tests/benchmarks/bench_search.py [BUILD] [--seeds N] [--first-seed N]
         [--evaluations 5000 20000 ...] [--spec NAME ...] [--trade-off-only]
 
@@ -356,7 +356,7 @@ def main() -> None:
     options = parser.parse_args()
     if importlib.util.find_spec("pymoo") is None:
         raise SystemExit(
-            "pymoo is not installed: there is nothing to compare with (pip install pymoo)"
+            "pymoo is not installed: there is nothing to compare with (pip install ./bindings/python[benchmark])"
         )
     lib = load(options.build)
     seeds = range(options.first_seed, options.first_seed + options.seeds)
