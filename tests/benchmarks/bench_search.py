@@ -356,7 +356,8 @@ def main() -> None:
     options = parser.parse_args()
     if importlib.util.find_spec("pymoo") is None:
         raise SystemExit(
-            "pymoo is not installed: there is nothing to compare with (pip install ./bindings/python[benchmark])"
+            "pymoo is not installed: there is nothing to compare with "
+            "(pip install ./bindings/python[benchmark])"
         )
     lib = load(options.build)
     seeds = range(options.first_seed, options.first_seed + options.seeds)
