@@ -221,10 +221,6 @@ class Contest:
 
     # --- judging ---------------------------------------------------------------------------------
 
-    def held_out(self, reduced: Reduced, index: IntArray) -> FloatArray:
-        """Log predictive density of every run under a fit to the others."""
-        return held_out(reduced, self.ridge(index))
-
     def basis(self, block: IntArray, reduced: Reduced, index: IntArray, n0: int) -> FloatArray:
         """Directions of a block that the rest of the hypothesis leaves."""
         total = reduced.matrix.sum(axis=0)
@@ -332,7 +328,7 @@ class Contest:
     def null_held_out(self) -> FloatArray:
         """Log predictive density of every run under the base alone."""
         if not hasattr(self, "_null_held_out"):
-            self._null_held_out = self.held_out(self.null, self.evidence.index())
+            self._null_held_out = held_out(self.null, self.ridge(self.evidence.index()))
         return self._null_held_out
 
     def projected(self, names: list[str], omega: FloatArray | None = None) -> FloatArray:
