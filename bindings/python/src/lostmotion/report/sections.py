@@ -275,7 +275,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
         ("fitted, rms", shown(answer["rms_arcsec"])),
         (f"held out by {answer['heldout_by']}, rms", shown(answer["heldout_rms_arcsec"])),
-        ("noise floor", shown(answer["noise_floor_arcsec"])),
+        ("noise floor, from repeats", shown(answer["noise_floor_arcsec"])),
         ("share of the variance explained", f"{100 * answer['explained_share']:.2f} %"),
         ("friction", f"{WHERE[answer['friction']]} the elasticity"),
     ]
