@@ -163,12 +163,28 @@ static int add_variable(lm_problem *p, const char *kind, int key, const double v
   return 1;
 }
 
+/* The key that states the same quantity in another way, or the key itself. */
+static int rival_of(int key) {
+  static const int pairs[][2] = {{LM_KEY_RIGID_SHIFT, LM_KEY_SHIFT_DIFFERENCE},
+                                 {LM_KEY_DEFLECTION_MM, LM_KEY_DEFLECTION_MODULES}};
+  int i;
+  for (i = 0; i < 4; i++) {
+    if (pairs[i / 2][i % 2] == key) {
+      return pairs[i / 2][1 - i % 2];
+    }
+  }
+  return key;
+}
+
 static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   const int key = lm_find_key(s->word[1]);
   double value[WORDS_MAX] = {0};
   int i;
   if (key < 0) {
     return complain(error, line, "unknown key", s->word[1]);
+  }
+  if (p->given[key] || p->given[rival_of(key)]) {
+    return complain(error, line, "a second value of what is fixed, varied or chosen", s->word[1]);
   }
   for (i = 2; i < s->count; i++) {
     if (!read_number(s->word[i], &value[i])) {
@@ -295,6 +311,9 @@ static lm_status read_cost(const statement *s, lm_problem *p, int line, lm_spec_
 static lm_status read_ratio(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   double low = 0;
   double high = 0;
+  if (p->given[LM_KEY_FLEXSPLINE_TEETH]) {
+    return complain(error, line, "a second value of teeth.flexspline_teeth", s->word[0]);
+  }
   if (s->count != 3 || !read_number(s->word[1], &low) || !read_number(s->word[2], &high) ||
       lm_choose_teeth_by_ratio(p, low, high, NULL) != LM_OK) {
     return complain(error, line, "expected a lowest and a highest ratio that teeth can give",

@@ -16,10 +16,15 @@
  *   limit safety_factor_min 1.5             names of lm_limit_name
  *   limit free_assembly 1                   limit gap_at_worst_corner 1
  *   link INFLUENCE DIAMETER_MM POSITION OFFSET_MM COST_WEIGHT DISTRIBUTION ZONE
- *                                           normal normal_inspected triangular uniform; generator
- * teeth radial COEFFICIENT EXPONENT SHARE PRELOAD_N torsion STIFFNESS_NM_PER_RAD RATIO cost
- * tolerance_exponent 1               cost size 1    cost discs 3 damaged_share 0.05 to test the
- * search
+ *                                           normal normal_inspected triangular uniform;
+ *                                           generator teeth
+ *   radial COEFFICIENT EXPONENT SHARE PRELOAD_N
+ *   torsion STIFFNESS_NM_PER_RAD RATIO
+ *   cost tolerance_exponent 1               cost size 1              cost discs 3
+ *   damaged_share 0.05                      to test the search
+ *
+ * A key is fixed, varied or chosen, once; so is a quantity that two keys can state (rigid_shift and
+ * shift_difference, deflection_mm and deflection_modules). `ratio` chooses teeth.flexspline_teeth.
  */
 #ifndef LOSTMOTION_OPTIMIZER_SPEC_H
 #define LOSTMOTION_OPTIMIZER_SPEC_H

@@ -138,8 +138,8 @@ static void test_more_than_there_is_room_for_is_refused(void) {
       "objective cost\nobjective stress\nobjective compliance\n"
       "objective tolerance_lost_motion\n",
       7, "more than four");
-  assert_refused(repeat("choose teeth.root_clearance 0.3 0.%d5\n", 9), 9, "too many variables");
-  assert_refused(repeat("range teeth.root_clearance 0.2 0.%d5\n", 25), 25, "too many variables");
+  assert_refused(repeat("choose tolerance.%d.grade 5 6\n", 9), 9, "too many variables");
+  assert_refused(repeat("range tolerance.%d.grade 5 9\n", 25), 25, "too many variables");
   assert_refused(repeat("link 1 2 0 0 %d normal teeth\n", 33), 33, "too many links");
   assert_refused(repeat("radial 1e-5 0.5 0.5 %d\n", 9), 9, "too many members");
   assert_refused("choose teeth.root_clearance 0.2 0.3\nratio 15 300\n", 2, "ratio");
@@ -211,11 +211,9 @@ static void test_teeth_by_ratio_of_an_external_drive(void) {
 
 static void test_variables_that_contradict_are_refused(void) {
   assert_refused("range teeth.deformation 0 1\n", 0, "teeth.deformation");
-  assert_refused("range teeth.flexspline_teeth 100 200\n", 0, "teeth.flexspline_teeth");
   assert_refused("range axial_sections 1 3\n", 0, "axial_sections");
   assert_refused("range teeth.root_clearance 0.3 9\n", 0, "teeth.root_clearance");
   assert_refused("range teeth.root_clearance 0.3 0.3\n", 0, "teeth.root_clearance");
-  assert_refused("choose teeth.flexspline_shift 2 3\n", 0, "teeth.flexspline_shift");
   assert_refused("choose teeth.root_clearance 0.2 9\n", 0, "teeth.root_clearance");
   assert_refused("choose teeth.root_clearance 9 0.2\nchoose teeth.tooth_height 1.5 1.7\n", 0,
                  "teeth.root_clearance");
@@ -226,6 +224,35 @@ static void test_variables_that_contradict_are_refused(void) {
   assert_refused("evaluations 9\n", 0, "search.evaluations");
   assert_refused("objective kinematic_error\n", 0, "search.phases");
   assert_read("objective kinematic_error\nphases 3\n");
+}
+
+/* The least spec , behind one line and an empty one, fixes the teeth at line 7 and varies the shift
+ * at line 9. */
+static void test_a_key_has_one_value(void) {
+  static const char second[] = "a second value";
+  lm_fault fault;
+  assert_refused("choose teeth.flexspline_teeth 198 200\n", 7, second);
+  assert_refused("range teeth.flexspline_teeth 100 200\n", 7, second);
+  assert_refused("ratio 98 102\n", 7, second);
+  assert_refused("fixed teeth.flexspline_shift 3\n", 9, second);
+  assert_refused("fixed teeth.root_clearance 0.3\nwhole teeth.root_clearance 0.2 0.3\n", 2, second);
+  assert_refused("fixed teeth.flexspline_teeth 200\nratio 98 102\n", 2, "teeth.flexspline_teeth");
+  /* nor has what two keys can state */
+  assert_refused("fixed teeth.rigid_shift 3\nrange teeth.shift_difference -0.1 0.1\n", 2, second);
+  assert_refused("fixed generator.deflection_modules 1\nfixed generator.deflection_mm 0.25\n", 2,
+                 second);
+  assert_read("fixed teeth.shift_difference 0\nfixed generator.deflection_mm 0.25\n");
+  /* what the text cannot say, a caller of the functions can */
+  problem.range_count = 2;
+  problem.range[1] = problem.range[0];
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
+  TEST_ASSERT_EQUAL_STRING("teeth.flexspline_shift", fault.input);
+  problem.range_count = 1;
+  problem.choice_count = 1;
+  problem.choice[0].key = problem.range[0].key;
+  problem.choice[0].count = 1;
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
+  TEST_ASSERT_EQUAL_STRING("teeth.flexspline_shift", fault.input);
 }
 
 static void test_more_combinations_than_the_search_holds_are_refused(void) {
@@ -304,6 +331,7 @@ int main(void) {
   RUN_TEST(test_ratios_that_no_teeth_give_are_refused);
   RUN_TEST(test_teeth_by_ratio_of_an_external_drive);
   RUN_TEST(test_variables_that_contradict_are_refused);
+  RUN_TEST(test_a_key_has_one_value);
   RUN_TEST(test_more_combinations_than_the_search_holds_are_refused);
   RUN_TEST(test_links_of_no_kind_are_refused);
   RUN_TEST(test_sampled_deviations_have_their_distributions);

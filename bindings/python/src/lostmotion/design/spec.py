@@ -57,6 +57,15 @@ SWITCH_LIMITS = ("free_assembly", "gap_at_worst_corner")
 TEETH, MODULE, WIDTH = "teeth.flexspline_teeth", "teeth.module_mm", "teeth.face_width_mm"
 RIGID, DIFFERENCE = "teeth.rigid_shift", "teeth.shift_difference"
 RIGID_TEETH = "teeth.rigid_teeth"
+DEFLECTION, DEFLECTION_MODULES = "generator.deflection_mm", "generator.deflection_modules"
+
+RIVALS = {
+    RIGID: DIFFERENCE,
+    DIFFERENCE: RIGID,
+    DEFLECTION: DEFLECTION_MODULES,
+    DEFLECTION_MODULES: DEFLECTION,
+}
+"""Keys that state the same quantity."""
 
 NEVER = {
     RIGID_TEETH: "it follows from teeth.flexspline_teeth, two more or two fewer",
@@ -319,8 +328,9 @@ class _Reader:
     def read_variable(self, table: str, written: str, value: Any) -> None:
         name, scale = self.find_key(table, written)
         place = f"search.{table}.{written}"
-        if name in self.said:
-            raise self.refuse(place, "a second value", f"one of this and {self.said[name]}")
+        for stated in (name, RIVALS.get(name, name)):
+            if stated in self.said:
+                raise self.refuse(place, "a second value", f"one of this and {self.said[stated]}")
         self.said[name] = place
         if table == "fixed":
             number = self.number(place, name, scale, value)
@@ -408,11 +418,10 @@ class _Reader:
             self.assume(WIDTH, width)
             self.say("search.fixed", "fixed", WIDTH, width)
             self.values[WIDTH] = width
-        deflections = ("generator.deflection_mm", "generator.deflection_modules")
-        if not any(name in self.values for name in deflections):
-            self.assume(deflections[1], 1.0)
-            self.say("search.fixed", "fixed", deflections[1], 1)
-            self.values[deflections[1]] = 1.0
+        if DEFLECTION not in self.values and DEFLECTION_MODULES not in self.values:
+            self.assume(DEFLECTION_MODULES, 1.0)
+            self.say("search.fixed", "fixed", DEFLECTION_MODULES, 1)
+            self.values[DEFLECTION_MODULES] = 1.0
         if "rated_torque" in drive:
             rated = drive["rated_torque"].value
         else:
@@ -563,7 +572,7 @@ class _Reader:
         module, teeth = v[MODULE], int(v[TEETH])
         x1 = v.get("teeth.flexspline_shift", 3.0)
         deflection = v.get(
-            "generator.deflection_mm", module * v.get("generator.deflection_modules", 1.0)
+            DEFLECTION, module * v.get(DEFLECTION_MODULES, 1.0)
         )
         design: dict[str, Any] = {
             "teeth": {
