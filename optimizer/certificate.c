@@ -296,7 +296,7 @@ static void read_limits(const lm_problem *problem, const lm_layout *layout, cons
     }
     limit->margin = -row;
     limit->binds = limit->stated && row > -LM_BINDING;
-    if (limit->stated && !(row <= LM_FEASIBLE)) {
+    if (limit->stated && !(row <= 0)) {
       c->holds = 0;
     }
   }
@@ -317,11 +317,11 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
   memset(c, 0, sizeof *c);
   status = lm_point_drive(problem, combination, unit, &c->drive, fault);
   if (status == LM_OK) {
-    status = lm_prepare_meshes(&c->drive, LM_FINE_NODES, &workspace->design, fault);
+    status = lm_prepare_meshes(&c->drive, LM_CERTAIN_NODES, &workspace->design, fault);
   }
   if (status == LM_OK) {
-    status = lm_find_smallest_gap(workspace->design.meshes, c->drive.axial_sections, LM_FINE_STEPS,
-                                  &c->smallest, fault);
+    status = lm_find_smallest_gap(workspace->design.meshes, c->drive.axial_sections,
+                                  LM_CERTAIN_STEPS, &c->smallest, fault);
   }
   if (status == LM_OK) {
     status = lm_check_design(&c->drive, workspace->design.meshes, c->drive.axial_sections,
@@ -347,7 +347,7 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
     *finer = *problem;
     finer->phases = FINE_PHASES;
     finer->damaged_share = 0;
-    scan.nodes = LM_FINE_NODES;
+    scan.nodes = LM_CERTAIN_NODES;
     lm_lay_out(finer, &scan, &layout);
     status = lm_evaluate_point(finer, &scan, &layout, combination, unit, result, workspace, fault);
   }

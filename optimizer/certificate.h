@@ -23,7 +23,7 @@ typedef struct lm_limit_report {
 } lm_limit_report;
 
 typedef struct lm_certificate {
-  int holds; /* 1: every limit holds on the fine evaluation, within 1e-6 */
+  int holds; /* 1: every limit holds on the fine evaluation */
   lm_drive drive;
   double figure[LM_FIGURE_COUNT];        /* fine: 8 tooth phases, 256 nodes */
   double search_figure[LM_FIGURE_COUNT]; /* as the search saw them */

@@ -13,6 +13,9 @@
  * lm_complete_drive assumes it. */
 #define RING_THICKNESS LM_REAL(0.1)
 
+/* A fit that is as tight as allowed, exactly, is so but for the rounding of its sums. */
+#define ROUNDING_MM LM_REAL(1e-9)
+
 /* Unit of the size share of cost, mm^3. */
 #define COST_VOLUME LM_REAL(1e4)
 
@@ -371,7 +374,7 @@ static lm_real interference_row(const lm_problem *problem, const lm_drive *drive
     return LM_REAL(-1);
   }
   return (larger(-tolerance->tightest_mm[0], -tolerance->tightest_mm[1]) -
-          LM_REAL(problem->bounds.interference_max_mm)) /
+          LM_REAL(problem->bounds.interference_max_mm) - ROUNDING_MM) /
          drive->teeth.module_mm;
 }
 

@@ -55,7 +55,7 @@ static double evaluate(breeder *b, int combination, const double unit[], double 
     objective[j] = lm_figure_of(&b->layout, b->result, b->problem->objective[j]);
   }
   violation = lm_violation_of(b->problem, &b->layout, b->result);
-  b->answer->feasible += violation <= LM_FEASIBLE;
+  b->answer->feasible += violation <= 0;
   return violation;
 }
 
@@ -65,17 +65,17 @@ static void admit(breeder *b, int combination, double unit[]) {
   double objective[LM_OBJECTIVE_MAX] = {0};
   double violation = evaluate(b, combination, unit, objective);
   lm_fill_found(b->problem, place, combination, unit, objective, violation);
-  if (violation <= LM_FEASIBLE) {
+  if (violation <= 0) {
     lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, place);
   }
   if (violation < 1e3 && lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
     lm_found closed;
     violation = evaluate(b, combination, unit, objective);
     lm_fill_found(b->problem, &closed, combination, unit, objective, violation);
-    if (violation <= LM_FEASIBLE) {
+    if (violation <= 0) {
       lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, &closed);
     }
-    if (violation <= LM_FEASIBLE || violation < place->violation) {
+    if (violation <= 0 || violation < place->violation) {
       *place = closed;
     }
   }

@@ -100,8 +100,8 @@ void lm_sort_found(lm_found list[], int count) {
 
 /* Feasible before infeasible, less violation before more, then by the objectives. */
 static int beats(const lm_problem *problem, const lm_found *a, const lm_found *b) {
-  const int feasible_a = a->violation <= LM_FEASIBLE;
-  const int feasible_b = b->violation <= LM_FEASIBLE;
+  const int feasible_a = a->violation <= 0;
+  const int feasible_b = b->violation <= 0;
   if (feasible_a && feasible_b) {
     return dominates(problem, a->objective, b->objective) &&
            !dominates(problem, b->objective, a->objective);

@@ -130,6 +130,21 @@ static double range_value(const lm_range *range, double unit) {
   return range->low + (range->high - range->low) * unit;
 }
 
+/* What the search makes small as a compliance is a stiffness in all that it writes. */
+#define FIGURE_NAME_MAX 64
+
+static void name_figure(int figure, char name[FIGURE_NAME_MAX]) {
+  if (figure == LM_FIGURE_COMPLIANCE) {
+    snprintf(name, FIGURE_NAME_MAX, "stiffness_Nm_per_rad");
+  } else {
+    snprintf(name, FIGURE_NAME_MAX, "%s_%s", lm_figure_name(figure), lm_figure_unit(figure));
+  }
+}
+
+static double show_figure(int figure, double value) {
+  return figure == LM_FIGURE_COMPLIANCE ? 1.0 / (ARCMIN * value) : value;
+}
+
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
                     int limit) {
   double row = result[layout->single_start + (limit < LM_SINGLE_ROWS ? limit : 0)];
@@ -167,11 +182,9 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
       fprintf(file, ",%s", key);
     }
     for (i = 0; i < LM_FIGURE_COUNT; i++) {
-      if (i == LM_FIGURE_COMPLIANCE) {
-        fprintf(file, ",stiffness_Nm_per_rad");
-      } else {
-        fprintf(file, ",%s_%s", lm_figure_name(i), lm_figure_unit(i));
-      }
+      char name[FIGURE_NAME_MAX];
+      name_figure(i, name);
+      fprintf(file, ",%s", name);
     }
     for (i = 0; i < LM_LIMIT_COUNT; i++) {
       fprintf(file, ",margin_%s", lm_limit_name(i));
@@ -195,8 +208,7 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
         fprintf(file, ",%.17g", range_value(&problem->range[i], f->unit[i]));
       }
       for (i = 0; i < LM_FIGURE_COUNT; i++) {
-        const double figure = lm_figure_of(&layout, result, i);
-        fprintf(file, ",%.17g", i == LM_FIGURE_COMPLIANCE ? 1.0 / (ARCMIN * figure) : figure);
+        fprintf(file, ",%.17g", show_figure(i, lm_figure_of(&layout, result, i)));
       }
       for (i = 0; i < LM_LIMIT_COUNT; i++) {
         fprintf(file, ",%.17g", lm_margin_of(problem, &layout, result, i));
@@ -244,23 +256,23 @@ static void write_json(FILE *file, const char *key, double value, const char *af
   }
 }
 
+static void write_figures(FILE *file, const char *key, const double figure[]) {
+  int i;
+  fprintf(file, " \"%s\": {", key);
+  for (i = 0; i < LM_FIGURE_COUNT; i++) {
+    char name[FIGURE_NAME_MAX];
+    name_figure(i, name);
+    write_json(file, name, show_figure(i, figure[i]), i + 1 < LM_FIGURE_COUNT ? ", " : "},\n");
+  }
+}
+
 void lm_write_certificate(FILE *file, const lm_problem *problem, int combination,
                           const lm_certificate *c) {
   int i;
   fprintf(file, "{\"schema\": \"lostmotion.certificate/1\", \"holds\": %s, \"combination\": %d,\n",
           c->holds ? "true" : "false", combination);
-  fprintf(file, " \"figures\": {");
-  for (i = 0; i < LM_FIGURE_COUNT; i++) {
-    char name[64];
-    snprintf(name, sizeof name, "%s_%s", lm_figure_name(i), lm_figure_unit(i));
-    write_json(file, name, c->figure[i], i + 1 < LM_FIGURE_COUNT ? ", " : "},\n");
-  }
-  fprintf(file, " \"figures_as_searched\": {");
-  for (i = 0; i < LM_FIGURE_COUNT; i++) {
-    char name[64];
-    snprintf(name, sizeof name, "%s_%s", lm_figure_name(i), lm_figure_unit(i));
-    write_json(file, name, c->search_figure[i], i + 1 < LM_FIGURE_COUNT ? ", " : "},\n");
-  }
+  write_figures(file, "figures", c->figure);
+  write_figures(file, "figures_as_searched", c->search_figure);
   fprintf(file, " \"limits\": [");
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     const lm_limit_report *limit = &c->limit[i];
@@ -305,7 +317,7 @@ void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
   int i;
   fprintf(file, "{\"schema\": \"lostmotion.infeasible/1\", \"relax\": [");
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
-    if (relax[i] > LM_FEASIBLE) {
+    if (relax[i] > LM_RESERVE) {
       fprintf(file, "%s{\"limit\": \"%s\", \"unit\": \"%s\", ", first ? "" : ", ", lm_limit_name(i),
               i == LM_LIMIT_GAP                                           ? "arcmin"
               : i < LM_LIMIT_BENDING_STRESS || i == LM_LIMIT_INTERFERENCE ? "modules"

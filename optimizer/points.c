@@ -676,5 +676,5 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
 int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
                  const double result[], double unit[]) {
   return lm_open_gap(problem, combination,
-                     largest_of(result + layout->gap_start, layout->gap_count), unit);
+                     largest_of(result + layout->gap_start, layout->gap_count) + LM_RESERVE, unit);
 }

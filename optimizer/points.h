@@ -99,13 +99,18 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 /* The largest violation of all limits, those on figures included; <= 0: all hold. */
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
 
+/* How far inside every scaled limit the solvers stay. A design is feasible when it breaks no limit
+ * at all, as the certificate and `lostmotion predict` see it; this is what their own tolerances and
+ * rounding may use up. */
+#define LM_RESERVE 1e-6
+
 /* Move the shift that moves all side clearances alike (rigid gear, internal deformation;
  * flexspline, external) so that they grow by so much (< 0: shrink). 0: nothing to move, or no such
  * range. Exact for internal deformation where no bound of the range is met. */
 int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]);
 
 /* The same by what brings the smallest gap of result[], evaluated at this point, to the smallest
- * allowed one. */
+ * allowed one and the reserve. */
 int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
                  const double result[], double unit[]);
 

@@ -297,7 +297,7 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   }
   (void)say(note, 0, "no feasible design; relax");
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
-    if (relax[i] > LM_FEASIBLE) {
+    if (relax[i] > LM_RESERVE) {
       length = strlen(note);
       snprintf(note + length, LM_NOTE_MAX - length, " %s by %.4g", lm_limit_name(i), relax[i]);
     }

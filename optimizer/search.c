@@ -55,7 +55,7 @@ void lm_disturb(const lm_search *search, lm_task *task, double width) {
  */
 
 int lm_is_ahead(const lm_combination_state *a, const lm_combination_state *b) {
-  if (a->violation <= LM_FEASIBLE && b->violation <= LM_FEASIBLE) {
+  if (a->violation <= 0 && b->violation <= 0) {
     return a->value < b->value;
   }
   return a->violation < b->violation;
@@ -255,7 +255,7 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
     improve_state(state, found->objective[0], 0, found->unit);
   }
   gather_members(search, answer);
-  if (answer->computed && answer->violation > LM_FEASIBLE) {
+  if (answer->computed && answer->violation > 0) {
     improve_state(&search->state[answer->combination], answer->value, answer->violation,
                   answer->unit);
   }

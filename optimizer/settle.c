@@ -39,9 +39,10 @@ static void open_fine_gap(lm_solver *s) {
     double angle;
     double unit[LM_FREE_MAX];
     memcpy(unit, s->answer->unit, sizeof unit);
-    if (!find_gap(s, unit, LM_FINE_NODES, LM_FINE_STEPS, &gap, &angle) ||
-        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE ||
-        !lm_open_gap(s->problem, s->combination, s->problem->bounds.gap_min_arcmin - gap, unit)) {
+    if (!find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) ||
+        gap >= s->problem->bounds.gap_min_arcmin ||
+        !lm_open_gap(s->problem, s->combination,
+                     s->problem->bounds.gap_min_arcmin + LM_RESERVE - gap, unit)) {
       return;
     }
     s->known = 0;
@@ -57,8 +58,8 @@ static int holds_between(lm_solver *s) {
   double gap;
   double angle;
   return s->problem->bounds.gap_at_worst_corner ||
-         (find_gap(s, s->answer->unit, LM_FINE_NODES, LM_FINE_STEPS, &gap, &angle) &&
-          gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE);
+         (find_gap(s, s->answer->unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) &&
+          gap >= s->problem->bounds.gap_min_arcmin);
 }
 
 /* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
@@ -72,7 +73,7 @@ static void solve_exactly(lm_solver *s, const double start[]) {
     double angle;
     double from[LM_FREE_MAX];
     if (!find_gap(s, s->answer->unit, NODES, STEPS, &gap, &angle) ||
-        gap >= s->problem->bounds.gap_min_arcmin - LM_FEASIBLE) {
+        gap >= s->problem->bounds.gap_min_arcmin) {
       break;
     }
     s->scan.angle[s->scan.count].offset_rad = angle;
@@ -157,7 +158,7 @@ void lm_settle(lm_solver *s, const lm_task *task) {
   }
   /* Only the settled design counts: the others still have broken grades. */
   s->answer->found_count = 0;
-  if (s->answer->computed && s->answer->violation <= LM_FEASIBLE && holds_between(s)) {
+  if (s->answer->computed && s->answer->violation <= 0 && holds_between(s)) {
     double objective[LM_OBJECTIVE_MAX] = {0};
     for (i = 0; i < p->objective_count; i++) {
       objective[i] = s->answer->figure[p->objective[i]];

@@ -63,7 +63,7 @@ void lm_keep_found(lm_solver *s, const double unit[], const double objective[], 
 }
 
 int lm_is_better(double value, double violation, double than_value, double than_violation) {
-  if (violation <= LM_FEASIBLE && than_violation <= LM_FEASIBLE) {
+  if (violation <= 0 && than_violation <= 0) {
     return value < than_value;
   }
   return violation < than_violation;
@@ -121,7 +121,7 @@ int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
   s->value = lm_aim_value(s->problem, &s->aim, objective);
   broken = lm_violation_of(s->problem, &s->layout, s->result);
   s->violation = with_aim(s, objective, broken);
-  if (broken <= LM_FEASIBLE) {
+  if (broken <= 0) {
     s->answer->feasible++;
     lm_keep_found(s, unit, objective, 0);
   }

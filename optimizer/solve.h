@@ -14,13 +14,6 @@
 extern "C" {
 #endif
 
-/* A point counts as feasible when no scaled limit is broken by more than this. */
-#define LM_FEASIBLE 1e-6
-
-/* Where a settled design is looked at as the certificate does: steps a pitch, nodes of the line. */
-#define LM_FINE_STEPS 32
-#define LM_FINE_NODES 256
-
 /* Designs that one task reports besides its best. */
 #define LM_FOUND_MAX 96
 

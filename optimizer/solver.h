@@ -65,7 +65,7 @@ void lm_keep_found(lm_solver *s, const double unit[], const double objective[], 
 /* A row is a place in the result; LM_RESULT_MAX + place: a branch of a figure against its limit or
  * the bound of the aim; the value and its derivatives by the ranges. */
 typedef struct lm_row_kind {
-  double scale; /* row = result / scale - shift */
+  double scale; /* row = result / scale - shift, with the reserve */
   double shift;
 } lm_row_kind;
 

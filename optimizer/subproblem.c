@@ -65,16 +65,16 @@ static int objective_at(const lm_solver *s, int place) {
 
 int lm_resolve_row(const lm_solver *s, int row, lm_row_kind *kind) {
   kind->scale = 1;
-  kind->shift = 0;
+  kind->shift = -LM_RESERVE;
   if (row >= ROW_OF_AIM) {
     const int j = objective_at(s, row - ROW_OF_AIM);
     kind->scale = s->aim.scale[j];
-    kind->shift = s->aim.most[j] / s->aim.scale[j];
+    kind->shift += s->aim.most[j] / s->aim.scale[j];
     return row - ROW_OF_AIM;
   }
   if (row >= ROW_OF_LIMIT) {
     kind->scale = s->problem->bounds.figure_max[figure_at(&s->layout, row - ROW_OF_LIMIT)];
-    kind->shift = 1;
+    kind->shift += 1;
     return row - ROW_OF_LIMIT;
   }
   return row;
@@ -168,6 +168,24 @@ static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x,
   }
 }
 
+/* A row that nothing moves would make the subproblem contradict itself. */
+static void drop_constant_rows(lm_solver *s) {
+  int kept = 0;
+  int i;
+  for (i = 0; i < s->row_count; i++) {
+    lm_row_kind kind;
+    const int place = lm_resolve_row(s, s->row[i], &kind);
+    int k = 0;
+    while (k < s->moving_count && s->slope[place * s->problem->range_count + s->moving[k]] == 0) {
+      k++;
+    }
+    if (k < s->moving_count) {
+      s->row[kept++] = s->row[i];
+    }
+  }
+  s->row_count = kept;
+}
+
 /* Scale of the aim's value at the start: t of order 1. */
 void lm_run_slsqp(lm_solver *s, const double start[]) {
   const unsigned n = (unsigned)s->moving_count + 1;
@@ -183,6 +201,7 @@ void lm_run_slsqp(lm_solver *s, const double start[]) {
     return;
   }
   lm_choose_rows(s, 0);
+  drop_constant_rows(s);
   rows = (unsigned)(branch_count(s) + s->row_count);
   for (i = 0; i + 1 < n; i++) {
     low[i] = 0;

@@ -177,7 +177,7 @@ class Problem:
         all_results = np.ctypeslib.as_array(self.result)
         single = all_results[self.layout.single_start :][:SINGLE_ROWS]
         gaps = all_results[self.layout.gap_start :][: self.layout.gap_count]
-        if self.lib.lm_violation_of(self.memory, layout, self.result) <= 1e-6:
+        if self.lib.lm_violation_of(self.memory, layout, self.result) <= 0:
             self.points.append(f)
         return f, np.append(single, gaps.max())
 
@@ -293,7 +293,7 @@ def run_differential_evolution(lib: c.CDLL, text: str, evaluations: int, seed: i
             return 1e6
         f, g = problem.evaluate(x)
         violation = np.maximum(g, 0).sum()
-        return float(f[0]) if violation <= 1e-6 else 100.0 + float(violation)
+        return float(f[0]) if violation <= 0 else 100.0 + float(violation)
 
     population = 15
     generations = evaluations // (population * problem.variables) + 1

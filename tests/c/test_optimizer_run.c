@@ -120,6 +120,7 @@ static void test_a_run_leaves_its_files(void) {
   assert_holds("front.csv", ",discs,200,");
   assert_holds("combinations.csv", "external,discs,200,pruned,generator against deformation");
   assert_holds("certificate.json", "\"holds\": true");
+  assert_holds("certificate.json", "\"stiffness_Nm_per_rad\": ");
   assert_holds("history.csv", "tasks,evaluations,best,front\n");
   assert_missing("best.toml.part");
   TEST_ASSERT_EQUAL_INT(1, lm_run_problem(run)->link_count);

@@ -303,6 +303,7 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
   lm_fault fault;
   int count;
   int i;
+  int k;
   read_spec(small_spec);
   count = run_with(2, front);
   for (i = 0; i < count; i++) {
@@ -312,7 +313,11 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
     TEST_ASSERT_EQUAL_INT(
         LM_OK, lm_certify(&problem, front[i].combination, front[i].unit, c, workspace, &fault));
     TEST_ASSERT_EQUAL_INT(1, c->holds);
-    TEST_ASSERT_TRUE(c->smallest.gap_rad > -1e-6 * (double)ARCMIN);
+    /* what `lostmotion predict` says of the drive; that it slides in undeformed is advice */
+    for (k = 0; k < LM_CHECK_COUNT; k++) {
+      TEST_ASSERT_TRUE_MESSAGE(k == LM_CHECK_FREE_ASSEMBLY || c->check[k].margin >= 0,
+                               lm_check_name((lm_check_id)k));
+    }
     /* worst case above the quantile of production above its median */
     TEST_ASSERT_TRUE(c->lost_motion_worst >= c->lost_motion_quantile.value);
     TEST_ASSERT_TRUE(c->lost_motion_quantile.value >= c->lost_motion_median.value);

@@ -77,7 +77,7 @@ static void check_answer(void) {
   TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes * lm_slope_charge(&problem),
                         lm_charge_of(&problem, answer));
   for (i = 0; i < answer->found_count; i++) {
-    TEST_ASSERT_TRUE(answer->found[i].violation <= LM_FEASIBLE || task.kind != LM_TASK_SETTLE);
+    TEST_ASSERT_TRUE(answer->found[i].violation <= 0 || task.kind != LM_TASK_SETTLE);
     for (j = 0; j < problem.range_count; j++) {
       TEST_ASSERT_TRUE(answer->found[i].unit[j] >= 0 && answer->found[i].unit[j] <= 1);
     }
@@ -132,7 +132,7 @@ static void test_gradients_end_at_or_below_where_they_began(void) {
   check_answer();
   TEST_ASSERT_GREATER_THAN_INT(2, answer->slopes);
   TEST_ASSERT_EQUAL_INT(1, answer->computed);
-  TEST_ASSERT_TRUE(answer->violation <= LM_FEASIBLE);
+  TEST_ASSERT_TRUE(answer->violation <= 0);
   TEST_ASSERT_TRUE(answer->value <= begun);
 }
 
@@ -190,6 +190,25 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
+/* A limit on which nothing that varies hangs is in nobody's way, though no solver can move off it.
+ */
+static void test_a_limit_that_nothing_moves_hinders_nobody(void) {
+  static const char fits[] =
+      "link 0.5 48 0.5 0 1 normal generator\nfixed tolerance.0.grade 7\nlevel worst\n";
+  double free_value;
+  read_with("fixed generator.type discs\n", "objective lost_motion\n", fits);
+  make_task(LM_TASK_SLSQP, 2400);
+  run();
+  TEST_ASSERT_TRUE(answer->violation <= 0);
+  free_value = answer->value;
+  read_with("fixed generator.type discs\nlimit interference_max_mm 0\n", "objective lost_motion\n",
+            fits);
+  make_task(LM_TASK_SLSQP, 2400);
+  run();
+  TEST_ASSERT_TRUE(answer->violation <= 0);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-6 * free_value, free_value, answer->value);
+}
+
 static void test_a_settled_design_has_whole_grades_and_certifies(void) {
   lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
@@ -231,7 +250,7 @@ static void test_what_cannot_be_kept_is_not_settled(void) {
   run();
   TEST_ASSERT_EQUAL_INT(0, answer->found_count);
   TEST_ASSERT_EQUAL_INT(1, answer->computed);
-  TEST_ASSERT_TRUE(answer->violation > LM_FEASIBLE);
+  TEST_ASSERT_TRUE(answer->violation > 0);
   /* no drive at all: a ring with internal deformation */
   read_with("fixed generator.type ring\n", two_objectives, two_grades);
   make_task(LM_TASK_SETTLE, 2400);
@@ -316,7 +335,7 @@ static void test_what_must_give_is_found_from_any_start(void) {
                         lm_explain_infeasible(&problem, 0, unit, 4000, relax, workspace, NULL));
   for (limit = 0; limit < LM_LIMIT_COUNT; limit++) {
     TEST_ASSERT_TRUE(relax[limit] >= 0);
-    giving += relax[limit] > LM_FEASIBLE;
+    giving += relax[limit] > LM_RESERVE;
   }
   TEST_ASSERT_GREATER_THAN_INT(0, giving);
   TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE + LM_FIGURE_TOLERANCE_LOST_MOTION] > 0.1);
@@ -366,6 +385,7 @@ int main(void) {
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
   RUN_TEST(test_a_population_keeps_its_size);
+  RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
   RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
   RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);
   RUN_TEST(test_what_cannot_be_kept_is_not_settled);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import csv
 import itertools
 import json
 import math
@@ -194,6 +195,17 @@ BAD: list[tuple[str, Any, tuple[str, ...]]] = [
     ("search.range", {"generator.type": {"choose": ["disc"]}}, ("did you mean 'discs'",)),
     ("search.range", {"teeth.tooth_height": [2, 1]}, ("teeth.tooth_height", "low below high")),
     ("search.range", {"teeth.module_mm": [0.2, 0.3]}, ("a second value", "search.fixed")),
+    ("search.range", {"teeth.module_um": {"choose": [250, 300]}}, ("a second value", "module_mm")),
+    (
+        "search.fixed",
+        {"teeth.module_mm": 0.25, "generator.deflection_mm": 0.25},
+        ("search.range.generator.deflection_modules", "search.fixed.generator.deflection_mm"),
+    ),
+    (
+        "search.fixed",
+        {"teeth.module_mm": 0.25, "teeth.rigid_shift": 3},
+        ("search.range.teeth.shift_difference", "search.fixed.teeth.rigid_shift"),
+    ),
     (
         "search.range",
         {f"tolerance.{i}.it_grade": [5, 9] for i in (0, 3)},
@@ -270,6 +282,12 @@ def test_predict_gives_the_numbers_of_the_certificate(
     lost = certificate["figures"]["lost_motion_arcmin"]
     assert answer["reversal_lost_motion_arcmin"] == pytest.approx(lost, rel=2e-3)
     assert answer["reversal_lost_motion_arcmin"] <= lost * (1 + 1e-6)
+    assert answer["checks"] == certificate["checks"]
+    for key in ("figures", "figures_as_searched"):
+        assert "compliance" not in " ".join(certificate[key])
+    stiffness = certificate["figures"]["stiffness_Nm_per_rad"]
+    rows = csv.DictReader((run / "front.csv").read_text().splitlines())
+    assert stiffness == pytest.approx(float(next(rows)["stiffness_Nm_per_rad"]), rel=2e-3)
 
 
 def test_every_design_of_the_front_is_a_drive_with_margins(
@@ -282,7 +300,7 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
     lead = [one["objectives"][0] for one in result.front]
     assert lead == sorted(lead)
     for one in result.front:
-        assert min(one["margins"].values()) >= -1e-6
+        assert min(one["margins"].values()) >= 0
         assert one["settled"]
         assert one["drive"]["design"]["teeth"]["flexspline_teeth"] in (198, 200)
     assert result.certificate is not None
@@ -587,6 +605,16 @@ def test_a_shipped_spec_ends_with_a_certified_design(shipped: Any) -> None:
     result, _ = shipped
     assert result.finished
     assert result.certificate["holds"]
+
+
+def test_predict_passes_what_the_search_certifies(
+    shipped: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result, run = shipped
+    assert main(["predict", str(run / "best.toml"), "--json", str(run / "prediction.json")]) == 0
+    assert "check " not in capsys.readouterr().out
+    answer = json.loads((run / "prediction.json").read_text())
+    assert answer["checks"] == result.certificate["checks"]
 
 
 def test_lost_motion_is_at_least_halved_at_no_more_stress(shipped: Any) -> None:

@@ -60,6 +60,11 @@ lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift
 lm_status lm_find_smallest_gap(const lm_mesh meshes[], int sections, int steps_per_pitch,
                                lm_smallest_gap *smallest, lm_fault *fault);
 
+/* Nodes of the neutral line and steps a pitch for the verdict on a drive: with the same ones
+ * everywhere, `lostmotion predict` and the certificate of a design agree to the last bit. */
+#define LM_CERTAIN_NODES 256
+#define LM_CERTAIN_STEPS 32
+
 /* The same from clearances that lm_sweep_clearances has left: swept[section] holds `count` of them
  * for meshes[section], `phases` as there; only the refinement is computed anew. Same errors. */
 lm_status lm_refine_smallest_gap(const lm_mesh meshes[], int sections,

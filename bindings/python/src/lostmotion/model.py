@@ -76,6 +76,10 @@ class Characteristic:
         )
 
 
+ADVICE = ("free_assembly",)
+"""Checks that advise and do not decide."""
+
+
 @dataclass(frozen=True)
 class Check:
     """One check of a design; it passes when the margin is not negative."""
@@ -240,13 +244,18 @@ class DesignModel:
         )
         return float(one[0])
 
-    def checks(self, steps_per_pitch: int = 8) -> list[Check]:
-        """Check everything that a designer needs, each with its margin."""
+    def checks(self) -> list[Check]:
+        """Check everything that a designer needs, each with its margin.
+
+        As finely as the certificate of a design does, so that both agree to the last bit.
+        """
         c = self.core
-        meshes = self._workspace.meshes
+        fine = c.ffi.new("lm_design_workspace *")
+        nodes, steps = c.lib.LM_CERTAIN_NODES, c.lib.LM_CERTAIN_STEPS
+        self._call(partial(c.lib.lm_prepare_meshes, self.drive, nodes, fine))
         smallest = c.ffi.new("lm_smallest_gap *")
-        where = (meshes, self.sections)
-        self._call(partial(c.lib.lm_find_smallest_gap, *where, steps_per_pitch, smallest))
+        where = (fine.meshes, self.sections)
+        self._call(partial(c.lib.lm_find_smallest_gap, *where, steps, smallest))
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
         self._call(partial(c.lib.lm_check_design, self.drive, *where, smallest, found))
         return [

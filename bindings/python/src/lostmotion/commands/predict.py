@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, one_line
+from lostmotion.model import ADVICE
 from lostmotion.options import number, whole_number
 from lostmotion.predict import clearances, predict
 from lostmotion.terminal import deliver, fixed, show_table
@@ -117,7 +118,7 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
     for check in failed:
         print(
-            f"check {check['name']}: {check['value']:.4g} {check['unit']}, limit "
+            f"{'advice' if check['name'] in ADVICE else 'check'} {check['name']}: {check['value']:.4g} {check['unit']}, limit "
             f"{check['limit']:.4g}, margin {check['margin']:.4g}",
             file=out,
         )

@@ -368,7 +368,7 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
         rows.append(
             (
                 f"margin of {limit_name(name)}, {margin_unit(name)}",
-                *(("!" if m < -1e-6 else "") + signs(f"{m:.4f}") for m in margins),
+                *(("!" if m < 0 else "") + signs(f"{m:.4f}") for m in margins),
                 "",
             )
         )
@@ -436,7 +436,7 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
         rows.append(
             (
                 limit_name(limit["name"]),
-                ("!" if margin < -1e-6 else "") + signs(f"{margin:+.5f}"),
+                ("!" if margin < 0 else "") + signs(f"{margin:+.5f}"),
                 margin_unit(limit["name"]),
                 "binds" if limit["binds"] else "",
                 _number(limit["multiplier"]) if limit["multiplier"] else "",

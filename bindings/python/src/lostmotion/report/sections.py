@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.catalogue import PARTS
 from lostmotion.compare import Comparison
 from lostmotion.drives import Drive
-from lostmotion.model import Check, DesignModel, design_model, reversal_torque
+from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict
 from lostmotion.report.contributions import Contributions, contributions_figure, torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
@@ -25,9 +25,6 @@ from lostmotion.report.teeth import teeth_figure
 from lostmotion.report.tolerances import Tolerances, tolerances_figure
 from lostmotion.report.wording import grouped, words, written
 from lostmotion.units import ARCMIN, ARCSEC
-
-ADVICE = ("free_assembly",)
-"""Checks that advise and do not decide."""
 
 NOTHING = 1e-9
 """Fitted values below this are zero."""
