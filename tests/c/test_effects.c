@@ -175,12 +175,9 @@ static void linear_values_are_linear(void) {
  * of ratio 100. */
 static void the_periodic_effects_follow_their_equations(void) {
   static const lm_real four[] = {LM_REAL(3e-5), LM_REAL(-2e-5), LM_REAL(1e-5), LM_REAL(5e-6)};
-  static const lm_real lobes[] = {LM_REAL(1e-5),  LM_REAL(2e-5), LM_REAL(8e-5),
-                                  LM_REAL(-3e-5), LM_REAL(1e-6), LM_REAL(0.5)};
   double w;
   for (w = -6; w < 6; w += 0.37) {
     double o = 0.3 * w + 0.1;
-    double delta;
     at.input_angle_rad = LM_REAL(w);
     at.output_angle_rad = LM_REAL(o);
     at.elastic_rad = LM_REAL(-8e-4);
@@ -194,9 +191,55 @@ static void the_periodic_effects_follow_their_equations(void) {
                    kinematic_sideband, four);
     ASSERT_RUNS_TO(-8e-4 * (3e-5 * cos(2 * w) - 2e-5 * sin(2 * w)), stiffness_modulation, four);
     ASSERT_RUNS_TO(3e-5 * cos(o) - 2e-5 * sin(o), output_eccentricity, four);
-    delta = fabs(8e-5 * cos(w) - 3e-5 * sin(w)) - 1e-6 * 20;
-    ASSERT_RUNS_TO(1e-5 * cos(w) + 2e-5 * sin(w) + (delta > 0 ? delta : 0), lobe_eccentricity,
-                   lobes);
+  }
+}
+
+/* What a lobe carries whose teeth come into contact over an angle of g, in N m. */
+static double carried_by_a_lobe(double angle, double g, double compliance) {
+  /* sqrt(angle^2 + g^2) - g */
+  double pressed = angle * angle / (sqrt(angle * angle + g * g) + g);
+  double size = pressed / (2 * compliance);
+  return angle < 0 ? -size : size;
+}
+
+/* The angle at which two lobes, one before and one behind by runout, carry a torque: by halving. */
+static double angle_of_two_lobes(double torque, double runout, double g, double compliance) {
+  double low = -1;
+  double high = 1;
+  int i;
+  for (i = 0; i < 100; ++i) {
+    double middle = (low + high) / 2;
+    double carried = carried_by_a_lobe(middle + runout, g, compliance) +
+                     carried_by_a_lobe(middle - runout, g, compliance);
+    *(carried < torque ? &low : &high) = middle;
+  }
+  return low;
+}
+
+static void the_lobes_share_the_torque(void) {
+  static const double torques[] = {-40, -5, -0.6, -0.01, 0, 0.003, 0.2, 1, 3, 12, 80};
+  static const double takeups[] = {0.05, 2, 60};
+  double w;
+  int i;
+  int k;
+  for (w = -3; w < 3; w += 0.37) {
+    for (i = 0; i < (int)(sizeof torques / sizeof *torques); ++i) {
+      for (k = 0; k < (int)(sizeof takeups / sizeof *takeups); ++k) {
+        lm_real lobes[] = {LM_REAL(1e-5),  LM_REAL(2e-5), LM_REAL(8e-5),
+                           LM_REAL(-3e-5), LM_REAL(1e-5), LM_REAL(takeups[k])};
+        double takeup = (double)lobes[5];
+        double torque = (double)LM_REAL(torques[i]);
+        double angle = (double)LM_REAL(w);
+        double runout = 8e-5 * cos(angle) - 3e-5 * sin(angle);
+        at.input_angle_rad = LM_REAL(w);
+        load(LM_REAL(torques[i]));
+        double equal = angle_of_two_lobes(torque, 0, 1e-5 * takeup, 1e-5);
+        double unequal = angle_of_two_lobes(torque, runout, 1e-5 * takeup, 1e-5);
+        double expected = 1e-5 * cos(angle) + 2e-5 * sin(angle) + unequal - equal;
+        double found = run(&lm_effect_lobe_eccentricity, lobes);
+        TEST_ASSERT_TRUE(fabs(found - expected) <= ROUNDING * (fabs(equal) + 1e-4));
+      }
+    }
   }
 }
 
@@ -525,6 +568,7 @@ int main(void) {
   RUN_TEST(without_amplitude_an_effect_is_nothing);
   RUN_TEST(linear_values_are_linear);
   RUN_TEST(the_periodic_effects_follow_their_equations);
+  RUN_TEST(the_lobes_share_the_torque);
   RUN_TEST(the_gaps_close_within_their_torque);
   RUN_TEST(the_temperature_acts_on_stiffness_zero_and_friction);
   RUN_TEST(the_wind_ups_follow_their_equations);

@@ -1,6 +1,8 @@
 #include "lostmotion/effects.h"
 
-#include "runtime/effects/closed_share.h"
+#include "lostmotion/elementary.h"
+#include "runtime/number.h"
+
 #include "runtime/number.h"
 
 enum {
@@ -13,25 +15,46 @@ enum {
   VALUES
 };
 
+/* By how much less than with equal lobes the mesh turns, over the angle g in which a lobe's teeth
+ * come into contact; `torque` and `runout` are over the takeup and over g.
+ *
+ * A lobe at the angle x carries K (sqrt(x^2 + g^2) - g), and as much the other way at -x. One lobe
+ * stands at x + runout, the other at x - runout, and both carry the torque. While both press the
+ * same way, x is a point of the ellipse about the foci +-runout, before that of the hyperbola. */
+static lm_real held_back(lm_real torque, lm_real runout) {
+  lm_real runout2 = runout * runout;
+  lm_real torque2 = torque * torque;
+  lm_real equal2 = torque2 + 2 * torque;
+  lm_real lobes2;
+  if (torque2 + torque >= runout2) {
+    lm_real half = torque + 1;
+    lobes2 = half * half * ((equal2 - runout2) / (equal2 + 1 - runout2));
+  } else {
+    lobes2 = torque2 * (1 + 1 / (runout2 - torque2));
+  }
+  return lm_power(equal2, LM_REAL(0.5)) - lm_power(lobes2, LM_REAL(0.5));
+}
+
 /* Run-out of the generator (once a turn), and of the circular spline against it: one lobe closes
- * earlier by delta = |runout|, the other later. Until the torque has wound up the first lobe by
- * twice delta it carries alone, and the drive turns by delta less than with equal lobes. */
+ * earlier, the other later. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_sine_cosine one = lm_sine_and_cosine(at->input_angle_rad);
-  lm_real runout_rad =
-      absolute(value[RUNOUT_COSINE_RAD] * one.cosine + value[RUNOUT_SINE_RAD] * one.sine);
-  lm_real left_rad = runout_rad - value[COMPLIANCE_RAD_PER_NM] * absolute(at->wound_Nm);
+  lm_real closing_rad = value[COMPLIANCE_RAD_PER_NM] * value[TAKEUP_NM];
+  lm_real runout_rad = value[RUNOUT_COSINE_RAD] * one.cosine + value[RUNOUT_SINE_RAD] * one.sine;
+  lm_real less_rad =
+      closing_rad * held_back(absolute(at->wound_Nm) / value[TAKEUP_NM], runout_rad / closing_rad);
   return value[COSINE_RAD] * one.cosine + value[SINE_RAD] * one.sine -
-         closed_share(at->wound_Nm, value[TAKEUP_NM]) * greatest(left_rad, 0);
+         (at->wound_Nm >= 0 ? less_rad : -less_rad);
 }
 
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "lobe_eccentricity",
     "the lobes of the generator, or the circular spline under them, do not run true",
-    "cosine cos(input_angle) + sine sin(input_angle) - sat(torque/takeup) max(0, |runout_cosine "
-    "cos(input_angle) + runout_sine sin(input_angle)| - compliance |torque|)",
+    "cosine cos(input_angle) + sine sin(input_angle) + x(d) - x(0), d = runout_cosine "
+    "cos(input_angle) + runout_sine sin(input_angle), x: torque = l(x + d) + l(x - d), "
+    "l(y) = sign(y) (sqrt(y^2 + g^2) - g)/(2 compliance), g = compliance takeup",
     "2 to 15 arcsec once a turn; 5 to 40 at low torque",
     "kinematic_error, stiffness_modulation, wear",
     "turn the circular spline by 90 deg in its housing; turn the generator by 180 deg on its shaft",
@@ -39,8 +62,8 @@ static const lm_effect_card card = {
      {"sine_rad", LM_VALUE_LINEAR, LM_REAL(0)},
      {"runout_cosine_rad", LM_VALUE_SHAPE, LM_REAL(2e-5)},
      {"runout_sine_rad", LM_VALUE_SHAPE, LM_REAL(0)},
-     {"compliance_rad_per_Nm", LM_VALUE_SHAPE, LM_REAL(2e-5)},
-     {"takeup_Nm", LM_VALUE_SHAPE, LM_REAL(0.4)}}};
+     {"compliance_rad_per_Nm", LM_VALUE_SHAPE, LM_REAL(4e-6)},
+     {"takeup_Nm", LM_VALUE_SHAPE, LM_REAL(20)}}};
 #endif
 
 const lm_effect lm_effect_lobe_eccentricity = {0x02f761fbu,

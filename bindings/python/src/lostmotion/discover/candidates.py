@@ -29,8 +29,11 @@ TAKEUP_SHARES = (0.004, 0.03)
 DRAG_SHARES = (0.005, 0.02)
 """Starts of the drag of turning, seen at the output, over rated torque."""
 
-RUNOUT_TAKEN_UP = (0.05, 0.3)
-"""Starts of the torque that takes up the run-out of the lobes, over rated torque."""
+RUNOUT_RAD = 2e-5
+CLOSING_ANGLE = 2.0
+CLOSING_SHARES = (0.1, 1.0)
+"""Starts of two lobes that do not run true: run-out; angle in which a lobe's teeth come into
+contact, over the run-out; the torque that this takes, over rated torque."""
 
 SMALL = 0.005
 """Largest torque over the rated one that an effect on the torque has where it is differenced."""
@@ -304,10 +307,7 @@ def slope_of_model(effect: Effect, base: Base, high: FloatArray, index: int) -> 
 def lobe_columns(
     effect: Effect, base: Base, point: Point, values: FloatArray
 ) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Run-out in four directions beside the plain first order; the run-out is no linear value.
-
-    One that the torque takes up at once, and one that it takes up over the whole range.
-    """
+    """Run-out in four directions beside the plain first order; the run-out is no linear value."""
     c = base.conditions
     elastic = point.elastic * ARCSEC
     columns = []
@@ -317,15 +317,15 @@ def lobe_columns(
         unit[i] = unit_size(effect, i) or 1e-5
         columns.append(effect.run(unit, c, point.torque, elastic, point.wound) / ARCSEC / unit[i])
     starts = []
-    size = 2e-5
-    compliance = float(np.median(point.slope)) * ARCSEC
-    for taken_up, angle in product(RUNOUT_TAKEN_UP, np.arange(4) * np.pi / 4):
+    for share, angle in product(CLOSING_SHARES, np.arange(4) * np.pi / 4):
         start = values.copy()
         start[0] = start[1] = 0.0
-        start[2], start[3] = size * np.cos(angle), size * np.sin(angle)
-        start[4] = max(min(compliance, size / (taken_up * base.rated_torque_Nm)), 1e-9)
+        start[2], start[3] = RUNOUT_RAD * np.cos(angle), RUNOUT_RAD * np.sin(angle)
+        start[5] = share * base.rated_torque_Nm
+        start[4] = CLOSING_ANGLE * RUNOUT_RAD / start[5]
         starts.append(start)
-        columns.append(effect.run(start, c, point.torque, elastic, point.wound) / ARCSEC / size)
+        column = effect.run(start, c, point.torque, elastic, point.wound)
+        columns.append(column / ARCSEC / RUNOUT_RAD)
     return columns, starts
 
 

@@ -65,6 +65,11 @@ class Value:
     low: float
     high: float
 
+SCALED_TOGETHER = {
+    "lobe_eccentricity": ("runout_cosine_rad", "runout_sine_rad", "compliance_rad_per_Nm"),
+}
+"""Values that scale an effect only together, with its linear ones."""
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -144,6 +149,13 @@ class Effect:
     def indices(self, role: Role) -> list[int]:
         """Indices of the values of one role."""
         return [i for i, value in enumerate(self.values) if value.role == role]
+
+    def scaling(self) -> list[int]:
+        """Indices of the values that together scale what the effect does; where there are none,
+        of all that shape it."""
+        together = SCALED_TOGETHER.get(self.name, ())
+        linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.name in together]
+        return linear or self.indices("shape")
 
 
 def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArray]:

@@ -246,13 +246,12 @@ def term_of(stage: Field, result: Result) -> Term:
     values = candidate.starts[start].copy()
     linear = effect.indices("linear")
     if effect.name == "lobe_eccentricity":
+        # Run-out and compliance together: the effect keeps its shape over the torque.
+        size = coefficients[0]
         if start == 0:
             values[:2] = coefficients[:2]
-            if coefficients.size > 2:
-                values[2:4] *= abs(coefficients[2]) / np.hypot(values[2], values[3])
-        else:
-            values[2:4] *= abs(coefficients[0]) / np.hypot(values[2], values[3])
-        values[4] = max(values[4], 1e-9)
+            size = coefficients[2] if coefficients.size > 2 else np.hypot(values[2], values[3])
+        values[2:5] *= abs(size) / np.hypot(values[2], values[3])
     elif linear:
         # Columns of a start follow the linear values in order; multiples of earlier ones are gone.
         first = sum(1 for s in candidate.start_of if s == 0)

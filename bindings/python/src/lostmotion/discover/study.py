@@ -309,8 +309,9 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     term = base.terms[place]
     own = np.arange(first, first + len(term.free))
     columns = fixed[:, own]
-    linear = [k for k, i in enumerate(term.free) if term.effect.values[i].role == "linear"]
-    carries = linear or list(range(len(term.free)))
+    # What scales with its values is the sum of its slopes times them (Euler).
+    scaling = term.effect.scaling()
+    carries = [k for k, i in enumerate(term.free) if i in scaling]
     response = response + columns[:, carries] @ term.values[[term.free[k] for k in carries]]
     evidence = gather(
         np.delete(fixed, own, axis=1),
