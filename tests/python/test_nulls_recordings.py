@@ -130,6 +130,40 @@ def test_p_of_a_step_is_what_it_says_where_there_is_none(colour: float) -> None:
     assert max(scores) < SCORE_LEAST
 
 
+def wild_run(step: float) -> tuple[Base, Noise, np.ndarray, np.ndarray]:
+    """Return a short run with a ramp and a plateau, wild samples on the ramp and at the end."""
+    rng = np.random.default_rng(9)
+    rows = 600
+    base = Base(Conditions(campaign(rng, runs=1, rows=rows)), 40.0)
+    load = np.minimum(np.arange(rows) / 40, 1.0)
+    columns = np.column_stack((np.ones(rows), load, load**2))
+    y = 1.5 * rng.normal(size=rows)
+    y[[12, 21, rows - 1]] += (45.0, -40.0, 40.0)
+    y[400:] += step
+    return base, Noise([np.zeros(0)], np.array([1.5])), columns, y
+
+
+def test_wild_samples_are_no_step_and_hide_none() -> None:
+    base, noise, columns, y = wild_run(0.0)
+    assert scan_run(base, noise, 0, columns, y).score < SCORE_LEAST
+    base, noise, columns, y = wild_run(4.0)
+    found = scan_run(base, noise, 0, columns, y)
+    assert abs(found.row - 400) <= 2
+    assert found.size_arcsec == pytest.approx(4.0, abs=0.5)
+
+
+def test_wild_samples_at_the_ends_of_a_run_are_set_right() -> None:
+    rng = np.random.default_rng(10)
+    data = campaign(rng, runs=6, rows=1500)
+    for run in data.runs:
+        angle = 20 * run.columns["torque"] + rng.normal(size=1500)
+        angle[[0, 1, 1499]] += (40, -40, 40)
+        run.columns["lost_motion"] = angle * ARCSEC
+    base = Base(Conditions(data), 40.0)
+    base.first_fit()
+    assert clean_outliers(base) == 18
+
+
 def test_noise_that_stays_is_not_held_to_be_a_drift() -> None:
     # The bound on the colour is for drifts: noise of usual colour never reaches it.
     rng = np.random.default_rng(8)

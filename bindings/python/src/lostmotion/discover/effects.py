@@ -65,6 +65,7 @@ class Value:
     low: float
     high: float
 
+
 SCALED_TOGETHER = {
     "lobe_eccentricity": ("runout_cosine_rad", "runout_sine_rad", "compliance_rad_per_Nm"),
 }
@@ -151,8 +152,7 @@ class Effect:
         return [i for i, value in enumerate(self.values) if value.role == role]
 
     def scaling(self) -> list[int]:
-        """Indices of the values that together scale what the effect does; where there are none,
-        of all that shape it."""
+        """Indices of the values that scale the effect together, or of all that shape it."""
         together = SCALED_TOGETHER.get(self.name, ())
         linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.name in together]
         return linear or self.indices("shape")

@@ -24,6 +24,19 @@ TAIL_FACTOR = 1.5
 SIZE_LEAST = 0.5
 """Least size of a step over the noise within runs."""
 
+WILD_MAX = 12
+"""Times that a run is searched anew, wild samples set aside."""
+
+WILD_REACH = 2
+"""Samples that are set aside with a wild one, before it and behind it."""
+
+SEEN_SHARE = 0.5
+"""Share of a step by which the medians before and behind it must differ: one wild sample, or a few
+that steer the run's own curve, make a step in the fit, but none that can be seen ..."""
+
+SEEN_ROWS = 100.0
+"""... over so many samples times (noise / step)^2, so that noise does not hide it."""
+
 EDGE = 5
 """Samples at either end of a run where a step cannot be told from the offset."""
 
@@ -49,21 +62,53 @@ def scan_run(
     at = c.slices()[run]
     white = noise.whiten(columns[at], run)
     y = noise.whiten(response[at], run)
-    lags = noise.lags
-    phi, sigma = noise.phi[run], noise.sigma[run]
-    n = y.size
-    if n <= 2 * EDGE:
+    if y.size <= 2 * EDGE:
         return Event(run, int(at.start), float(c.time_s[at.start]), 0.0, 0.0)
     norm = np.sqrt(np.einsum("ij,ij->j", white, white))
     norm[norm == 0] = 1.0
     white = white / norm
+    rows = at.stop - at.start
+    aside = np.zeros(0, dtype=int)
+    for _ in range(WILD_MAX):
+        pulses = np.zeros((rows, aside.size))
+        pulses[aside, np.arange(aside.size)] = 1.0
+        beside = np.hstack([white, noise.whiten(pulses, run)])
+        z, sizes, rest = scores(beside, y, noise, run)
+        k = int(np.argmax(np.abs(z)))
+        if abs(z[k]) < SCORE_LEAST or seen(
+            response[at], k + noise.lags, float(sizes[k]), noise.spread(run)
+        ):
+            break
+        near = np.arange(-WILD_REACH, WILD_REACH + 1) + noise.lags
+        wild = np.concatenate((k + near, int(np.argmax(np.abs(rest))) + near))
+        aside = np.union1d(aside, wild[(wild >= 0) & (wild < rows)])
+    else:
+        z = np.zeros_like(z)
+    row = int(at.start) + noise.lags + k
+    return Event(run, row, float(c.time_s[row]), float(sizes[k]), float(abs(z[k])))
+
+
+def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
+    """Whether the residual lies otherwise before a row than from it on, without its outliers."""
+    reach = int(np.clip(SEEN_ROWS * (spread / size) ** 2, 2 * EDGE, residual.size))
+    before, behind = residual[max(row - reach, 0) : row], residual[row : row + reach]
+    change = float(np.median(behind) - np.median(before))
+    return change * np.sign(size) >= SEEN_SHARE * abs(size)
+
+
+def scores(
+    white: FloatArray, y: FloatArray, noise: Noise, run: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Score and size of a step at every sample beside whitened columns, and what these leave."""
+    phi, sigma = noise.phi[run], noise.sigma[run]
+    n = y.size
     # A step that starts at row k is (1 - phi_1 - ... - phi_j) at row k + j after whitening.
     response_of = np.ones(phi.size + 1)
     response_of[1:] = 1.0 - np.cumsum(phi)
     response_of /= sigma
     tail = response_of[-1]
 
-    def score(columns: FloatArray) -> FloatArray:
+    def products(columns: FloatArray) -> FloatArray:
         """Products of every step with columns."""
         total = np.zeros((n + 1, columns.shape[1]))
         total[:-1] = np.cumsum(columns[::-1], axis=0)[::-1]
@@ -74,11 +119,10 @@ def scan_run(
             out += (response_of[j] - tail) * shifted
         return np.asarray(out)
 
-    gram = white.T @ white + 1e-8 * np.eye(norm.size)
-    solved = np.linalg.solve(gram, white.T @ y)
-    rest = y - white @ solved
-    cross = score(white)
-    first = score(rest[:, None])[:, 0]
+    gram = white.T @ white + 1e-8 * np.eye(white.shape[1])
+    rest = y - white @ np.linalg.solve(gram, white.T @ y)
+    cross = products(white)
+    first = products(rest[:, None])[:, 0]
     own = tail**2 * (n - np.arange(n))
     for j in range(phi.size):
         own[: n - j] += response_of[j] ** 2 - tail**2
@@ -87,10 +131,7 @@ def scan_run(
     good = own > max(1e-3 * float(own.max()), EDGE * tail**2, 1e-300)
     good[:EDGE] = good[-EDGE:] = False
     z = np.where(good, first / np.sqrt(np.where(good, own, 1.0)), 0.0)
-    k = int(np.argmax(np.abs(z)))
-    row = int(at.start) + lags + k
-    size = float(first[k] / own[k]) if good[k] else 0.0
-    return Event(run, row, float(c.time_s[row]), size, float(abs(z[k])))
+    return z, np.where(good, first / np.where(good, own, 1.0), 0.0), rest
 
 
 def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:

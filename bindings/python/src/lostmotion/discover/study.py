@@ -117,9 +117,12 @@ def clean_outliers(base: Base) -> int:
         for row, shift in enumerate((-2, -1, 1, 2)):
             neighbours[row] = np.roll(x, shift)
         off = x - np.median(neighbours, axis=0)
+        # The ends of a run have their neighbours on one side.
+        for i in (0, 1, -2, -1):
+            five = x[:5] if i >= 0 else x[-5:]
+            off[i] = x[i] - np.median(np.delete(five, i))
         scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
         found[at] = (np.abs(off) > OUTLIER * scale) & ~jumping(base.conditions.torque[at])
-        found[at][[0, 1, -1, -2]] = False
     # Where many lie side by side it is no outlier but a structure.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
@@ -149,7 +152,7 @@ def jumping(torque_Nm: FloatArray) -> npt.NDArray[np.bool_]:
     What is measured there tells most of lags and of creep, and no model without them meets it.
     """
     change = np.abs(np.diff(torque_Nm, prepend=torque_Nm[0]))
-    bend = np.abs(np.diff(torque_Nm, n=2, prepend=torque_Nm[0], append=torque_Nm[-1]))
+    bend = np.pad(np.abs(np.diff(torque_Nm, n=2)), 1)
     out = np.zeros(torque_Nm.size, dtype=bool)
     for size in (change, bend):
         out |= size > JUMP * (float(np.median(size)) + 1e-12)
