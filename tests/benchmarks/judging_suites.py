@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.campaign import Conditions
 from rig.suites import write_suite
 
-SEEN = {"single": 200, "clean": 220, "outside": 94, "pair": 80, "aliased": 72}
+SEEN = {"single": 620, "clean": 370, "outside": 148, "pair": 120, "aliased": 112}
 """Judging seeds of every kind that earlier versions were judged with."""
 
 LOST_COUNTS = 20
@@ -62,9 +62,9 @@ UNDECIDED = ("thermal_gap", "wear", "viscous_friction", "stribeck_friction")
 SUITES = {
     "clean": Suite("clean", 100),
     "single": Suite("single", 100),
-    "outside": Suite("outside", 54),
-    "pair": Suite("pair", 40),
-    "aliased": Suite("aliased", 40),
+    "outside": Suite("outside", 100),
+    "pair": Suite("pair", 100),
+    "aliased": Suite("aliased", 100),
     "short": Suite("single", 12, after=400, more={"plan": "short", "only": UNDECIDED}),
     "clean_scatter": Suite("clean", 24, after=110, conditions={"scatter": 3.0}),
     **{
