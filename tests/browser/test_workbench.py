@@ -258,7 +258,7 @@ def test_a_hidden_effect_is_found_added_and_exported(
     assert json.loads(done.stdout)["ladder"][-1]["rms_arcsec"] == pytest.approx(after, abs=0.006)
     command("export", fitted, "-o", params, "--set", "period_us=500", folder=tmp_path)
     assert header.read_text() == params.read_text()
-    assert "1 effects" in command("export", fitted, "-o", params, folder=tmp_path).stdout
+    assert "1 effect;" in command("export", fitted, "-o", params, folder=tmp_path).stdout
 
 
 @needs_driver

@@ -94,7 +94,7 @@ def test_without_the_emulator_it_says_so_and_replays_here_into_the_same_folder(s
         [sys.executable, "-m", "lostmotion", "demo", "-o", folder],
         capture_output=True, text=True, check=True, env={"PATH": str(tmp_path / "bin")},
     )  # fmt: skip
-    assert "replayed on this machine: arm-none-eabi-gcc, qemu-system-arm not installed" in (
+    assert "replayed on this machine: arm-none-eabi-gcc and qemu-system-arm not installed" in (
         done.stdout
     )
     assert "Replayed on this machine" in (folder / "report.html").read_text()

@@ -6,7 +6,14 @@ import pytest
 
 from lostmotion.discover.effects import library
 from lostmotion.report.svg import signs
-from lostmotion.report.wording import chance, quantity, unit_text, written
+from lostmotion.report.wording import (
+    chance,
+    quantities,
+    quantity,
+    unit_text,
+    words,
+    written,
+)
 from lostmotion.units import ARCSEC, split_unit
 
 
@@ -52,9 +59,11 @@ def test_a_unit_is_written_with_its_signs(symbol: str, text: str) -> None:
     ("name", "value", "text"),
     [
         ("gap_rad_per_K", 4.161e-6, "gap 0.858 arcsec/K"),
-        ("runout_sine_rad", -600 * ARCSEC, "runout sine −10 arcmin"),
+        ("runout_sine_rad", -600 * ARCSEC, "run-out sine −10 arcmin"),
         ("gap_rad", 0.5, "gap 28.6 deg"),
-        ("takeup_Nm", 1.108, "takeup 1.11 N·m"),
+        ("takeup_Nm", 1.108, "take-up 1.11 N·m"),
+        ("stribeck_rad_s", 1.798, "Stribeck speed of the input 1.8 rad/s"),
+        ("blend_rad_s", 0.1, "blending speed of the input 0.1 rad/s"),
         ("share", -0.02, "share −0.02"),
         ("slope_1_rad_per_Nm", 4e-4, "slope 1 82.5 arcsec/(N·m)"),
         ("rate_1_per_s", 2.0, "rate 2 1/s"),
@@ -64,6 +73,19 @@ def test_a_value_of_an_effect_is_written_in_a_unit_of_its_size(
     name: str, value: float, text: str
 ) -> None:
     assert quantity(name, value) == text
+
+
+def test_a_value_at_its_bound_is_said_to_be() -> None:
+    values = {"gap_rad_per_K": 4.161e-6, "gap_rad": 0.05, "takeup_Nm": 0.0, "cosine_rad": 0.0}
+    assert quantities(values, ["gap_rad", "takeup_Nm"]) == [
+        "gap 0.858 arcsec/K",
+        "gap 172 arcmin (at its bound)",
+        "take-up 0 N·m (at its bound)",
+    ]
+
+
+def test_people_keep_their_capital() -> None:
+    assert words("stribeck_friction") == "Stribeck friction"
 
 
 def test_no_value_of_the_library_shows_its_key() -> None:

@@ -748,9 +748,11 @@ def _own_sources(controller: Controller, folder: Path) -> dict[Path, str]:
 def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print the answer of the command."""
     plays = answer["plays_outside"] + answer["plays_inside"]
+    count = len(answer["effects"])
+    effects = "1 effect" if count == 1 else f"{count} effects"
     print(f"written: {answer['file']} (fingerprint {answer['fingerprint']})\n", file=out)
     print(
-        f"{answer['knots']} knots, {plays} plays, {len(answer['effects'])} effects; "
+        f"{answer['knots']} knots, {plays} plays, {effects}; "
         f"{answer['blob_bytes']} bytes as a blob",
         file=out,
     )

@@ -117,8 +117,9 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
             )
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
     for check in failed:
+        kind = "advice" if check["name"] in ADVICE else "check"
         print(
-            f"{'advice' if check['name'] in ADVICE else 'check'} {check['name']}: {check['value']:.4g} {check['unit']}, limit "
+            f"{kind} {check['name']}: {check['value']:.4g} {check['unit']}, limit "
             f"{check['limit']:.4g}, margin {check['margin']:.4g}",
             file=out,
         )

@@ -134,7 +134,7 @@ def export_both(drive_file: Path, header: Path) -> None:
 
 def missing_tools() -> str:
     """Name what is needed for the emulated controller and not installed, or nothing."""
-    return ", ".join(name for name in (COMPILER, EMULATOR) if shutil.which(name) is None)
+    return " and ".join(name for name in (COMPILER, EMULATOR) if shutil.which(name) is None)
 
 
 def emulate(header: Path, log: Campaign, folder: Path) -> Emulated | str:

@@ -32,7 +32,7 @@ from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
 from lostmotion.report.teeth import View, draw_view
-from lostmotion.report.wording import words, written
+from lostmotion.report.wording import unit_text, words, written
 from lostmotion.units import split_unit
 
 UNITS = {
@@ -372,9 +372,10 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
                 "",
             )
         )
+    links = best["drive"]["design"].get("tolerance", [])
     for key in best["variables"]:
         values = [*(start.values[key] for start in starts), best["variables"][key]]
-        rows.append((key, *(_number(v) for v in values), ""))
+        rows.append((variable_name(key, links), *(_number(v) for v in values), ""))
     return Rows(
         "Textbook start and best",
         ("", "textbook", "gap closed", "and the best one's grades", "best", "change by gap closed"),
@@ -385,6 +386,19 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
         "a recommendation are IT 7; the column with the best one's grades shows what is left when "
         "those are paid for.",
     )
+
+
+def variable_name(key: str, links: Sequence[Mapping[str, Any]]) -> str:
+    """Name what a key of the search varies: of which part, what, and its unit."""
+    part, _, name = key.rpartition(".")
+    if part.startswith("tolerance."):
+        place = int(part.partition(".")[2])
+        return f"tolerance of {links[place].get('name', place)}: {words(name)}"
+    stem, unit = split_unit(name)
+    symbol = unit_text(unit.symbol) if unit is not None else ""
+    if stem.endswith("_modules"):
+        stem, symbol = stem.removesuffix("_modules"), "modules"
+    return f"{words(part)}: {words(stem)}" + (f", {symbol}" if symbol else "")
 
 
 def _parts_of(drive: Drive, torque_Nm: float) -> dict[str, float]:
@@ -449,7 +463,7 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
         rows,
         (1, 4),
         "The price is how much the first objective would fall for one unit of relief. The "
-        f"smallest side clearance, {written(gap['gap_arcmin'], 2)} arcmin, stands at "
+        f"smallest side clearance, {gap['gap_arcmin']:.4f} arcmin, stands at "
         f"{signs(format(gap['angle_deg'], '.2f'))}° from the deformation axis.",
     )
 

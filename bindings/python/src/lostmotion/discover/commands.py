@@ -291,6 +291,9 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
         for name, error in candidate.get("standard_errors", {}).items():
             size = candidate["parameters"][name]
             print(f"  {candidate['name']}.{name} = {size:.4g} +- {error:.2g}", file=out)
+        for name in candidate.get("at_bound", ()):
+            size = candidate["parameters"][name]
+            print(f"  {candidate['name']}.{name} = {size:.4g}, at its bound", file=out)
     print(f"\nnext: {answer['next_experiment']}", file=out)
     for finding in answer.get("findings", []):
         print(f"  {finding}", file=out)
@@ -307,9 +310,12 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
             file=out,
         )
     print(f"{'noise floor':<48} {model.noise_floor_arcsec:8.2f} arcsec\n", file=out)
+    bound = model.at_bound()
     for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True):
-        if "." in name:
+        if "." in name and name not in bound:
             print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
+    for name, value in bound.items():
+        print(f"{name:<48} {value:.5g}, at its bound", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
     print(f"\nwritten: {file}", file=out)

@@ -375,6 +375,7 @@ def list_candidates(
                     "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
                     "evidence": step.chosen.gain,
                     "parameters": values,
+                    "at_bound": term.effect.at_bound(term.values),
                     "confused_with": sorted(step.rivals),
                     "plausible": plausible(term.effect, term.values),
                     "testable": True,
@@ -406,6 +407,7 @@ def list_candidates(
                 "parameters": {
                     v.name: float(x) for v, x in zip(effect.values, values_array, strict=True)
                 },
+                "at_bound": effect.at_bound(values_array),
                 "confused_with": twins(where.field, result.name, rivals, present),
                 "plausible": plausible(effect, values_array),
                 "testable": True,

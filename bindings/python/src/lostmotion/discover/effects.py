@@ -111,6 +111,14 @@ class Effect:
     formula: str = ""
     symbol: str = ""
 
+    def at_bound(self, values: FloatArray) -> list[str]:
+        """Names of the values that stand at the least or the most that they may be."""
+        return [
+            known.name
+            for known, x in zip(self.values, values, strict=True)
+            if known.role != "given" and not known.low < x < known.high
+        ]
+
     def run(
         self,
         values: FloatArray,

@@ -82,9 +82,18 @@ class FittedModel:
             "values": dict(zip(self.names, map(float, self.values), strict=True)),
             "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
             "effects": [effect_table(term) for term in self.base.terms],
+            "at_bound": self.at_bound(),
             "inseparable": self.inseparable,
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
             "samples": self.base.conditions.rows,
+        }
+
+    def at_bound(self) -> dict[str, float]:
+        """Values of effects that stand at a bound, as `names` has them, also those not fitted."""
+        return {
+            f"{table['name']}.{name}": table[name]
+            for term, table in ((term, effect_table(term)) for term in self.base.terms)
+            for name in term.effect.at_bound(term.values)
         }
 
     def document(self, drive: Drive) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from lostmotion.report.svg import (
     Array,
     Drawing,
     signs,
+    text_width,
 )
 from lostmotion.units import ARCMIN
 
@@ -241,16 +242,17 @@ def _mark_reversal(axes: Axes, data: Contributions) -> None:
     low = data.at(data.total_arcmin, -torque)
     top, bottom = float(axes.y(high)), float(axes.y(low))
     right, left_end = float(axes.x(torque)), float(axes.x(-torque))
-    # The dimension stands where the lower right is free.
-    at = float(axes.x(0.66 * axes.x_range[1]))
-    d.line((right, top, at + 6, top), SOFT, 1.0)
-    d.line((left_end, bottom, at + 6, bottom), SOFT, 1.0)
-    d.arrow((at, bottom, at, top), INK, both=True)
-    d.dots([(right, top), (left_end, bottom)], 3.4, PAPER, INK, 1.6)
     middle = float(axes.y(0.0))
     lines = ["reversal lost", f"motion {high - low:.3f}′", f"at ±{torque:.3g} N·m"]
     if bottom - middle < 60.0:
         lines = ["lost motion", f"{high - low:.3f}′"]
+    # The dimension stands where the lower right is free, its text beside the axis of no torque.
+    room = 18.0 + 1.1 * max(text_width(line, SMALL_SIZE) for line in lines)
+    at = max(float(axes.x(0.66 * axes.x_range[1])), float(axes.x(0.0)) + room)
+    d.line((right, top, at + 6, top), SOFT, 1.0)
+    d.line((left_end, bottom, at + 6, bottom), SOFT, 1.0)
+    d.arrow((at, bottom, at, top), INK, both=True)
+    d.dots([(right, top), (left_end, bottom)], 3.4, PAPER, INK, 1.6)
     for i, line in enumerate(lines):
         d.text(
             at - 7,

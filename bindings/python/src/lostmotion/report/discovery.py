@@ -18,8 +18,10 @@ from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import (
+    AT_BOUND,
     chance,
     grouped,
+    parameter,
     quantities,
     split_quantity,
     unit_text,
@@ -111,7 +113,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
                 (1, 2),
             )
         )
-    blocks.append(_detectable(answer))
+    blocks.append(detectable_rows(answer))
     blocks.append(_scatter(answer))
     if answer["not_testable"]:
         lines = [f"{words(name)}: {why}" for name, why in answer["not_testable"].items()]
@@ -128,7 +130,7 @@ def _contest(answer: dict[str, Any]) -> Rows:
     rows = []
     for candidate in [c for c in answer["candidates"] if c["testable"]][:CANDIDATES_SHOWN]:
         chosen = candidate["name"] in answer["effects"]
-        known = quantities(candidate["parameters"])
+        known = quantities(candidate["parameters"], candidate.get("at_bound", ()))
         values = ", ".join(known[:VALUES_SHOWN])
         if len(known) > VALUES_SHOWN:
             values += " …"
@@ -137,7 +139,7 @@ def _contest(answer: dict[str, Any]) -> Rows:
                 words(candidate["name"]) + (" ✓" if chosen else ""),
                 signs(f"{candidate['evidence']:.1f}"),
                 chance(candidate["p"]).removeprefix("p "),
-                words(", ".join(candidate["confused_with"])) or "–",
+                ", ".join(map(words, candidate["confused_with"])) or "–",
                 values if candidate["plausible"] else f"!{values} (implausible)",
             )
         )
@@ -146,18 +148,23 @@ def _contest(answer: dict[str, Any]) -> Rows:
         ("effect", "gain, nats", "p", "like", "values"),
         rows,
         (1, 2),
-        "Gain: leave-one-run-out log predictive density over the base (of what was not chosen: "
-        "over the last model). p: run-level F test after Bonferroni. ✓: in the answer. The JSON "
-        "answer has all effects.",
+        "Gain: how much better the effect predicts each run from the others, as the logarithm of a "
+        "likelihood (1 nat is a factor of 2.7), over the base; for what was not chosen, over the "
+        "last model. p: how often chance does as well among so many effects. ✓: in the answer. A "
+        "value at its bound would go further, or hardly matters here. The JSON answer has all "
+        "effects.",
     )
 
 
-def _detectable(answer: dict[str, Any]) -> Rows:
+def detectable_rows(answer: Mapping[str, Any]) -> Rows:
+    """Make the table of the smallest sizes that the runs of a diagnosis would have shown."""
+    untestable = {c["name"] for c in answer["candidates"] if not c["testable"]}
+    sizes = {
+        name: one for name, one in answer["smallest_detectable"].items() if name not in untestable
+    }
     rows = [
-        (words(name), *sized(d), f"{d['rms_arcsec']:.2f}")
-        for name, d in sorted(
-            answer["smallest_detectable"].items(), key=lambda item: item[1]["rms_arcsec"]
-        )
+        (words(name), *sized(one), f"{one['rms_arcsec']:.2f}")
+        for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
     ]
     return Rows(
         "The smallest that would have been found",
@@ -171,7 +178,7 @@ def _detectable(answer: dict[str, Any]) -> Rows:
 def sized(detectable: Mapping[str, Any]) -> tuple[str, str, str]:
     """Write a smallest size in three cells: of which parameter, the number, its unit."""
     unit = detectable["unit"].replace(" ", "_").removeprefix("-")
-    return words(detectable["parameter"]), written(detectable["value"]), unit_text(unit)
+    return parameter(detectable["parameter"]), written(detectable["value"]), unit_text(unit)
 
 
 def _scatter(answer: dict[str, Any]) -> Rows:
@@ -185,14 +192,15 @@ def _scatter(answer: dict[str, Any]) -> Rows:
     return Rows("Scatter from run to run", ("of", "standard deviation"), rows, (1,))
 
 
-def _of_effect(key: str, value: float, error: float) -> tuple[str, ...]:
+def _of_effect(key: str, value: float, known: str, error: float) -> tuple[str, ...]:
     effect, _, name = key.partition(".")
-    return words(effect), *_named(name, value, error)
+    return words(effect), *_named(name, value, known, error)
 
 
-def _named(name: str, value: float, error: float) -> tuple[str, ...]:
+def _named(name: str, value: float, known: str, error: float) -> tuple[str, ...]:
     stem, factor, unit = split_quantity(name, value)
-    known = written(factor * error, 2) if error else "given"
+    if error:
+        known = f"± {written(factor * error, 2)}"
     return stem, written(factor * value, 4), known, unit
 
 
@@ -230,34 +238,37 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     if after.terms:
         residuals.append(("added", after.residual()))
     section.blocks.append(grids_figure(c, residuals, floor, drive.name))
+    bound = model.at_bound()
+    fitted = list(zip(model.names, model.values, model.standard_errors, strict=True))
     of_effects = [
-        _of_effect(name, value, error)
-        for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True)
-        if "." in name
+        _of_effect(name, value, "", error)
+        for name, value, error in fitted
+        if "." in name and name not in bound
     ]
+    of_effects += [_of_effect(name, value, AT_BOUND, 0.0) for name, value in bound.items()]
     if of_effects:
         section.blocks.append(
             Rows(
                 "Values of the effects",
-                ("effect", "parameter", "value", "standard error", ""),
+                ("effect", "parameter", "value", "± standard error", ""),
                 of_effects,
-                (2, 3),
+                (2,),
+                "At its bound: these recordings would have the value go further, or it hardly "
+                "matters to them."
+                if bound
+                else "",
             )
         )
-    rest = [
-        _named(name, value, error)
-        for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True)
-        if "." not in name
-    ]
+    rest = [_named(name, value, "given", error) for name, value, error in fitted if "." not in name]
     if model.inseparable:
         lines = [f"{a} and {b}" for a, b in model.inseparable]
         section.blocks.append(Notes("Not separated by these recordings", lines))
     section.blocks.append(
         Rows(
             f"Values of the base: {len(rest)}",
-            ("parameter", "value", "standard error", ""),
+            ("parameter", "value", "± standard error", ""),
             rest,
-            (1, 2),
+            (1,),
             folded=True,
         )
     )

@@ -214,7 +214,7 @@ def draw_failures(result: Comparison, name: str, width: float) -> str:
     high = max([100.0 * f.share for f in failures] or [0.0])
     across = width - left - 8 - numbers
     axes = Axes(drawing, (left + 8, top, across, height), (0.0, max(1.15 * high, 1.0)), (0.0, 1.0))
-    axes.frame("share of the residual variance, %", "", ticks=(across / 70, 0.0))
+    axes.frame("share of the residual variance, %", "", ticks=(max(across / 70, 2.0), 0.0))
     for i, failure in enumerate(failures):
         y = top + row * (i + 0.5)
         end = float(axes.x(100.0 * failure.share))

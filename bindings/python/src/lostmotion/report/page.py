@@ -323,12 +323,12 @@ footer dt {{ font-weight: 600; margin-top: .5rem; }}
 footer dd {{ margin: 0; overflow-wrap: anywhere; }}
 code {{ font: .92em/1.4 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }}
 @media (max-width: {BREAK_PX}px) {{
-  body {{ padding-top: 1.2rem; }}
+  body {{ padding: 1.2rem .75rem 3rem; }}
   .wide {{ display: none; }}
   .narrow {{ display: block; }}
   h1 {{ font-size: 1.5rem; }}
-  table {{ font-size: .86rem; overflow-wrap: normal; }}
-  th, td {{ padding-right: .8rem; }}
+  table {{ font-size: .8rem; overflow-wrap: normal; }}
+  th, td {{ padding-right: .55rem; }}
   td {{ white-space: normal; }} td.r {{ white-space: nowrap; }}
 }}
 @media print {{

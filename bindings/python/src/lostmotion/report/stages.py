@@ -236,5 +236,5 @@ def stages_table(data: Stages) -> Rows:
         ),
         rows,
         (0, 1, 2, 5),
-        f"{left} later stages are in the CSV of the figure above." if left else "",
+        f"Later stages are in the CSV of the figure above: {left}." if left else "",
     )

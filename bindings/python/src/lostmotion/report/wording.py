@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from lostmotion.report.svg import signs
 from lostmotion.units import ARCMIN, ARCSEC, split_unit
@@ -29,13 +29,34 @@ DEGREE = 60 * ARCMIN
 
 SYMBOLS = {"Nm": "N·m", "mNm": "mN·m", "um": "µm", "C": "°C"}
 
+PEOPLE = {"stribeck": "Stribeck", "coulomb": "Coulomb", "hertz": "Hertz"}
+"""Names of people among the names of effects and of their values."""
+
+PARAMETERS = {
+    "blend": "blending speed of the input",
+    "breakaway": "breakaway friction",
+    "coulomb": "Coulomb friction",
+    "hertz": "Hertzian wind-up",
+    "runout_cosine": "run-out cosine",
+    "runout_sine": "run-out sine",
+    "stribeck": "Stribeck speed of the input",
+    "takeup": "take-up",
+    "windup": "wind-up",
+}
+"""What the values of effects are called, where their name alone does not say it."""
+
 SPEEDS = {"rad_s": "rad_per_s"}
 """Suffixes of the library's effects that leave out the `per`."""
 
 
 def words(name: str) -> str:
     """Write a name as words."""
-    return name.replace("_", " ")
+    return " ".join(PEOPLE.get(word, word) for word in name.split("_"))
+
+
+def parameter(name: str) -> str:
+    """Say what a value of an effect is, by its name without the unit."""
+    return PARAMETERS.get(name) or words(name)
 
 
 def written(value: float, digits: int = 3) -> str:
@@ -89,11 +110,11 @@ def split_quantity(name: str, value: float) -> tuple[str, float, str]:
         stem, symbol = f"{stem}_1", symbol.removeprefix("1_")
     head, per, rest = symbol.partition("_per_")
     if head != "rad":
-        return words(stem), 1.0, unit_text(symbol)
+        return parameter(stem), 1.0, unit_text(symbol)
     for most, angle, shown in ANGLES:
         if abs(value) < most:
-            return words(stem), 1.0 / angle, unit_text(shown + per + rest)
-    return words(stem), 1.0 / DEGREE, unit_text("deg" + per + rest)
+            return parameter(stem), 1.0 / angle, unit_text(shown + per + rest)
+    return parameter(stem), 1.0 / DEGREE, unit_text("deg" + per + rest)
 
 
 def quantity(name: str, value: float) -> str:
@@ -102,6 +123,14 @@ def quantity(name: str, value: float) -> str:
     return f"{stem} {written(value * factor)} {unit}".rstrip()
 
 
-def quantities(values: Mapping[str, float]) -> list[str]:
-    """Write the named numbers that are not nothing."""
-    return [quantity(name, value) for name, value in values.items() if abs(value) > NOTHING]
+AT_BOUND = "at its bound"
+"""Said of a value that the recordings would have at or beyond the most or the least it may be."""
+
+
+def quantities(values: Mapping[str, float], at_bound: Sequence[str] = ()) -> list[str]:
+    """Write the named numbers that are not nothing or stand at a bound, and which do."""
+    return [
+        quantity(name, value) + (f" ({AT_BOUND})" if name in at_bound else "")
+        for name, value in values.items()
+        if abs(value) > NOTHING or name in at_bound
+    ]

@@ -11,7 +11,7 @@ from typing import Any
 from nicegui import ui
 
 from lostmotion.discover.commands import card
-from lostmotion.report.discovery import sized, verdict_sentence
+from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
@@ -99,7 +99,7 @@ class EffectsPanel(Panel):
         lines = [capitalized(effect.mechanism)]
         if not entry["testable"]:
             lines.append(entry.get("reason") or "not testable")
-        elif known := quantities(entry.get("parameters") or {}):
+        elif known := quantities(entry.get("parameters") or {}, entry.get("at_bound") or ()):
             lines.append(", ".join(known))
         if entry.get("confused_with") and entry["testable"]:
             lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))
@@ -274,22 +274,8 @@ class NextPanel(Panel):
             head = ("run", "nats", "minutes", "nats a minute")
             between = ", ".join(map(words, ranking["between"]))
             self.html(rows_html(Rows(f"To decide between {between}", head, rows, (1, 2, 3))))
-        sizes = found.smallest_detectable
-        if sizes:
-            sizes_shown = [
-                (words(name), *sized(one), f"{one['rms_arcsec']:.2f}")
-                for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
-            ]
-            self.html(
-                rows_html(
-                    Rows(
-                        "Smallest size that these recordings would have shown",
-                        ("effect", "parameter", "smallest size", "", "rms, arcsec"),
-                        sizes_shown,
-                        (2, 4),
-                    )
-                )
-            )
+        if found.smallest_detectable:
+            self.html(rows_html(detectable_rows(found.answer())))
 
     def rank(self) -> None:
         """Rank the runs of the plan."""
