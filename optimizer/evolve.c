@@ -59,7 +59,36 @@ static double evaluate(breeder *b, int combination, const double unit[], double 
   return violation;
 }
 
-/* Judge a point, close its gap and judge it again; the better of both joins the population. */
+/* Whether a second look, with the gap closed, may bring a better design. Not where another limit is
+ * broken further. Closing moves all flanks alike: it takes its own amount from the lost motion of
+ * either direction and leaves the other figures, so where even that would be no better than a
+ * member of the population it is not looked at. What interferes hides some of its lost motion:
+ * hoped for is what it shows. */
+static int may_gain(const breeder *b, const double objective[], double violation) {
+  const lm_problem *p = b->problem;
+  const double row = lm_gap_row_of(&b->layout, b->result);
+  double hoped[LM_OBJECTIVE_MAX];
+  int i;
+  if (violation > 0 && row < violation) {
+    return 0;
+  }
+  for (i = 0; i < p->objective_count; i++) {
+    const int figure = p->objective[i];
+    hoped[i] = objective[i];
+    if (row < 0 && (figure == LM_FIGURE_LOST_MOTION || figure == LM_FIGURE_TOLERANCE_LOST_MOTION)) {
+      hoped[i] += 2 * row;
+    }
+  }
+  for (i = 0; i < b->count - 1; i++) {
+    if (b->population[i].violation <= 0 && lm_is_as_good(p, b->population[i].objective, hoped)) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
+/* Judge a point and, where that may gain, once more with its gap closed; the better of both joins
+ * the population. */
 static void admit(breeder *b, int combination, double unit[]) {
   lm_found *place = &b->population[b->count++];
   double objective[LM_OBJECTIVE_MAX] = {0};
@@ -68,7 +97,8 @@ static void admit(breeder *b, int combination, double unit[]) {
   if (violation <= 0) {
     lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, place);
   }
-  if (violation < 1e3 && lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
+  if (violation < 1e3 && may_gain(b, objective, violation) &&
+      lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
     lm_found closed;
     violation = evaluate(b, combination, unit, objective);
     lm_fill_found(b->problem, &closed, combination, unit, objective, violation);

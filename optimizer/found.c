@@ -4,6 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Of an objective, in its unit. A front makes a design of every difference, and below this all is
+ * rounding: kinematic errors of 1e-12 arcsec are one. */
+#define RESOLUTION 1e-9
+
 uint64_t lm_mix(uint64_t x) {
   x += UINT64_C(0x9e3779b97f4a7c15);
   x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -13,15 +17,17 @@ uint64_t lm_mix(uint64_t x) {
 
 void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
                    const double objective[], double violation) {
+  int j;
   memset(found, 0, sizeof *found);
   found->combination = combination;
   found->violation = violation;
   memcpy(found->unit, unit, (size_t)problem->range_count * sizeof unit[0]);
-  memcpy(found->objective, objective, (size_t)problem->objective_count * sizeof objective[0]);
+  for (j = 0; j < problem->objective_count; j++) {
+    found->objective[j] = round(objective[j] / RESOLUTION) * RESOLUTION;
+  }
 }
 
-/* 1 when a is as good as b in every objective. */
-static int dominates(const lm_problem *problem, const double a[], const double b[]) {
+int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]) {
   int j;
   for (j = 0; j < problem->objective_count; j++) {
     if (a[j] > b[j]) {
@@ -47,12 +53,12 @@ void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int
   int place;
   int i;
   for (i = 0; i < *count; i++) {
-    if (dominates(problem, list[i].objective, found->objective)) {
+    if (lm_is_as_good(problem, list[i].objective, found->objective)) {
       return;
     }
   }
   for (i = 0; i < *count; i++) {
-    if (!dominates(problem, found->objective, list[i].objective)) {
+    if (!lm_is_as_good(problem, found->objective, list[i].objective)) {
       if (kept < i) {
         list[kept] = list[i];
       }
@@ -103,8 +109,8 @@ static int beats(const lm_problem *problem, const lm_found *a, const lm_found *b
   const int feasible_a = a->violation <= 0;
   const int feasible_b = b->violation <= 0;
   if (feasible_a && feasible_b) {
-    return dominates(problem, a->objective, b->objective) &&
-           !dominates(problem, b->objective, a->objective);
+    return lm_is_as_good(problem, a->objective, b->objective) &&
+           !lm_is_as_good(problem, b->objective, a->objective);
   }
   return feasible_a || (!feasible_b && a->violation < b->violation);
 }

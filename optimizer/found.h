@@ -8,9 +8,13 @@
 extern "C" {
 #endif
 
-/* A design of a point; the rest of the arrays is zero, so that equal designs are equal bytes. */
+/* A design of a point, its objectives but for what is rounding; the rest of the arrays is zero, so
+ * that equal designs are equal bytes. */
 void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
                    const double objective[], double violation);
+
+/* 1 when a is as good as b in every objective. */
+int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]);
 
 /* Insert unless a design of the list is as good in everything; designs that the new one beats
  * leave. A full list gives up the design nearest to the new one. */

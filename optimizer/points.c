@@ -656,7 +656,14 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
     return 0;
   }
   lm_fill_values(problem, combination, unit, value);
-  teeth = value[LM_KEY_FLEXSPLINE_TEETH] + (value[LM_KEY_DEFORMATION] > 0.5 ? 0 : 2);
+  teeth = value[LM_KEY_FLEXSPLINE_TEETH];
+  if (value[LM_KEY_DEFORMATION] < 0.5) {
+    teeth += 2;
+  } else if (by_arcmin < 0) {
+    /* The turn of the flexspline's own flanks counts between once and z_F / z_R times on the
+     * output: too little is taken rather than too much. */
+    teeth -= 2;
+  }
   moved =
       move_range(&problem->range[range],
                  by_arcmin * ARCMIN * teeth / (2 * tan(value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE)),
@@ -673,8 +680,11 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
   return 1;
 }
 
+double lm_gap_row_of(const lm_layout *layout, const double result[]) {
+  return largest_of(result + layout->gap_start, layout->gap_count);
+}
+
 int lm_close_gap(const lm_problem *problem, const lm_layout *layout, int combination,
                  const double result[], double unit[]) {
-  return lm_open_gap(problem, combination,
-                     largest_of(result + layout->gap_start, layout->gap_count) + LM_RESERVE, unit);
+  return lm_open_gap(problem, combination, lm_gap_row_of(layout, result) + LM_RESERVE, unit);
 }

@@ -99,6 +99,9 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 /* The largest violation of all limits, those on figures included; <= 0: all hold. */
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
 
+/* The largest row of the side clearances: < 0, so much may be closed everywhere. */
+double lm_gap_row_of(const lm_layout *layout, const double result[]);
+
 /* How far inside every scaled limit the solvers stay. A design is feasible when it breaks no limit
  * at all, as the certificate and `lostmotion predict` see it; this is what their own tolerances and
  * rounding may use up. */

@@ -93,6 +93,21 @@ static void start_epoch(lm_search *search, double share) {
   add_spread(search);
 }
 
+/* The last population is too small for a wide front: half of its places go to designs drawn along
+ * all that is kept, where that is more than it holds. */
+static void recall_front(lm_search *search, int places) {
+  int n;
+  if (search->epoch_end < search->problem.evaluations || search->archive_count < places) {
+    return;
+  }
+  for (n = places / 2; n < places; n++) {
+    const double share =
+        (n - places / 2 + lm_draw_number(search, search->next_id, 300 + n)) / (places - places / 2);
+    search->population[n] = search->archive[(int)(share * (search->archive_count - 1) + 0.5)];
+  }
+  search->population_count = places;
+}
+
 /* Islands exchange by dealing the population out anew, best first in turn. */
 void lm_plan_evolve(lm_search *search) {
   const int islands =
@@ -106,6 +121,7 @@ void lm_plan_evolve(lm_search *search) {
   if (search->used >= search->epoch_end) {
     start_epoch(search, share);
   }
+  recall_front(search, islands * LM_PARENT_MAX);
   for (i = 0; i < islands; i++) {
     lm_task *task = lm_add_task(search, LM_TASK_EVOLVE, 0, ISLAND_BUDGET, NULL);
     /* as many at most as an island holds: every source of the population keeps to that */

@@ -15,8 +15,8 @@ its front, so nothing depends on how a method reports.
 BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
 table a spec and problem.
 Hypervolume: each objective runs from 0 at the best to 1 at the worst value on the front of all
-points of all methods and seeds; the corner is 1.1. *all together* is the hypervolume of that front:
-no method can have more, so its ratio bounds what any of them could reach.
+points of all methods, seeds and budgets of the call; the corner is 1.1. *all together* is the
+hypervolume of that front: no method can have more, so its ratio bounds what any could reach.
 """
 
 from __future__ import annotations
@@ -183,8 +183,11 @@ class Problem:
 
 
 def non_dominated(points: list[Vector]) -> Vector:
-    """Points than which no other is as good in every objective, in rising order."""
-    every = np.unique(np.array(points), axis=0)
+    """Points than which no other is as good in every objective, in rising order.
+
+    To 1e-9 of each unit, as the search counts: a kinematic error of 1e-12 arcsec is rounding.
+    """
+    every = np.unique(np.round(np.array(points), 9), axis=0)
     kept = np.empty_like(every)
     count = 0
     for point in every:
@@ -311,37 +314,54 @@ METHODS: dict[str, Callable[[c.CDLL, str, int, int], list[Vector]]] = {
 }
 
 
-def compare(lib: c.CDLL, text: str, evaluations: int, seeds: range) -> None:
-    """Print the rows of one budget."""
-    alone = text.count("\nobjective") == 1
-    fronts: dict[str, list[list[Vector]]] = {}
+Runs = dict[str, list[list[Vector]]]
+
+
+def run_all(
+    lib: c.CDLL, text: str, evaluations: int, seeds: range
+) -> tuple[Runs, dict[str, float]]:
+    """Points that each method finds with each seed, and its processor time of one run."""
+    runs: Runs = {}
     seconds = {}
     for name, method in METHODS.items():
-        if name == "differential evolution" and not alone:
+        if name == "differential evolution" and not is_alone(text):
             continue
         began = time.process_time()
-        fronts[name] = [method(lib, text, evaluations, seed) for seed in seeds]
+        runs[name] = [method(lib, text, evaluations, seed) for seed in seeds]
         seconds[name] = (time.process_time() - began) / len(seeds)
-    if alone:
-        scores = {
-            name: [min((p[0] for p in points), default=np.inf) for points in runs]
-            for name, runs in fronts.items()
-        }
-    else:
-        front = non_dominated([p for runs in fronts.values() for points in runs for p in points])
-        scores = {
-            name: [hypervolume(points, front) for points in runs] for name, runs in fronts.items()
-        }
-        scores["all together"] = [hypervolume(list(front), front)]
-    other = float(np.median(scores["NSGA-II"]))
-    for name, values in scores.items():
-        middle = float(np.median(values))
-        took = f"{seconds[name]:.1f}" if name in seconds else ""
-        print(
-            f"| {evaluations} | {len(seeds)} | {name} | {middle:.4f} | {min(values):.4f} | "
-            f"{max(values):.4f} | {middle / other:.3f} | {took} |",
-            flush=True,
-        )
+    return runs, seconds
+
+
+def is_alone(text: str) -> bool:
+    """Whether a spec has one objective."""
+    return text.count("\nobjective") == 1
+
+
+def compare(lib: c.CDLL, text: str, budgets: list[int], seeds: range) -> None:
+    """Print the rows of a problem, all in one unit."""
+    everything = {evaluations: run_all(lib, text, evaluations, seeds) for evaluations in budgets}
+    every_run = [run for runs, _ in everything.values() for each in runs.values() for run in each]
+    front = non_dominated([point for run in every_run for point in run])
+    for evaluations, (runs, seconds) in everything.items():
+        if is_alone(text):
+            scores = {
+                name: [min((p[0] for p in points), default=np.inf) for points in each]
+                for name, each in runs.items()
+            }
+        else:
+            scores = {
+                name: [hypervolume(points, front) for points in each] for name, each in runs.items()
+            }
+            scores["all together"] = [hypervolume(list(front), front)]
+        other = float(np.median(scores["NSGA-II"]))
+        for name, values in scores.items():
+            middle = float(np.median(values))
+            took = f"{seconds[name]:.1f}" if name in seconds else ""
+            print(
+                f"| {evaluations} | {len(seeds)} | {name} | {middle:.4f} | {min(values):.4f} | "
+                f"{max(values):.4f} | {middle / other:.3f} | {took} |",
+                flush=True,
+            )
 
 
 def main() -> None:
@@ -375,8 +395,7 @@ def main() -> None:
         for title, spec in problems[: 1 if options.trade_off_only else 2]:
             print(f"\n{name}, seeds from {seeds[0]}: {title}\n")
             print(HEAD)
-            for evaluations in options.evaluations:
-                compare(lib, spec, evaluations, seeds)
+            compare(lib, spec, options.evaluations, seeds)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "certificate.h"
+#include "found.h"
 #include "output.h"
 #include "reference_drives.h"
 #include "spec.h"
@@ -111,6 +112,56 @@ static void test_closing_the_gap_leaves_the_reserve(void) {
   ASSERT_NEAR(1e-9, -LM_RESERVE, largest);
 }
 
+/* With the ring outside the shift's turn is known within one part in the number of teeth: what is
+ * left is a gap, and small, whether it was closed or opened. */
+static void test_closing_never_takes_too_much(void) {
+  static const char spec[] =
+      "rated_torque_Nm 40\nobjective lost_motion\nphases 1\nrigid_gear_turns 1\n"
+      "fixed teeth.deformation external\nfixed generator.type ring\n"
+      "fixed teeth.module_mm 0.25\nfixed teeth.flexspline_teeth 200\n"
+      "fixed teeth.face_width_mm 10\nfixed generator.deflection_modules 1\n"
+      "fixed generator.contact_half_angle_deg 30\n"
+      "range teeth.flexspline_shift 2 4\nrange teeth.shift_difference -0.3 0.3\n";
+  lm_spec_error error = {0, ""};
+  int i;
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(spec, &problem, &error), error.text);
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+  for (i = 0; i < 2; i++) {
+    double unit[LM_FREE_MAX] = {0.5, i == 0 ? 0.3 : 0.7};
+    lm_fault fault;
+    double was;
+    double left;
+    TEST_ASSERT_EQUAL_INT(
+        LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, result, workspace, &fault));
+    was = lm_gap_row_of(&layout, result);
+    TEST_ASSERT_TRUE(i == 0 ? was < -0.1 : was > 0.1);
+    TEST_ASSERT_EQUAL_INT(1, lm_close_gap(&problem, &layout, 0, result, unit));
+    TEST_ASSERT_EQUAL_INT(
+        LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, result, workspace, &fault));
+    left = lm_gap_row_of(&layout, result);
+    TEST_ASSERT_TRUE(left <= 0 && left > -0.012 * fabs(was));
+  }
+}
+
+/* Objectives that differ by rounding alone are equal, so that no front is made of it. */
+static void test_rounding_makes_no_front(void) {
+  const double unit[LM_FREE_MAX] = {0};
+  const double one[LM_OBJECTIVE_MAX] = {5.0, 1.8e-12};
+  const double other[LM_OBJECTIVE_MAX] = {7.0, 5.4e-13};
+  lm_found found[2];
+  lm_found list[2];
+  int count = 0;
+  read_reference();
+  problem.objective_count = 2;
+  lm_fill_found(&problem, &found[0], 0, unit, one, 0);
+  lm_fill_found(&problem, &found[1], 0, unit, other, 0);
+  lm_insert_found(&problem, list, &count, 2, &found[0]);
+  lm_insert_found(&problem, list, &count, 2, &found[1]);
+  TEST_ASSERT_EQUAL_INT(1, count);
+  TEST_ASSERT_TRUE(list[0].objective[0] == 5.0 && list[0].objective[1] == 0);
+}
+
 /* What differs from the reference in one line, and the line that is named. */
 static void assert_refused(const char *line, int at, const char *word) {
   lm_spec_error error = {-1, ""};
@@ -214,6 +265,8 @@ int main(void) {
   RUN_TEST(test_gap_rows_are_the_published_clearances);
   RUN_TEST(test_lost_motion_is_the_models);
   RUN_TEST(test_closing_the_gap_leaves_the_reserve);
+  RUN_TEST(test_closing_never_takes_too_much);
+  RUN_TEST(test_rounding_makes_no_front);
   RUN_TEST(test_refusals_name_line_and_word);
   RUN_TEST(test_values_out_of_range_name_their_key);
   RUN_TEST(test_names_go_both_ways);

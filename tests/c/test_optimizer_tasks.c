@@ -190,6 +190,46 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
+/* How many of the designs that a task reports have their gap closed to the reserve. */
+static int count_closed(void) {
+  static double result[LM_RESULT_MAX];
+  lm_layout layout;
+  lm_scan scan;
+  int closed = 0;
+  int i;
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+  for (i = 0; i < answer->found_count; i++) {
+    const lm_found *found = &answer->found[i];
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_evaluate_point(&problem, &scan, &layout, found->combination,
+                                                   found->unit, result, workspace, NULL));
+    closed += lm_gap_row_of(&layout, result) > -2 * LM_RESERVE;
+  }
+  return closed;
+}
+
+/* Beside parents that no closed gap can reach, none is closed. */
+static void test_a_second_look_goes_where_it_may_gain(void) {
+  int i;
+  int k;
+  read_with("choose generator.type discs rollers\n", "objective lost_motion\nobjective cost\n",
+            two_grades);
+  make_task(LM_TASK_EVOLVE, 400);
+  run();
+  check_answer();
+  TEST_ASSERT_GREATER_THAN_INT(0, count_closed());
+  task.parent_count = LM_PARENT_MAX;
+  for (i = 0; i < LM_PARENT_MAX; i++) {
+    task.parent[i].objective[0] = -1e3;
+    for (k = 0; k < problem.range_count; k++) {
+      task.parent[i].unit[k] = fmod(0.618034 * (i + 1) * (k + 1), 1);
+    }
+  }
+  run();
+  TEST_ASSERT_GREATER_THAN_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, count_closed());
+}
+
 /* A limit on which nothing that varies hangs is in nobody's way, though no solver can move off it.
  */
 static void test_a_limit_that_nothing_moves_hinders_nobody(void) {
@@ -385,6 +425,7 @@ int main(void) {
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
   RUN_TEST(test_a_population_keeps_its_size);
+  RUN_TEST(test_a_second_look_goes_where_it_may_gain);
   RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
   RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
   RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);

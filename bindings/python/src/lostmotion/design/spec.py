@@ -571,9 +571,7 @@ class _Reader:
         v = self.values
         module, teeth = v[MODULE], int(v[TEETH])
         x1 = v.get("teeth.flexspline_shift", 3.0)
-        deflection = v.get(
-            DEFLECTION, module * v.get(DEFLECTION_MODULES, 1.0)
-        )
+        deflection = v.get(DEFLECTION, module * v.get(DEFLECTION_MODULES, 1.0))
         design: dict[str, Any] = {
             "teeth": {
                 "deformation": "external" if self.external() else "internal",
