@@ -587,5 +587,5 @@ def test_without_its_library_one_line_says_how_to_get_it(tmp_path: Path) -> None
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (
         1,
-        "lostmotion: the workbench needs NiceGUI: pip install 'lostmotion[workbench]'\n",
+        "lostmotion: the workbench needs NiceGUI: pip install nicegui\n",
     )

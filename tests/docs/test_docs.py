@@ -32,7 +32,7 @@ def test_the_blocks_of_a_page_run_and_print_what_it_says(tmp_path: Path, page: P
 def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        pytest.skip(f"not installed: {', '.join(missing)}; pip install 'lostmotion[docs]'")
+        pytest.skip(f"not installed: {', '.join(missing)}; pip install {' '.join(missing)}")
     done = subprocess.run(
         [
             *(sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"),

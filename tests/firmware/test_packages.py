@@ -22,6 +22,10 @@ LIB = ROOT / "lib"
 JOINT = ROOT / "firmware_examples" / "joint"
 MINIMAL = ROOT / "firmware_examples" / "minimal" / "main.c"
 SECONDS = 120
+
+# For `extractall`: what Python 3.11 has from 3.11.4 on, and Debian 12 does not.
+SAFELY = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
+
 PROFILES = ("GAP", "STANDARD", "FULL")
 SIZES = ("CURVE_POINTS_MAX", "PLAYS_MAX", "EFFECTS_MAX", "EFFECT_MEMORY_MAX")
 
@@ -43,7 +47,7 @@ def run(command: list[object], **options: object) -> str:
 
 def unpack(archive: Path, folder: Path) -> Path:
     with tarfile.open(archive) as tar:
-        tar.extractall(folder, filter="data")
+        tar.extractall(folder, **SAFELY)
     return folder
 
 

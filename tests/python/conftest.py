@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -25,6 +26,11 @@ DATA = Path(__file__).parents[1] / "data"
 settings.register_profile("repeatable", derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
+# Programs that the tests start must hear Ctrl-C, though a shell starts what runs in the background
+# with the signal ignored, and this is inherited.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 needs_compiler = pytest.mark.skipif(
     shutil.which("cc") is None, reason="no C compiler: apt install build-essential"
 )
@@ -32,7 +38,7 @@ NO_SEARCH = (
     "the package was built without NLopt: apt install build-essential libnlopt-dev, then build and "
     "install it again"
 )
-NO_DASK = "no Dask: pip install 'lostmotion[dask]'"
+NO_DASK = "no Dask: pip install distributed pyarrow"
 
 
 @pytest.fixture

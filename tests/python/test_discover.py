@@ -297,9 +297,13 @@ def run_its_test(folder):
     subprocess.run(command, cwd=folder, check=True)
 
 
-def test_the_python_template_runs_and_passes_its_own_test(tmp_path):
+def test_the_python_template_runs_and_passes_its_own_test(tmp_path, monkeypatch):
     write_template(tmp_path, in_c=False)
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    before = set(tmp_path.iterdir())
     assert set(load_python(tmp_path / "cable_pull.py")) == {"cable_pull"}
+    assert set(tmp_path.iterdir()) == before
+    assert not sys.dont_write_bytecode
     run_its_test(tmp_path)
 
 

@@ -715,7 +715,7 @@ def arrow_errors(file: str | Path) -> Iterator[None]:
         import pyarrow
     except ImportError:
         raise InputError(
-            file, "", "a Parquet file, but no pyarrow", "pip install 'lostmotion[fast]', or CSV"
+            file, "", "a Parquet file, but no pyarrow to read it", "pip install pyarrow, or CSV"
         ) from None
     try:
         yield

@@ -459,4 +459,4 @@ def run_pieces(
 
 def no_dask() -> InputError:
     """Say that Dask is not there."""
-    return InputError("--dask", "", "no Dask here", "pip install 'lostmotion[dask]'")
+    return InputError("--dask", "", "no Dask here", "pip install distributed pyarrow")

@@ -70,7 +70,7 @@ def cluster(address: str | None) -> Iterator[Any]:
         from distributed import Client
     except ImportError:
         raise LostMotionError(
-            "Dask is not installed; install it with: pip install 'lostmotion[dask]'"
+            "Dask is not installed; install it with: pip install distributed"
         ) from None
     try:
         client = Client(address, timeout="10s", set_as_default=False)

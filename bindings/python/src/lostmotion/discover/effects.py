@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -333,12 +334,15 @@ def load_python(file: str | Path) -> dict[str, Effect]:
     if spec is None or spec.loader is None or not os.path.isfile(path):
         raise InputError(path, "", "no such file", "a Python file with effects")
     module = importlib.util.module_from_spec(spec)
+    cached, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # no folder beside the file
     try:
         spec.loader.exec_module(module)
     except InputError:
         raise
     except Exception as error:  # the user's own code may raise anything
         raise InputError(path, "", f"{type(error).__name__}: {error}", "Python that runs") from None
+    finally:
+        sys.dont_write_bytecode = cached
     found = {v.name: v for v in vars(module).values() if isinstance(v, Effect)}
     if not found:
         raise InputError(path, "", "no effect", "a function decorated with lostmotion's @effect")

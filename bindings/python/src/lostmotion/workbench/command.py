@@ -18,7 +18,7 @@ def run_workbench(arguments: argparse.Namespace) -> None:
     if port is not None and not (port.isascii() and port.isdecimal() and int(port) <= PORT_MAX):
         raise InputError("--port", "", f"'{port}'", f"an integer from 0 to {PORT_MAX}")
     if importlib.util.find_spec("nicegui") is None:
-        raise LostMotionError("the workbench needs NiceGUI: pip install 'lostmotion[workbench]'")
+        raise LostMotionError("the workbench needs NiceGUI: pip install nicegui")
     from lostmotion.workbench.serve import serve
 
     serve(
