@@ -93,7 +93,7 @@ def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
     reach = int(np.clip(SEEN_ROWS * (spread / size) ** 2, 2 * EDGE, residual.size))
     before, behind = residual[max(row - reach, 0) : row], residual[row : row + reach]
     change = float(np.median(behind) - np.median(before))
-    return change * np.sign(size) >= SEEN_SHARE * abs(size)
+    return bool(change * np.sign(size) >= SEEN_SHARE * abs(size))
 
 
 def scores(
