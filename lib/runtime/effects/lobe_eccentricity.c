@@ -3,8 +3,6 @@
 #include "lostmotion/elementary.h"
 #include "runtime/number.h"
 
-#include "runtime/number.h"
-
 enum {
   COSINE_RAD,
   SINE_RAD,
