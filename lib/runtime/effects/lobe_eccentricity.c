@@ -22,13 +22,13 @@ enum {
 static lm_real held_back(lm_real torque, lm_real runout) {
   lm_real runout2 = runout * runout;
   lm_real torque2 = torque * torque;
-  lm_real equal2 = torque2 + 2 * torque;
+  lm_real equal2 = torque2 + LM_REAL(2) * torque;
   lm_real lobes2;
   if (torque2 + torque >= runout2) {
-    lm_real half = torque + 1;
-    lobes2 = half * half * ((equal2 - runout2) / (equal2 + 1 - runout2));
+    lm_real half = torque + LM_REAL(1);
+    lobes2 = half * half * ((equal2 - runout2) / (equal2 + LM_REAL(1) - runout2));
   } else {
-    lobes2 = torque2 * (1 + 1 / (runout2 - torque2));
+    lobes2 = torque2 + torque2 / (runout2 - torque2);
   }
   return lm_power(equal2, LM_REAL(0.5)) - lm_power(lobes2, LM_REAL(0.5));
 }
