@@ -253,6 +253,18 @@ static void test_a_key_has_one_value(void) {
   problem.choice[0].count = 1;
   TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
   TEST_ASSERT_EQUAL_STRING("teeth.flexspline_shift", fault.input);
+  /* nor do teeth or types lie between two others */
+  problem.choice_count = 0;
+  problem.range[0].low = 1;
+  problem.range[0].high = 2;
+  problem.range[0].key = LM_KEY_GENERATOR_TYPE;
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
+  TEST_ASSERT_EQUAL_STRING("generator.type", fault.input);
+  problem.range[0].low = 100;
+  problem.range[0].high = 200;
+  problem.range[0].key = LM_KEY_FLEXSPLINE_TEETH;
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_prepare_problem(&problem, &fault));
+  TEST_ASSERT_EQUAL_STRING("teeth.flexspline_teeth", fault.input);
 }
 
 static void test_more_combinations_than_the_search_holds_are_refused(void) {
