@@ -143,6 +143,7 @@ def test_the_answer_has_every_key_of_the_interface(warm_gap):
     detectable = found["smallest_detectable"]
     assert detectable["thermal_stiffness"]["unit"] == "per K"
     assert detectable["thermal_stiffness"]["parameter"] == "share"
+    assert "ratcheting" not in detectable
     for one in detectable.values():
         assert one["value"] > 0
         assert one["unit"] == "-" or parse_unit(one["unit"].replace(" ", "_")) is not None

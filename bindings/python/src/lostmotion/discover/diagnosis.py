@@ -25,8 +25,10 @@ from lostmotion.discover.selection import (
     Selection,
     Step,
     accepted,
+    free_values,
     noise_rms,
     select,
+    term_of,
 )
 from lostmotion.discover.study import Field, Settled, clean_outliers
 from lostmotion.discover.threads import one_thread
@@ -441,8 +443,6 @@ def twins(stage: Field, name: str, rivals: list[str], present: Mapping[str, Any]
 
 def one_step_values(stage: Field, result: Result) -> FloatArray:
     """Values that the linearised contest suggests; where there are starts, of the best one."""
-    from lostmotion.discover.selection import term_of
-
     return term_of(stage, result).values
 
 
@@ -464,8 +464,8 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
     contest = stage.contest
     count = max(len(stage.candidates), 1)
     for name, candidate in stage.candidates.items():
-        if not candidate.named or candidate.effect is None:
-            continue
+        if not candidate.named or candidate.effect is None or not free_values(candidate.effect):
+            continue  # a tooth that slips has the size of a tooth
         block = f"{name}#0" if f"{name}#0" in contest.evidence.blocks else name
         information = contest.projected([block])
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
