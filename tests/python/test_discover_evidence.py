@@ -18,7 +18,7 @@ from lostmotion.discover.noise import Noise
 from lostmotion.discover.run_steps import SIDE_LEAST, partings, scan
 from lostmotion.discover.selection import accepted, noise_rms
 from lostmotion.discover.shapes import waves
-from lostmotion.discover.study import estimate_noise, make_candidates, settle
+from lostmotion.discover.study import contest_of_term, estimate_noise, make_candidates, settle
 from lostmotion.recordings import Campaign, Run
 
 ARCSEC = np.pi / 180 / 3600
@@ -138,6 +138,30 @@ def test_what_acts_on_the_torque_has_the_slope_of_the_whole_model(name):
     cosine = change @ column / np.linalg.norm(change) / np.linalg.norm(column)
     assert cosine > 0.98
     assert np.linalg.norm(change) == pytest.approx(np.linalg.norm(column), rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["stiffness_modulation", "lobe_eccentricity", "kinematic_error"])
+def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
+    base = Base(Conditions(turning_campaign()), RATED_NM)
+    base.fit(steps=5)
+    effect = library()[name]
+    values = effect.typical.copy()
+    values[effect.scaling()] *= 2.0
+    if name == "lobe_eccentricity":
+        values[:2] = 0.0
+    base.terms = [Term(effect, values, effect.indices("linear") + effect.indices("shape"))]
+    with_it = base.angle()
+    base.terms = []
+    without = base.angle()
+    base.terms = [Term(effect, values.copy(), effect.indices("linear") + effect.indices("shape"))]
+    rng = np.random.default_rng(7)
+    base.measured = with_it + rng.normal(size=with_it.size)
+    runs = base.conditions.runs
+    settled = settle(base, Noise([np.zeros(0)] * runs, np.ones(runs)))
+    contest, block = contest_of_term(settled, 0)
+    # Its power over the noise, but for what the base and the scatter of the runs take of it.
+    power = float(np.sum((with_it - without) ** 2))
+    assert contest.test(block).wald > 0.2 * power > 100.0
 
 
 def quick_campaign(seed: int, share: float) -> Campaign:
