@@ -140,10 +140,18 @@ class View:
         self.wait(click, f"something to press called {label}")
 
     def turn_to(self, tab: str) -> None:
-        self.press(tab, ".q-tab")
-        self.wait(
-            lambda: any(p.is_displayed() for p in self.all(f"section[aria-label='{tab}']")), tab
-        )
+        def shown() -> bool:
+            return any(p.is_displayed() for p in self.all(f"section[aria-label='{tab}']"))
+
+        def turned() -> bool:
+            # A page that is just being drawn anew swallows a click; anybody clicks again.
+            self.press(tab, ".q-tab")
+            end = time.monotonic() + 5.0
+            while not shown() and time.monotonic() < end:
+                time.sleep(0.1)
+            return shown()
+
+        self.wait(turned, tab)
 
     def type(self, label: str, text: str) -> None:
         """Write into the field that is called so, as with the keyboard."""
