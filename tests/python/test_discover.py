@@ -143,7 +143,8 @@ def test_the_answer_has_every_key_of_the_interface(warm_gap):
     detectable = found["smallest_detectable"]
     assert detectable["thermal_stiffness"]["unit"] == "per K"
     assert detectable["thermal_stiffness"]["parameter"] == "share"
-    assert "ratcheting" not in detectable
+    slip = detectable["ratcheting"]
+    assert (slip["parameter"], slip["unit"]) == ("teeth", "-")
     for one in detectable.values():
         assert one["value"] > 0
         assert one["unit"] == "-" or parse_unit(one["unit"].replace(" ", "_")) is not None
@@ -461,6 +462,7 @@ def test_commands_about_effects_recordings_and_plans(tmp_path, capsys, monkeypat
     assert forecast["schema"] == "lostmotion.forecast/1"
     rows = {row["name"]: row for row in forecast["effects"]}
     assert rows["thermal_gap"]["testable"]
+    assert rows["ratcheting"]["testable"]
     assert not rows["wear"]["testable"]
 
 

@@ -464,8 +464,8 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
     contest = stage.contest
     count = max(len(stage.candidates), 1)
     for name, candidate in stage.candidates.items():
-        if not candidate.named or candidate.effect is None or not free_values(candidate.effect):
-            continue  # a tooth that slips has the size of a tooth
+        if not candidate.named or candidate.effect is None:
+            continue
         block = f"{name}#0" if f"{name}#0" in contest.evidence.blocks else name
         information = contest.projected([block])
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
@@ -486,6 +486,8 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
         value = candidate.effect.values[places[0]]
         size = amplitude / float(np.mean(scale))
         parameter, unit = split_unit(value.name)
+        if not free_values(candidate.effect):  # what slips by a tooth has the size of a tooth
+            parameter, unit = "teeth", None
         symbol = unit.symbol if unit is not None else "-"
         if symbol.startswith("rad"):
             size, symbol = size / ARCSEC, "arcsec" + symbol.removeprefix("rad")
