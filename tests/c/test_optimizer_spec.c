@@ -226,7 +226,7 @@ static void test_variables_that_contradict_are_refused(void) {
   assert_read("objective kinematic_error\nphases 3\n");
 }
 
-/* The least spec , behind one line and an empty one, fixes the teeth at line 7 and varies the shift
+/* The least spec, behind one line and an empty one, fixes the teeth at line 7 and varies the shift
  * at line 9. */
 static void test_a_key_has_one_value(void) {
   static const char second[] = "a second value";
