@@ -149,11 +149,9 @@ def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
     values[effect.scaling()] *= 2.0
     if name == "lobe_eccentricity":
         values[:2] = 0.0
+    without = base.angle()
     base.terms = [Term(effect, values, effect.indices("linear") + effect.indices("shape"))]
     with_it = base.angle()
-    base.terms = []
-    without = base.angle()
-    base.terms = [Term(effect, values.copy(), effect.indices("linear") + effect.indices("shape"))]
     rng = np.random.default_rng(7)
     base.measured = with_it + rng.normal(size=with_it.size)
     runs = base.conditions.runs
