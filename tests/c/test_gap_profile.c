@@ -125,6 +125,29 @@ static void no_gap_is_the_identity(void) {
   }
 }
 
+static void a_recording_is_its_samples_one_by_one(void) {
+  static lm_real commanded[2000], whole[2000];
+  lm_recording recording = {0};
+  lm_memory apart = joint.memory;
+  lm_memory together = joint.memory;
+  int k;
+  recording.count = 2000;
+  recording.output_angle_rad = commanded;
+  for (k = 0; k < 2000; ++k) {
+    commanded[k] = draw(LM_REAL(-1e-3), LM_REAL(1e-3));
+  }
+  lm_run_model(&parameters, &together, &recording, whole);
+  for (k = 0; k < 2000; ++k) {
+    at.output_angle_rad = commanded[k];
+    TEST_ASSERT_TRUE(lm_step_model(&parameters, &apart, &at) == whole[k]);
+  }
+  TEST_ASSERT_EQUAL_MEMORY(&apart, &together, sizeof apart);
+  recording.output_angle_rad = 0; /* not measured: the angle stays at nothing */
+  lm_start_model(&together, 0);
+  lm_run_model(&parameters, &together, &recording, whole);
+  TEST_ASSERT_TRUE(whole[0] == 0 && whole[1999] == 0);
+}
+
 static void evaluating_commits_nothing(void) {
   lm_memory before = joint.memory;
   lm_memory trial;
@@ -239,6 +262,7 @@ int main(void) {
   RUN_TEST(the_lost_motion_never_leaves_the_gap);
   RUN_TEST(one_big_step_is_many_small_ones_and_wipes_out_what_was);
   RUN_TEST(no_gap_is_the_identity);
+  RUN_TEST(a_recording_is_its_samples_one_by_one);
   RUN_TEST(evaluating_commits_nothing);
   RUN_TEST(the_uncertainty_is_half_the_gap_until_it_was_crossed);
   RUN_TEST(angles_without_meaning_are_refused_or_clipped);
