@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
-from lostmotion.solve import bounded_least_squares
+from lostmotion.solve import bounded_least_squares, solve_within
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -26,6 +26,19 @@ def test_linear_problems_in_a_box_are_solved_like_scipy(seed: int) -> None:
     expected = lsq_linear(a, b, bounds=(low, high))
     assert found.cost <= 2 * expected.cost * (1 + 1e-6)
     assert np.all((found.x >= low) & (found.x <= high))
+
+
+@settings(deadline=None)
+@given(st.integers(0, 10**6))
+def test_normal_equations_in_a_box_are_solved_like_scipy(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    a, b = random.normal(size=(20, 4)), 3.0 * random.normal(size=20)
+    low, high = -random.random(4), random.random(4)
+    found = solve_within(a.T @ a, a.T @ b, low, high)
+    expected = lsq_linear(a, b, bounds=(low, high), method="bvls").x
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    free = solve_within(a.T @ a, a.T @ b, low - 100, high + 100)
+    np.testing.assert_allclose(free, np.linalg.lstsq(a, b, rcond=None)[0], atol=1e-9)
 
 
 def test_a_nonlinear_problem_is_solved_like_scipy() -> None:

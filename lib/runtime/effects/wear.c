@@ -4,7 +4,8 @@
 
 enum { GAP_RAD, EXPONENT, TAKEUP_NM, VALUES };
 
-/* Teeth thin with use: a gap that grows as a power of the load cycles. */
+/* Teeth thin with use: a gap that grows as a power of the load cycles, less and less while they run
+ * in and in proportion after that (Archard). */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real worn = lm_power(at->cycles * LM_REAL(1e-6), value[EXPONENT]);
@@ -31,5 +32,5 @@ const lm_effect lm_effect_wear = {
     0,
     LM_NEEDS_TORQUE | LM_NEEDS_CYCLES,
     run,
-    {{LM_REAL(-0.05), LM_REAL(0.05)}, {LM_REAL(0.05), LM_REAL(2)}, {LM_REAL(1e-3), LM_REAL(1e4)}},
+    {{LM_REAL(-0.05), LM_REAL(0.05)}, {LM_REAL(0.2), LM_REAL(1)}, {LM_REAL(1e-3), LM_REAL(1e4)}},
     LM_EFFECT_CARD(card)};

@@ -127,6 +127,26 @@ def _step(
     return np.asarray(found.x * scale)
 
 
+def solve_within(
+    normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Solve normal equations within a box: `x` of least ``x @ normal @ x / 2 - right @ x``.
+
+    Parameters
+    ----------
+    normal : ndarray
+        Symmetric and positive definite.
+    right, low, high : ndarray
+        ``low < high``.
+    """
+    x = np.linalg.solve(normal, right)
+    if np.all((low <= x) & (x <= high)):
+        return np.asarray(x, dtype=np.float64)
+    factor = np.linalg.cholesky(normal)
+    found = lsq_linear(factor.T, np.linalg.solve(factor, right), (low, high), method="bvls")
+    return np.asarray(found.x, dtype=np.float64)
+
+
 def break_stick(sticks: FloatArray, count: int) -> FloatArray:
     """Shares that add up to at most 1, from numbers between 0 and 1.
 

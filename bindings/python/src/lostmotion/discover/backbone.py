@@ -64,6 +64,9 @@ DEVIATION_MAX = 0.5
 TOLERANCE = 1e-6
 """Relative fall of the cost below which a fit ends."""
 
+EVENLY = 12.0
+"""What may be anywhere in a range has this precision over the range's square."""
+
 RADIUS_STEP = 0.02
 """Relative step of the half widths in differences."""
 
@@ -405,12 +408,21 @@ class Base:
         return scale * (x[where] - mean) / sd, rows
 
     def precision(self, count: int) -> FloatArray:
-        """Prior precision of the columns of `fixed_columns` about where they are."""
+        """Prior precision of the columns of `fixed_columns` about where they are.
+
+        A value of an effect may be anywhere between its bounds: few runs tell an exponent badly.
+        """
         out = np.zeros(count)
         n = self.slopes.size
         out[:n] = 1.0 / np.maximum(self.prior_slopes, 0.1 * self.mean_slope) ** 2
         out[n : n + PLAYS] = 1.0
         out[n + PLAYS : n + 2 * PLAYS] = 1.0
+        at = n + 2 * PLAYS
+        for term in self.terms:
+            for i in term.free:
+                value = term.effect.values[i]
+                out[at] = EVENLY / (value.high - value.low) ** 2
+                at += 1
         return out
 
     def fit(

@@ -1,6 +1,7 @@
 """Held-out error: every run under a fit to the others, by one step from the fit to all.
 
-Only parameters that are free take the step; those at a bound stay there. Offsets are each run's
+Only parameters that are free take the step, and none leaves its bounds; those at a bound stay
+there. Offsets are each run's
 own, because the zero of an encoder is arbitrary.
 """
 
@@ -13,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.backbone import Base
+from lostmotion.solve import solve_within
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -52,6 +54,7 @@ def held_out_residual(
     norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / max(fixed.shape[0], 1))
     norm[norm == 0] = 1.0
     fixed /= norm
+    least, most = (low - x)[free] * norm, (high - x)[free] * norm
     out = base.measured - point.angle
     pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
     size = fixed.shape[1]
@@ -68,9 +71,9 @@ def held_out_residual(
     noise = float(np.mean(out**2))
     ridge = np.diag(precision / norm**2 * noise + RIDGE * out.size)
     rest = gram.sum(axis=0) - gram + ridge
-    step = np.linalg.solve(rest, (slope.sum(axis=0) - slope)[:, :, None])[:, :, 0]
+    right = slope.sum(axis=0) - slope
     for i, at in enumerate(pieces):
-        out[at] -= fixed[at] @ step[i]
+        out[at] -= fixed[at] @ solve_within(rest[i], right[i], least, most)
     return out
 
 

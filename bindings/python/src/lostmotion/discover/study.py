@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import lsq_linear
 
 from lostmotion.discover import shapes
 from lostmotion.discover.backbone import DEVIATION_MAX, DEVIATIONS, Base, Point
@@ -22,6 +21,7 @@ from lostmotion.discover.contest import Contest
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import gather
 from lostmotion.discover.noise import Noise, fit_noise
+from lostmotion.solve import solve_within
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -240,16 +240,12 @@ def bounded_step(base: Base, contest: Contest) -> tuple[FloatArray, FloatArray]:
     matrix = contest.null.matrix.sum(axis=0)
     normal = matrix[:-1, :-1] + np.diag(contest.ridge(index))
     normal[np.diag_indices_from(normal)] *= 1.0 + STEP_RIDGE
-    factor = np.linalg.cholesky(normal)
     x, low, high = base.vector()
     scale = evidence.scale[: x.size]
     widen = WIDEN_MAX * evidence.scale[x.size]
     least = np.append(np.minimum((low - x) * scale, -STEP_RIDGE), (-widen, -np.inf))
     most = np.append(np.maximum((high - x) * scale, STEP_RIDGE), (widen, np.inf))
-    found = lsq_linear(
-        factor.T, np.linalg.solve(factor, matrix[:-1, -1]), (least, most), method="bvls"
-    )
-    delta = np.asarray(found.x, dtype=np.float64)
+    delta = solve_within(normal, matrix[:-1, -1], least, most)
     return delta, contest.deviations(index, contest.null_omega, delta)
 
 
