@@ -120,6 +120,24 @@ def test_what_no_effect_explains_hangs_on_torque() -> None:
     assert found["unexplained"]["depends_on"][0]["covariate"] == "torque"
 
 
+def test_runs_that_stand_apart_are_named_by_their_campaign() -> None:
+    def oven(columns: dict[str, Any], wound: Any) -> Any:
+        hot = columns["input_angle"][0] in (0.7 * 4, 0.7 * 9, 0.7 * 13)
+        return 6.0 * hot * np.tanh(wound / 0.2)
+
+    data = campaign(seed=5, runs=18, add=oven, warm=False)
+    bodies = halves(data)
+    merged = merge_bodies(bodies, ["a", "b"])
+    found, whole = judge_body(merged, library()), diagnosis_of(data).answer()
+    assert (found["verdict"], found["effects"]) == ("unexplained", [])
+    (one,) = found["unexplained"]["depends_on"]
+    hot = [merged.about["runs"][run] for run in (4, 9, 13)]
+    assert one["shape"] == "gap, in runs {}, {} and {} alone".format(*hot)
+    (apart,) = whole["unexplained"]["depends_on"]
+    assert one["rms_arcsec"] == pytest.approx(apart["rms_arcsec"], rel=0.05)
+    assert found["next_experiment"] == whole["next_experiment"]
+
+
 def test_evidence_reads_back_as_it_was(warm: tuple[Campaign, list[Body]], tmp_path: Path) -> None:
     body = warm[1][0]
     body.save(tmp_path / "one.npz")

@@ -19,6 +19,7 @@ from lostmotion.discover.contest import Contest, Result
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
+from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
 from lostmotion.discover.selection import (
     P_LIMIT,
     SIZE_LEAST,
@@ -48,6 +49,12 @@ TWIN_DEG = 10.0
 
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked."""
+
+
+ASK_WHAT_DIFFERED = (
+    "Find out what was different in these runs (temperature, cycles, mounting), record it as a "
+    "column, and diagnose again."
+)
 
 
 @dataclass
@@ -209,10 +216,19 @@ def conclude(
             verdict = "missing-effect"
         else:
             verdict = "complete"
+    odd = find_odd_runs(final.contest)
+    odd_size = 0.0 if odd is None else size_of_odd(base, odd)
+    # Beside an effect that was found it may be what its form does not meet.
+    if verdict == "complete" and odd is not None and odd_size >= SIZE_LEAST * within:
+        verdict = "unexplained"
+        depends.append(odd.told(c.labels, odd_size))
+    else:
+        odd = None
     before = ladder[0]["rms_arcsec"] ** 2
     unnamed = sum(
         s.chosen.size**2 for s in chosen if s.chosen is not None and not s.chosen.candidate.named
     )
+    unnamed += 0.0 if odd is None else odd_size**2
     share = float(np.clip(unnamed / before, 0.0, 1.0)) if before > 0 else 0.0
     for event in events:
         depends.append(
@@ -241,7 +257,7 @@ def conclude(
         ],
         detectable(last_step.field, within),
         {"share": share, "depends_on": depends},
-        advise(verdict, names, rivals, effects, last_step.field, c.runs),
+        advise(verdict, names, rivals, effects, last_step.field, c.runs, odd),
         {
             "noise": {
                 "within_runs_arcsec": within,
@@ -261,6 +277,17 @@ def conclude(
         base,
         selection,
     )
+
+
+def size_of_odd(base: Base, odd: OddRuns) -> float:
+    """Root mean square over all samples, arc seconds, of what odd runs do."""
+    columns = base.run_columns(base.at())[:, odd.place]
+    slices = base.conditions.slices()
+    total = 0.0
+    for run, deviation in zip(odd.runs, odd.deviations, strict=True):
+        column = columns[slices[run]]
+        total += float(np.sum((column - column.mean()) ** 2)) * deviation**2
+    return float(np.sqrt(total / base.conditions.rows))
 
 
 def scatter_of(contest: Contest) -> FloatArray:
@@ -521,10 +548,13 @@ def advise(
     effects: Mapping[str, Effect],
     stage: Field,
     runs: int,
+    odd: OddRuns | None,
 ) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
         return f"{runs} runs cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
+    if odd is not None:
+        return ASK_WHAT_DIFFERED
     if verdict == "ambiguous":
         first = [effects[name].experiment for name in (*names, *rivals) if effects[name].experiment]
         pair = " and ".join((*names[:1], *rivals))

@@ -10,7 +10,7 @@ from scipy import special
 
 from lostmotion.discover.backbone import DEVIATIONS
 from lostmotion.discover.campaign_evidence import Body
-from lostmotion.discover.diagnosis import detectable, plausible
+from lostmotion.discover.diagnosis import ASK_WHAT_DIFFERED, detectable, plausible
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence_contest import (
     Rounds,
@@ -20,7 +20,8 @@ from lostmotion.discover.evidence_contest import (
     estimate,
     estimate_beside,
 )
-from lostmotion.discover.selection import tests_made
+from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
+from lostmotion.discover.selection import SIZE_LEAST, tests_made
 
 RUNS_LEAST = 6
 """With fewer runs no names are given, as in a diagnosis."""
@@ -50,6 +51,11 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     else:
         verdict, shown = "complete", []
     noise, floor = noise_of(body, rounds)
+    apart = find_odd_runs(rounds.steps[-1].field.contest) if verdict == "complete" else None
+    if apart is not None and size_of_odd(body, apart) >= SIZE_LEAST * rounds.within:
+        verdict = "unexplained"
+    else:
+        apart = None
     return {
         "schema": "lostmotion.diagnosis/1",
         "verdict": verdict,
@@ -59,8 +65,8 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "candidates": list_candidates(body, rounds, shown),
         "events": events,
         "smallest_detectable": detectable(rounds.steps[-1].field, rounds.within),
-        "unexplained": unexplained(body, rounds),
-        "next_experiment": advice(verdict, runs),
+        "unexplained": unexplained(body, rounds, apart),
+        "next_experiment": advice(verdict, runs) if apart is None else ASK_WHAT_DIFFERED,
         "noise": noise,
         "runs": runs,
         "samples": int(body.rows.sum()),
@@ -81,6 +87,13 @@ def noise_of(body: Body, rounds: Rounds) -> tuple[dict[str, Any], float]:
     floor = float(np.sqrt(rounds.within**2 + squares[:known] @ omega[:known]))
     named = zip((*DEVIATIONS, "offset_arcsec"), map(float, np.sqrt(omega)), strict=True)
     return {"within_runs_arcsec": rounds.within, "scatter": dict(named)}, floor
+
+
+def size_of_odd(body: Body, odd: OddRuns) -> float:
+    """Root mean square over all samples, arc seconds, of what odd runs do."""
+    at = body.plain.scatter[odd.place]
+    squares = centred(body.plain)[odd.runs, at, at] * body.plain.scale[at] ** 2
+    return float(np.sqrt(squares @ np.square(odd.deviations) / body.rows.sum()))
 
 
 def list_candidates(body: Body, rounds: Rounds, shown: list[str]) -> list[dict[str, Any]]:
@@ -118,8 +131,8 @@ def list_candidates(body: Body, rounds: Rounds, shown: list[str]) -> list[dict[s
     return sorted(found.values(), key=lambda c: (c["name"] not in shown, -c["evidence"], c["name"]))
 
 
-def unexplained(body: Body, rounds: Rounds) -> dict[str, Any]:
-    """What no effect explains: shapes with what they depend on, and sudden steps."""
+def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, Any]:
+    """What no effect explains: shapes with what they depend on, sudden steps, odd runs."""
     shapes = [
         (one, step)
         for one, step in zip(rounds.chosen, rounds.steps, strict=False)
@@ -144,7 +157,12 @@ def unexplained(body: Body, rounds: Rounds) -> dict[str, Any]:
         }
         for event in body.about["events"]
     ]
-    share = sum(one.size**2 for one, _ in shapes) / before
+    squares = sum(one.size**2 for one, _ in shapes)
+    if odd is not None:
+        size = size_of_odd(body, odd)
+        depends.append(odd.told(body.about["runs"], size))
+        squares += size**2
+    share = squares / before
     return {"share": float(min(1.0, share)), "depends_on": depends}
 
 

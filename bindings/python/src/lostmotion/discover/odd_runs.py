@@ -1,0 +1,135 @@
+"""Runs that stand apart: their stiffness, friction or gap is none that scatter makes.
+
+A cause that no column records (an oven that nobody noted) acts between runs, and shows as scatter
+that a few runs have and the others do not. One number for each run and part, its deviation over the
+spread of deviations like it, is held against the others by the generalised extreme Studentised
+deviate test (Rosner 1983), which finds several that would hide each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from lostmotion.discover.backbone import DEVIATIONS
+from lostmotion.discover.contest import Contest
+
+FloatArray = npt.NDArray[np.float64]
+
+LEVEL = 0.005
+"""Chance that a campaign of nothing but scatter has runs that are said to stand apart."""
+
+RUNS_LEAST = 15
+"""With fewer runs the test does not keep its level (Rosner)."""
+
+SHARE_MOST = 0.2
+"""More than this share of the runs does not stand apart from the others."""
+
+TOLD_LEAST = 0.1
+"""Least share of a part's variance that a run's recordings must tell: a run that never reverses
+says nothing of friction."""
+
+
+@dataclass
+class OddRuns:
+    """Runs that stand apart in one part of the base.
+
+    Attributes
+    ----------
+    part : str
+    runs : list of int
+    deviations : list of float
+        Of these runs: stiffness and friction relative, gap in arc seconds.
+    p : float
+        Of the test, over all parts.
+    """
+
+    part: str
+    runs: list[int]
+    deviations: list[float]
+    p: float
+
+    @property
+    def place(self) -> int:
+        """Place of the part among those that scatter."""
+        return DEVIATIONS.index(self.part)
+
+    def told(self, labels: Sequence[int | str], rms_arcsec: float) -> dict[str, Any]:
+        """Say it in the words of an answer."""
+        names = [str(labels[run]) for run in self.runs]
+        one = "run" if len(names) == 1 else "runs"
+        some = " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0]
+        return {
+            "covariate": "run",
+            "shape": f"{self.part}, in {one} {some} alone",
+            "p": self.p,
+            "rms_arcsec": rms_arcsec,
+        }
+
+
+def find_odd_runs(contest: Contest) -> OddRuns | None:
+    """Find the runs that stand apart most, where any do."""
+    e = contest.evidence
+    index, omega = e.index(), contest.null_omega
+    delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
+    own = contest.deviations(index, omega, delta)
+    share = told(contest)
+    best: OddRuns | None = None
+    for place, part in enumerate(DEVIATIONS):
+        there = np.flatnonzero(share[:, place] >= TOLD_LEAST)
+        # What is predicted from little shrinks to nothing: it spreads less than what it predicts.
+        spread = np.sqrt(omega[place] * share[there, place])
+        odd, p = apart(own[there, place] / spread, LEVEL / len(DEVIATIONS))
+        p = min(1.0, p * len(DEVIATIONS))
+        if odd and (best is None or p < best.p):
+            runs = np.sort(there[odd])
+            values = own[runs, place] / e.scale[e.scatter[place]]
+            best = OddRuns(part, runs.tolist(), values.tolist(), p)
+    return best
+
+
+def told(contest: Contest) -> FloatArray:
+    """Share of each deviation's variance that the recordings of its run tell."""
+    e = contest.evidence
+    gram = e.gram[:, e.scatter[:, None], e.scatter]
+    kept = np.linalg.inv(np.eye(e.scatter.size) + gram * contest.null_omega)
+    return np.asarray(1.0 - np.einsum("rii->ri", kept))
+
+
+def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
+    """Places of the values that stand apart, and the least p of the test.
+
+    Parameters
+    ----------
+    values : ndarray
+        Independent and normal, but for the few.
+    level : float
+        Chance of any where there are none.
+    """
+    if values.size < RUNS_LEAST:
+        return [], 1.0
+    left = np.arange(values.size)
+    taken: list[int] = []
+    many, least = 0, 1.0
+    for _ in range(int(SHARE_MOST * values.size)):
+        rest = values[left]
+        off = np.abs(rest - rest.mean())
+        worst = int(np.argmax(off))
+        n = rest.size
+        spread = float(rest.std(ddof=1))
+        if spread == 0.0:
+            break
+        ratio = float(off[worst]) / spread
+        room = (n - 1) ** 2 - n * ratio**2
+        t = ratio * np.sqrt(n * (n - 2) / room) if room > 0 else np.inf
+        p = min(1.0, 2.0 * n * float(stats.t.sf(t, n - 2)))
+        taken.append(int(left[worst]))
+        left = np.delete(left, worst)
+        if p <= level:
+            many, least = len(taken), min(least, p)
+    return taken[:many], least
