@@ -188,6 +188,12 @@ def test_few_runs_give_no_names():
     assert "runs" in found["next_experiment"]
 
 
+def test_runs_of_a_few_samples_get_an_answer():
+    found = answer_of(campaign(seed=3, runs=8, rows=20))
+    assert found["verdict"] in ("complete", "unexplained")
+    assert found["samples"] == 160
+
+
 def test_missing_columns_close_their_effects():
     data = campaign(seed=2)
     for run in data.runs:
@@ -265,6 +271,16 @@ def test_an_effect_of_ones_own_that_fails_is_bad_input(function, found):
     own = effect(values=[], needs=["torque_Nm"], name="cable_pull")(function)
     with pytest.raises(InputError, match=f"effect cable_pull: found {found}"):
         own.function(np.zeros(0), {"torque_Nm": np.zeros(3)}, np.zeros(1))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "found"),
+    [(1.0, 1.0, "1 to 1"), (2.0, -2.0, "2 to -2"), (np.nan, 1.0, "nan to 1")],
+)
+def test_an_effect_that_no_fit_can_move_is_refused(low, high, found):
+    size = Value("size_rad", role="linear", typical=1.0, low=low, high=high)
+    with pytest.raises(InputError, match=f"pull: size_rad: found {found}, expected low below high"):
+        effect(values=[size], needs=["torque_Nm"], name="pull")(lambda p, at: at.torque_Nm)
 
 
 def test_an_effect_in_python_is_found_like_one_of_the_library():

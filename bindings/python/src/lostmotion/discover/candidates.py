@@ -170,7 +170,8 @@ def resolved(effect: Effect, base: Base) -> Effect:
     for i, value in enumerate(effect.values):
         if value.name in RESOLVED:
             starts = grid(effect, i, base)
-            value = replace(value, low=min(starts), high=max(starts))
+            if min(starts) < max(starts):  # runs of a few samples resolve one time and no range
+                value = replace(value, low=min(starts), high=max(starts))
         values.append(value)
     return replace(effect, values=tuple(values))
 

@@ -112,6 +112,17 @@ class Effect:
     formula: str = ""
     symbol: str = ""
 
+    def __post_init__(self) -> None:
+        """Refuse bounds between which no fit can move."""
+        for value in self.values:
+            if not value.low < value.high:
+                raise InputError(
+                    f"effect {self.name}",
+                    value.name,
+                    f"{value.low:g} to {value.high:g}",
+                    "low below high",
+                )
+
     def at_bound(self, values: FloatArray) -> list[str]:
         """Names of the values that stand at the least or the most that they may be."""
         return [
