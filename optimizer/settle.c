@@ -121,7 +121,8 @@ void lm_settle(lm_solver *s, const lm_task *task) {
     }
     fix_range(s, k);
     memcpy(other, s->answer->unit, sizeof other);
-    memset(&kept, 0, sizeof kept);
+    kept = *s->answer;
+    kept.computed = 0;
     for (side = 0; side < 2; side++) {
       const double whole = side == 0 ? floor(grade + 1e-9) : ceil(grade - 1e-9);
       lm_answer before = *s->answer;
@@ -145,7 +146,6 @@ void lm_settle(lm_solver *s, const lm_task *task) {
       before.feasible = s->answer->feasible;
       *s->answer = before;
     }
-    kept.id = s->answer->id;
     kept.plain = s->answer->plain;
     kept.slopes = s->answer->slopes;
     kept.refused = s->answer->refused;

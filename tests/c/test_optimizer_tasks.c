@@ -73,6 +73,7 @@ static void check_answer(void) {
   int i;
   int j;
   TEST_ASSERT_EQUAL_INT(task.id, answer->id);
+  TEST_ASSERT_EQUAL_INT(task.combination, answer->combination);
   TEST_ASSERT_TRUE(answer->refused + answer->feasible <= answer->plain + answer->slopes);
   TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes * lm_slope_charge(&problem),
                         lm_charge_of(&problem, answer));
@@ -331,6 +332,24 @@ static void test_every_kind_lives_with_nan(void) {
   }
 }
 
+/* Of a grade whose neighbours are both refused nothing is left, but the answer is still that of its
+ * task: a search awaits it. */
+static void test_a_settling_without_any_whole_grade_answers_its_task(void) {
+  int lost = 0;
+  int start;
+  read_with("choose generator.type discs rollers\n", two_objectives, two_grades);
+  problem.damaged_share = 0.6;
+  for (start = 0; start < 20; start++) {
+    make_task(LM_TASK_SETTLE, 2400);
+    task.combination = 1;
+    task.unit[0] = 0.4 + 0.01 * start;
+    run();
+    check_answer();
+    lost += !answer->computed && answer->refused < answer->plain + answer->slopes;
+  }
+  TEST_ASSERT_GREATER_THAN_INT(2, lost);
+}
+
 static void test_every_kind_stops(void) {
   const volatile int stop = 1;
   int kind;
@@ -432,6 +451,7 @@ int main(void) {
   RUN_TEST(test_what_cannot_be_kept_is_not_settled);
   RUN_TEST(test_gaps_of_the_worst_corner_settle_on_the_scan);
   RUN_TEST(test_every_kind_lives_with_nan);
+  RUN_TEST(test_a_settling_without_any_whole_grade_answers_its_task);
   RUN_TEST(test_every_kind_stops);
   RUN_TEST(test_nothing_is_refused);
   RUN_TEST(test_what_must_give_is_found_from_any_start);
