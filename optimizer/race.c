@@ -1,16 +1,24 @@
 #include "race.h"
 
+#include "spread.h"
+
 #define SCREEN_POINTS 4 /* of a combination */
 #define POINT_CHARGE 2  /* of a screened point: itself, and with its gap closed */
 #define RUNG_SLOPES 12  /* evaluations with derivatives of the first rung */
 
 /* Shares of the budget. */
 #define SCREEN_SHARE 0.15
-#define EVOLVE_SHARE 0.7 /* up to here */
+#define EVOLVE_SHARE 0.7 /* up to here, for one objective */
+/* Of several objectives every member of a population is a design of the front: an evaluation of it
+ * brings several times what one of a local solver brings. */
+#define EVOLVE_FRONT_SHARE 0.9
+/* The ends of the front are sought as soon as the population has found its regions, and early
+ * enough for it to breed from them. */
+#define ENDS_SHARE 0.3
 #define RACE_SHARE 0.03
 
 #define EPOCH_BUDGET 4000     /* evaluations of a population before the next one starts anew */
-#define ISLAND_BUDGET 200     /* evaluations of one island between two exchanges */
+#define ISLAND_BUDGET 100     /* evaluations of one island between two exchanges: a generation */
 #define FEW_EVALUATIONS 10000 /* below, two islands */
 
 void lm_start_screen(lm_search *search) {
@@ -93,16 +101,43 @@ static void start_epoch(lm_search *search, double share) {
   add_spread(search);
 }
 
-/* The last population is too small for a wide front: half of its places go to designs drawn along
- * all that is kept, where that is more than it holds. */
+/* Whether a kept design is the best of its combination in any objective. */
+static int is_end(const lm_search *search, int place) {
+  const lm_found *found = &search->archive[place];
+  int j;
+  for (j = 0; j < search->problem.objective_count; j++) {
+    int beaten = 0;
+    int i;
+    for (i = 0; i < search->archive_count && !beaten; i++) {
+      const lm_found *other = &search->archive[i];
+      beaten =
+          other->combination == found->combination && other->objective[j] < found->objective[j];
+    }
+    if (!beaten) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
+/* The last population is too small for a wide front: half of its places go to the ends of each
+ * combination's part, which are the hardest to reach, and to designs drawn along all that is kept,
+ * where that is more than it holds. */
 static void recall_front(lm_search *search, int places) {
+  const int first = places / 2;
+  int last = places;
   int n;
   if (search->epoch_end < search->problem.evaluations || search->archive_count < places) {
     return;
   }
-  for (n = places / 2; n < places; n++) {
+  for (n = 0; n < search->archive_count && last > first; n++) {
+    if (is_end(search, n)) {
+      search->population[--last] = search->archive[n];
+    }
+  }
+  for (n = first; n < last; n++) {
     const double share =
-        (n - places / 2 + lm_draw_number(search, search->next_id, 300 + n)) / (places - places / 2);
+        (n - first + lm_draw_number(search, search->next_id, 300 + n)) / (last - first);
     search->population[n] = search->archive[(int)(share * (search->archive_count - 1) + 0.5)];
   }
   search->population_count = places;
@@ -112,7 +147,9 @@ static void recall_front(lm_search *search, int places) {
 void lm_plan_evolve(lm_search *search) {
   const int islands =
       search->problem.evaluations < FEW_EVALUATIONS ? LM_ISLANDS_MAX / 2 : LM_ISLANDS_MAX;
-  const double share = EVOLVE_SHARE * search->problem.evaluations;
+  const int objectives = search->problem.objective_count;
+  const double share =
+      (objectives > 1 ? EVOLVE_FRONT_SHARE : EVOLVE_SHARE) * search->problem.evaluations;
   int i;
   int k;
   if (search->used + islands * ISLAND_BUDGET / 2 > share) {
@@ -128,6 +165,11 @@ void lm_plan_evolve(lm_search *search) {
     for (k = i; k < search->population_count; k += islands) {
       task->parent[task->parent_count++] = search->population[k];
     }
+  }
+  if (objectives > 1 && !search->ends_sought && search->archive_count > 0 &&
+      search->used >= ENDS_SHARE * search->problem.evaluations) {
+    search->ends_sought = 1;
+    lm_add_ends(search);
   }
 }
 

@@ -10,7 +10,8 @@
  * from a journal end in the same bytes.
  *
  * Stages: bounds prune combinations without any evaluation; a screen looks at a few points of each;
- * populations over all combinations find the regions worth a visit; a race halves them while it
+ * populations over all combinations find the regions worth a visit, and with more than one
+ * objective breed from the ends of the front that a local solver finds; a race halves them while it
  * doubles their budget; the last ones are polished; then the budget goes into the trade-off (two
  * objectives: levels of the second one; more: directions) or, for one objective, into restarts; in
  * the end the designs of the front are settled (whole grades, no violation between the angles of

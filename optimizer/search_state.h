@@ -37,11 +37,12 @@ struct lm_search {
   int round;
   int quiet;
   double round_best;
-  int aims;      /* of the trade-off, made so far */
-  int epoch_end; /* of the present population, in evaluations */
-  int cursor;    /* of the screen */
-  int *order;    /* of the screen, then ranking of the race */
-  int runners;   /* combinations in the race */
+  int aims;        /* of the trade-off, made so far */
+  int ends_sought; /* of the front, for the population */
+  int epoch_end;   /* of the present population, in evaluations */
+  int cursor;      /* of the screen */
+  int *order;      /* of the screen, then ranking of the race */
+  int runners;     /* combinations in the race */
   int next_id;
   int used;
   int plain;

@@ -195,6 +195,22 @@ static void make_aim(lm_search *search, int level, int levels, lm_aim *aim) {
   search->aims++;
 }
 
+void lm_add_ends(lm_search *search) {
+  int j;
+  for (j = 0; j < search->problem.objective_count; j++) {
+    const lm_found *start;
+    lm_task *task;
+    lm_aim aim;
+    lm_lead_aim(&aim);
+    aim.weight[0] = 0;
+    aim.weight[j] = 1;
+    start = best_of_archive(search, &aim);
+    task = lm_add_task(search, LM_TASK_SLSQP, start->combination,
+                       LEVEL_SLOPES * lm_slope_charge(&search->problem), start->unit);
+    task->aim = aim;
+  }
+}
+
 /* The steps of the front with the largest area at stake, where both ends are designs of one
  * combination. */
 static void plan_bridges(lm_search *search) {

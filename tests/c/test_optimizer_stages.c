@@ -30,6 +30,8 @@ static lm_answer *answer;
 static int kinds[LM_TASK_SETTLE + 1];
 static int batches;
 static int largest_batch;
+static int ends;      /* tasks of a local solver beside those of a population */
+static int ends_from; /* evaluations before the first of them */
 
 void setUp(void) {
   search = NULL;
@@ -155,6 +157,24 @@ static void check_front(void) {
   }
 }
 
+static int used(void) {
+  lm_progress progress;
+  lm_read_progress(search, &progress);
+  return progress.evaluations;
+}
+
+/* Each end of the front is one objective alone, in the order of the objectives. */
+static void count_end(const lm_task *task) {
+  const int wanted = ends++ % problem.objective_count;
+  int j;
+  ends_from = ends == 1 ? used() : ends_from;
+  TEST_ASSERT_EQUAL_INT(LM_TASK_SLSQP, task->kind);
+  for (j = 0; j < problem.objective_count; j++) {
+    TEST_ASSERT_TRUE(task->aim.weight[j] == (j == wanted));
+    TEST_ASSERT_TRUE(task->aim.most[j] == HUGE_VAL);
+  }
+}
+
 /* Runs the search to its end in a world. */
 static void run_in(const world *w, const char *spec) {
   lm_spec_error error = {0, ""};
@@ -167,6 +187,7 @@ static void run_in(const world *w, const char *spec) {
   memset(kinds, 0, sizeof kinds);
   batches = 0;
   largest_batch = 0;
+  ends = 0;
   while ((count = lm_next_tasks(search, &tasks)) > 0) {
     lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
     int i;
@@ -177,6 +198,9 @@ static void run_in(const world *w, const char *spec) {
     for (i = 0; i < count; i++) {
       TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
       check_task(&batch[i]);
+      if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
+        count_end(&batch[i]);
+      }
       make_up(w, &batch[i]);
       TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
     }
@@ -190,12 +214,6 @@ static int stage(void) {
   lm_progress progress;
   lm_read_progress(search, &progress);
   return progress.stage;
-}
-
-static int used(void) {
-  lm_progress progress;
-  lm_read_progress(search, &progress);
-  return progress.evaluations;
 }
 
 /* A spec with so many objectives, evaluations and modules to choose from. */
@@ -260,6 +278,24 @@ static void test_a_budget_goes_where_the_stages_say(void) {
   run_in(&plain, spec_of(3, 20000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_BRIDGE]);
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
+}
+
+/* The population breeds from the ends of the front, once they are worth looking for. */
+static void test_the_ends_of_the_front_are_sought_once(void) {
+  world infeasible = plain;
+  int objectives;
+  for (objectives = 2; objectives <= 4; objectives++) {
+    run_in(&plain, spec_of(objectives, 5000, 7, 1));
+    TEST_ASSERT_EQUAL_INT(objectives, ends);
+    TEST_ASSERT_TRUE(ends_from >= 1500 && ends_from < 2000);
+    run_in(&plain, spec_of(objectives, 40000, 7, 1));
+    TEST_ASSERT_EQUAL_INT(objectives, ends);
+  }
+  run_in(&plain, spec_of(1, 5000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(0, ends);
+  infeasible.feasible = 0; /* there is no front */
+  run_in(&infeasible, spec_of(2, 5000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(0, ends);
 }
 
 static void test_a_model_that_refuses_everything_ends_the_search(void) {
@@ -413,6 +449,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_search_ends_with_its_budget_spent);
   RUN_TEST(test_a_budget_goes_where_the_stages_say);
+  RUN_TEST(test_the_ends_of_the_front_are_sought_once);
   RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
   RUN_TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told);
   RUN_TEST(test_restarts_that_find_nothing_better_end_early);
