@@ -38,7 +38,8 @@ void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
   write_number(file, "tooth_height", t->tooth_height);
   write_number(file, "engagement_depth", t->engagement_depth);
   write_number(file, "face_width_mm", t->face_width_mm);
-  fprintf(file, "\n[design.generator]\ntype = \"%s\"\n", lm_generator_name(drive->generator.type));
+  fprintf(file, "\n[design.generator]\ntype = \"%s\"\n",
+          lm_generator_name((int)drive->generator.type));
   write_number(file, "deflection_mm", drive->generator.deflection_mm);
   write_number(file, "contact_half_angle_rad", drive->generator.contact_half_angle_rad);
   write_number(file, "cam_offset_mm", drive->generator.cam_offset_mm);

@@ -510,7 +510,7 @@ static lm_status check_result(const lm_problem *problem, const lm_layout *layout
                               const double unit[], double result[], lm_fault *fault) {
   int i;
   if (is_damaged(problem, combination, unit)) {
-    result[0] = NAN;
+    result[0] = (double)NAN;
   }
   for (i = 0; i < layout->count; i++) {
     if (!isfinite(result[i])) {

@@ -236,7 +236,7 @@ static lm_status read_limit(const statement *s, lm_problem *p, int line, lm_spec
     default:
       /* A stiffness in N m/rad is a largest compliance in arcmin per N m. */
       b->figure_max[limit - LM_LIMIT_FIGURE] =
-          limit == LM_LIMIT_FIGURE + LM_FIGURE_COMPLIANCE && value > 0
+          limit == (int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COMPLIANCE && value > 0
               ? 10800.0 / 3.14159265358979323846 / value
               : value;
       break;

@@ -176,7 +176,7 @@ int __wrap_lm_dual_evaluate(const lm_problem *p, const lm_scan *s, const lm_layo
                             void *w, const char **input) {
   const int status = __real_lm_dual_evaluate(p, s, l, combination, unit, result, slope, w, input);
   if (no_slope) {
-    slope[1] = NAN;
+    slope[1] = (double)NAN;
   }
   return status;
 }

@@ -357,8 +357,8 @@ static void test_a_constant_objective_has_no_residual(void) {
   /* a limit that it just keeps binds, and nothing relieves it */
   problem.bounds.figure_max[LM_FIGURE_COST] = certificate->figure[LM_FIGURE_COST] * (1 + 1e-6);
   TEST_ASSERT_EQUAL_INT(LM_OK, certify());
-  TEST_ASSERT_EQUAL_INT(1, certificate->limit[LM_LIMIT_FIGURE + LM_FIGURE_COST].binds);
-  ASSERT_NEAR(0, 0, certificate->limit[LM_LIMIT_FIGURE + LM_FIGURE_COST].multiplier);
+  TEST_ASSERT_EQUAL_INT(1, certificate->limit[(int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COST].binds);
+  ASSERT_NEAR(0, 0, certificate->limit[(int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COST].multiplier);
 }
 
 static void test_nothing_and_no_drive_are_refused(void) {

@@ -30,8 +30,11 @@ static lm_answer *answer;
 static int kinds[LM_TASK_SETTLE + 1];
 static int batches;
 static int largest_batch;
-static int ends;      /* tasks of a local solver beside those of a population */
-static int ends_from; /* evaluations before the first of them */
+static int dealt;              /* parents of the last population, both islands */
+static int dealt_combinations; /* and their combinations */
+static int most_levels;        /* different bounds of the second objective in one batch */
+static int ends;               /* tasks of a local solver beside those of a population */
+static int ends_from;          /* evaluations before the first of them */
 
 void setUp(void) {
   search = NULL;
@@ -175,6 +178,34 @@ static void count_end(const lm_task *task) {
   }
 }
 
+static void count_levels(const lm_task batch[], int count) {
+  int levels = 0;
+  int i;
+  for (i = 0; i < count; i++) {
+    int k = 0;
+    while (k < i && batch[k].aim.most[1] != batch[i].aim.most[1]) {
+      k++;
+    }
+    levels += k == i && isfinite(batch[i].aim.most[1]);
+  }
+  most_levels = levels > most_levels ? levels : most_levels;
+}
+
+static void count_dealt(const lm_task batch[], int count) {
+  static unsigned char seen[LM_COMBINATION_MAX];
+  int i;
+  int k;
+  memset(seen, 0, sizeof seen);
+  dealt = 0;
+  dealt_combinations = 0;
+  for (i = 0; i < count; i++) {
+    for (k = 0; k < batch[i].parent_count; k++) {
+      dealt++;
+      dealt_combinations += !seen[batch[i].parent[k].combination]++;
+    }
+  }
+}
+
 /* Runs the search to its end in a world. */
 static void run_in(const world *w, const char *spec) {
   lm_spec_error error = {0, ""};
@@ -187,6 +218,7 @@ static void run_in(const world *w, const char *spec) {
   memset(kinds, 0, sizeof kinds);
   batches = 0;
   largest_batch = 0;
+  most_levels = 0;
   ends = 0;
   while ((count = lm_next_tasks(search, &tasks)) > 0) {
     lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
@@ -195,6 +227,10 @@ static void run_in(const world *w, const char *spec) {
     batches++;
     largest_batch = count > largest_batch ? count : largest_batch;
     TEST_ASSERT_LESS_THAN_INT(20000, batches);
+    count_levels(batch, count);
+    if (batch[0].kind == LM_TASK_EVOLVE) {
+      count_dealt(batch, count);
+    }
     for (i = 0; i < count; i++) {
       TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
       check_task(&batch[i]);
@@ -296,6 +332,23 @@ static void test_the_ends_of_the_front_are_sought_once(void) {
   infeasible.feasible = 0; /* there is no front */
   run_in(&infeasible, spec_of(2, 5000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, ends);
+}
+
+/* A combination each, so that the ends are more than the population has places for. */
+static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
+  run_in(&plain, spec_of(4, 9000, 1200, 1));
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+  TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
+  TEST_ASSERT_GREATER_THAN_INT(LM_PARENT_MAX, dealt_combinations);
+}
+
+/* Of a large budget the trade-off gets so much that a round has many levels, no two of them in one
+ * gap of the front. */
+static void test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries(void) {
+  run_in(&plain, spec_of(2, 5000, 7, 1));
+  TEST_ASSERT_LESS_OR_EQUAL_INT(2, most_levels);
+  run_in(&plain, spec_of(2, 100000, 7, 1));
+  TEST_ASSERT_GREATER_THAN_INT(3, most_levels);
 }
 
 static void test_a_model_that_refuses_everything_ends_the_search(void) {
@@ -450,6 +503,8 @@ int main(void) {
   RUN_TEST(test_every_search_ends_with_its_budget_spent);
   RUN_TEST(test_a_budget_goes_where_the_stages_say);
   RUN_TEST(test_the_ends_of_the_front_are_sought_once);
+  RUN_TEST(test_a_front_of_many_combinations_is_recalled_in_part);
+  RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);
   RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
   RUN_TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told);
   RUN_TEST(test_restarts_that_find_nothing_better_end_early);

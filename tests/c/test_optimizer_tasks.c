@@ -397,7 +397,7 @@ static void test_what_must_give_is_found_from_any_start(void) {
     giving += relax[limit] > LM_RESERVE;
   }
   TEST_ASSERT_GREATER_THAN_INT(0, giving);
-  TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE + LM_FIGURE_TOLERANCE_LOST_MOTION] > 0.1);
+  TEST_ASSERT_TRUE(relax[(int)LM_LIMIT_FIGURE + (int)LM_FIGURE_TOLERANCE_LOST_MOTION] > 0.1);
   /* part of the way is refused, as evaluations fail */
   problem.damaged_share = 0.4;
   for (limit = 0; limit < 20; limit++) {
