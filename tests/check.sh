@@ -100,7 +100,8 @@ sanitize() {
 coverage() {
   build_and_test build-coverage -DCMAKE_C_COMPILER="$gcc" -DCMAKE_BUILD_TYPE=Debug \
     -DLM_COVERAGE=ON -DLM_INSTALL=OFF &&
-    "$gcovr" --root "$root" --filter lib/ --merge-mode-functions separate --json build-coverage/coverage.json \
+    "$gcovr" --root "$root" --filter lib/ --merge-mode-functions separate \
+      --json build-coverage/coverage.json \
       --exclude-directories '.*/lostmotion_(complex|dual)\.dir.*' build-coverage &&
     "$gcovr" --root "$root" --add-tracefile build-coverage/coverage.json --txt &&
     "$gcovr" --root "$root" --add-tracefile build-coverage/coverage.json --txt \

@@ -10,7 +10,14 @@ from test_discover import RATED_NM, RATIO, campaign
 from lostmotion.discover import diagnose
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.evidence import gather
-from lostmotion.discover.odd_runs import LEVEL, RUNS_LEAST, OddRuns, apart, find_odd_runs, told
+from lostmotion.discover.odd_runs import (
+    LEVEL,
+    RUNS_LEAST,
+    OddRuns,
+    apart,
+    find_odd_runs,
+    share_told,
+)
 
 RUNS, ROWS = 24, 60
 
@@ -64,7 +71,7 @@ def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
     assert found.deviations == pytest.approx([3.0, 3.0], abs=1.2)
     assert found.p < LEVEL
     # Runs that never reverse tell nothing of friction.
-    share = told(contest_of(1))
+    share = share_told(contest_of(1))
     assert np.all(share[::3, 1] < 1e-6)
     assert np.all(share[1::3, 1] > 0.5)
 

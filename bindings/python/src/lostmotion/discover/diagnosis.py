@@ -50,7 +50,6 @@ TWIN_DEG = 10.0
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked."""
 
-
 ASK_WHAT_DIFFERED = (
     "Find out what was different in these runs (temperature, cycles, mounting), record it as a "
     "column, and diagnose again."
@@ -216,19 +215,19 @@ def conclude(
             verdict = "missing-effect"
         else:
             verdict = "complete"
-    odd = find_odd_runs(final.contest)
-    odd_size = 0.0 if odd is None else size_of_odd(base, odd)
     # Beside an effect that was found it may be what its form does not meet.
-    if verdict == "complete" and odd is not None and odd_size >= SIZE_LEAST * within:
+    odd = find_odd_runs(final.contest) if verdict == "complete" else None
+    odd_size = 0.0 if odd is None else size_of_odd(base, odd)
+    if odd is not None and odd_size >= SIZE_LEAST * within:
         verdict = "unexplained"
         depends.append(odd.told(c.labels, odd_size))
     else:
-        odd = None
+        odd, odd_size = None, 0.0
     before = ladder[0]["rms_arcsec"] ** 2
     unnamed = sum(
         s.chosen.size**2 for s in chosen if s.chosen is not None and not s.chosen.candidate.named
     )
-    unnamed += 0.0 if odd is None else odd_size**2
+    unnamed += odd_size**2
     share = float(np.clip(unnamed / before, 0.0, 1.0)) if before > 0 else 0.0
     for event in events:
         depends.append(

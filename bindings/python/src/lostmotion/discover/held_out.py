@@ -1,8 +1,7 @@
 """Held-out error: every run under a fit to the others, by one step from the fit to all.
 
 Only parameters that are free take the step, and none leaves its bounds; those at a bound stay
-there. Offsets are each run's
-own, because the zero of an encoder is arbitrary.
+there. Offsets are each run's own, because the zero of an encoder is arbitrary.
 """
 
 from __future__ import annotations

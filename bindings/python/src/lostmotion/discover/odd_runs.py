@@ -78,7 +78,7 @@ def find_odd_runs(contest: Contest) -> OddRuns | None:
     index, omega = e.index(), contest.null_omega
     delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
     own = contest.deviations(index, omega, delta)
-    share = told(contest)
+    share = share_told(contest)
     best: OddRuns | None = None
     for place, part in enumerate(DEVIATIONS):
         there = np.flatnonzero(share[:, place] >= TOLD_LEAST)
@@ -93,7 +93,7 @@ def find_odd_runs(contest: Contest) -> OddRuns | None:
     return best
 
 
-def told(contest: Contest) -> FloatArray:
+def share_told(contest: Contest) -> FloatArray:
     """Share of each deviation's variance that the recordings of its run tell."""
     e = contest.evidence
     gram = e.gram[:, e.scatter[:, None], e.scatter]
