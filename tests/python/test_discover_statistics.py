@@ -96,6 +96,18 @@ def test_reml_slope_is_the_derivative_of_its_objective():
             assert nearby >= best - 1e-6
 
 
+@pytest.mark.parametrize("start", [1e-12, 1e-9, 1e-6, 1e-2, 1.0, 1e4])
+@pytest.mark.parametrize("scatter", [0.0, 0.02, 0.5, 20.0])
+def test_reml_comes_to_the_same_end_from_anywhere(start, scatter):
+    # Over the logarithm the objective is flat where a variance is next to nothing.
+    for seed in range(2):
+        evidence = data(seed, scatter=scatter)
+        contest = Contest(evidence)
+        for uneven in ((1.0, 1.0), (1.0, 1e-9), (1e-9, 1.0)):
+            _, reached = contest.reml(evidence.index(), start * np.array(uneven))
+            assert reached == pytest.approx(contest.null_objective, abs=0.1)
+
+
 def objective_at(contest: Contest, index, omega):
     """REML objective by its definition, with dense matrices."""
     e = contest.evidence

@@ -23,6 +23,15 @@ IntArray = npt.NDArray[np.intp]
 LOG_OMEGA = (-30.0, 25.0)
 """Bounds of the logarithm of a variance of a scaled column."""
 
+SLOPE_LEAST = 1e-2
+"""Slope of the objective over the logarithm of a variance at which REML stops, nats."""
+
+STUCK = 0.05
+"""Nats that a variance could still gain by its score, from which on REML is stuck ..."""
+
+LIFTED = 1.0
+"""... and the variance from which it goes on."""
+
 RANK = 1e-7
 """Directions of a block with less than this of its largest projected square are left out."""
 
@@ -192,15 +201,29 @@ class Contest:
             slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
             return float(value), slope * omega
 
-        found = minimize(
-            objective,
-            np.clip(np.log(np.maximum(start, 1e-12)), *LOG_OMEGA),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=[LOG_OMEGA] * b.size,
-            options={"maxiter": 40, "ftol": 1e-9, "gtol": 1e-2},
-        )
-        return np.exp(np.asarray(found.x, dtype=np.float64)), float(found.fun)
+        def descend(start: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+            found = minimize(
+                objective,
+                np.clip(np.log(np.maximum(start, 1e-12)), *LOG_OMEGA),
+                jac=True,
+                method="L-BFGS-B",
+                bounds=[LOG_OMEGA] * b.size,
+                options={"maxiter": 40, "ftol": 1e-9, "gtol": SLOPE_LEAST},
+            )
+            return np.exp(found.x), float(found.fun), np.asarray(found.jac)
+
+        omega, value, slope = descend(start)
+        # Close to nothing the logarithm hides the slope: a step too far stays there. The score says
+        # what is to be gained (Rao's test), and from above the way down is even.
+        score = -slope / omega
+        own = np.linalg.solve(eye + sbb * omega, sbb)
+        information = 0.5 * (np.einsum("rkk->rk", own) ** 2).sum(axis=0)
+        idle = (score > 0) & (score**2 > 2.0 * STUCK * information)
+        if idle.any():
+            again, lower, _ = descend(np.where(idle, np.maximum(omega, LIFTED), omega))
+            if lower < value:
+                omega, value = again, lower
+        return np.asarray(omega, dtype=np.float64), value
 
     def deviations(self, index: IntArray, omega: FloatArray, delta: FloatArray) -> FloatArray:
         """Predicted deviations of every run (BLUP), in scaled units."""
