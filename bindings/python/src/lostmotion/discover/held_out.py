@@ -1,7 +1,9 @@
-"""Held-out error: every run under a fit to the others, by one step from the fit to all.
+"""Held-out error: every run under a fit to the others.
 
-Only parameters that are free take the step, and none leaves its bounds; those at a bound stay
-there. Offsets are each run's own, because the zero of an encoder is arbitrary.
+One step from the fit to all comes close to it. Only parameters that are free take the step, and
+none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly worse
+than the fit to all, it may have gone too far, and the others are fitted in truth. Offsets are each
+run's own, because the zero of an encoder is arbitrary.
 """
 
 from __future__ import annotations
@@ -24,6 +26,13 @@ CLEARLY_BETTER = 0.7
 """Friction outside the elasticity as well must bring the held-out error below this share of what it
 is with friction inside alone: less may be an effect that is missing (load-dependent friction takes
 away a quarter on campaigns of the rig), which `diagnose` tells apart."""
+
+DOUBTFUL = 1.1
+"""Error of a run after the step, over that under the fit to all, from which the others are fitted
+in truth."""
+
+REFIT_STEPS = 12
+"""Evaluations of such a fit."""
 
 RIDGE = 1e-9
 """Relative ridge: what the other runs do not see stays where it is."""
@@ -72,8 +81,21 @@ def held_out_residual(
     rest = gram.sum(axis=0) - gram + ridge
     right = slope.sum(axis=0) - slope
     for i, at in enumerate(pieces):
+        before = float(np.linalg.norm(out[at]))
         out[at] -= fixed[at] @ solve_within(rest[i], right[i], least, most)
+        if np.linalg.norm(out[at]) > DOUBTFUL * before:
+            out[at] = refitted(base, at, rows)
     return out
+
+
+def refitted(base: Base, at: slice, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+    """Residual of a piece under a fit to the samples beside it, from the fit to all."""
+    others = np.ones(base.conditions.rows, dtype=np.bool_) if rows is None else rows.copy()
+    others[at] = False
+    fitted = base.copy()
+    fitted.fit(steps=REFIT_STEPS, rows=others)
+    rest = base.measured[at] - fitted.at().angle[at]
+    return np.asarray(rest - rest.mean())
 
 
 def held_out_rms(base: Base) -> float:

@@ -1,0 +1,77 @@
+"""Held-out errors: what the step says of a run, and what a fit without that run says."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from test_discover import RATED_NM, RATIO, campaign
+
+from lostmotion.discover import held_out, library
+from lostmotion.discover.backbone import Base, Term
+from lostmotion.discover.candidates import named_candidates
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.held_out import held_out_residual
+
+RUNS = 9
+
+
+def worn_gap(columns, wound):
+    """A gap that wear opens, taken up slowly."""
+    return 30.0 * (columns["cycles"] / 1e6) ** 0.5 * np.tanh(wound / 8.0)
+
+
+def worn() -> Base:
+    """A base with wear that three runs show, each more than the last; fitted."""
+    data = campaign(5, RUNS)
+    for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 8e5], strict=True):
+        run.columns["cycles"] = np.full(len(run), cycles)
+        wound = run.torque_Nm
+        run.columns["lost_motion"] = run.lost_motion_rad + np.deg2rad(
+            worn_gap(run.columns, wound) / 3600
+        )
+    base = Base(Conditions(data), RATED_NM)
+    base.first_fit()
+    wear = next(e for e in library().values() if e.name == "wear")
+    candidates, _ = named_candidates({"wear": wear}, base, base.at(), RATIO)
+    values = candidates[0].starts[0].copy()
+    base.terms.append(Term(wear, values, [0, 1, 2]))
+    base.fit(steps=40)
+    return base
+
+
+def without(base: Base, run: int) -> float:
+    """Error of a run under a fit to the others, from the start to the end."""
+    starts = base.conditions.starts
+    at = slice(int(starts[run]), int(starts[run + 1]))
+    rows = np.ones(base.conditions.rows, dtype=bool)
+    rows[at] = False
+    other = base.copy()
+    other.fit(steps=60, rows=rows, tolerance=1e-9)
+    rest = base.measured[at] - other.at().angle[at]
+    return float(np.std(rest))
+
+
+def by_run(residual, base: Base) -> np.ndarray:
+    starts = base.conditions.starts
+    return np.array([np.std(residual[a:b]) for a, b in pairwise(starts)])
+
+
+def test_the_error_of_every_run_is_that_of_a_fit_without_it():
+    base = worn()
+    found = by_run(held_out_residual(base), base)
+    fitted = by_run(base.residual(), base)
+    wanted = np.array([without(base, run) for run in range(RUNS)])
+    assert wanted.max() > 1.3 * fitted[wanted.argmax()]  # the most worn run is extrapolated
+    assert found == pytest.approx(wanted, rel=0.1)
+
+
+def test_a_step_alone_misleads_where_a_run_is_extrapolated(monkeypatch):
+    base = worn()
+    truth = by_run(held_out_residual(base), base)
+    monkeypatch.setattr(held_out, "DOUBTFUL", np.inf)
+    step = by_run(held_out_residual(base), base)
+    most_worn = RUNS - 1
+    assert step[most_worn] < 0.9 * truth[most_worn]
+    assert step[:most_worn] == pytest.approx(truth[:most_worn], rel=0.1)
