@@ -13,7 +13,7 @@
 #include "spec.h"
 
 /* The number rises with the layout, and when the search plans other tasks for the same answers. */
-#define MAGIC "lostmotion journal 2\n"
+#define MAGIC "lostmotion journal 3\n"
 #define RECORD UINT32_C(0x4c4d414e)
 
 struct lm_journal {

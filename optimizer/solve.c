@@ -226,6 +226,7 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
       break;
     case LM_TASK_SLSQP:
     default:
+      s.closes = 1;
       lm_run_slsqp(&s, task->unit);
       break;
   }

@@ -29,6 +29,7 @@ typedef struct lm_solver {
   int combination;
   int left; /* budget */
   int interrupted;
+  int closes; /* 1: SLSQP looks at points that break their gaps with these closed, too */
   nlopt_opt running;
   /* variables that the lm_solver may move, as indices of ranges */
   int moving[LM_FREE_MAX];

@@ -6,6 +6,7 @@
 #define BRIDGES_MAX 6   /* of one round of the trade-off */
 #define OTHER_SHARE 0.3 /* of the levels: a second combination is tried there */
 #define LEVEL_SLOPES 15 /* gradients for one level; warm starts need no more */
+#define END_SLOPES 30   /* gradients for an end of the front, which lies further away */
 #define LEVELS_MAX 12   /* of one round of the trade-off */
 #define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
 
@@ -202,11 +203,14 @@ void lm_add_ends(lm_search *search) {
     lm_task *task;
     lm_aim aim;
     lm_lead_aim(&aim);
+    /* In shares of the front: SLSQP's first steps are as long as the slopes, and those of a
+     * compliance in its own unit are a thousandth. */
+    lm_scale_aim(search, &aim);
     aim.weight[0] = 0;
     aim.weight[j] = 1;
     start = best_of_archive(search, &aim);
     task = lm_add_task(search, LM_TASK_SLSQP, start->combination,
-                       LEVEL_SLOPES * lm_slope_charge(&search->problem), start->unit);
+                       END_SLOPES * lm_slope_charge(&search->problem), start->unit);
     task->aim = aim;
   }
 }

@@ -122,6 +122,32 @@ static int branch_count(const lm_solver *s) {
   return count;
 }
 
+/* SLSQP walks along the gaps a little beyond their limit, so that for long nothing it meets is a
+ * design. A point that breaks nothing further than its gaps becomes one when they are closed: a
+ * plain evaluation beside one with derivatives, where it promises a better value. The solver goes
+ * on from its own point. Without a range that closes gaps the point stays, and is known. */
+static void look_closed(lm_solver *s) {
+  const double value = s->value;
+  const double violation = s->violation;
+  double result[LM_RESULT_MAX];
+  double at[LM_FREE_MAX];
+  double unit[LM_FREE_MAX];
+  if (!s->closes || s->violation <= 0 || lm_gap_row_of(&s->layout, s->result) < s->violation ||
+      (s->answer->violation <= 0 && s->answer->value <= s->value)) {
+    return;
+  }
+  memcpy(result, s->result, (size_t)s->layout.count * sizeof result[0]);
+  memcpy(at, s->at, sizeof at);
+  memcpy(unit, s->at, sizeof unit);
+  (void)lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit);
+  (void)lm_evaluate_solver(s, unit, 0);
+  memcpy(s->result, result, (size_t)s->layout.count * sizeof result[0]);
+  memcpy(s->at, at, sizeof at);
+  s->known_slopes = 1;
+  s->value = value;
+  s->violation = violation;
+}
+
 /* Rows of the branches less t, then the chosen limits. */
 static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x, double *gradient,
                           void *data) {
@@ -141,6 +167,9 @@ static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x,
       rows[next] = LM_REFUSED;
     }
     return;
+  }
+  if (gradient != NULL) {
+    look_closed(s);
   }
   for (j = 0; j < s->problem->objective_count; j++) {
     const int figure = s->problem->objective[j];

@@ -215,7 +215,7 @@ WRAP_MODEL(SAMPLES, lm_sample_gap,
             lm_real samples[], size_t length, lm_gap_statistics *statistics, lm_fault *f),
            (links, count, plan, samples, length, statistics, f))
 
-static const char folder[] = "optimizer_failures";
+static char folder[64];
 
 static const char spec[] =
     "seed 3\n"
@@ -230,8 +230,17 @@ static const char spec[] =
     "range teeth.shift_difference -0.3 0.3\n"
     "fixed generator.deflection_modules 0.95\n";
 
+/* A command of the shell within the folder. */
+static void shell(const char *words) {
+  char command[256];
+  snprintf(command, sizeof command, "cd %s && %s", folder, words);
+  TEST_ASSERT_EQUAL_INT(0, system(command));
+}
+
+/* A folder of its own, so that two runs at once leave each other alone. */
 void setUp(void) {
-  TEST_ASSERT_EQUAL_INT(0, system("rm -rf optimizer_failures"));
+  strcpy(folder, "optimizer_failures_XXXXXX");
+  TEST_ASSERT_NOT_NULL(mkdtemp(folder));
 }
 
 void tearDown(void) {
@@ -243,7 +252,7 @@ void tearDown(void) {
   cores = 0;
   gap_short = 0;
   no_slope = 0;
-  TEST_ASSERT_EQUAL_INT(0, system("rm -rf optimizer_failures"));
+  shell("rm -rf \"$PWD\"");
 }
 
 /* One run in which the call number `at` fails; its exit status. */
@@ -272,10 +281,10 @@ static void fail_each_call(int resume, int workers) {
   int silent = 0;
   do {
     int status;
-    TEST_ASSERT_EQUAL_INT(0, system("rm -rf optimizer_failures"));
+    shell("rm -rf ./*");
     if (resume) {
       TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, run_with_failure(-1, 0, 1, note));
-      TEST_ASSERT_EQUAL_INT(0, system("truncate -s -20 optimizer_failures/journal.bin"));
+      shell("truncate -s -20 journal.bin");
     }
     status = run_with_failure(at, resume, workers, note);
     if (failed && status == LM_EXIT_DONE) {
@@ -506,10 +515,13 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
   close_problem();
 }
 
-static int rows_of(const char *path) {
-  FILE *file = fopen(path, "r");
+static int rows_of_front(void) {
+  char path[128];
+  FILE *file;
   int rows = 0;
   int c;
+  snprintf(path, sizeof path, "%s/front.csv", folder);
+  file = fopen(path, "r");
   TEST_ASSERT_NOT_NULL(file);
   while ((c = getc(file)) != EOF) {
     rows += c == '\n';
@@ -528,10 +540,10 @@ static void test_refusals_at_the_end_of_a_run_are_told(void) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_open_run("spec", spec, folder, 0, &run, note));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_work_run(run, 1, NULL, NULL, &stop, note));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
-  rows = rows_of("optimizer_failures/front.csv");
+  rows = rows_of_front();
   watch(EVALUATE_POINT, 0);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, lm_finish_run(run, LM_EXIT_DONE, note));
-  TEST_ASSERT_EQUAL_INT(rows - 1, rows_of("optimizer_failures/front.csv"));
+  TEST_ASSERT_EQUAL_INT(rows - 1, rows_of_front());
   watch(POINT_DRIVE, 0);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
@@ -552,8 +564,7 @@ static void test_limits_that_cannot_be_explained_are_told_apart(void) {
   watch(0, -1);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "lost_motion_max_arcmin by"));
-  TEST_ASSERT_EQUAL_INT(0, system("rm optimizer_failures/infeasible.json && "
-                                  "mkdir optimizer_failures/infeasible.json.part"));
+  shell("rm infeasible.json && mkdir infeasible.json.part");
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
   lm_close_run(run);

@@ -166,15 +166,23 @@ static int used(void) {
   return progress.evaluations;
 }
 
-/* Each end of the front is one objective alone, in the order of the objectives. */
+/* Each end of the front is one objective alone, in the order of the objectives, and in shares of
+ * the front: a solver's steps hang on the unit. */
 static void count_end(const lm_task *task) {
+  static lm_found front[FRONT_MAX];
+  const int count = lm_read_front(search, front, FRONT_MAX);
   const int wanted = ends++ % problem.objective_count;
+  int i;
   int j;
   ends_from = ends == 1 ? used() : ends_from;
   TEST_ASSERT_EQUAL_INT(LM_TASK_SLSQP, task->kind);
   for (j = 0; j < problem.objective_count; j++) {
     TEST_ASSERT_TRUE(task->aim.weight[j] == (j == wanted));
     TEST_ASSERT_TRUE(task->aim.most[j] == HUGE_VAL);
+    for (i = 0; i < count; i++) {
+      const double place = (front[i].objective[j] - task->aim.origin[j]) / task->aim.scale[j];
+      TEST_ASSERT_TRUE(place >= 0 && place <= 1 + 1e-9);
+    }
   }
 }
 

@@ -137,6 +137,60 @@ static void test_gradients_end_at_or_below_where_they_began(void) {
   TEST_ASSERT_TRUE(answer->value <= begun);
 }
 
+/* How many of the designs that a task reports have their gap closed to the reserve. */
+static int count_closed(void) {
+  static double result[LM_RESULT_MAX];
+  lm_layout layout;
+  lm_scan scan;
+  int closed = 0;
+  int i;
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+  for (i = 0; i < answer->found_count; i++) {
+    const lm_found *found = &answer->found[i];
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_evaluate_point(&problem, &scan, &layout, found->combination,
+                                                   found->unit, result, workspace, NULL));
+    closed += lm_gap_row_of(&layout, result) > -2 * LM_RESERVE;
+  }
+  return closed;
+}
+
+/* A gradient where nothing but the gaps is broken, and what it leaves of the budget. */
+static void take_one_gradient(const double unit[]) {
+  make_task(LM_TASK_SLSQP, lm_slope_charge(&problem) + 1);
+  memcpy(task.unit, unit, sizeof task.unit);
+  run();
+  check_answer();
+}
+
+/* SLSQP walks a little beyond the gaps: its points are designs once these are closed. */
+static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(void) {
+  static const char without_shift[] =
+      "rated_torque_Nm 40\nobjective lost_motion\n"
+      "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
+      "fixed teeth.flexspline_teeth 200\nfixed teeth.face_width_mm 10\n"
+      "fixed teeth.flexspline_shift 3\nfixed teeth.shift_difference -0.1\n"
+      "range generator.deflection_modules 0.94 0.96\n";
+  /* reference drive A, whose flanks are 0.07 arcmin apart, 0.2 closer */
+  static const double apart[LM_FREE_MAX] = {0.5, 0.4283, 0.4118, 0.6154};
+  lm_spec_error error = {0, ""};
+  double unit[LM_FREE_MAX];
+  memcpy(unit, apart, sizeof unit);
+  read_with("fixed generator.type discs\nlimit safety_factor_min 0.5\n", "objective lost_motion\n",
+            "");
+  TEST_ASSERT_EQUAL_INT(1, lm_open_gap(&problem, 0, -0.2, unit));
+  take_one_gradient(unit);
+  TEST_ASSERT_TRUE(answer->violation <= 0);
+  TEST_ASSERT_GREATER_THAN_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(answer->found_count, count_closed());
+  /* no range of this spec closes them, so the point is not looked at again */
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(without_shift, &problem, &error), error.text);
+  unit[0] = 0.5;
+  take_one_gradient(unit);
+  TEST_ASSERT_TRUE(answer->violation > 0);
+  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+}
+
 /* One objective bounded at a level: the bound counts as a limit, with gradients and without. */
 static void test_a_bound_of_the_aim_is_kept(void) {
   static const int kinds[] = {LM_TASK_SLSQP, LM_TASK_COBYLA, LM_TASK_ISRES};
@@ -189,24 +243,6 @@ static void test_a_population_keeps_its_size(void) {
   make_task(LM_TASK_EVOLVE, 5);
   run();
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
-}
-
-/* How many of the designs that a task reports have their gap closed to the reserve. */
-static int count_closed(void) {
-  static double result[LM_RESULT_MAX];
-  lm_layout layout;
-  lm_scan scan;
-  int closed = 0;
-  int i;
-  lm_default_scan(&scan);
-  lm_lay_out(&problem, &scan, &layout);
-  for (i = 0; i < answer->found_count; i++) {
-    const lm_found *found = &answer->found[i];
-    TEST_ASSERT_EQUAL_INT(LM_OK, lm_evaluate_point(&problem, &scan, &layout, found->combination,
-                                                   found->unit, result, workspace, NULL));
-    closed += lm_gap_row_of(&layout, result) > -2 * LM_RESERVE;
-  }
-  return closed;
 }
 
 /* Beside parents that no closed gap can reach, none is closed. */
@@ -441,6 +477,7 @@ int main(void) {
   RUN_TEST(test_a_screen_looks_at_half_its_budget_of_points);
   RUN_TEST(test_points_without_a_shift_leave_the_gaps);
   RUN_TEST(test_gradients_end_at_or_below_where_they_began);
+  RUN_TEST(test_gradients_look_at_points_that_interfere_with_their_gaps_closed);
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
   RUN_TEST(test_a_population_keeps_its_size);
