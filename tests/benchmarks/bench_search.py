@@ -17,6 +17,7 @@ table a spec and problem.
 Hypervolume: each objective runs from 0 at the best to 1 at the worst value on the front of all
 points of all methods, seeds and budgets of the call; the corner is 1.1. *all together* is the
 hypervolume of that front: no method can have more, so its ratio bounds what any could reach.
+The line below a table is the unit: a front that one design stretches tells little apart.
 """
 
 from __future__ import annotations
@@ -374,6 +375,9 @@ def compare(lib: c.CDLL, text: str, budgets: list[int], seeds: range) -> None:
                 f"{max(values):.4f} | {middle / other:.3f} | {took} |",
                 flush=True,
             )
+    if not is_alone(text):
+        ends = zip(front.min(axis=0), front.max(axis=0), strict=True)
+        print("\nunit:", ", ".join(f"{low:.4g} to {high:.4g}" for low, high in ends))
 
 
 def main() -> None:
