@@ -11,8 +11,8 @@ row a spec, in about half a minute:
   evaluation. The linker puts a clock around the two functions that evaluate; what the clock itself
   takes is measured with an empty model and taken off.
 - *two cores*: wall time on one thread over that on two, one after the other in pairs; the median of
-  the pairs and the best one. Only an idle machine with two cores shows what the search can do; the
-  row says how busy this one was.
+  the pairs and the best one. Only an idle machine with two cores shows what the search can do:
+  *machine* is how much more two processes that share nothing got done than one, *busy* its load.
 - *tasks*: the same from the CPU time of each task on one thread: the sum of all over what two
   threads need that take the tasks of a batch in their order and wait for each other at its end.
   Hangs on nothing that runs beside. *CPU* is the best CPU time on one thread over that on two: what
@@ -26,6 +26,8 @@ from __future__ import annotations
 import argparse
 import ctypes as c
 import os
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -80,8 +82,9 @@ CLOCKED(lm_evaluate_slopes,
 """
 """Right for one thread alone."""
 HEAD = """\
-| spec | model, µs | gradient, plain ones | overhead, µs | two cores | best | tasks | CPU | busy |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
+| spec | model, µs | gradient, plain ones | overhead, µs | two cores | best | machine | tasks \
+| CPU | busy |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
 
 
 def time_model(lib: c.CDLL, text: str, repeats: int) -> tuple[float, float]:
@@ -149,6 +152,19 @@ def compare_threads(
     return float(np.median(pairs)), float(pairs.max()), float(cpu)
 
 
+def try_machine() -> float:
+    """How much more two processes at once get done than one."""
+    busy = [sys.executable, "-c", "sum(range(30_000_000))"]
+
+    def time_processes(count: int) -> float:
+        began = time.perf_counter()
+        for process in [subprocess.Popen(busy) for _ in range(count)]:
+            process.wait()
+        return time.perf_counter() - began
+
+    return 2 * time_processes(1) / time_processes(2)
+
+
 def share_tasks(lib: c.CDLL, text: str, evaluations: int) -> float:
     """How often faster two threads are than one when nothing but the tasks takes time."""
     with Search(Problem(lib, restate(text, evaluations=evaluations)), 1) as search:
@@ -183,7 +199,8 @@ def main() -> None:
         tasks = share_tasks(lib, text, options.evaluations)
         print(
             f"| {name} | {1e6 * plain:.0f} | {slopes / plain:.1f} | {1e6 * overhead:.1f} | "
-            f"{wall:.2f} | {best:.2f} | {tasks:.2f} | {cpu:.2f} | {os.getloadavg()[0]:.1f} |",
+            f"{wall:.2f} | {best:.2f} | {try_machine():.2f} | {tasks:.2f} | {cpu:.2f} | "
+            f"{os.getloadavg()[0]:.1f} |",
             flush=True,
         )
 
