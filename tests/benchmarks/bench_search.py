@@ -1,16 +1,18 @@
 """The design search beside pymoo's NSGA-II and scipy's differential evolution, on the real model.
 
-Every method gets the same evaluator and the same number of evaluations. NSGA-II and differential
-evolution call it once for each. The search counts a plain evaluation as one, as it counts every
-point that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain ones (8 for
-up to eight variables beside the tolerance grades; ``bench_search_cost.py`` measures what it takes).
+Every method gets the same evaluator, with the same sampled drives and all limits, and the same
+number of evaluations; the seed is that of the method alone. NSGA-II and differential evolution call
+the evaluator once for each. The search counts a plain evaluation as one, as it counts every point
+that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain ones (8 for up to
+eight variables beside the tolerance grades; ``bench_search_cost.py`` measures what it takes).
 Arithmetic without the model is free for all. The settling that follows the budget is left out for
 ours, so no method has its result polished. Every feasible point that a method evaluates counts for
 its front, so nothing depends on how a method reports.
 
     pip install ./bindings/python[benchmark]
     python tests/benchmarks/bench_search.py [BUILD] [--seeds N] [--first-seed N]
-        [--evaluations 5000 20000 ...] [--spec NAME ...] [--trade-off-only]
+        [--evaluations 5000 20000 ...] [--spec NAME ...]
+        [--trade-off-only | --one-objective-only]
 
 BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
 table a spec and problem.
@@ -51,6 +53,12 @@ FIGURES = {
     "stress": 4,
     "cost": 5,
 }
+# What the benchmark needs of the problem and Python cannot reach.
+REACH = """\
+#include "problem.h"
+void set_search_seed(lm_problem *problem, unsigned int seed) { problem->seed = seed; }
+double read_figure_max(const lm_problem *problem, int i) { return problem->bounds.figure_max[i]; }
+"""
 HEAD = """\
 | evaluations | seeds | method | median | least | most | of NSGA-II | CPU s |
 | --- | --- | --- | --- | --- | --- | --- | --- |"""
@@ -99,10 +107,13 @@ def load(build: Path, *more: str) -> c.CDLL:
     """Link the static libraries, with more arguments for the compiler, into one for Python."""
     if not (build / "optimizer/liblostmotion_optimizer.a").exists():
         raise SystemExit(f"{build}: no static libraries there; ./dev test builds them")
-    shared = Path(tempfile.mkdtemp()) / "optimizer.so"
+    folder = Path(tempfile.mkdtemp())
+    shared, reach = folder / "optimizer.so", folder / "reach.c"
+    reach.write_text(REACH)
     subprocess.run(
         [
-            *("cc", "-shared", "-o", shared, "-Wl,--whole-archive"),
+            *("cc", "-shared", "-fPIC", "-o", shared, reach),
+            *("-I", ROOT / "optimizer", "-I", ROOT / "lib/include", "-Wl,--whole-archive"),
             *(build / "optimizer/liblostmotion_optimizer.a", build / "lib/liblostmotion.a"),
             *("-Wl,--no-whole-archive", *more, "-lnlopt", "-lm", "-lpthread"),
         ],
@@ -113,6 +124,7 @@ def load(build: Path, *more: str) -> c.CDLL:
     lib.lm_open_search.restype = c.c_void_p
     lib.lm_open_pool.restype = c.c_void_p
     lib.lm_figure_of.restype = c.c_double
+    lib.read_figure_max.restype = c.c_double
     lib.lm_violation_of.restype = c.c_double
     lib.lm_chosen_value.restype = c.c_double
     return lib
@@ -140,6 +152,9 @@ class Problem:
         lib.lm_lay_out(self.memory, self.scan, c.byref(self.layout))
         self.result = (c.c_double * RESULT_MAX)()
         self.variables = self.ranges + len(self.sizes)
+        most = [(i, lib.read_figure_max(self.memory, i)) for i in FIGURES.values()]
+        self.limited = [(i, value) for i, value in most if value > 0]
+        self.limits = SINGLE_ROWS + 1 + len(self.limited)
         self.start()
 
     def _choice_sizes(self, words: list[list[str]]) -> list[int]:
@@ -160,7 +175,10 @@ class Problem:
         self.points: list[Vector] = []
 
     def evaluate(self, x: Vector) -> tuple[Vector, Vector]:
-        """Objectives and limits (12 single ones and the worst gap, g <= 0) of a point."""
+        """Objectives and limits (g <= 0) of a point.
+
+        The limits: 12 single ones, the worst gap, one for each limited figure.
+        """
         combination, factor = 0, 1
         for size, value in zip(self.sizes, x[self.ranges :], strict=True):
             combination += factor * min(int(value * size), size - 1)
@@ -172,15 +190,20 @@ class Problem:
             self.workspace, None,
         )  # fmt: skip
         if status != 0:
-            return np.full(len(self.objectives), 1e3), np.full(SINGLE_ROWS + 1, 1e3)
+            return np.full(len(self.objectives), 1e3), np.full(self.limits, 1e3)
         layout = c.byref(self.layout)
         f = np.array([self.lib.lm_figure_of(layout, self.result, j) for j in self.objectives])
         all_results = np.ctypeslib.as_array(self.result)
         single = all_results[self.layout.single_start :][:SINGLE_ROWS]
         gaps = all_results[self.layout.gap_start :][: self.layout.gap_count]
-        if self.lib.lm_violation_of(self.memory, layout, self.result) <= 0:
+        over = [self.lib.lm_figure_of(layout, self.result, i) / v - 1 for i, v in self.limited]
+        g = np.array([*single, gaps.max(), *over])
+        feasible = self.lib.lm_violation_of(self.memory, layout, self.result) <= 0
+        if feasible != (g.max() <= 0):
+            raise RuntimeError("the limits that a method sees are not those that count")
+        if feasible:
             self.points.append(f)
-        return f, np.append(single, gaps.max())
+        return f, g
 
 
 def non_dominated(points: list[Vector]) -> Vector:
@@ -267,7 +290,8 @@ class Search:
 
 def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
     """Run ours on one thread, without the settling."""
-    problem = Problem(lib, restate(text, evaluations=evaluations, seed=seed))
+    problem = Problem(lib, restate(text, evaluations=evaluations))
+    lib.set_search_seed(problem.memory, seed)
     with Search(problem, workers=1) as search:
         search.run()
         charged = search.progress.evaluations
@@ -288,7 +312,7 @@ def run_nsga2(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vecto
         def __init__(self) -> None:
             super().__init__(
                 n_var=problem.variables, n_obj=len(problem.objectives),
-                n_ieq_constr=SINGLE_ROWS + 1, xl=0.0, xu=1.0,
+                n_ieq_constr=problem.limits, xl=0.0, xu=1.0,
             )  # fmt: skip
 
         def _evaluate(self, x: Vector, out: dict[str, Vector], *_: object, **__: object) -> None:
@@ -388,7 +412,9 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--evaluations", type=int, nargs="+", default=[5000, 20000])
     parser.add_argument("--spec", nargs="+", default=["robot_joint"])
-    parser.add_argument("--trade-off-only", action="store_true")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--trade-off-only", action="store_true")
+    which.add_argument("--one-objective-only", action="store_true")
     options = parser.parse_args()
     if importlib.util.find_spec("pymoo") is None:
         raise SystemExit(
@@ -408,7 +434,8 @@ def main() -> None:
             ("hypervolume, more is better", text),
             ("best objective, less is better", single),
         ]
-        for title, spec in problems[: 1 if options.trade_off_only else 2]:
+        first, last = int(options.one_objective_only), 1 if options.trade_off_only else 2
+        for title, spec in problems[first:last]:
             print(f"\n{name}, seeds from {seeds[0]}: {title}\n")
             print(HEAD)
             compare(lib, spec, options.evaluations, seeds)
