@@ -175,15 +175,18 @@ class Problem:
         self.points: list[Vector] = []
 
     def evaluate(self, x: Vector) -> tuple[Vector, Vector]:
-        """Objectives and limits (g <= 0) of a point.
-
-        The limits: 12 single ones, the worst gap, one for each limited figure.
-        """
+        """Objectives and limits of a point, as `judge` gives them."""
         combination, factor = 0, 1
         for size, value in zip(self.sizes, x[self.ranges :], strict=True):
             combination += factor * min(int(value * size), size - 1)
             factor *= size
-        unit = (c.c_double * FREE_MAX)(*np.clip(x[: self.ranges], 0, 1))
+        return self.judge(combination, (c.c_double * FREE_MAX)(*np.clip(x[: self.ranges], 0, 1)))
+
+    def judge(self, combination: int, unit: c.Array[c.c_double]) -> tuple[Vector, Vector]:
+        """Objectives and limits (g <= 0) of a design.
+
+        The limits: 12 single ones, the worst gap, one for each limited figure.
+        """
         self.evaluations += 1
         status = self.lib.lm_evaluate_point(
             self.memory, self.scan, c.byref(self.layout), combination, unit, self.result,
@@ -280,12 +283,11 @@ class Search:
             began = clock() if clock else 0.0
             lib.lm_run_tasks(self.pool, self.problem.memory, tasks, count, None, sink, None, None)
 
-    def read_front(self) -> list[Vector]:
-        """Objectives of the designs of the front."""
+    def read_front(self) -> list[Found]:
+        """Designs of the front."""
         front = (Found * FRONT_MAX)()
         count = self.lib.lm_read_front(self.search, front, FRONT_MAX)
-        wanted = len(self.problem.objectives)
-        return [np.array(front[i].objective[:wanted]) for i in range(count)]
+        return list(front[:count])
 
 
 def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
@@ -297,7 +299,13 @@ def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vect
         charged = search.progress.evaluations
         if charged > 1.02 * evaluations:
             raise RuntimeError(f"{charged} evaluations, more than the budget of {evaluations}")
-        return search.read_front()
+        front = search.read_front()
+    points = [np.array(one.objective[: len(problem.objectives)]) for one in front]
+    same = Problem(lib, text)
+    for one, point in list(zip(front, points, strict=True))[:1]:
+        if not np.allclose(same.judge(one.combination, one.unit)[0], point, rtol=1e-9, atol=1e-8):
+            raise RuntimeError("the search had another evaluator than the other methods")
+    return points
 
 
 def run_nsga2(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
