@@ -91,9 +91,10 @@ build_and_test() {
     (cd "$1" && ctest --output-on-failure -j "$jobs")
 }
 
+# sanitize NAME CC CXX: both of one house, or their runtimes do not link.
 sanitize() {
-  build_and_test "build-sanitize-$1" -DCMAKE_C_COMPILER="$2" -DCMAKE_BUILD_TYPE=Debug \
-    -DLM_SANITIZE=ON -DLM_INSTALL=OFF
+  build_and_test "build-sanitize-$1" -DCMAKE_C_COMPILER="$2" -DCMAKE_CXX_COMPILER="$3" \
+    -DCMAKE_BUILD_TYPE=Debug -DLM_SANITIZE=ON -DLM_INSTALL=OFF
 }
 
 # The library in its own two precisions; dual and complex numbers go only where derivatives go.
@@ -120,7 +121,8 @@ coverage_optimizer() {
 
 # The optimizer's threads.
 sanitize_threads() {
-  configure build-sanitize-thread -DCMAKE_C_COMPILER="$clang" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+  configure build-sanitize-thread -DCMAKE_C_COMPILER="$clang" -DCMAKE_CXX_COMPILER="$clangxx" \
+    -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_C_FLAGS=-fsanitize=thread -DCMAKE_CXX_FLAGS=-fsanitize=thread \
     -DCMAKE_EXE_LINKER_FLAGS=-fsanitize=thread -DLM_INSTALL=OFF -DLM_BUILD_EXAMPLES=OFF &&
     cmake --build build-sanitize-thread --parallel "$jobs" --target test_optimizer_search &&
@@ -147,7 +149,9 @@ has "$clang_format" || clang_format=$(command -v clang-format-19 || true)
 clang_tidy=$(find_tool clang-tidy)
 cppcheck=$(find_tool cppcheck)
 gcc=$(command -v gcc || true)
+gxx=$(command -v g++ || true)
 clang=$(find_tool clang)
+clangxx=$(find_tool clang++)
 cxx=$(command -v "${CXX:-c++}" || true)
 gcovr=$(find_tool gcovr)
 ruff=$(find_tool ruff)
@@ -164,9 +168,9 @@ step_with "$cxx" "The library's sources as C++" as_cplusplus
 step_with "$clang_tidy" "clang-tidy" tidy
 step_with "$cppcheck" "cppcheck" cppcheck_lib
 step_with "$gcc" "gcc -fanalyzer" analyze
-step_with "$gcc" "Tests under ASan and UBSan, gcc" sanitize gcc "$gcc"
-step_with "$clang" "Tests under ASan and UBSan, clang" sanitize clang "$clang"
-step_with "$clang" "Threads of the optimizer under TSan" sanitize_threads
+step_with "${gcc:+$gxx}" "Tests under ASan and UBSan, gcc" sanitize gcc "$gcc" "$gxx"
+step_with "${clang:+$clangxx}" "Tests under ASan and UBSan, clang" sanitize clang "$clang" "$clangxx"
+step_with "${clang:+$clangxx}" "Threads of the optimizer under TSan" sanitize_threads
 if [ -n "$gcc" ]; then
   step_with "$gcovr" "Coverage of lib (gcovr)" coverage
   step_with "$gcovr" "Coverage of the optimizer (gcovr)" coverage_optimizer
