@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.campaign import Conditions
 from rig.suites import write_suite
 
-SEEN = {"single": 820, "clean": 656, "outside": 308, "pair": 240, "aliased": 252}
+SEEN = {"single": 1240, "clean": 870, "outside": 368, "pair": 300, "aliased": 292}
 """Judging seeds of every kind that earlier versions were judged with."""
 
 LOST_COUNTS = 20
@@ -66,13 +66,13 @@ SUITES = {
     "pair": Suite("pair", 100),
     "aliased": Suite("aliased", 100),
     "short": Suite("single", 12, after=400, more={"plan": "short", "only": UNDECIDED}),
-    "clean_scatter": Suite("clean", 24, after=110, conditions={"scatter": 3.0}),
+    "clean_scatter": Suite("clean", 100, after=110, conditions={"scatter": 3.0}),
     **{
         f"single_{name}": Suite("single", 8, every=2, conditions=conditions, more=more)
         for name, (conditions, more) in SPOILT.items()
     },
     **{
-        f"clean_{name}": Suite("clean", 3, after=140, conditions=conditions, more=more)
+        f"clean_{name}": Suite("clean", 3, after=210, conditions=conditions, more=more)
         for name, (conditions, more) in SPOILT.items()
         if name not in ("half", "scatter")
     },
