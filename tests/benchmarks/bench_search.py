@@ -301,9 +301,9 @@ def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vect
             raise RuntimeError(f"{charged} evaluations, more than the budget of {evaluations}")
         front = search.read_front()
     points = [np.array(one.objective[: len(problem.objectives)]) for one in front]
-    same = Problem(lib, text)
-    for one, point in list(zip(front, points, strict=True))[:1]:
-        if not np.allclose(same.judge(one.combination, one.unit)[0], point, rtol=1e-9, atol=1e-8):
+    if front:
+        judged, _ = Problem(lib, text).judge(front[0].combination, front[0].unit)
+        if not np.allclose(judged, points[0], rtol=1e-9, atol=1e-8):
             raise RuntimeError("the search had another evaluator than the other methods")
     return points
 

@@ -4,7 +4,7 @@
         [--repeats N]
 
 BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
-row a spec, in about half a minute:
+row a spec, in about a minute:
 
 - *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones.
 - *overhead*: CPU time of a whole search on one thread less that within the model, for each

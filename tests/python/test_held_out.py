@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from test_discover import RATED_NM, RATIO, campaign
+from test_discover import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.discover import held_out, library
 from lostmotion.discover.backbone import Base, Term
@@ -18,7 +18,7 @@ RUNS = 9
 
 
 def worn_gap(columns, wound):
-    """A gap that wear opens, taken up slowly."""
+    """A gap that wear opens, taken up slowly; arc seconds."""
     return 30.0 * (columns["cycles"] / 1e6) ** 0.5 * np.tanh(wound / 8.0)
 
 
@@ -27,13 +27,11 @@ def worn() -> Base:
     data = campaign(5, RUNS)
     for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 8e5], strict=True):
         run.columns["cycles"] = np.full(len(run), cycles)
-        wound = run.torque_Nm
-        run.columns["lost_motion"] = run.lost_motion_rad + np.deg2rad(
-            worn_gap(run.columns, wound) / 3600
-        )
+        opened = worn_gap(run.columns, run.torque_Nm)
+        run.columns["lost_motion"] = run.lost_motion_rad + opened * ARCSEC
     base = Base(Conditions(data), RATED_NM)
     base.first_fit()
-    wear = next(e for e in library().values() if e.name == "wear")
+    wear = library()["wear"]
     candidates, _ = named_candidates({"wear": wear}, base, base.at(), RATIO)
     values = candidates[0].starts[0].copy()
     base.terms.append(Term(wear, values, [0, 1, 2]))
@@ -42,7 +40,7 @@ def worn() -> Base:
 
 
 def without(base: Base, run: int) -> float:
-    """Error of a run under a fit to the others, from the start to the end."""
+    """Error of a run, arc seconds, under a fit to the others that comes to its end."""
     starts = base.conditions.starts
     at = slice(int(starts[run]), int(starts[run + 1]))
     rows = np.ones(base.conditions.rows, dtype=bool)
@@ -54,6 +52,7 @@ def without(base: Base, run: int) -> float:
 
 
 def by_run(residual, base: Base) -> np.ndarray:
+    """Error of every run, arc seconds."""
     starts = base.conditions.starts
     return np.array([np.std(residual[a:b]) for a, b in pairwise(starts)])
 

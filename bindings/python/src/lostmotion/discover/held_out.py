@@ -84,12 +84,15 @@ def held_out_residual(
         before = float(np.linalg.norm(out[at]))
         out[at] -= fixed[at] @ solve_within(rest[i], right[i], least, most)
         if np.linalg.norm(out[at]) > DOUBTFUL * before:
-            out[at] = refitted(base, at, rows)
+            out[at] = residual_without(base, at, rows)
     return out
 
 
-def refitted(base: Base, at: slice, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
-    """Residual of a piece under a fit to the samples beside it, from the fit to all."""
+def residual_without(base: Base, at: slice, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+    """Residual of a piece, arc seconds, under a fit to the samples beside it, from the fit to all.
+
+    `rows` are those of `held_out_residual`; the mean is taken off.
+    """
     others = np.ones(base.conditions.rows, dtype=np.bool_) if rows is None else rows.copy()
     others[at] = False
     fitted = base.copy()
