@@ -108,6 +108,21 @@ def test_many_runs_keep_the_flips_at_their_level():
     assert limits == [0.05] * 3
 
 
+def test_what_all_runs_have_more_of_is_a_change_of_the_base_whatever_their_deviations_are():
+    # Else a shape that holds a constant would know the very deviations that it is to explain.
+    base = Base(Conditions(campaign(seed=4)), RATED_NM, None)
+    base.first_fit()
+    base.deviations[:, :2] = np.random.default_rng(4).normal(size=(base.conditions.runs, 2)) * 0.05
+    point = base.at()
+    step = 1e-6
+    runs, fixed = base.run_columns(point), base.fixed_columns(point)[0]
+    more = base.copy()
+    more.slopes = base.slopes * (1 + step)
+    assert runs[:, 0] == pytest.approx((more.angle() - base.angle()) / step, abs=1e-3)
+    taken = np.linalg.lstsq(fixed, runs[:, 0], rcond=None)[0]
+    assert np.abs(runs[:, 0] - fixed @ taken).max() < 1e-8 * np.abs(runs[:, 0]).max()
+
+
 def turning_campaign(seed: int = 1) -> Campaign:
     """Loops with the input turning there and back at several speeds."""
     made = campaign(seed)

@@ -36,7 +36,7 @@ def test_several_that_would_hide_each_other_are_found() -> None:
     found = 0
     for _ in range(200):
         values = rng.normal(size=31)
-        values[[4, 5, 20]] += 7.0
+        values[[4, 5, 20]] += 8.0
         found += set(apart(values, LEVEL)[0]) == {4, 5, 20}
     assert found > 190
 

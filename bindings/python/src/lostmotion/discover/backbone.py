@@ -336,9 +336,15 @@ class Base:
         return np.asarray((up - down) / (high[index] - low[index]))
 
     def run_columns(self, point: Point) -> FloatArray:
-        """Derivatives by the deviations of a run: stiffness, friction, gap, offset."""
+        """Derivatives by what a run has of its own: stiffness, friction, gap, offset.
+
+        Those of stiffness and friction are by the logarithm: what all runs have more of one is then
+        exactly a change of the base, and a shape that holds a constant learns nothing of the
+        deviations at which it is looked at.
+        """
+        stiff = (1.0 + self.deviations[:, 0])[self.conditions.run_of]
         return side_by_side(
-            point.backbone,
+            stiff * point.backbone,
             self.friction_column(point),
             self.closed(point.wound),
             np.ones(self.conditions.rows),

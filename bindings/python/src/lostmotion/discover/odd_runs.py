@@ -21,7 +21,7 @@ from lostmotion.discover.contest import Contest
 
 FloatArray = npt.NDArray[np.float64]
 
-LEVEL = 0.005
+LEVEL = 0.002
 """Chance that a campaign of nothing but scatter has runs that are said to stand apart."""
 
 RUNS_LEAST = 15
