@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import struct
 import subprocess
@@ -35,6 +36,7 @@ from lostmotion.replay import load, replay
 from lostmotion.units import ARCMIN, ARCSEC
 
 LIB = Path(__file__).parents[2] / "lib"
+STIFFNESSES = ("T1_Nm", "T2_Nm", "K1_Nm_per_rad", "K2_Nm_per_rad", "K3_Nm_per_rad")
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
 Write = Callable[..., Path]
@@ -341,6 +343,28 @@ def test_loop_wider_than_the_drive_is_refused(write: Write, bought: dict[str, An
     bought["catalogue"]["hysteresis_arcmin"] = 30
     with pytest.raises(InputError, match="too wide"):
         build(make_controller(read_drive(write(bought))))
+
+
+@pytest.mark.parametrize(("size", "ratio", "guaranteed_arcmin"), [("14", 30, 3), ("17", 50, 2)])
+def test_guarantee_wider_than_the_stiffnesses_bear_is_no_obstacle(
+    write: Write, bought: dict[str, Any], size: str, ratio: int, guaranteed_arcmin: float
+) -> None:
+    def rows(name: str) -> list[dict[str, str]]:
+        with (DATA / "catalogue" / name).open(newline="") as stream:
+            found = list(csv.DictReader(stream))
+        return [row for row in found if (row["size"], row["ratio"]) == (size, str(ratio))]
+
+    rated_Nm = float(rows("torque_ratings.csv")[0]["rated_2000rpm_Nm"])
+    sheet = {name: float(rows("torsional_stiffness.csv")[0][name]) for name in STIFFNESSES}
+    bought["drive"] |= {"ratio": ratio, "rated_torque_Nm": rated_Nm}
+    bought["catalogue"] = sheet | {"hysteresis_arcmin": guaranteed_arcmin}
+    made = make_controller(read_drive(write(bought)))
+    assert any("upper limit, is more than its stiffnesses leave room for" in n for n in made.notes)
+    falling, rising = evaluate(build(made), [rated_Nm, 0, -rated_Nm, 0])[[1, 3]]
+    assert 0.3 * guaranteed_arcmin < (falling - rising) / ARCMIN < guaranteed_arcmin
+    # Right after a reversal the drive is stiffer than anywhere in its sheet, but gives way.
+    peak, after = evaluate(build(made), [rated_Nm, rated_Nm * (1 - 1e-3)])
+    assert 0 < peak - after < rated_Nm * 1e-3 / sheet["K3_Nm_per_rad"]
 
 
 def test_drive_with_effects_says_how_to_compile(write: Write, bought: dict[str, Any]) -> None:

@@ -71,6 +71,10 @@ NOISE_RAD = 2 * ARCSEC
 MISFIT_SHARE = 0.1
 """Error over the largest correction from which the watch reports that the model does not fit."""
 
+PLAYS_SHARE_MAX = 0.9
+"""Most that the plays of a sheet take of the backbone's least compliance: where they take all of it,
+the drive would not give way at all after a reversal."""
+
 FLANK_WIDENINGS = (0.1, 0.2, 0.4)
 """Widening of the plays that make the loop of flank friction, which grows with the torque."""
 
@@ -214,7 +218,8 @@ def make_controller(
         raise InputError("--knots", "", str(knots), f"2 to {KNOTS_MAX[profile]}")
     notes: list[str] = []
     torque, angle = _backbone(drive, limit, most, notes)
-    outside, inside = _friction(drive, notes)
+    least = float(np.min(np.diff(angle) / np.diff(torque)))
+    outside, inside = _friction(drive, least, notes)
     effects = _effects(drive, own or {})
     used = {name: own[name] for name, _ in effects if own and name in own}
     _fits(drive.file, "plays", len(outside) + len(inside), PLAYS_MAX[profile], profile)
@@ -267,8 +272,10 @@ def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
     return [Play(float(radius), 0.0, float(weight)) for radius, weight in pairs if weight > 0]
 
 
-def _friction(drive: Drive, notes: list[str]) -> tuple[list[Play], list[Play]]:
-    """Plays outside and inside the elasticity."""
+def _friction(
+    drive: Drive, least_rad_per_Nm: float, notes: list[str]
+) -> tuple[list[Play], list[Play]]:
+    """Plays outside and inside the elasticity of a backbone of this least compliance."""
     outside = _fitted_plays(drive, "play_outside_{}_rad_per_Nm")
     inside = _fitted_plays(drive, "play_share_{}")
     if outside or inside:
@@ -278,8 +285,28 @@ def _friction(drive: Drive, notes: list[str]) -> tuple[list[Play], list[Play]]:
         if bank is None:
             notes.append("The sheet states no hysteresis: the model has no friction memory.")
             return [], []
-        notes.append("The friction memory is as wide as the sheet's hysteresis, an upper limit.")
-        return [Play(*(float(value) for value in row)) for row in zip(*bank, strict=True)], []
+        radius, widening, weight = bank
+        total, room = float(np.sum(weight)), PLAYS_SHARE_MAX * least_rad_per_Nm
+        swing = 2.0 * float(drive.catalogue.angle(drive.rated_torque_Nm))
+        if 2.0 * float(np.dot(weight, radius)) >= swing:
+            raise InputError(
+                drive.file,
+                "catalogue.hysteresis_arcmin",
+                f"{2.0 * float(np.dot(weight, radius)) / ARCMIN:.3g} arcmin",
+                f"less than the swing between both rated torques, {swing / ARCMIN:.3g} arcmin: "
+                "the loop is too wide for the drive",
+            )
+        if total > room:
+            weight = room / total * weight
+            width = 2.0 * float(np.dot(weight, radius)) / ARCMIN
+            notes.append(
+                "The sheet's hysteresis, an upper limit, is more than its stiffnesses leave room "
+                f"for: the friction memory is {width:.2g} arcmin wide."
+            )
+        else:
+            notes.append("The friction memory is as wide as the sheet's hysteresis, an upper limit.")
+        rows = zip(radius, widening, weight, strict=True)
+        return [Play(*(float(value) for value in row)) for row in rows], []
     width = _flank_half_width(drive)
     if width <= 0:
         notes.append("The design has no friction on its flanks: the model has no friction memory.")
