@@ -562,6 +562,53 @@ def test_contradictory_limits_say_what_would_have_to_give(
     assert not (tmp_path / "run" / "best.toml").exists()
 
 
+ONE_VARIABLE: dict[str, Any] = {
+    "search": {
+        "objectives": ["lost_motion"],
+        "seed": 3,
+        "evaluations": 200,
+        "fixed": {
+            "teeth.module_mm": 0.27,
+            "teeth.flexspline_teeth": 160,
+            "teeth.flexspline_shift": 2.6,
+            "teeth.rigid_shift": 2.55,
+            "teeth.tooth_height": 1.75,
+            "teeth.engagement_depth": 1.2,
+            "teeth.root_clearance": 0.35,
+            "teeth.face_width_mm": 9,
+            "generator.type": "ellipse",
+            "flexspline.rim_thickness_mm": 0.5,
+        },
+        "range": {"generator.deflection_mm": [0.2, 0.32]},
+    },
+}
+"""The first batch finds no design that keeps all limits."""
+
+
+def test_search_that_finds_its_first_design_late_has_its_report(
+    write: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run"
+    assert main(["design", str(write(ONE_VARIABLE)), "-o", str(run)]) == 0
+    assert "the front, 1 design:" in capsys.readouterr().out
+    with (run / "history.csv").open(newline="") as stream:
+        assert next(csv.DictReader(stream))["best"].startswith("nan")
+    assert "How the search came there" in (run / "report.html").read_text()
+
+
+def test_stiffness_beyond_reach_says_how_far_it_has_to_fall(
+    write: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = copy.deepcopy(ONE_VARIABLE)
+    spec["search"]["limits"] = {"stiffness_min_Nm_per_rad": 1e6}
+    assert main(["design", str(write(spec)), "-o", str(tmp_path / "run")]) == 1
+    out = capsys.readouterr().out
+    found = re.search(r"relax stiffness_min_Nm_per_rad by (\S+) % of the limit", out)
+    assert found is not None
+    # The drive reaches some 2e4 N m/rad.
+    assert 90 < float(found[1]) < 100
+
+
 def test_json_lines_of_progress_are_json(
     reference: tuple[Path, Path, dict[str, bytes]],
     tmp_path: Path,

@@ -72,8 +72,8 @@ MISFIT_SHARE = 0.1
 """Error over the largest correction from which the watch reports that the model does not fit."""
 
 PLAYS_SHARE_MAX = 0.9
-"""Most that the plays of a sheet take of the backbone's least compliance: where they take all of it,
-the drive would not give way at all after a reversal."""
+"""Most that the plays of a sheet take of the backbone's least compliance: where they take all of
+it, the drive would not give way at all after a reversal."""
 
 FLANK_WIDENINGS = (0.1, 0.2, 0.4)
 """Widening of the plays that make the loop of flank friction, which grows with the torque."""
@@ -304,7 +304,9 @@ def _friction(
                 f"for: the friction memory is {width:.2g} arcmin wide."
             )
         else:
-            notes.append("The friction memory is as wide as the sheet's hysteresis, an upper limit.")
+            notes.append(
+                "The friction memory is as wide as the sheet's hysteresis, an upper limit."
+            )
         rows = zip(radius, widening, weight, strict=True)
         return [Play(*(float(value) for value in row)) for row in rows], []
     width = _flank_half_width(drive)

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
-from lostmotion.design.result import Result
+from lostmotion.design.result import Result, relaxation
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -55,7 +55,8 @@ def run_design(arguments: argparse.Namespace) -> None:
     if not lines or arguments.json is not None:
         deliver(result.answer(), arguments, lambda out: show_result(result, out))
     if result.best is None:
-        raise LostMotionError(result.note)
+        wanted = ", ".join(relaxations(result))
+        raise LostMotionError(f"no feasible design; relax {wanted}" if wanted else result.note)
     if result.note and not arguments.quiet:
         print(f"lostmotion: {one_line(result.note)}", file=sys.stderr)
 
@@ -120,6 +121,15 @@ def print_line(seen: dict[str, Any]) -> None:
     print(json.dumps(line, allow_nan=False), flush=True)
 
 
+def relaxations(result: Result) -> list[str]:
+    """Say which limits would have to give, and by how much; empty where that is not known."""
+    texts = []
+    for limit in (result.infeasible or {}).get("relax", []):
+        by, unit = relaxation(limit)
+        texts.append(f"{limit['limit']} by {by:.4g} {unit}")
+    return texts
+
+
 def show_result(result: Result, out: TextIO) -> None:
     """Print the front and what the certificate says."""
     state = "finished" if result.finished else "stopped, --resume goes on"
@@ -132,16 +142,14 @@ def show_result(result: Result, out: TextIO) -> None:
         print(f"{result.refused} {left_out}\n", file=out)
     if result.best is None:
         print("no feasible design", file=out)
-        for limit in (result.infeasible or {}).get("relax", []):
-            print(f"  relax {limit['limit']} by {limit['by']:.4g} {limit['unit']}", file=out)
+        for wanted in relaxations(result):
+            print(f"  relax {wanted}", file=out)
         return
     head = [f"{n} {u}" for n, u in zip(result.objectives, result.units, strict=True)]
     step = max(1, -(-len(result.front) // FRONT_ROWS))
     rows = [[f"{v:.5g}" for v in one["objectives"]] for one in result.front[::step]]
-    print(
-        f"the front, {len(result.front)} designs" + (", some of them:" if step > 1 else ":"),
-        file=out,
-    )
+    count = "1 design" if len(result.front) == 1 else f"{len(result.front)} designs"
+    print(f"the front, {count}" + (", some of them:" if step > 1 else ":"), file=out)
     show_table(head, rows, out)
     seen = result.certificate or {}
     if seen:

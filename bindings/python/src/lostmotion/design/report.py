@@ -17,7 +17,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS
 from lostmotion.design.engine import figures
-from lostmotion.design.result import Result
+from lostmotion.design.result import Result, relaxation
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
@@ -280,7 +280,10 @@ def _history_figure(result: Result) -> Figure:
     with (result.folder / "history.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     at = np.array([float(row["evaluations"]) for row in rows])
-    best = np.array([float(row["best"]) for row in rows])
+    # Before the first design that keeps all limits there is no best: its number is no number.
+    best = np.array(
+        [math.nan if row["best"].startswith("nan") else float(row["best"]) for row in rows]
+    )
     name, unit = result.objectives[0], result.units[0]
     if result.larger_is_better[0]:
         best = 10_800 / math.pi / best
@@ -586,7 +589,7 @@ def _account(result: Result, context: Context) -> list[Figure | Rows | Notes | R
 
 def _nothing_section(result: Result, context: Context) -> Section:
     rows: Sequence[Sequence[str]] = [
-        (limit["limit"].replace("_", " "), _number(limit["by"]), limit["unit"])
+        (limit_name(limit["limit"]), _number(relaxation(limit)[0]), relaxation(limit)[1])
         for limit in (result.infeasible or {}).get("relax", [])
     ]
     blocks: list[Figure | Rows | Notes | Raw] = []

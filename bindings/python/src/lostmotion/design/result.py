@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,19 @@ class Result:
             "start": self.start,
             "note": self.note,
         }
+
+
+def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
+    """How far a limit of ``infeasible.json`` must give, and in which unit a reader counts it.
+
+    Shares become percent. The search counts a stiffness as its compliance, which may have to grow
+    many times over; the limit that a spec states falls by less than all of it.
+    """
+    by, unit = float(limit["by"]), str(limit["unit"])
+    if unit != "share of the limit":
+        return by, unit
+    share = by / (1.0 + by) if limit["limit"].startswith("stiffness_min") else by
+    return 100.0 * share, "% of the limit"
 
 
 class Designs:
