@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ import pytest
 from conftest import DATA
 from lostmotion.base import Backbone
 from lostmotion.catalogue import Catalogue
+from lostmotion.commands.compare import show_comparison
 from lostmotion.compare import Comparison, compare, directions, explained, zero_widths
 from lostmotion.discover import diagnose
 from lostmotion.discover.backbone import PLAY_RANGE, PLAYS
@@ -223,6 +226,9 @@ def test_a_single_run_is_held_out_by_halves() -> None:
     assert result.heldout_by == "half of the run"
     assert result.heldout_rms_rad >= result.rms_rad
     assert "run" not in {failure.covariate for failure in result.failures}
+    shown = io.StringIO()
+    show_comparison(result, shown)
+    assert re.search(r"^held out by half of the run [0-9.]+ arcsec$", shown.getvalue(), re.M)
 
 
 def test_recordings_without_torque_are_refused() -> None:

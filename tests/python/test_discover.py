@@ -27,6 +27,7 @@ from lostmotion.discover.threads import in_parallel
 from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run
+from lostmotion.report.discovery import verdict_sentence
 from lostmotion.units import parse_unit
 
 ARCSEC = np.pi / 180 / 3600
@@ -398,6 +399,39 @@ def test_columns_that_change_together_are_told():
         run.columns["cycles"] = np.full(len(run), 1000.0 * r)
     pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
     assert {"temperature_C", "cycles"} in pairs
+
+
+def test_angles_that_the_gear_binds_are_not_told_to_be_varied_alone():
+    data = campaign(seed=1)
+    for r, run in enumerate(data.runs):
+        run.columns["input_angle"] = np.full(len(run), 0.3 * ((7 * r) % len(data.runs)))
+        run.columns["output_angle"] = run.columns["input_angle"] / 100 + run.lost_motion_rad
+    pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
+    assert {"input_angle_rad", "output_angle_rad"} not in pairs
+    # Against what can be chosen freely the angle is still looked at.
+    for r, run in enumerate(data.runs):
+        run.columns["temperature"][:] = 20.0 + (7 * r) % len(data.runs)
+    pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
+    assert {"input_angle_rad", "temperature_C"} in pairs
+
+
+def test_effects_ask_for_columns_that_somebody_records():
+    data = campaign()
+    for run in data.runs:
+        del run.columns["input_angle"], run.columns["output_angle"]
+    blind = check(data, library())["not_testable"]
+    assert blind["inertia"] == "not testable with these columns: no output_angle_rad"
+    assert blind["viscous_friction"] == "not testable with these columns: no input_angle_rad"
+    drive = parse_drive(tomllib.loads(DRIVE))
+    with pytest.raises(InputError, match="output_angle_rad: found no such column"):
+        fit_model(drive, data, None, ["inertia"], library())
+
+
+@pytest.mark.parametrize(("runs", "says"), [(1, "1 run can show"), (5, "5 runs can show")])
+def test_few_runs_are_not_called_complete_without_saying_so(runs, says):
+    answer = {"verdict": "complete", "effects": [], "runs": runs}
+    assert says in verdict_sentence(answer)
+    assert verdict_sentence({**answer, "runs": 6}) == "Nothing is missing beyond the noise."
 
 
 def test_the_next_run_is_the_one_that_differs_most():

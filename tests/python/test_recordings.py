@@ -76,7 +76,10 @@ def test_lost_motion_is_output_minus_input_over_ratio(write: Write) -> None:
     ("head", "parts"),
     [
         ("torque_Nm,lost_motion_rad", ("time_s", "no such column", "--map COLUMN=time_s")),
-        ("time_s,lost_motion_rad", ("torque_Nm", "no such column")),
+        (
+            "time_s,lost_motion_rad",
+            ("torque_Nm", "no such column (there are time_s, lost_motion_rad)"),
+        ),
         ("time_s,torque_Nm", ("lost_motion_rad", "no angle column", "input_angle_rad and")),
         ("time_s,torque_Nm,input_angle_rad", ("lost_motion_rad", "only input_angle")),
         ("time_s,torque,lost_motion_rad", ("torque:", "no unit", "--map torque=torque_Nm")),
@@ -271,6 +274,36 @@ def test_rows_without_numbers_are_left_out_and_counted(write: Write, reader: str
     assert found["lost_motion_rad"] == (1, "rows left out")
     assert found["temperature_C"][0] == 1
     assert "kept" in found["temperature_C"][1]
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_decimal_commas_are_read_where_commas_do_not_separate(
+    write: Write, reader: str, delimiter: str
+) -> None:
+    rows = ("run,time_s,torque_Nm,lost_motion_rad", "1,0,-1.5,1e-3", "1,0.5,2,-2.5e-4", "1,1,,0.1")
+    text = "\n".join(row.replace(",", delimiter).replace(".", ",") for row in rows)
+    (run,) = read_campaign(write(text + "\n", "a.csv")).runs
+    np.testing.assert_array_equal(run.time_s, [0, 0.5])
+    np.testing.assert_array_equal(run.torque_Nm, [-1.5, 2])
+    np.testing.assert_array_equal(run.lost_motion_rad, [1e-3, -2.5e-4])
+
+
+@pytest.mark.parametrize(
+    ("number", "separator"), [("1,5", ","), ("1.234,5", ";"), ("1,234.5", ";"), ("1,2,3", ";")]
+)
+def test_commas_of_which_nobody_knows_what_they_mean_are_refused(
+    write: Write, reader: str, number: str, separator: str
+) -> None:
+    text = separator.join(HEAD.split(",")) + f'\n0{separator}"{number}"{separator}0\n'
+    with pytest.raises(InputError, match=r"torque_Nm: found .* expected a number"):
+        read_campaign(write(text, "a.csv"))
+
+
+def test_several_recordings_in_one_file_are_told_to_need_a_column(write: Write) -> None:
+    text = f"{HEAD}\n" + "".join(f"{i % 10},{i},{i}\n" for i in range(40))
+    (finding,) = read_campaign(write(text, "a.csv")).findings
+    assert (finding.kind, finding.count) == ("backward_time", 3)
+    assert "a column run has to say so" in str(finding)
 
 
 def test_time_stamps_that_repeat_or_go_back_are_counted_and_kept(write: Write) -> None:

@@ -13,6 +13,7 @@ import hashlib
 import io
 import logging
 import math
+import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -90,6 +91,14 @@ RATIO_EXPECTED = "the ratio, which a drive file has and a blob has not, or lost_
 GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording."""
 
+
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+"""A number as it is written where a comma stands before the fraction."""
+
+BACKWARD_ACTION = (
+    "kept in the order of the file; where another recording begins, a column run has to say so"
+)
+"""What is done about time that goes back, and what it usually is."""
 
 WHOLE_MAX = 2.0**53
 """Below this a float holds every integer, and a run label that is a whole number stays one."""
@@ -321,21 +330,22 @@ def resolve_columns(
             ignored.append(column)
         else:
             raise doubt
-    _require(file, chosen)
+    _require(file, header, chosen)
     return chosen, ignored
 
 
-def _require(file: str, chosen: Mapping[str, Any]) -> None:
+def _require(file: str, header: Sequence[str], chosen: Mapping[str, Any]) -> None:
     for name in ("time", "torque"):
         if name not in chosen:
             column = QUANTITIES[name].column
-            raise InputError(file, column, "no such column", f"{column}, or --map COLUMN={column}")
+            found = f"no such column (there are {', '.join(header)})"
+            raise InputError(file, column, found, f"{column}, or --map COLUMN={column}")
     if "lost_motion" not in chosen and not {"input_angle", "output_angle"} <= set(chosen):
         have = [name for name in ("input_angle", "output_angle") if name in chosen]
         raise InputError(
             file,
             "lost_motion_rad",
-            f"only {have[0]}" if have else "no angle column",
+            (f"only {have[0]}" if have else "no angle column") + f" among {', '.join(header)}",
             "input_angle_rad and output_angle_rad, or lost_motion_rad",
         )
 
@@ -561,7 +571,7 @@ def sound_run(
         if duplicates:
             note("duplicate_time", "time_s", duplicates, "kept in the order of the file")
         if backward:
-            note("backward_time", "time_s", backward, "kept in the order of the file")
+            note("backward_time", "time_s", backward, BACKWARD_ACTION)
         if gaps:
             note("gap", "time_s", gaps, f"steps above {GAP_FACTOR * usual:.3g} s, kept")
     for quantity in ("input_angle", "output_angle"):
@@ -674,6 +684,13 @@ def check_sign(campaign: Campaign) -> None:
         )
 
 
+def expected_number(text: str) -> str:
+    """Say what stands in the place of a text that is no number."""
+    if text.count(",") == 1 and "." not in text:
+        return "a number with a decimal point"
+    return "a number, or nothing, NA or nan where there is none"
+
+
 def numbers_of(file: str, column: str, values: npt.NDArray[Any]) -> FloatArray:
     """Read a column as numbers; what is empty is not a number."""
     if values.dtype.kind in "fiub":
@@ -686,7 +703,8 @@ def numbers_of(file: str, column: str, values: npt.NDArray[Any]) -> FloatArray:
             if str(text).strip().lower() in ("na", "n/a", "null", "none"):
                 out[i] = np.nan
                 continue
-            raise InputError(file, column, f"'{text}' in row {i + 1}", "a number") from None
+            found = f"'{text}' in row {i + 1}"
+            raise InputError(file, column, found, expected_number(str(text))) from None
     return out
 
 
@@ -782,7 +800,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
         import pyarrow
         import pyarrow.csv
     except ImportError:
-        return _parse_csv(file, header, lines[skip + 1 :], delimiter)
+        return _with_points(_parse_csv(file, header, lines[skip + 1 :], delimiter), delimiter)
     try:
         table = pyarrow.csv.read_csv(
             io.BytesIO("\n".join(lines[skip + 1 :]).encode()),
@@ -795,8 +813,25 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
         )
     except pyarrow.ArrowException:
         # The plain reader finds the row at fault, or copes.
-        return _parse_csv(file, header, lines[skip + 1 :], delimiter)
-    return from_arrow(table)
+        return _with_points(_parse_csv(file, header, lines[skip + 1 :], delimiter), delimiter)
+    return _with_points(from_arrow(table), delimiter)
+
+
+def _with_points(
+    columns: dict[str, npt.NDArray[Any]], delimiter: str
+) -> dict[str, npt.NDArray[Any]]:
+    """Put points for decimal commas, where commas do not separate the columns.
+
+    A column that has points as well is left as it is: one of the two separates thousands.
+    """
+    if delimiter == ",":
+        return columns
+    for name, values in columns.items():
+        if values.dtype.kind != "U" or np.any(np.char.find(values, ".") >= 0):
+            continue
+        if any(DECIMAL_COMMA.fullmatch(text.strip()) for text in values):
+            columns[name] = np.char.replace(values, ",", ".")
+    return columns
 
 
 def _fields(file: Path, lines: list[str], delimiter: str) -> list[list[str]]:

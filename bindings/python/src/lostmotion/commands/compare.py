@@ -71,7 +71,7 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         print(f"predicted           {shown(answer['heldout_rms_arcsec'])}", file=out)
     else:
         held = f"held out by {answer['heldout_by']}"
-        print(f"{held:<20}{shown(answer['heldout_rms_arcsec'])}", file=out)
+        print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}", file=out)
     print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
     place = {"inside": "inside", "both": "inside and outside"}[answer["friction"]]
     print(f"\nfriction {place} the elasticity; held out:", end="", file=out)

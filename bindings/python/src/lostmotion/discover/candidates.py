@@ -101,9 +101,16 @@ def given_values(base: Base, ratio: float) -> list[tuple[str, float]]:
     ]
 
 
+RECORDED_AS = {
+    "input_velocity_rad_s": "input_angle_rad",
+    "output_acceleration_rad_s2": "output_angle_rad",
+}
+"""Columns from which conditions are derived that nobody records."""
+
+
 def missing_columns(effect: Effect, conditions: Conditions) -> list[str]:
-    """Conditions that the effect needs and the recordings lack."""
-    return sorted(effect.needs - conditions.known())
+    """Columns that the effect needs and the recordings lack, by the name they are recorded by."""
+    return sorted({RECORDED_AS.get(need, need) for need in effect.needs - conditions.known()})
 
 
 def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from lostmotion.base import Backbone
 from lostmotion.discover.campaign_evidence import load_body
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.diagnosis import Diagnosis, diagnose
+from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, diagnose, few_runs
 from lostmotion.discover.effects import Effect, find_effect, library
 from lostmotion.discover.evidence_verdict import judge_body
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
@@ -341,11 +341,13 @@ def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
 
 def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print what is odd about recordings, and what they cannot show."""
-    print(f"{answer['runs']} runs, {answer['samples']} samples", file=out)
+    print(f"{few_runs(answer['runs'])}, {answer['samples']} samples", file=out)
     for finding in answer["findings"] or ["nothing odd"]:
         print(f"  {finding}", file=out)
     if not answer["ratio_known"]:
         print("the sign of the lost motion was not looked at: state --ratio", file=out)
+    if not answer["enough_runs"]:
+        print(f"fewer than {RUNS_LEAST} runs: diagnose can name no effect", file=out)
     for pair in answer["aliased"]:
         a, b = pair["columns"]
         print(

@@ -278,6 +278,11 @@ def conclude(
     )
 
 
+def few_runs(runs: int) -> str:
+    """Say how many runs there are."""
+    return "1 run" if runs == 1 else f"{runs} runs"
+
+
 def size_of_odd(base: Base, odd: OddRuns) -> float:
     """Root mean square over all samples, arc seconds, of what odd runs do."""
     columns = base.run_columns(base.at())[:, odd.place]
@@ -551,7 +556,7 @@ def advise(
 ) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
-        return f"{runs} runs cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
+        return f"{few_runs(runs)} cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
     if odd is not None:
         return ASK_WHAT_DIFFERED
     if verdict == "ambiguous":

@@ -10,7 +10,7 @@ from scipy import special
 
 from lostmotion.discover.backbone import DEVIATIONS
 from lostmotion.discover.campaign_evidence import Body
-from lostmotion.discover.diagnosis import ASK_WHAT_DIFFERED, detectable, plausible
+from lostmotion.discover.diagnosis import ASK_WHAT_DIFFERED, detectable, few_runs, plausible
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence_contest import (
     Rounds,
@@ -169,7 +169,7 @@ def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, An
 def advice(verdict: str, runs: int) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
-        return f"{runs} runs cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
+        return f"{few_runs(runs)} cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
     return {
         "complete": "Nothing is left above the noise.",
         "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",
