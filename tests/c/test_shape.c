@@ -381,8 +381,8 @@ static double length_to(double polar) {
       const double weight = i == 0 || i == PIECES ? 1 : i % 2 == 1 ? 4 : 2;
       lm_real radius;
       lm_real slope;
-      lm_neutral_radius(&line, LM_REAL(from + (to - from) * i / PIECES), &radius, &slope);
-      sum += weight * hypot((double)radius, (double)slope) * (to - from) / PIECES / 3;
+      lm_neutral_radius(&line, LM_REAL(from + (to - from) * i / (double)PIECES), &radius, &slope);
+      sum += weight * hypot((double)radius, (double)slope) * (to - from) / (double)PIECES / 3;
     }
   }
   return sum;

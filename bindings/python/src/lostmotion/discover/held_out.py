@@ -1,7 +1,7 @@
 """Held-out error: every run under a fit to the others.
 
-One step from the fit to all comes close to it. Only parameters that are free take the step, and
-none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly worse
+What a run changes of one linear step comes close to it. Only parameters that are free take the
+step, and none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly worse
 than the fit to all, it may have gone too far, and the others are fitted in truth. Offsets are each
 run's own, because the zero of an encoder is arbitrary.
 """
@@ -79,10 +79,13 @@ def held_out_residual(
     noise = float(np.mean(out**2))
     ridge = np.diag(precision / norm**2 * noise + RIDGE * out.size)
     rest = gram.sum(axis=0) - gram + ridge
-    right = slope.sum(axis=0) - slope
+    total = slope.sum(axis=0)
+    # At a kink the linear form wants to go on from the fit to all, where no fit follows.
+    of_all = solve_within(gram.sum(axis=0) + ridge, total, least, most)
     for i, at in enumerate(pieces):
         before = float(np.linalg.norm(out[at]))
-        out[at] -= fixed[at] @ solve_within(rest[i], right[i], least, most)
+        step = solve_within(rest[i], total - slope[i], least, most) - of_all
+        out[at] -= fixed[at] @ np.clip(step, least, most)
         if np.linalg.norm(out[at]) > DOUBTFUL * before:
             out[at] = residual_without(base, at, rows)
     return out
