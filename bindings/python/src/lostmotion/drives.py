@@ -75,6 +75,9 @@ DRIVE_KEYS = (
     Key("rated_torque", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_RATED_NM),
 )
 
+WIND_UP_MAX_RAD = 0.2
+"""Wind-up at rated torque that no strain-wave drive has: theirs are some thousandths."""
+
 CATALOGUE_KEYS = (
     Key("T1", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),
     Key("T2", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),
@@ -179,7 +182,7 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
         )
     catalogue = design = None
     if "catalogue" in document:
-        catalogue = _catalogue(file, document["catalogue"])
+        catalogue = _catalogue(file, document["catalogue"], rated)
     else:
         design = _design(file, document["design"], ratio, rated)
         structs.make_drive(design)
@@ -198,7 +201,7 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
     )
 
 
-def _catalogue(file: str, table: Any) -> Catalogue:
+def _catalogue(file: str, table: Any, rated_Nm: float) -> Catalogue:
     values = read_table(file, "catalogue", table, CATALOGUE_KEYS)
     number = {name: value.value for name, value in values.items()}
     if number["T2"] <= number["T1"]:
@@ -208,7 +211,7 @@ def _catalogue(file: str, table: Any) -> Catalogue:
             f"{number['T2']:.6g} Nm",
             f"more than T1, {number['T1']:.6g} Nm",
         )
-    return Catalogue(
+    sheet = Catalogue(
         number["T1"],
         number["T2"],
         number["K1"],
@@ -217,6 +220,18 @@ def _catalogue(file: str, table: Any) -> Catalogue:
         number.get("hysteresis"),
         number.get("lost_motion"),
     )
+    turned = float(sheet.angle(rated_Nm))
+    if turned > WIND_UP_MAX_RAD:
+        softest = min(("K1", "K2", "K3"), key=number.__getitem__)
+        raise InputError(
+            file,
+            values[softest].place,
+            f"{number[softest]:.6g} Nm/rad, and a drive that winds up by {turned:.3g} rad at "
+            f"its rated torque of {rated_Nm:.6g} Nm",
+            f"less than {WIND_UP_MAX_RAD:g} rad; sheets often leave a power of ten to the head "
+            "of the table: 0.81 under '10^4 Nm/rad' is 8100",
+        )
+    return sheet
 
 
 def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
