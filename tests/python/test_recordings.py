@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from conftest import DATA
 from lostmotion import recordings
 from lostmotion.errors import InputError
-from lostmotion.recordings import Campaign, parse_map, read_campaign, unwrap
-from lostmotion.units import ARCMIN
+from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, unwrap
+from lostmotion.units import ARCMIN, convert
 
 Write = Callable[..., Path]
 
@@ -398,6 +398,45 @@ def test_a_turned_sign_is_suspected(write: Write) -> None:
     (finding,) = campaign.findings
     assert finding.kind == "sign"
     assert "--map" in str(finding)
+
+
+@pytest.mark.parametrize(
+    ("torque", "angle", "says"),
+    [
+        ("Nm", "deg", "about the factor of degrees taken for radians"),
+        ("Nm", "arcmin", "about the factor of arc minutes taken for radians"),
+        ("Nm", "arcsec", "about the factor of arc seconds taken for radians"),
+        ("mNm", "rad", "about the factor of N mm taken for N m"),
+        ("Nm", "rad", None),
+    ],
+)
+def test_units_taken_for_others_show_against_the_drive(
+    write: Write, torque: str, angle: str, says: str | None
+) -> None:
+    applied = 40 * np.sin(np.arange(400) / 20)
+    turned = 1.6 * applied / 29e3 + 3e-5 * np.sign(applied) + 0.01
+    written = convert(applied, "Nm", torque), convert(turned, "rad", angle)
+    rows = "".join(f"{t},{m:.9g},{a:.9g}\n" for t, (m, a) in enumerate(zip(*written, strict=True)))
+    campaign = read_campaign(write(f"{HEAD}\n{rows}", "a.csv"))
+    for _ in range(2):
+        check_scale(campaign, lambda at: at / 29e3 * 1.7)
+    if says is None:
+        assert not campaign.findings
+    else:
+        (finding,) = campaign.findings
+        assert finding.kind == "scale"
+        assert says in str(finding)
+
+
+def test_noise_says_nothing_about_the_scale(write: Write) -> None:
+    torque = 0.01 * np.sin(np.arange(400) / 20)
+    angle = 1e-4 * np.random.default_rng(1).normal(size=400)
+    rows = "".join(
+        f"{t},{m:.9g},{a:.9g}\n" for t, (m, a) in enumerate(zip(torque, angle, strict=True))
+    )
+    campaign = read_campaign(write(f"{HEAD}\n{rows}", "a.csv"))
+    check_scale(campaign, lambda at: at / 29e3)
+    assert "scale" not in kinds(campaign)
 
 
 def test_the_extract_of_real_recordings_reads_with_the_map_of_its_drive() -> None:

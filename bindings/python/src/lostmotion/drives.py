@@ -75,7 +75,7 @@ DRIVE_KEYS = (
     Key("rated_torque", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_RATED_NM),
 )
 
-WIND_UP_MAX_RAD = 0.2
+WIND_UP_MAX_RAD = 0.5
 """Wind-up at rated torque that no strain-wave drive has: theirs are some thousandths."""
 
 CATALOGUE_KEYS = (

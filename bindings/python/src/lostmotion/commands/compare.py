@@ -13,7 +13,7 @@ from lostmotion.discover.ladder import make_base
 from lostmotion.drives import read_drive
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, whole_number
-from lostmotion.recordings import parse_map, recording_files
+from lostmotion.recordings import check_scale, parse_map, recording_files
 from lostmotion.sample import read_or_sample
 from lostmotion.terminal import Progress, deliver, fixed, show_table
 
@@ -31,6 +31,7 @@ def run_compare(arguments: argparse.Namespace) -> None:
     )
     largest = float(np.max(np.abs(campaign.column("torque"))))
     backbone = make_backbone(drive, largest)
+    check_scale(campaign, backbone)
     fitted = drive.fit is not None or bool(drive.effects)
     with Progress("comparing", quiet=arguments.quiet) as progress:
         result = compare(

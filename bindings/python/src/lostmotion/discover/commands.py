@@ -30,6 +30,7 @@ from lostmotion.recordings import (
     STUCK_TURN_RAD,
     Campaign,
     Finding,
+    check_scale,
     parse_map,
     read_campaign,
     recording_files,
@@ -61,7 +62,9 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
         raise InputError(
             campaign.runs[0].file, "torque_Nm", f"a constant {torque[0]:.6g} Nm", "one that varies"
         )
-    return drive, campaign, make_backbone(drive, float(np.max(np.abs(torque))))
+    backbone = make_backbone(drive, float(np.max(np.abs(torque))))
+    check_scale(campaign, backbone)
+    return drive, campaign, backbone
 
 
 def run_diagnose(arguments: argparse.Namespace) -> None:
@@ -141,7 +144,8 @@ def run_fit(arguments: argparse.Namespace) -> None:
             arguments.report, "Fitted lost motion", lead, [section], arguments.command_line
         )
     write_whole(arguments.output, format_toml(model.document(drive)))
-    deliver(model.answer(), arguments, lambda out: show_fit(model, arguments.output, out))
+    answer = {**model.answer(), "findings": [str(finding) for finding in campaign.findings]}
+    deliver(answer, arguments, lambda out: show_fit(model, arguments.output, out))
 
 
 def run_effects(arguments: argparse.Namespace) -> None:
@@ -318,6 +322,8 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         print(f"{name:<48} {value:.5g}, at its bound", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
+    for finding in model.base.conditions.campaign.findings:
+        print(finding, file=out)
     print(f"\nwritten: {file}", file=out)
 
 

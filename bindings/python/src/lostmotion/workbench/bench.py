@@ -25,7 +25,7 @@ from lostmotion.errors import InputError
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
-from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
+from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, recording_files
 from lostmotion.report import comparison_section, drive_section
 from lostmotion.report.maps import Residuals, collect_residuals
 from lostmotion.units import ARCSEC
@@ -100,6 +100,7 @@ class Bench:
         names = {**drive.columns, **parse_map(mapping)}
         campaign = read_campaign(list(paths), ratio=drive.ratio, mapping=names)
         backbone = self._backbone(drive, campaign)
+        check_scale(campaign, backbone)
         with one_thread():
             result = compare(backbone, campaign, progress=tick)
         page = render_section(comparison_section(drive, result, recording_files(list(paths))))
