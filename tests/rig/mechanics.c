@@ -159,9 +159,6 @@ size_t rig_turn(const rig_drive *d, const rig_samples *s, size_t count, rig_memo
     double low = -widest_angle_rad, high = widest_angle_rad, mesh = memory->mesh_rad;
     balance_at at;
     int i;
-    if (!(s->step_s[n] > 0.0)) {
-      before = memory->angle_rad;
-    }
     at = evaluate(d, s, n, memory, before, mesh);
     for (i = 0; i < ITERATIONS_MAX; ++i) {
       double next;
@@ -195,7 +192,8 @@ size_t rig_turn(const rig_drive *d, const rig_samples *s, size_t count, rig_memo
           memory->slip_Nm[i] + d->slip_stiffness_Nm_per_rad[i] * (at.angle - memory->angle_rad);
       memory->slip_Nm[i] = force > limit ? limit : force < -limit ? -limit : force;
     }
-    before = memory->angle_rad;
+    /* A recording starts at rest: what was done to the drive before it was done slowly. */
+    before = s->step_s[n] > 0.0 ? memory->angle_rad : at.angle;
     memory->angle_rad = at.angle;
     memory->mesh_rad = mesh;
     angle_rad[n] = at.angle;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import gzip
 import json
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +25,7 @@ from .bench import (
 from .campaign import Conditions, angle_noise, make_campaign
 from .drives import SIZES, build_drive
 from .hidden import EFFECTS, HIDDEN, OUTSIDE, lagged
-from .mechanics import ARCSEC, SCALES, Array, Drive, Memory, quasi_static
+from .mechanics import ARCSEC, SCALES, Array, Drive, Memory, Samples, quasi_static, turn
 from .plans import PLANS, make_plan
 from .suites import DEVELOP, JUDGE, KINDS, seeds_of, twins_of, write_suite
 
@@ -135,6 +136,24 @@ def test_memory_goes_on_from_one_stretch_to_the_next() -> None:
     memory = Memory()
     parts = [quasi_static(drive(), part, memory).angle_rad for part in np.split(torque, 3)]
     assert np.array_equal(np.concatenate(parts), whole)
+
+
+def test_a_mass_is_at_rest_when_a_recording_starts_and_swings_when_the_torque_jumps() -> None:
+    torque = 0.4 * drive().rated_torque_Nm * np.repeat([-1.0, 0.0, 0.4], [20, 20, 40])
+    one = np.ones(torque.size)
+    step = 0.01 * one
+    step[[0, 20]] = 0.0  # two recordings; the second has a jump
+
+    def turned(inertia_kgm2: float) -> Array:
+        heavy = replace(drive(), inertia_kgm2=inertia_kgm2)
+        samples = Samples(
+            torque, heavy.gap_rad * one, one, one, 0 * one, 0 * one, step_s=step.copy()
+        )
+        return turn(heavy, samples).angle_rad
+
+    light, heavy = turned(0.0), turned(0.5)
+    assert heavy[:40] == pytest.approx(light[:40], abs=1e-4 * ARCSEC)
+    assert np.abs(heavy[40:] - light[40:]).max() > 1.0 * ARCSEC
 
 
 @pytest.mark.parametrize("number", range(len(SIZES)))
