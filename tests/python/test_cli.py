@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -116,7 +117,23 @@ def test_predict_shows_checks_that_fail(
 ) -> None:
     drawn["design"]["teeth"]["rigid_shift"] = 2.8
     assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
-    assert "check smallest_gap: -" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    # As in the answer, but in the unit of the table above it.
+    found = re.search(r"check not kept: smallest_gap (-[0-9.]+) arcmin, limit 0", shown)
+    assert found is not None
+    assert main(["predict", str(write(drawn)), "--torque", "1:2:2", "--json", "-"]) == 0
+    checks = {check["name"]: check for check in json.loads(capsys.readouterr().out)["checks"]}
+    assert float(found[1]) == pytest.approx(checks["smallest_gap"]["value"] / ARCMIN, rel=1e-3)
+
+
+def test_a_radial_gap_of_no_tolerances_is_no_result(
+    capsys: Capture, write: Write, drawn: dict[str, Any]
+) -> None:
+    drawn["design"].pop("tolerance", None)
+    assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
+    shown = capsys.readouterr().out
+    assert "no tolerances are stated" in shown
+    assert "radial gap by tolerances" not in shown
 
 
 def test_clearances_at_stated_angles(capsys: Capture, drawn_file: str) -> None:

@@ -81,6 +81,10 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         ("catalogue.K1_Nm_per_rad", "found 3.1 Nm/rad", "less than 0.5 rad", "power of ten"),
     ),
     ({"catalogue.K2_Nm_per_rad": 14.5}, ("catalogue.K2_Nm_per_rad", "winds up by 2.3", "power")),
+    (
+        {"catalogue.hysteresis_arcmin": None, "catalogue.hystersis_arcmin": 1},
+        ("catalogue.hystersis_arcmin", "did you mean 'hysteresis_arcmin'?"),
+    ),
     ({"catalogue.T2_Nm": 14}, ("catalogue.T2_Nm", "14 Nm", "more than T1, 14 Nm")),
     ({"catalogue.hysteresis_Nm": 1}, ("catalogue.hysteresis_Nm", "unit 'Nm'", "an angle")),
     ({"catalogue": 7}, ("catalogue", "7", "a table")),

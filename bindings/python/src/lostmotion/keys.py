@@ -171,7 +171,12 @@ def _identify(
         suffix = written.removeprefix(f"{name}_")
         if keys[0].unit and suffix != written and "_" not in suffix:
             raise InputError(file, at, f"unknown unit '{suffix}'", _dimensions(keys))
-    hint = did_you_mean(written, known) or f": {', '.join(known)}"
+    same = [
+        f"{name}_{unit.symbol}"
+        for name, keys in by_name.items()
+        if unit is not None and any(unit.dimension == _kept(key).dimension for key in keys)
+    ]
+    hint = did_you_mean(written, [*same, *known]) or f": {', '.join(known)}"
     raise InputError(file, at, "an unknown key", f"a key of this table{hint}")
 
 

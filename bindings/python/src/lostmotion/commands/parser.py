@@ -194,7 +194,13 @@ def add_discovery(command: Command) -> None:
         "lostmotion fit drive.toml recordings/ --add thermal_gap -o fitted.toml",
     )
     add_inputs(added)
-    added.add_argument("--add", action="append", default=[], metavar="EFFECT", help="add it")
+    added.add_argument(
+        "--add",
+        action="append",
+        default=[],
+        metavar="EFFECT",
+        help="effect to add; again for another",
+    )
     added.add_argument(
         "--friction",
         choices=("inside", "both"),
@@ -240,7 +246,13 @@ def add_discovery(command: Command) -> None:
         "lostmotion next drive.toml recordings/ --plan options.csv",
     )
     add_inputs(added)
-    added.add_argument("--plan", action="append", required=True, metavar="OPTIONS", help="runs")
+    added.add_argument(
+        "--plan",
+        action="append",
+        required=True,
+        metavar="OPTIONS",
+        help="runs that could be made, as recordings",
+    )
     add_effects(added)
 
 

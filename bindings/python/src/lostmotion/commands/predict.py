@@ -14,6 +14,7 @@ from lostmotion.model import ADVICE
 from lostmotion.options import number, whole_number
 from lostmotion.predict import clearances, predict
 from lostmotion.terminal import deliver, fixed, show_table
+from lostmotion.units import ARCMIN
 
 DEFAULT_TORQUES = 33
 """Torques of a prediction that states none: from minus to plus the rated torque."""
@@ -106,7 +107,9 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
         file=out,
     )
     tolerance = answer["tolerance_um"]
-    if tolerance["worst_max"] is not None:
+    if answer["defaults"].get("design.tolerance") == "none":
+        print("no tolerances are stated: the radial gap is as drawn", file=out)
+    elif tolerance["worst_max"] is not None:
         lost = answer["tolerance_lost_motion_arcmin"]
         for kind in ("worst", "probable"):
             print(
@@ -117,10 +120,14 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
             )
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
     for check in failed:
-        kind = "advice" if check["name"] in ADVICE else "check"
+        kind = "advice not followed" if check["name"] in ADVICE else "check not kept"
+        angle = check["unit"] == "rad"
+        unit = "arcmin" if angle else check["unit"]
+        value, limit, margin = (
+            check[key] / (ARCMIN if angle else 1.0) for key in ("value", "limit", "margin")
+        )
         print(
-            f"{kind} {check['name']}: {check['value']:.4g} {check['unit']}, limit "
-            f"{check['limit']:.4g}, margin {check['margin']:.4g}",
+            f"{kind}: {check['name']} {value:.4g} {unit}, limit {limit:.4g}, margin {margin:.4g}",
             file=out,
         )
     if answer["defaults"]:
@@ -137,7 +144,7 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
     """Print clearances as a table."""
     name = one_line(answer["drive"])
-    print(f"{name}: side clearance in arcmin, - where the teeth do not overlap\n", file=out)
+    print(f"{name}: side clearance in arcmin, below zero the teeth interfere\n", file=out)
     rows = [
         [
             str(answer["section"][i]),
