@@ -21,6 +21,28 @@
  * below acceleration / (2 response). */
 #define STAGE_RATIO LM_REAL(4)
 
+/* Passing a bound by this, relatively, is rounding. */
+#define ROUNDING LM_REAL(1.00001)
+
+/* The argument above wants |a| <= A, |v| <= A / (2 response) and 8 response A of jerk, A being the
+ * acceleration's bound. Bounds that were narrowed while the correction moves need not hold that:
+ * with no jerk left the acceleration would stay, and the velocity grow, for ever. So A is at least
+ * what the motion has now. In position it goes no further out than it stands. */
+static void leave_room_to_end(lm_compensator *c) {
+  const lm_limits *limits = &c->parameters->limits;
+  lm_real twice_per_s = 2 * limits->response_per_s;
+  lm_real needed_rad_s2 =
+      greatest(absolute(c->acceleration_rad_s2), twice_per_s * absolute(c->velocity_rad_s));
+  c->standing &= ~LM_STATE_HEADROOM_SHORT;
+  if (is_greater(needed_rad_s2, ROUNDING * c->acceleration_max_rad_s2)) {
+    c->acceleration_max_rad_s2 = needed_rad_s2;
+    c->jerk_step_rad_s2 =
+        greatest(c->jerk_step_rad_s2, STAGE_RATIO * twice_per_s * limits->period_s * needed_rad_s2);
+    c->standing |= LM_STATE_HEADROOM_SHORT;
+  }
+  c->correction_end_rad = greatest(limits->correction_rad, absolute(c->correction_rad));
+}
+
 /* min(limit, headroom); zero for a headroom that is negative or NaN. */
 static lm_real narrow(lm_real limit, lm_real headroom) {
   return clamp(headroom, 0, limit);
@@ -47,6 +69,7 @@ void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
       least(compensator->acceleration_max_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
   compensator->velocity_max_rad_s = least(
       compensator->velocity_max_rad_s, compensator->acceleration_max_rad_s2 / (2 * response_per_s));
+  leave_room_to_end(compensator);
 }
 
 static void prepare(lm_compensator *compensator) {
@@ -115,8 +138,7 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
 }
 
 static uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
-  const lm_limits *limits = &c->parameters->limits;
-  lm_real period_s = limits->period_s;
+  lm_real period_s = c->parameters->limits.period_s;
   /* Aiming ahead by what the target moves in 1 / response makes up for the first stage's lag. */
   lm_real aim_rad = hold(target_rad + (target_rad - c->target_rad) * c->lead_ticks,
                          c->correction_max_rad, LM_STATE_POSITION_LIMITED, &status);
@@ -129,7 +151,7 @@ static uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t st
   c->target_rad = target_rad;
   c->acceleration_rad_s2 += change;
   c->velocity_rad_s += c->acceleration_rad_s2 * period_s;
-  c->correction_rad = hold(c->correction_rad + c->velocity_rad_s * period_s, limits->correction_rad,
+  c->correction_rad = hold(c->correction_rad + c->velocity_rad_s * period_s, c->correction_end_rad,
                            LM_STATE_POSITION_LIMITED, &status);
   return status;
 }

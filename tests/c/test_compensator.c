@@ -155,6 +155,90 @@ static void no_headroom_means_no_motion(void) {
   TEST_ASSERT_TRUE(rest(30, 2000).correction_rad < LM_REAL(-5e-4));
 }
 
+/* From the moment the bounds are narrowed: nothing passes what the motion was made under, nothing
+ * jumps, and the correction comes to rest. */
+static lm_correction check_ending(lm_headroom most, int ticks) {
+  const lm_real tick_s = parameters.limits.period_s;
+  lm_real position_rad = joint.correction_rad;
+  lm_real acceleration_rad_s2 = joint.acceleration_rad_s2;
+  lm_correction now = step(70);
+  int i;
+  for (i = 0; i < ticks; ++i) {
+    TEST_ASSERT_TRUE(distance(now.velocity_rad_s, 0) <= most.velocity_rad_s * (1 + 8 * ROUNDING));
+    TEST_ASSERT_TRUE(distance(now.acceleration_rad_s2, 0) <=
+                     most.acceleration_rad_s2 * (1 + 8 * ROUNDING));
+    TEST_ASSERT_TRUE(distance(now.acceleration_rad_s2, acceleration_rad_s2) <=
+                     most.jerk_rad_s3 * tick_s * (1 + 8 * ROUNDING) +
+                         8 * ROUNDING * most.acceleration_rad_s2);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, position_rad) <=
+                     most.velocity_rad_s * tick_s * (1 + 8 * ROUNDING) +
+                         8 * ROUNDING * most.correction_rad);
+    position_rad = now.correction_rad;
+    acceleration_rad_s2 = now.acceleration_rad_s2;
+    now = step(70);
+  }
+  return now;
+}
+
+/* A host without anything to spare, in the midst of any motion: the velocity used to grow for as
+ * long as it had nothing, because the acceleration stayed. */
+static void a_motion_without_headroom_comes_to_rest(void) {
+  static const lm_real jerk_rad_s3[] = {0, 1, 100};
+  int moment;
+  int k;
+  for (k = 0; k < 3; ++k) {
+    for (moment = 1; moment < 60; ++moment) {
+      lm_headroom room = own_limits();
+      lm_correction now;
+      TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+      rest(70, moment);
+      room.jerk_rad_s3 = jerk_rad_s3[k];
+      room.velocity_rad_s = 0;
+      lm_set_headroom(&joint, &room);
+      now = check_ending(own_limits(), 500);
+      TEST_ASSERT_TRUE(distance(now.velocity_rad_s, 0) < LM_REAL(1e-6));
+      lm_set_headroom(&joint, NULL);
+      TEST_ASSERT_EQUAL(0, step(70).status & LM_STATE_HEADROOM_SHORT);
+      now = check_ending(own_limits(), 2000);
+      TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(1e-7));
+    }
+  }
+}
+
+static void headroom_too_short_to_stop_is_reported(void) {
+  lm_headroom none = {0, 0, 0, 0};
+  int k;
+  rest(70, 5);
+  lm_set_headroom(&joint, &none);
+  TEST_ASSERT_TRUE(step(70).status & LM_STATE_HEADROOM_SHORT);
+  /* The same where the host says it every tick. */
+  for (k = 0; k < 500; ++k) {
+    lm_set_headroom(&joint, &none);
+    step(70);
+  }
+  TEST_ASSERT_TRUE(distance(step(70).velocity_rad_s, 0) < LM_REAL(1e-6));
+}
+
+/* Narrower limits arrive while the correction stands beyond them, or moves faster than they let it:
+ * it used to jump to the new limit within one tick. */
+static void narrower_parameters_are_approached_without_a_jump(void) {
+  lm_parameters narrow = parameters;
+  lm_headroom most = own_limits();
+  int moment;
+  narrow.limits.correction_rad *= LM_REAL(0.1);
+  narrow.limits.velocity_rad_s *= LM_REAL(0.1);
+  narrow.limits.acceleration_rad_s2 *= LM_REAL(0.1);
+  narrow.limits.jerk_rad_s3 *= LM_REAL(0.1);
+  for (moment = 1; moment < 2000; moment += moment < 60 ? 1 : 100) {
+    lm_correction now;
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+    rest(70, moment);
+    TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &narrow, &fault));
+    now = check_ending(most, 3000);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, -narrow.limits.correction_rad) < LM_REAL(1e-7));
+  }
+}
+
 static void a_narrower_position_is_approached_without_a_jump(void) {
   lm_headroom room = own_limits();
   lm_correction before = rest(40, 3000);
@@ -499,6 +583,9 @@ int main(void) {
   RUN_TEST(no_limit_is_ever_passed);
   RUN_TEST(headroom_narrows_and_never_widens);
   RUN_TEST(no_headroom_means_no_motion);
+  RUN_TEST(a_motion_without_headroom_comes_to_rest);
+  RUN_TEST(headroom_too_short_to_stop_is_reported);
+  RUN_TEST(narrower_parameters_are_approached_without_a_jump);
   RUN_TEST(a_narrower_position_is_approached_without_a_jump);
   RUN_TEST(a_step_is_approached_without_overshoot);
   RUN_TEST(binding_limits_are_reported);

@@ -15,6 +15,10 @@
  *     and come back to them, at those rates, where the host narrows the headroom below where they
  *     are. (Where jerk / (8 response) is less than the acceleration limit it takes its place, and
  *     acceleration / (2 response) likewise for velocity: the price for not overshooting.)
+ *   - A motion under way can always end. Headroom or new parameters that leave it less acceleration
+ *     than a = max(|acceleration|, 2 response |velocity|), or less jerk than 8 response a, count as
+ *     that much until they are set again, and LM_STATE_HEADROOM_SHORT says so. That is never more
+ *     than the limits the motion was made under (times the ratio of the responses, if that rose).
  *   - While nothing binds, a target that moves at a steady rate is followed without lag.
  *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds.
  *
@@ -51,9 +55,10 @@ typedef enum lm_mode {
 #define LM_STATE_FADED 512u          /* the watch has faded the correction, wholly or in part */
 #define LM_STATE_MISFIT 1024u        /* the watch finds that the model does not fit */
 #define LM_STATE_MODEL_REFUSED 2048u /* the model gave no finite angle (a user's effect) */
-#define LM_STATE_WATCH_REFUSED                                      \
-  4096u /* the last call of lm_watch_output was not finite: ignored \
-         */
+#define LM_STATE_WATCH_REFUSED                                                                    \
+  4096u                               /* the last call of lm_watch_output was not finite: ignored \
+                                       */
+#define LM_STATE_HEADROOM_SHORT 8192u /* less was left than ending the motion takes: widened */
 
 /* What the host has left for the correction. A headroom that is negative or NaN counts as zero;
  * infinity leaves the limit to the parameters. */
@@ -84,6 +89,7 @@ typedef struct lm_compensator {
   lm_real acceleration_rad_s2;
   /* bounds in force: the parameters' limits narrowed by the headroom */
   lm_real correction_max_rad;
+  lm_real correction_end_rad; /* never passed: the parameters' limit, or where it stood beyond */
   lm_real velocity_max_rad_s;
   lm_real acceleration_max_rad_s2;
   lm_real jerk_step_rad_s2; /* change of the acceleration in one tick */
@@ -117,7 +123,8 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
 /* From the next step on, until it is called again (every tick, if the host likes): what is left for
- * the correction. Never lifts the parameters' limits. Null: those alone. */
+ * the correction. Never lifts the parameters' limits. Null: those alone. All zero brings the
+ * correction to rest in a few times 1 / response. */
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom);
 
 /* From the next step on. A value outside the enumeration counts as LM_MODE_RESET. */

@@ -42,6 +42,7 @@ STATES = (
     "misfit",
     "model_refused",
     "watch_refused",
+    "headroom_short",
 )
 """Names of the LM_STATE_ bits, lowest first."""
 
