@@ -7,15 +7,16 @@
 #include "runtime/number.h"
 #include "runtime/play_kernel.h"
 
-/* The torque the model believes: NaN is the torque before, and nothing passes the limit. */
+/* The torque the model believes: what is not finite is the torque before, and nothing passes the
+ * limit. */
 static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limit_Nm) {
   if (is_within(torque_Nm, limit_Nm)) {
     return torque_Nm;
   }
-  if (torque_Nm > 0) {
-    return limit_Nm;
+  if (!is_finite(torque_Nm)) {
+    return before_Nm;
   }
-  return torque_Nm < 0 ? -limit_Nm : before_Nm;
+  return torque_Nm > 0 ? limit_Nm : -limit_Nm;
 }
 
 #if LM_EFFECTS_MAX > 0

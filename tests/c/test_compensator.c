@@ -542,6 +542,7 @@ static void inputs_that_are_not_finite_change_nothing(void) {
   TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
   now = step(1 / zero);
   TEST_ASSERT_TRUE(now.status & LM_STATE_INPUT_REFUSED);
+  TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
   at.temperature_C = zero / zero;
   TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED); /* nobody asked for it */
   add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
