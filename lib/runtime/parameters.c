@@ -144,15 +144,15 @@ typedef struct reader {
   size_t end;
 } reader;
 
-/* Past the end it gives zeros; the lengths have been compared before anything is believed. */
+/* Past the end it gives zeros and goes on counting, so that `at` tells a form that is too short. */
 static uint32_t read_word(reader *from) {
   uint32_t word = 0;
   if (from->at + 4 <= from->end) {
     const uint8_t *byte = from->bytes + from->at;
     word = (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 |
            (uint32_t)byte[3] << 24;
-    from->at += 4;
   }
+  from->at += 4;
   return word;
 }
 

@@ -171,8 +171,14 @@ static void counts_beyond_the_build_are_refused(void) {
   memcpy(blob, kept, length);
   put_word(effects_at, 0);
   seal(effects_at + 8);
-  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, load(effects_at + 8)); /* limits read as zero */
+  TEST_ASSERT_EQUAL(LM_CORRUPT, load(effects_at + 8));
+  TEST_ASSERT_EQUAL_STRING("length", fault.input);
   TEST_ASSERT_EQUAL(0, loaded.format);
+  /* The last two numbers may be zero, so a form without them must not pass for one with them. */
+  memcpy(blob, kept, length);
+  seal(length - 8);
+  TEST_ASSERT_EQUAL(LM_CORRUPT, load(length - 8));
+  TEST_ASSERT_EQUAL_STRING("length", fault.input);
 }
 
 static void null_pointers_and_small_buffers_are_refused(void) {
