@@ -304,9 +304,24 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
   return greatest(up_rad, down_rad);
 }
 
+/* True where some play has another band than before: then it stands where the old band left it, and
+ * the load that swept the old one has not swept this. */
+static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before) {
+  int other = 0;
+  int32_t i;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    const lm_play_slot *slot = &bank->slot[i];
+    const lm_play_slot *old = &before->slot[i];
+    other |= slot->radius_Nm != old->radius_Nm || slot->edge_slope[0] != old->edge_slope[0] ||
+             slot->edge_slope[1] != old->edge_slope[1];
+  }
+  return other;
+}
+
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault) {
   lm_status status;
+  int other_bands;
   if (!compensator) {
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
@@ -314,8 +329,12 @@ lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters 
   if (status != LM_OK) {
     return status;
   }
+  other_bands = has_other_bands(&parameters->plays, &compensator->parameters->plays);
   compensator->parameters = parameters;
   lm_settle_model(parameters, &compensator->memory);
+  if (other_bands) {
+    forget(compensator);
+  }
   prepare(compensator);
   return LM_OK;
 }
@@ -380,6 +399,8 @@ void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
 
 lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
                                  lm_fault *fault) {
+  lm_real torque_Nm;
+  lm_real limit_Nm;
   if (!compensator || !saved) {
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
@@ -399,5 +420,11 @@ lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *sa
   compensator->highest_Nm = saved->highest_Nm;
   compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
   compensator->standing |= saved->unknown & LM_STATE_MEMORY_UNKNOWN;
+  torque_Nm = compensator->memory.plays.torque_Nm;
+  limit_Nm = compensator->parameters->torque_limit_Nm;
+  if (saved->unknown && !(saved->lowest_Nm >= -limit_Nm && saved->lowest_Nm <= torque_Nm &&
+                          saved->highest_Nm >= torque_Nm && saved->highest_Nm <= limit_Nm)) {
+    forget(compensator);
+  }
   return LM_OK;
 }

@@ -418,6 +418,48 @@ static void a_change_of_parameters_makes_no_step(void) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(&joint, NULL, &fault));
 }
 
+/* Wider bands: where a play stands in them the old ones cannot tell, however widely the load swept
+ * before. The truth is a model that had the new bands all along. */
+static void a_change_of_bands_makes_the_memory_unknown(void) {
+  lm_parameters wider = parameters;
+  lm_memory truth;
+  lm_play play[4];
+  lm_real bound_rad;
+  int i;
+  for (i = 0; i < 4; ++i) {
+    play[i] = size20_play[i];
+    play[i].radius_Nm *= 3;
+    play[i].widening = 0;
+  }
+  TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&wider.plays, play, 4, 4, &fault));
+  lm_start_model(&truth, 0);
+  for (i = 0; i < 3; ++i) {
+    at.torque_Nm = LM_REAL(80 - 160 * (i % 2)) * LM_REAL(i < 2);
+    lm_step_model(&wider, &truth, &at);
+    step(at.torque_Nm);
+  }
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+  wider.limits.velocity_rad_s *= 2;
+  TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &wider, &fault));
+  TEST_ASSERT_TRUE(step(0).status & LM_STATE_MEMORY_UNKNOWN);
+  bound_rad = lm_bound_uncertainty(&joint);
+  for (i = 0; i < 50; ++i) {
+    at.torque_Nm = draw(&seed, -1, 1) * LM_REAL(i);
+    TEST_ASSERT_TRUE(distance(lm_step_model(&wider, &truth, &at),
+                              lm_step_compensator(&joint, &at).lost_motion_rad) <=
+                     lm_bound_uncertainty(&joint) + 32 * ROUNDING * LM_REAL(4e-3));
+  }
+  TEST_ASSERT_TRUE(bound_rad > LM_REAL(1e-4));
+  /* Other numbers with the same bands leave it as it was. */
+  step(80);
+  step(-80);
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+  wider.limits.velocity_rad_s *= 2;
+  wider.plays.slot[0].weight *= LM_REAL(0.999999);
+  TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &wider, &fault));
+  TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_MEMORY_UNKNOWN);
+}
+
 static void a_saved_history_is_taken_up_again(void) {
   lm_saved saved;
   lm_compensator next;
@@ -464,6 +506,19 @@ static void a_saved_history_that_does_not_belong_is_refused(void) {
   saved.crc = lm_find_crc(0, &saved, offsetof(lm_saved, crc));
   TEST_ASSERT_EQUAL(LM_CORRUPT, lm_restore_compensator(&joint, &saved, &fault));
   TEST_ASSERT_EQUAL_STRING("format", fault.input);
+  /* A range of the load that cannot be, under a good CRC: nothing is known, the bound stays whole.
+   */
+  for (i = 0; i < 4; ++i) {
+    lm_real zero = 0;
+    lm_compensator other;
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&other, &parameters, 0, &fault));
+    lm_save_compensator(&other, &saved);
+    saved.lowest_Nm = i == 0 ? zero / zero : i == 1 ? -1 / zero : i == 2 ? 1 : 0;
+    saved.highest_Nm = i == 3 ? LM_REAL(1e30) : 0;
+    saved.crc = lm_find_crc(0, &saved, offsetof(lm_saved, crc));
+    TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&other, &saved, &fault));
+    TEST_ASSERT_TRUE(lm_bound_uncertainty(&other) > LM_REAL(1e-5));
+  }
   lm_save_compensator(&joint, &saved);
   parameters.fingerprint = 5;
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_restore_compensator(&joint, &saved, &fault));
@@ -595,6 +650,7 @@ int main(void) {
   RUN_TEST(the_uncertainty_bounds_the_truth_and_shrinks_to_nothing);
   RUN_TEST(a_known_start_has_no_uncertainty);
   RUN_TEST(a_change_of_parameters_makes_no_step);
+  RUN_TEST(a_change_of_bands_makes_the_memory_unknown);
   RUN_TEST(a_saved_history_is_taken_up_again);
   RUN_TEST(a_history_of_wide_bands_is_taken_up_again);
   RUN_TEST(a_saved_history_that_does_not_belong_is_refused);

@@ -142,8 +142,10 @@ void lm_declare_memory_known(lm_compensator *compensator);
 lm_real lm_bound_uncertainty(lm_compensator *compensator);
 
 /* New parameters without a step in the correction: it moves to the new target within the limits.
- * Plays keep their place as far as the new bands allow. The headroom is that of the new parameters
- * until it is set again.
+ * Plays keep their place as far as the new bands allow. Where any band is another than before, the
+ * history is unknown again (LM_STATE_MEMORY_UNKNOWN), each play anywhere in its new band. The
+ * headroom is that of the new parameters until it is set again. The old ones are read once more:
+ * new ones go to a struct of their own. Slow work, as lm_check_parameters is.
  * Errors: LM_NULL and those of lm_check_parameters; then nothing has changed. */
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault);
