@@ -312,8 +312,7 @@ static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before)
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
     const lm_play_slot *old = &before->slot[i];
-    other |= slot->radius_Nm != old->radius_Nm || slot->edge_slope[0] != old->edge_slope[0] ||
-             slot->edge_slope[1] != old->edge_slope[1];
+    other |= slot->radius_Nm != old->radius_Nm || slot->edge_slope[1] != old->edge_slope[1];
   }
   return other;
 }

@@ -16,7 +16,7 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
   if (!is_finite(torque_Nm)) {
     return before_Nm;
   }
-  return torque_Nm > 0 ? limit_Nm : -limit_Nm;
+  return is_negative(torque_Nm) ? -limit_Nm : limit_Nm;
 }
 
 #if LM_EFFECTS_MAX > 0

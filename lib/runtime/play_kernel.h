@@ -17,9 +17,15 @@
 /* The running sum over all operators, so that the part outside can be read off where the places
  * change. Outside comes first: its radians are the smaller numbers, and subtracting them from the
  * total costs the inside part no digit that matters. Keeping every sum costs one store an operator
- * where a comparison costs three instructions; without an FPU neither counts, but the stack does.
+ * where a comparison costs three instructions; without an FPU neither counts, but the stack does,
+ * and of one operator there is but one sum.
  */
-#if WITHOUT_FPU
+#if WITHOUT_FPU || LM_PLAYS_MAX == 1
+#define KEEP_EVERY_SUM 0
+#else
+#define KEEP_EVERY_SUM 1
+#endif
+#if !KEEP_EVERY_SUM
 typedef struct running_sum {
   lm_real total;
   lm_real outside;
@@ -33,7 +39,7 @@ typedef struct running_sum {
 
 static inline void start_sum(running_sum *sum) {
   sum->total = 0;
-#if WITHOUT_FPU
+#if !KEEP_EVERY_SUM
   sum->outside = 0;
 #else
   sum->partial[0] = 0;
@@ -42,7 +48,7 @@ static inline void start_sum(running_sum *sum) {
 
 static inline void add_to_sum(running_sum *sum, const lm_play_bank *bank, int32_t i, lm_real z_Nm) {
   sum->total += bank->slot[i].weight * z_Nm;
-#if WITHOUT_FPU
+#if !KEEP_EVERY_SUM
   if (i + 1 == bank->outside_count) {
     sum->outside = sum->total;
   }
@@ -53,7 +59,7 @@ static inline void add_to_sum(running_sum *sum, const lm_play_bank *bank, int32_
 
 static inline lm_play_sum split_sum(const running_sum *sum, const lm_play_bank *bank,
                                     lm_real torque_Nm) {
-#if WITHOUT_FPU
+#if !KEEP_EVERY_SUM
   lm_real outside = sum->outside;
 #else
   lm_real outside = sum->partial[bank->outside_count];

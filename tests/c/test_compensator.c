@@ -460,6 +460,21 @@ static void a_change_of_bands_makes_the_memory_unknown(void) {
   TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_MEMORY_UNKNOWN);
 }
 
+/* By the radius alone, or the widening alone. */
+static void any_other_band_counts(void) {
+  int i;
+  for (i = 0; i < 2; ++i) {
+    lm_parameters other = parameters;
+    other.plays.slot[2].radius_Nm += LM_REAL(i == 0);
+    other.plays.slot[2].edge_slope[0] -= LM_REAL(i == 1) / 64;
+    other.plays.slot[2].edge_slope[1] += LM_REAL(i == 1) / 64;
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+    lm_declare_memory_known(&joint);
+    TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &other, &fault));
+    TEST_ASSERT_TRUE(step(0).status & LM_STATE_MEMORY_UNKNOWN);
+  }
+}
+
 static void a_saved_history_is_taken_up_again(void) {
   lm_saved saved;
   lm_compensator next;
@@ -508,13 +523,13 @@ static void a_saved_history_that_does_not_belong_is_refused(void) {
   TEST_ASSERT_EQUAL_STRING("format", fault.input);
   /* A range of the load that cannot be, under a good CRC: nothing is known, the bound stays whole.
    */
-  for (i = 0; i < 4; ++i) {
+  for (i = 0; i < 5; ++i) {
     lm_real zero = 0;
     lm_compensator other;
     TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&other, &parameters, 0, &fault));
     lm_save_compensator(&other, &saved);
     saved.lowest_Nm = i == 0 ? zero / zero : i == 1 ? -1 / zero : i == 2 ? 1 : 0;
-    saved.highest_Nm = i == 3 ? LM_REAL(1e30) : 0;
+    saved.highest_Nm = i == 3 ? LM_REAL(1e30) : i == 4 ? -LM_REAL(1) : 0;
     saved.crc = lm_find_crc(0, &saved, offsetof(lm_saved, crc));
     TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&other, &saved, &fault));
     TEST_ASSERT_TRUE(lm_bound_uncertainty(&other) > LM_REAL(1e-5));
@@ -651,6 +666,7 @@ int main(void) {
   RUN_TEST(a_known_start_has_no_uncertainty);
   RUN_TEST(a_change_of_parameters_makes_no_step);
   RUN_TEST(a_change_of_bands_makes_the_memory_unknown);
+  RUN_TEST(any_other_band_counts);
   RUN_TEST(a_saved_history_is_taken_up_again);
   RUN_TEST(a_history_of_wide_bands_is_taken_up_again);
   RUN_TEST(a_saved_history_that_does_not_belong_is_refused);
