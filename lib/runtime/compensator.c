@@ -396,10 +396,15 @@ void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
   saved->crc = lm_find_crc(0, saved, offsetof(lm_saved, crc));
 }
 
+/* A range that the load can have swept to stand where it does; not if any of it is NaN. */
+static int can_be_swept(lm_real lowest_Nm, lm_real torque_Nm, lm_real highest_Nm,
+                        lm_real limit_Nm) {
+  return lowest_Nm >= -limit_Nm && lowest_Nm <= torque_Nm && torque_Nm <= highest_Nm &&
+         highest_Nm <= limit_Nm;
+}
+
 lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
                                  lm_fault *fault) {
-  lm_real torque_Nm;
-  lm_real limit_Nm;
   if (!compensator || !saved) {
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
@@ -419,10 +424,9 @@ lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *sa
   compensator->highest_Nm = saved->highest_Nm;
   compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
   compensator->standing |= saved->unknown & LM_STATE_MEMORY_UNKNOWN;
-  torque_Nm = compensator->memory.plays.torque_Nm;
-  limit_Nm = compensator->parameters->torque_limit_Nm;
-  if (saved->unknown && !(saved->lowest_Nm >= -limit_Nm && saved->lowest_Nm <= torque_Nm &&
-                          saved->highest_Nm >= torque_Nm && saved->highest_Nm <= limit_Nm)) {
+  if (saved->unknown &&
+      !can_be_swept(saved->lowest_Nm, compensator->memory.plays.torque_Nm, saved->highest_Nm,
+                    compensator->parameters->torque_limit_Nm)) {
     forget(compensator);
   }
   return LM_OK;

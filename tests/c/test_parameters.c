@@ -174,6 +174,13 @@ static void counts_beyond_the_build_are_refused(void) {
   TEST_ASSERT_EQUAL(LM_CORRUPT, load(effects_at + 8));
   TEST_ASSERT_EQUAL_STRING("length", fault.input);
   TEST_ASSERT_EQUAL(0, loaded.format);
+  /* Whole, but with a period of zero. */
+  memcpy(blob, kept, length);
+  put_word(length - 44, 0);
+  seal(length);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, load(length));
+  TEST_ASSERT_EQUAL_STRING("period_s", fault.input);
+  TEST_ASSERT_EQUAL(0, loaded.format);
   /* The last two numbers may be zero, so a form without them must not pass for one with them. */
   memcpy(blob, kept, length);
   seal(length - 8);
