@@ -346,6 +346,23 @@ def test_help_version_and_complaints_about_usage_import_nothing_heavy(
     assert {name for name in modules if name.split(".")[0] == "lostmotion"} == LIGHT
 
 
+def test_the_package_alone_leads_to_its_modules() -> None:
+    code = (
+        "import lostmotion\n"
+        "import sys\n"
+        "assert not {'numpy', 'lostmotion.drives'} & set(sys.modules)\n"
+        "assert {'drives', 'predict', '__version__'} <= set(dir(lostmotion))\n"
+        "for name in lostmotion.MODULES:\n"
+        "    assert getattr(lostmotion, name) is sys.modules[f'lostmotion.{name}']\n"
+        "try:\n"
+        "    lostmotion.read_dirve\n"
+        "except AttributeError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "module 'lostmotion' has no attribute 'read_dirve'\n"
+
+
 def test_a_prediction_imports_nothing_of_fits_searches_and_pages(bought_file: str) -> None:
     _, modules = imported_by("predict", bought_file, "--quiet")
     assert "numpy" in modules

@@ -231,6 +231,16 @@ def test_a_single_run_is_held_out_by_halves() -> None:
     assert re.search(r"^held out by half of the run [0-9.]+ arcsec$", shown.getvalue(), re.M)
 
 
+def test_what_came_out_prints_on_one_line() -> None:
+    data = campaign(2)
+    result = compare(backbone(), data)
+    assert repr(data) == "<Campaign: 900 samples in 2 runs, 0 findings>"
+    assert repr(data.runs[0]).startswith("<Run 1 of synthetic: 450 samples of time, torque, ")
+    assert re.fullmatch(
+        r"<Comparison of <Campaign: .*>: rms [0-9.]+ arcsec, held out [0-9.]+>", repr(result)
+    )
+
+
 def test_recordings_without_torque_are_refused() -> None:
     data = campaign(2)
     for run in data.runs:

@@ -162,6 +162,13 @@ class Comparison:
     failures: list[Failure]
     not_testable: dict[str, list[str]]
 
+    def __repr__(self) -> str:
+        """Say what came out; the residuals fill screens."""
+        return (
+            f"<Comparison of {self.campaign!r}: rms {self.rms_rad / ARCSEC:.3g} arcsec, "
+            f"held out {self.heldout_rms_rad / ARCSEC:.3g}>"
+        )
+
     @property
     def starts(self) -> IntArray:
         """Offsets of the runs."""

@@ -85,7 +85,9 @@ STUCK_TURN_RAD = 0.2
 WRAP_SLACK = 0.25
 """How far from a whole turn, in turns, a step may be and still be an encoder that wrapped."""
 
-RATIO_EXPECTED = "the ratio, which a drive file has and a blob has not, or lost_motion_rad"
+RATIO_EXPECTED = (
+    "the ratio, which a drive file has and a blob has not (in Python ratio=), or lost_motion_rad"
+)
 """What a recording of two angles needs."""
 
 GAP_FACTOR = 10.0
@@ -149,6 +151,12 @@ class Run:
     def __len__(self) -> int:
         return int(self.columns["torque"].size)
 
+    def __repr__(self) -> str:
+        """Say what it is; the numbers of a recording fill screens."""
+        return (
+            f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
+        )
+
     @property
     def time_s(self) -> FloatArray:
         """Time stamps."""
@@ -173,6 +181,13 @@ class Campaign:
     findings: list[Finding] = field(default_factory=list)
     recorded_rows: int | None = None
     """Rows that were recorded, where the runs hold a sample of them."""
+
+    def __repr__(self) -> str:
+        """Say what it is; the numbers of a campaign fill screens."""
+        return (
+            f"<Campaign: {self.rows} samples in {len(self.runs)} runs, "
+            f"{len(self.findings)} findings>"
+        )
 
     @property
     def rows(self) -> int:
