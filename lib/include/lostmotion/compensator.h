@@ -23,7 +23,9 @@
  *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
- * reentrant for one instance: call its functions from one context.
+ * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
+ * A slower task may ask lm_bound_uncertainty and lm_save_compensator of a copy of the struct that
+ * was made with the tick held off; what the former finds known has to be declared to the original.
  */
 #ifndef LOSTMOTION_COMPENSATOR_H
 #define LOSTMOTION_COMPENSATOR_H
@@ -38,7 +40,8 @@ LM_BEGIN_DECLS
 /* What the correction does. The memory follows the load in every mode. */
 typedef enum lm_mode {
   LM_MODE_RUN = 0,  /* follows the model */
-  LM_MODE_HOLD = 1, /* comes to rest and stays: homing, probing, system identification */
+  LM_MODE_HOLD = 1, /* goes on to the last target and rests there: homing, probing, system
+                     * identification. To stop at once: a headroom of zero */
   LM_MODE_RESET = 2 /* goes to zero and stays there */
 } lm_mode;
 
@@ -114,8 +117,10 @@ typedef struct lm_compensator {
 
 /* Starts an instance at a torque [N*m] (the gap profile: commanded angle, rad), correction zero,
  * mode RUN, history unknown: plays in the middle of their bands, the bound on what that may be
- * wrong by is lm_bound_uncertainty. Parameters are checked here and stay the caller's.
- * Errors: LM_NULL and those of lm_check_parameters. */
+ * wrong by is lm_bound_uncertainty. A torque that is not finite counts as 0, one beyond the limit
+ * as the limit; from zero the correction goes to its target within the limits. Parameters are
+ * checked here, read at every step from then on, and stay the caller's. Errors: LM_NULL and those
+ * of lm_check_parameters. */
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_real torque_Nm, lm_fault *fault);
 

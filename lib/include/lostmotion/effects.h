@@ -41,10 +41,11 @@ LM_BEGIN_DECLS
 #define LM_REFERENCE_TEMPERATURE_C LM_REAL(20) /* where thermal effects are nothing */
 
 /* The moment, as far as the host knows it. All finite. What is not known stays as in
- * LM_CONDITIONS_UNKNOWN, which switches the effects that need it off. */
+ * LM_CONDITIONS_UNKNOWN, which switches the effects that need it off (but see elapsed_s). */
 typedef struct lm_conditions {
   lm_real torque_Nm;        /* external torque on the output shaft */
-  lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn where it turns far */
+  lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: waves of an angle beyond
+                             * LM_TURN_MAX_RAD (1018 turns) are those of zero, which is a jump */
   lm_real output_angle_rad; /* of the output shaft; the gap profile's model is driven by it */
   lm_real input_velocity_rad_s;
   lm_real output_acceleration_rad_s2;
@@ -52,7 +53,9 @@ typedef struct lm_conditions {
   lm_real cycles; /* load cycles so far */
   lm_real tilt_moment_Nm;
   lm_real axial_force_N;
-  lm_real elapsed_s;   /* since the sample before */
+  lm_real elapsed_s;   /* since the sample before: the period of the tick. Fill it in where creep or
+                        * sensor_lag is at work: at 0 the one does not creep, and with the other
+                        * the torque never arrives */
   lm_real elastic_rad; /* backbone and friction at the torque; the model fills it in */
   lm_real wound_Nm;    /* what friction inside the elasticity leaves of the torque to wind the drive
                         * up, with which gaps in the mesh close; the model fills it in */

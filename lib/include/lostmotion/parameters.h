@@ -94,7 +94,8 @@ lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault);
  * Errors: LM_NULL; LM_CORRUPT with the fault "magic", "endianness", "format", "length", "crc" or
  * "effect" (an id that is not in the table); LM_TOO_SMALL ("count": built for less); those of
  * lm_check_parameters. On an error after "crc" the struct has been written to and is marked
- * unusable (format 0). Stack: small; the struct is filled in place. */
+ * unusable (format 0). Stack: small; the struct is filled in place, so never load into the one that
+ * an instance runs on: load into another and hand that to lm_change_parameters. */
 lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, size_t length,
                              const lm_effect *const *table, int32_t table_count, lm_fault *fault);
 

@@ -71,6 +71,8 @@ typedef struct lm_load_guess {
 /* External torque on the output [N*m] guessed from the command. *resisting_Nm (memory, starts at 0)
  * is the load's resistance: it moves against the commanded output angle with the given stiffness
  * and saturates at +-friction, so that noise and hovering below the dead band do not flip it.
+ * moved_rad: by how much the commanded output angle, without correction, has moved since the call
+ * before.
  * bias_Nm: what the host knows besides (gravity, 0 if nothing). Not finite: the memory stays. */
 lm_real lm_guess_torque(const lm_load_guess *guess, lm_real *resisting_Nm, lm_real moved_rad,
                         lm_real bias_Nm);
