@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import struct
 import subprocess
 import zlib
@@ -20,6 +21,7 @@ from lostmotion.core import core
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import (
+    CONDITIONS,
     Controller,
     Limits,
     Play,
@@ -150,6 +152,31 @@ def test_header_compiles_and_holds_what_the_blob_holds(
     run = subprocess.run([tmp_path / "check"], capture_output=True, check=False)
     assert run.returncode == 0, run.stdout
     assert run.stdout == format_blob(controller)
+
+
+def test_header_names_the_conditions_that_the_host_fills_in(
+    write: Write, bought: dict[str, Any]
+) -> None:
+    def wanted(controller: Controller) -> str:
+        return format_header(controller, "joint_parameters", "joint").splitlines()[2]
+
+    assert wanted(make_controller(read_drive(write(bought)))) == " * Every tick wants torque_Nm. */"
+    gap = make_controller(read_drive(write(bought)), profile="gap")
+    assert wanted(gap) == " * Every tick wants output_angle_rad. */"
+    bought["effect"] = [
+        {"name": "creep", "share": 0.01, "onset_s": 1},
+        {"name": "thermal_drift", "drift_rad_per_K": 1e-6},
+        {"name": "viscous_friction", "drag_Nm_s": 0.01},
+    ]
+    full = make_controller(read_drive(write(bought)), profile="full")
+    fields = "torque_Nm, input_velocity_rad_s, temperature_C, elapsed_s"
+    assert wanted(full) == f" * Every tick wants {fields}. */"
+    # The bits are those of effects.h.
+    text = (LIB / "include" / "lostmotion" / "effects.h").read_text()
+    bits = re.findall(r"#define LM_NEEDS_(\w+) (\d+)u", text)
+    assert [int(bit) for _, bit in bits] == [1 << k for k in range(len(CONDITIONS))]
+    for (need, _), field in zip(bits, CONDITIONS, strict=True):
+        assert need == "TIME" or field.startswith(need.lower())
 
 
 @needs_compiler

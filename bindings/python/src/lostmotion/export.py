@@ -50,6 +50,20 @@ PLAYS_MAX: dict[Profile, int] = {"gap": 1, "standard": 8, "full": 16}
 FORMAT = 1
 """LM_PARAMETERS_FORMAT."""
 
+CONDITIONS = (
+    "torque_Nm",
+    "input_angle_rad",
+    "output_angle_rad",
+    "input_velocity_rad_s",
+    "output_acceleration_rad_s2",
+    "temperature_C",
+    "cycles",
+    "tilt_moment_Nm",
+    "axial_force_N",
+    "elapsed_s",
+)
+"""Fields of `lm_conditions` in the order of the LM_NEEDS_ bits."""
+
 MARK = 0x01020304
 """Endianness mark of the blob."""
 
@@ -566,6 +580,17 @@ def rows(texts: Sequence[str], indent: str, width: int = 100) -> str:
     return "\n".join(lines)
 
 
+def needed_conditions(controller: Controller) -> list[str]:
+    """Name the fields of `lm_conditions` that the host has to fill in."""
+    if controller.torque_Nm.size == 0:
+        return ["output_angle_rad"]
+    known = known_effects(core(32), controller.own)
+    bits = 1
+    for effect, _ in controller.effects:
+        bits |= int(known[effect].covariates)
+    return [field for bit, field in enumerate(CONDITIONS) if bits >> bit & 1]
+
+
 def format_header(controller: Controller, name: str, title: str) -> str:
     """C header with one constant `lm_parameters`, for every profile that is large enough.
 
@@ -611,7 +636,8 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     text = [
         f"/* {title}: parameters for its controller, written by lostmotion export {__version__}.",
         f" * Corrects up to {limits.correction_rad / ARCMIN:.3g} arcmin; made for a call every "
-        f"{limits.period_s * 1e3:.4g} ms. */",
+        f"{limits.period_s * 1e3:.4g} ms.",
+        f" * Every tick wants {', '.join(needed_conditions(controller))}. */",
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
