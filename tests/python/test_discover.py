@@ -427,6 +427,15 @@ def test_effects_ask_for_columns_that_somebody_records():
         fit_model(drive, data, None, ["inertia"], library())
 
 
+def test_what_never_changes_is_called_what_it_is():
+    data = campaign()
+    for run in data.runs:
+        run.columns["input_angle"][:] = run.columns["input_angle"][0]
+    drive = parse_drive(tomllib.loads(DRIVE))
+    with pytest.raises(InputError, match="speed of the input: found a constant"):
+        fit_model(drive, data, None, ["viscous_friction"], library())
+
+
 @pytest.mark.parametrize(("runs", "says"), [(1, "1 run can show"), (5, "5 runs can show")])
 def test_few_runs_are_not_called_complete_without_saying_so(runs, says):
     answer = {"verdict": "complete", "effects": [], "runs": runs}

@@ -108,18 +108,25 @@ RECORDED_AS = {
 """Columns from which conditions are derived that nobody records."""
 
 
+DERIVED = {
+    "input_velocity_rad_s": "speed of the input",
+    "output_acceleration_rad_s2": "acceleration of the output",
+}
+"""What conditions are called that have no column of their own."""
+
+
 def missing_columns(effect: Effect, conditions: Conditions) -> list[str]:
     """Columns that the effect needs and the recordings lack, by the name they are recorded by."""
     return sorted({RECORDED_AS.get(need, need) for need in effect.needs - conditions.known()})
 
 
 def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:
-    """Conditions that the effect needs and that never change."""
+    """Conditions that the effect needs and that never change, as a reader calls them."""
     flat = []
     for need in sorted(effect.needs - {"elapsed_s"}):
         column = conditions.columns[need]
         if np.ptp(column) <= 1e-12 * max(1.0, float(np.max(np.abs(column)))):
-            flat.append(need)
+            flat.append(DERIVED.get(need, need))
     return flat
 
 

@@ -366,6 +366,7 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
 
 def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a forecast."""
+    print("the smallest size that this plan would find, and what it does to the output:", file=out)
     for effect in answer["effects"]:
         if effect["testable"]:
             print(
@@ -385,6 +386,7 @@ def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
 def show_next(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print the ranking of runs."""
     print("to decide between " + ", ".join(answer["between"]), file=out)
+    print("expected evidence; 1 nat makes one 2.7 times as likely against the other:", file=out)
     for run in answer["runs"]:
         print(
             f"  run {run['run']}: {run['separation_nats']:.2f} nats, "

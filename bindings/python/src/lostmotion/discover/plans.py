@@ -13,7 +13,7 @@ import numpy.typing as npt
 from lostmotion import recordings, units
 from lostmotion.base import Backbone
 from lostmotion.discover.backbone import Base
-from lostmotion.discover.candidates import missing_columns, named_candidates
+from lostmotion.discover.candidates import DERIVED, missing_columns, named_candidates
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest, reduce
 from lostmotion.discover.diagnosis import RUNS_LEAST, TWIN_DEG, Diagnosis, detectable
@@ -256,13 +256,6 @@ def discrimination(contest: Contest, true: str, rival: str, known: int) -> Float
         taken = free @ np.linalg.solve(h + own[np.ix_(keep_b, keep_b)], free)
         scores.append(0.5 * max(float(apart @ push - taken), 0.0))
     return np.array(scores)
-
-
-DERIVED = {
-    "input_velocity_rad_s": "speed of the input",
-    "output_acceleration_rad_s2": "acceleration of the output",
-}
-"""What conditions are called that have no column of their own."""
 
 
 def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
