@@ -11,7 +11,14 @@ from scipy.signal import lfilter
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.evidence import Evidence, gather
 from lostmotion.discover.noise import fit_noise
-from lostmotion.discover.selection import PAIRED_T, accepted, paired_t
+from lostmotion.discover.selection import (
+    PAIRED_T,
+    SIGNED_RANK,
+    accepted,
+    paired_t,
+    signed_rank,
+    told_apart,
+)
 
 RUNS, ROWS, SCATTER, COLOUR = 14, 100, 0.5, 0.7
 CANDIDATES = 16
@@ -112,3 +119,29 @@ def test_equal_effects_are_seldom_told_apart_by_chance() -> None:
     told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= PAIRED_T for _ in range(trials))
     level = float(stats.t.sf(PAIRED_T, RUNS - 1))
     assert fewest(trials, level) <= told <= most(trials, level)
+
+
+@pytest.mark.parametrize("tail", [30, 1])
+def test_signed_ranks_tell_equal_effects_apart_as_seldom_as_they_say(tail: int) -> None:
+    rng = np.random.default_rng(6)
+    trials = 4000
+    pairs = rng.standard_t(tail, size=(trials, 2, RUNS))
+    told = sum(signed_rank(*pair) >= SIGNED_RANK for pair in pairs)
+    # So few runs have fewer large ranks than the normal distribution has.
+    assert 0 < told <= most(trials, float(stats.norm.sf(SIGNED_RANK)))
+
+
+def test_the_signed_ranks_are_those_of_scipy() -> None:
+    ahead, behind = np.random.default_rng(7).normal(size=(2, 40)) + [[0.3], [0.0]]
+    theirs = stats.wilcoxon(ahead, behind, correction=False, method="asymptotic")
+    assert signed_rank(ahead, behind) == pytest.approx(theirs.zstatistic, rel=1e-9)
+    assert signed_rank(ahead, ahead) == 0.0
+
+
+def test_a_run_that_says_most_does_not_hide_what_all_the_others_say() -> None:
+    ahead = np.abs(np.random.default_rng(8).normal(size=RUNS)) + 0.1
+    ahead[3] = 1000.0
+    assert paired_t(ahead, np.zeros(RUNS)) < PAIRED_T
+    assert told_apart(ahead, np.zeros(RUNS))
+    assert not told_apart(np.zeros(RUNS), ahead)
+    assert not told_apart(np.where(np.arange(RUNS) == 3, 1000.0, 0.0), np.zeros(RUNS))

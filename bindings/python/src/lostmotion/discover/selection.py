@@ -99,6 +99,10 @@ CALMER = 0.9
 PAIRED_T = 2.0
 """Paired t over runs below which two effects are not told apart ..."""
 
+SIGNED_RANK = 2.6
+"""... nor by the signed ranks of the runs, in standard deviations: where one run says much more than
+the others, t is about 1 whatever they all say ..."""
+
 RIVAL_SHARE = 0.5
 """... provided that the weaker one gains this share of the stronger one."""
 
@@ -358,6 +362,24 @@ def paired_t(a: FloatArray, b: FloatArray) -> float:
     return float(difference.mean() / spread * np.sqrt(difference.size))
 
 
+def signed_rank(a: FloatArray, b: FloatArray) -> float:
+    """Wilcoxon's signed-rank statistic of two candidates' gains, in standard deviations."""
+    difference = a - b
+    difference = difference[difference != 0]
+    n = difference.size
+    if n == 0:
+        return 0.0
+    rank = np.empty(n)
+    rank[np.argsort(np.abs(difference), kind="stable")] = np.arange(1, n + 1)
+    total = float(rank[difference > 0].sum())
+    return (total - n * (n + 1) / 4) / float(np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
+
+
+def told_apart(a: FloatArray, b: FloatArray) -> bool:
+    """Whether the runs tell the first of two candidates from the second."""
+    return paired_t(a, b) >= PAIRED_T or signed_rank(a, b) >= SIGNED_RANK
+
+
 def choose(
     stage: Field,
     results: list[Result],
@@ -551,7 +573,7 @@ def rivals(
         else:
             gain, by_run = result.gain, result.gain_by_run
             ahead, ahead_by_run = chosen.result.gain, chosen.result.gain_by_run
-        close = gain >= RIVAL_SHARE * ahead and paired_t(ahead_by_run, by_run) < PAIRED_T
+        close = gain >= RIVAL_SHARE * ahead and not told_apart(ahead_by_run, by_run)
         if ahead - gain < GAIN_LEAST or close:
             out.append(name)
     return out
