@@ -1,9 +1,9 @@
 """Held-out error: every run under a fit to the others.
 
 What a run changes of one linear step comes close to it. Only parameters that are free take the
-step, and none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly worse
-than the fit to all, it may have gone too far, and the others are fitted in truth. Offsets are each
-run's own, because the zero of an encoder is arbitrary.
+step, and none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly
+worse than the fit to all, it may have gone too far, and the others are fitted in truth. Offsets are
+each run's own, because the zero of an encoder is arbitrary.
 """
 
 from __future__ import annotations

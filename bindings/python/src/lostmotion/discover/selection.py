@@ -100,8 +100,8 @@ PAIRED_T = 2.0
 """Paired t over runs below which two effects are not told apart ..."""
 
 SIGNED_RANK = 2.6
-"""... nor by the signed ranks of the runs, in standard deviations: where one run says much more than
-the others, t is about 1 whatever they all say ..."""
+"""... nor by the signed ranks of the runs, in standard deviations: where one run says most, t is
+about 1 whatever the others say ..."""
 
 RIVAL_SHARE = 0.5
 """... provided that the weaker one gains this share of the stronger one."""
