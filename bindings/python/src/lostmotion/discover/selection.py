@@ -372,7 +372,7 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
     rank = np.empty(n)
     rank[np.argsort(np.abs(difference), kind="stable")] = np.arange(1, n + 1)
     total = float(rank[difference > 0].sum())
-    return (total - n * (n + 1) / 4) / float(np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
+    return float((total - n * (n + 1) / 4) / np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
 
 
 def told_apart(a: FloatArray, b: FloatArray) -> bool:
