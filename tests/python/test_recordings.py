@@ -428,6 +428,13 @@ def test_units_taken_for_others_show_against_the_drive(
         assert says in str(finding)
 
 
+def test_angles_at_the_end_of_the_floating_point_have_a_scale_too(write: Write) -> None:
+    rows = "".join(f"{t},{1e3 * (-1) ** t},{5e-322 * (-1) ** t}\n" for t in range(100))
+    campaign = read_campaign(write(f"{HEAD}\n{rows}", "a.csv"))
+    check_scale(campaign, lambda at: at * 1e3)
+    assert kinds(campaign) == {"scale": 100}
+
+
 def test_noise_says_nothing_about_the_scale(write: Write) -> None:
     torque = 0.01 * np.sin(np.arange(400) / 20)
     angle = 1e-4 * np.random.default_rng(1).normal(size=400)

@@ -705,6 +705,9 @@ SCALE_DOUBT = 10.0
 SCALE_SHARE = 0.5
 """Least share of the lost motion that its own curve must explain, for its scale to say anything."""
 
+TINY = float(np.finfo(np.float64).tiny)
+"""Below it a ratio of two sums says nothing more."""
+
 MISTAKEN = (
     (math.pi / 180, "degrees taken for radians"),
     (math.pi / 10_800, "arc minutes taken for radians"),
@@ -735,7 +738,7 @@ def check_scale(campaign: Campaign, expected: Callable[[FloatArray], FloatArray]
     both, across, up = float(x @ y), float(x @ x), float(y @ y)
     if across == 0 or both <= 0 or both * both < SCALE_SHARE * across * up:
         return
-    times = both / across
+    times = max(both / across, TINY)
     if 1 / SCALE_DOUBT < times < SCALE_DOUBT:
         return
     # A torque in N mm makes the model's curve larger, an angle in degrees the measured one.
