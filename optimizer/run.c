@@ -91,9 +91,11 @@ static lm_status take(lm_run *run, const lm_answer *answer) {
   /* One row a batch: within it the order of the answers is a matter of time. */
   if (progress.tasks_done != run->written) {
     run->written = progress.tasks_done;
-    fprintf(run->history, "%d,%d,%s%.17g,%d\n", progress.tasks_done, progress.evaluations,
-            progress.has_best ? "" : "nan", progress.has_best ? progress.best_value : 0.0,
-            progress.front_size);
+    fprintf(run->history, "%d,%d,", progress.tasks_done, progress.evaluations);
+    if (progress.has_best) {
+      fprintf(run->history, "%.17g", progress.best_value);
+    }
+    fprintf(run->history, ",%d\n", progress.front_size);
   }
   return status;
 }

@@ -280,10 +280,8 @@ def _history_figure(result: Result) -> Figure:
     with (result.folder / "history.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     at = np.array([float(row["evaluations"]) for row in rows])
-    # Before the first design that keeps all limits there is no best: its number is no number.
-    best = np.array(
-        [math.nan if row["best"].startswith("nan") else float(row["best"]) for row in rows]
-    )
+    # Before the first design that keeps all limits there is no best: its cell is empty.
+    best = np.array([float(row["best"] or math.nan) for row in rows])
     name, unit = result.objectives[0], result.units[0]
     if result.larger_is_better[0]:
         best = 10_800 / math.pi / best
