@@ -89,7 +89,10 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
     torque_Nm += use->effect->run(use->value, own, &at);
     own += use->effect->memory_count;
   }
-  torque_Nm = believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm);
+  /* A torque that is missing is the one before, which has the effects in it already. */
+  torque_Nm = is_finite(given->torque_Nm)
+                  ? believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm)
+                  : measured_Nm;
   at.torque_Nm = torque_Nm;
   at.wound_Nm = torque_Nm;
   for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {

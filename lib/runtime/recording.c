@@ -168,7 +168,9 @@ static void find_torques(const lm_parameters *parameters, int32_t count, lm_memo
       torque_Nm += use->effect->run(use->value, own_memory(memory, own), at);
       own += use->effect->memory_count;
     }
-    before_Nm = believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm);
+    before_Nm = column && !is_finite(column[from + k])
+                    ? measured_Nm
+                    : believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm);
     at->torque_Nm = before_Nm;
     at->wound_Nm = before_Nm;
   }

@@ -198,6 +198,21 @@ static void a_torque_without_meaning_is_the_torque_before(void) {
   TEST_ASSERT_TRUE(memory.plays.torque_Nm == 0);
 }
 
+/* The torque before has the effects in it already: a sensor that is gone for a while must not add
+ * them tick by tick. */
+static void effects_on_the_torque_do_not_pile_up_while_it_is_missing(void) {
+  lm_real zero = 0;
+  lm_real angle;
+  int k;
+  add_effect(&parameters, &lm_effect_torque_offset, LM_REAL(0.1), 0);
+  add_effect(&parameters, &lm_effect_torque_scale, LM_REAL(0.02), 0);
+  angle = step(5);
+  for (k = 0; k < 1000; ++k) {
+    TEST_ASSERT_TRUE(step(zero / zero) == angle);
+  }
+  TEST_ASSERT_TRUE(step(5) == angle);
+}
+
 static void effects_act_in_their_places(void) {
   lm_real plain = step(10);
   lm_memory kept;
@@ -413,6 +428,7 @@ int main(void) {
   RUN_TEST(the_inverse_knows_its_range);
   RUN_TEST(a_flat_piece_inverts_to_a_torque_on_it);
   RUN_TEST(a_torque_without_meaning_is_the_torque_before);
+  RUN_TEST(effects_on_the_torque_do_not_pile_up_while_it_is_missing);
   RUN_TEST(effects_act_in_their_places);
   RUN_TEST(a_bad_torque_effect_is_contained);
   RUN_TEST(conditions_that_are_not_finite_are_not_known);
