@@ -127,6 +127,7 @@ def fitted_file(base: Base, folder: Path) -> Path:
         base,
         [rung],
         1.0,
+        1.0,
         list(named),
         np.array(list(named.values())),
         np.zeros(count),

@@ -266,7 +266,11 @@ def card(effect: Effect) -> dict[str, Any]:
 def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a diagnosis."""
     print(verdict_sentence(answer), file=out)
-    print(f"\nnoise floor {answer['noise_floor_arcsec']:.2f} arcsec", file=out)
+    within = answer["noise"]["within_runs_arcsec"]
+    print(
+        f"\nnoise floor {answer['noise_floor_arcsec']:.2f} arcsec ({within:.2f} within runs)",
+        file=out,
+    )
     for rung in answer["ladder"]:
         what = " + ".join(["base", *rung["effects"]])
         print(
@@ -313,7 +317,11 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
             f"{rung['rms_heldout_arcsec']:8.2f}",
             file=out,
         )
-    print(f"{'noise floor':<48} {model.noise_floor_arcsec:8.2f} arcsec\n", file=out)
+    print(
+        f"{'noise floor':<48} {model.noise_floor_arcsec:8.2f} arcsec  within runs "
+        f"{model.within_runs_arcsec:4.2f}\n",
+        file=out,
+    )
     bound = model.at_bound()
     for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True):
         if "." in name and name not in bound:

@@ -190,8 +190,8 @@ def conclude(
         else None
     )
     within = noise_rms(selection.noise, base)
-    floor = noise_floor(final, within)
     ladder = make_ladder(selection)
+    floor = noise_floor(final, within, ladder[-1]["rms_heldout_arcsec"])
     rivals = sorted({name for step in chosen for name in step.rivals if name not in present})
     depends = [
         what
@@ -300,11 +300,20 @@ def scatter_of(contest: Contest) -> FloatArray:
     return np.asarray(np.sqrt(contest.null_omega) / e.scale[e.scatter])
 
 
-def noise_floor(settled: Settled, within: float) -> float:
+def noise_floor(settled: Settled, within: float, held_out: float) -> float:
     """Noise within runs and scatter between them, as one rms in arc seconds.
 
     Every run counts with the deviations that it has, not with those that its like might have: one
-    odd run may have little that they act on.
+    odd run may have little that they act on. What a fit leaves of runs that it has not seen holds
+    both, so the floor is not above it: deviations that only make up for an effect whose form is not
+    exactly right are no scatter.
+
+    Parameters
+    ----------
+    settled : Settled
+        The model at the deviations of the runs.
+    within, held_out : float
+        Noise within runs, and the held-out error of the model.
     """
     base = settled.base
     scatter = base.run_columns(base.at())[:, : len(DEVIATIONS)]
@@ -312,7 +321,7 @@ def noise_floor(settled: Settled, within: float) -> float:
     for at, moment in zip(base.conditions.slices(), second_moments(settled.contest), strict=True):
         columns = scatter[at] - scatter[at].mean(axis=0)
         total += float(np.sum((columns @ moment[: len(DEVIATIONS), : len(DEVIATIONS)]) * columns))
-    return float(np.sqrt(within**2 + total / base.conditions.rows))
+    return min(float(np.sqrt(within**2 + total / base.conditions.rows)), held_out)
 
 
 def second_moments(contest: Contest) -> FloatArray:

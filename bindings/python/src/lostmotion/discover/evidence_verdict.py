@@ -85,6 +85,7 @@ def noise_of(body: Body, rounds: Rounds) -> tuple[dict[str, Any], float]:
     squares = squares * plain.scale[plain.scatter] ** 2 / body.rows.sum()
     known = len(DEVIATIONS)
     floor = float(np.sqrt(rounds.within**2 + squares[:known] @ omega[:known]))
+    floor = min(floor, rounds.ladder[-1]["rms_heldout_arcsec"])
     named = zip((*DEVIATIONS, "offset_arcsec"), map(float, np.sqrt(omega)), strict=True)
     return {"within_runs_arcsec": rounds.within, "scatter": dict(named)}, floor
 

@@ -67,6 +67,7 @@ class FittedModel:
     base: Base
     ladder: list[dict[str, Any]]
     noise_floor_arcsec: float
+    within_runs_arcsec: float
     names: list[str]
     values: FloatArray
     standard_errors: FloatArray
@@ -79,6 +80,7 @@ class FittedModel:
             "schema": "lostmotion.fit/1",
             "ladder": self.ladder,
             "noise_floor_arcsec": self.noise_floor_arcsec,
+            "noise": {"within_runs_arcsec": self.within_runs_arcsec},
             "values": dict(zip(self.names, map(float, self.values), strict=True)),
             "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
             "effects": [effect_table(term) for term in self.base.terms],
@@ -288,13 +290,15 @@ def fit_model(
     candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
+    within = noise_rms(noise, base)
     names, values, covariance, inseparable = table_of(base, settled)
     if progress is not None:
         progress(steps, steps)
     return FittedModel(
         base,
         ladder,
-        noise_floor(settled, noise_rms(noise, base)),
+        noise_floor(settled, within, ladder[-1]["rms_heldout_arcsec"]),
+        within,
         names,
         values,
         np.sqrt(np.maximum(np.diag(covariance), 0.0)),

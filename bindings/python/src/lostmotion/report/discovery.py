@@ -230,6 +230,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
             ("with effects, rms", f"{last['rms_arcsec']:.3g} arcsec"),
             ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
             ("noise floor", f"{floor:.3g} arcsec"),
+            ("noise within runs", f"{model.within_runs_arcsec:.3g} arcsec"),
             ("samples", f"{grouped(str(c.rows))} in {c.runs} runs"),
         ],
         [ladder_figure(model.ladder, floor, drive.name)],
