@@ -65,6 +65,20 @@ def test_units_in_the_suffix_are_converted(write: Write, reader: str) -> None:
     np.testing.assert_allclose(run.columns["tilt_moment"], [1, 2])
 
 
+def test_units_in_brackets_are_units(write: Write, reader: str) -> None:
+    head = "Time [ms],Torque (N·m),Lost motion [arcmin],Temperature [°C],Motor [A],Input-angle [°]"
+    campaign = read_campaign(write(f"{head}\n0,1,2,3,4,90\n10,2,3,4,5,180\n", "a.csv"))
+    (run,) = campaign.runs
+    np.testing.assert_allclose(run.time_s, [0, 0.01])
+    np.testing.assert_allclose(run.torque_Nm, [1, 2])
+    np.testing.assert_allclose(run.lost_motion_rad, [2 * ARCMIN, 3 * ARCMIN])
+    np.testing.assert_allclose(run.columns["temperature"], [3, 4])
+    np.testing.assert_allclose(run.columns["input_angle"], [np.pi / 2, np.pi])
+    assert kinds(campaign)["ignored_column"] == 1
+    with pytest.raises(InputError, match=r"Torque \[kg\].*unit 'kg'"):
+        read_campaign(write("Time [s],Torque [kg],Lost motion [rad]\n0,1,1\n", "b.csv"))
+
+
 def test_lost_motion_is_output_minus_input_over_ratio(write: Write) -> None:
     text = "time_s,torque_Nm,input_angle_rev,output_angle_deg\n0,1,0,0\n1,2,0.5,-1\n2,3,1,-2\n"
     (run,) = read_campaign(write(text, "a.csv"), ratio=-100).runs

@@ -94,6 +94,9 @@ GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording."""
 
 
+BRACKETED = re.compile(r"\s*([^\[(]+?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*")
+"""A name with its unit in brackets, as plots and loggers label their columns."""
+
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 """A number as it is written where a comma stands before the fraction."""
 
@@ -254,13 +257,29 @@ def expected_units(quantity: Quantity) -> str:
     return units.describe(quantity.dimension)
 
 
+def spelled_out(label: str) -> str:
+    """Name with a unit suffix of a label that has its unit in brackets; others stay.
+
+    Examples
+    --------
+    >>> spelled_out("Input angle [°]"), spelled_out("Torque (N·m)"), spelled_out("torque_Nm")
+    ('input_angle_deg', 'torque_Nm', 'torque_Nm')
+    """
+    found = BRACKETED.fullmatch(label)
+    if found is None:
+        return label
+    unit = found[2].replace("°C", "C").replace("°", "deg").replace("/", "_per_")
+    base = re.sub(r"[\s-]+", "_", found[1]).lower()
+    return f"{base}_{re.sub('[ ·*]', '', unit)}"
+
+
 def parse_column(file: str, column: str, name: str) -> ColumnName | None:
     """Understand a column name; None when it names nothing that is known here.
 
     A leading minus sign (in a map) turns the column round.
     """
     sign = -1 if name.startswith("-") else 1
-    name = name.removeprefix("-")
+    name = spelled_out(name.removeprefix("-"))
     base, unit = units.split_unit(name)
     if name in QUANTITIES:
         base, unit = name, None
