@@ -168,7 +168,35 @@ static int all_finite(const lm_conditions *at) {
                 (at->axial_force_N - at->axial_force_N) + (at->elapsed_s - at->elapsed_s);
   return sum == 0;
 }
+
+/* The period counts where no time is told. Apart, so that the copy's frame costs nothing where no
+ * effect is at work. */
+NOINLINE static lm_real step_one_period(const lm_parameters *parameters, lm_memory *memory,
+                                        const lm_conditions *given) {
+  lm_conditions at = *given;
+  at.elapsed_s = parameters->limits.period_s;
+  return lm_step_model(parameters, memory, &at);
+}
 #endif
+
+/* The model's step to an input that is judged already. Taken in without a call where speed counts;
+ * where size does (-Os), and for effects, the one copy in model.c. */
+static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
+                                 const lm_conditions *at, lm_real input) {
+#if LM_EFFECTS_MAX > 0
+  if (parameters->effect_count > 0) {
+    return at->elapsed_s > 0 ? lm_step_model(parameters, memory, at)
+                             : step_one_period(parameters, memory, at);
+  }
+#endif
+#if defined(__OPTIMIZE_SIZE__)
+  (void)input;
+  return lm_step_model(parameters, memory, at);
+#else
+  (void)at;
+  return step_plain(parameters, memory, input);
+#endif
+}
 
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at) {
   lm_correction result;

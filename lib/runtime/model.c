@@ -9,12 +9,6 @@
 #define HALVINGS 24
 #endif
 
-#if defined(__GNUC__)
-#define NOINLINE __attribute__((noinline))
-#else
-#define NOINLINE
-#endif
-
 void lm_start_model(lm_memory *memory, lm_real torque_Nm) {
 #if LM_EFFECT_MEMORY_MAX > 0
   int32_t i;

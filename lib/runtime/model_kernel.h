@@ -7,6 +7,12 @@
 #include "runtime/number.h"
 #include "runtime/play_kernel.h"
 
+#if defined(__GNUC__)
+#define NOINLINE __attribute__((noinline))
+#else
+#define NOINLINE
+#endif
+
 /* The torque the model believes: what is not finite is the torque before, and nothing passes the
  * limit. */
 static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limit_Nm) {
@@ -48,24 +54,6 @@ static inline lm_real step_plain(const lm_parameters *parameters, lm_memory *mem
   return sum.outside_rad;
 #else
   return evaluate_curve(&parameters->curve, input + sum.inside_Nm) + sum.outside_rad;
-#endif
-}
-
-/* The model's step for the compensator, which has judged the input already. Taken in without a call
- * where speed counts; where size does (-Os), and for effects, the one copy in model.c. */
-static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
-                                 const lm_conditions *at, lm_real input) {
-#if defined(__OPTIMIZE_SIZE__)
-  (void)input;
-  return lm_step_model(parameters, memory, at);
-#else
-#if LM_EFFECTS_MAX > 0
-  if (parameters->effect_count > 0) {
-    return lm_step_model(parameters, memory, at);
-  }
-#endif
-  (void)at;
-  return step_plain(parameters, memory, input);
 #endif
 }
 

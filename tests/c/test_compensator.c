@@ -621,6 +621,46 @@ static void inputs_that_are_not_finite_change_nothing(void) {
   TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED);
 }
 
+/* Conditions as a host fills them in that knows the torque alone. */
+static lm_correction tell(const lm_conditions *told, int ticks) {
+  lm_correction now = lm_step_compensator(&joint, told);
+  int i;
+  for (i = 1; i < ticks; ++i) {
+    now = lm_step_compensator(&joint, told);
+  }
+  return now;
+}
+
+static void a_tick_whose_length_is_not_told_lasts_one_period(void) {
+  lm_conditions told = LM_CONDITIONS_UNKNOWN;
+  lm_conditions timed = LM_CONDITIONS_UNKNOWN;
+  lm_conditions nonsense = LM_CONDITIONS_UNKNOWN;
+  lm_compensator begun;
+  lm_correction now;
+  lm_correction again;
+  lm_real plain_rad = rest(20, 1).lost_motion_rad;
+  add_effect(&parameters, &lm_effect_sensor_lag, LM_REAL(0.01), 0);
+  add_effect(&parameters, &lm_effect_creep, LM_REAL(0.01), LM_REAL(0.05));
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  (void)tell(&told, 1);
+  begun = joint;
+  told.torque_Nm = 20;
+  timed.torque_Nm = 20;
+  timed.elapsed_s = parameters.limits.period_s;
+  nonsense.torque_Nm = 20;
+  nonsense.elapsed_s = -1;
+  now = tell(&told, 500);
+  /* ln(1 + 0.5 / 0.05) of one hundredth. */
+  TEST_ASSERT_TRUE(now.lost_motion_rad > LM_REAL(1.015) * plain_rad);
+  TEST_ASSERT_TRUE(now.lost_motion_rad < LM_REAL(1.03) * plain_rad);
+  joint = begun;
+  again = tell(&timed, 500);
+  TEST_ASSERT_TRUE(again.lost_motion_rad == now.lost_motion_rad);
+  joint = begun;
+  again = tell(&nonsense, 500);
+  TEST_ASSERT_TRUE(again.lost_motion_rad == now.lost_motion_rad);
+}
+
 static lm_real broken(const lm_real *value, lm_real *own, const lm_conditions *now) {
   (void)own;
   return value[0] / (now->torque_Nm - now->torque_Nm);
@@ -675,6 +715,7 @@ int main(void) {
   RUN_TEST(the_watch_takes_noise_for_noise);
   RUN_TEST(the_watch_ignores_nonsense_and_says_so);
   RUN_TEST(inputs_that_are_not_finite_change_nothing);
+  RUN_TEST(a_tick_whose_length_is_not_told_lasts_one_period);
   RUN_TEST(a_users_effect_that_breaks_is_contained);
   RUN_TEST(bad_parameters_do_not_start);
   return UNITY_END();

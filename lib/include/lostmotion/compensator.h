@@ -124,7 +124,9 @@ typedef struct lm_compensator {
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_real torque_Nm, lm_fault *fault);
 
-/* One tick: the model steps, the correction moves. */
+/* One tick: the model steps, the correction moves. An elapsed_s that is not above 0 counts as the
+ * parameters' period_s; another one is the effects' time alone, the correction moves by the period
+ * in every tick. */
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
 /* From the next step on, until it is called again (every tick, if the host likes): what is left for

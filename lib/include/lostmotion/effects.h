@@ -53,7 +53,8 @@ typedef struct lm_conditions {
   lm_real cycles; /* load cycles so far */
   lm_real tilt_moment_Nm;
   lm_real axial_force_N;
-  lm_real elapsed_s;   /* since the sample before: the period of the tick. Fill it in where creep or
+  lm_real elapsed_s;   /* since the sample before. The compensator takes 0 or less for the period of
+                        * its parameters. Whoever calls the model itself fills it in where creep or
                         * sensor_lag is at work: at 0 the one does not creep, and with the other
                         * the torque never arrives */
   lm_real elastic_rad; /* backbone and friction at the torque; the model fills it in */
