@@ -75,6 +75,13 @@ def test_every_manifest_has_the_version_and_the_licence_of_the_project() -> None
     assert f"version={version}\n" in properties
     assert f'version: "{version}"\n' in (LIB / "idf_component.yml").read_text()
     assert (LIB / "LICENSE").read_text() == (ROOT / "LICENSE").read_text()
+    major, minor, patch = (int(part) for part in version.split("."))
+    assert max(minor, patch) < 100
+    probe = '#include "lostmotion/status.h"\nLM_VERSION_MAJOR LM_VERSION_MINOR LM_VERSION_PATCH\n'
+    whole = f"#if LM_VERSION != {10000 * major + 100 * minor + patch}\n#error\n#endif\n"
+    command = ["cc", "-E", "-P", f"-I{LIB / 'include'}", "-x", "c", "-"]
+    said = run(command, input=probe + whole).splitlines()
+    assert said[-1].split() == [str(major), str(minor), str(patch)]
 
 
 def platformio_sources(root: Path, manifest: dict[str, dict[str, list[str]]]) -> list[Path]:

@@ -13,7 +13,7 @@ from lostmotion.recordings import QUANTITIES
 from lostmotion.units import describe
 
 GROUPS = {
-    "For everybody": ("real", "status"),
+    "For everybody": ("real", "status", "version"),
     "Design model: geometry to characteristic": (
         *("drive", "shape", "involute", "mesh", "takeup", "radial_gap", "radial_chain"),
         *("torsion_chain", "tooth_bending", "tolerance", "checks", "characteristic"),

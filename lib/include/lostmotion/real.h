@@ -16,6 +16,8 @@
 #ifndef LOSTMOTION_REAL_H
 #define LOSTMOTION_REAL_H
 
+#include "lostmotion/version.h"
+
 #ifndef LM_REAL_BITS
 #define LM_REAL_BITS 64 /* 32 or 64: bits of lm_real */
 #endif
