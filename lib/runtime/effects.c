@@ -12,15 +12,38 @@ const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, ui
   return 0;
 }
 
+/* A user's effect is not trusted before this. */
+static lm_status check_form(const lm_effect *effect, lm_fault *fault) {
+  lm_status status;
+  if (!effect->run) {
+    return lm_refuse(fault, LM_NULL, "run", 0, 0, 0);
+  }
+  status = lm_check_range(fault, "kind", LM_REAL((int32_t)effect->kind), LM_REAL(LM_EFFECT_TORQUE),
+                          LM_REAL(LM_EFFECT_ANGLE));
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "value_count", LM_REAL(effect->value_count), 1,
+                            LM_REAL(LM_EFFECT_VALUES_MAX));
+  }
+  if (status == LM_OK && effect->memory_count < 0) {
+    status = lm_refuse(fault, LM_OUT_OF_RANGE, "memory_count", LM_REAL(effect->memory_count), 0,
+                       LM_REAL(LM_EFFECT_MEMORY_MAX));
+  }
+  return status;
+}
+
 lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_fault *fault) {
+  lm_status status;
   int32_t i;
   if (!effect || !value) {
     return lm_refuse(fault, LM_NULL, "effect", 0, 0, 0);
   }
+  status = check_form(effect, fault);
+  if (status != LM_OK) {
+    return status;
+  }
   for (i = 0; i < effect->value_count; ++i) {
     const char *name = effect->card ? effect->card->value[i].name : "value";
-    lm_status status =
-        lm_check_range(fault, name, value[i], effect->bound[i][0], effect->bound[i][1]);
+    status = lm_check_range(fault, name, value[i], effect->bound[i][0], effect->bound[i][1]);
     if (status != LM_OK) {
       return status;
     }

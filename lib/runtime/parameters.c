@@ -81,7 +81,7 @@ static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault)
 #if LM_EFFECTS_MAX > 0
 static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault) {
   int32_t count = parameters->effect_count;
-  int32_t memory_count = 0;
+  lm_real memory_count = 0; /* the sum of integers may not fit an integer */
   int32_t i;
   if (count < 0 || count > LM_EFFECTS_MAX) {
     return lm_refuse(fault, LM_OUT_OF_RANGE, "effect_count", LM_REAL(count), 0,
@@ -96,10 +96,10 @@ static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault)
     if (i > 0 && use->effect->kind < parameters->effect[i - 1].effect->kind) {
       return lm_refuse(fault, LM_INCONSISTENT, "effect", LM_REAL(i), 0, 0);
     }
-    memory_count += use->effect->memory_count;
+    memory_count += LM_REAL(use->effect->memory_count);
   }
-  if (memory_count > LM_EFFECT_MEMORY_MAX) {
-    return lm_refuse(fault, LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX", LM_REAL(memory_count), 0,
+  if (memory_count > LM_REAL(LM_EFFECT_MEMORY_MAX)) {
+    return lm_refuse(fault, LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX", memory_count, 0,
                      LM_REAL(LM_EFFECT_MEMORY_MAX));
   }
   return LM_OK;

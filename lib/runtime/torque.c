@@ -2,6 +2,38 @@
 
 #include "runtime/number.h"
 
+/* Numbers below this are taken for zero: their inverses would leave float's range. */
+#define SMALLEST LM_REAL(1e-9)
+#define LARGEST LM_REAL(1e9)
+
+lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault) {
+  lm_status status;
+  if (!motor) {
+    return lm_refuse(fault, LM_NULL, "motor", 0, 0, 0);
+  }
+  status = lm_check_range(fault, "torque_constant_Nm_per_A",
+                          absolute(motor->torque_constant_Nm_per_A), SMALLEST, LARGEST);
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "ratio", absolute(motor->ratio), SMALLEST, LARGEST);
+  }
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "efficiency", motor->efficiency, SMALLEST, 1);
+  }
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "rotor_inertia_kg_m2", motor->rotor_inertia_kg_m2, 0, LARGEST);
+  }
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "coulomb_Nm", motor->coulomb_Nm, 0, LARGEST);
+  }
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "viscous_Nm_s", motor->viscous_Nm_s, 0, LARGEST);
+  }
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "standstill_rad_s", motor->standstill_rad_s, SMALLEST, LARGEST);
+  }
+  return status;
+}
+
 lm_real lm_estimate_torque(const lm_motor *motor, lm_real current_A, lm_real velocity_rad_s,
                            lm_real acceleration_rad_s2) {
   lm_real moving = clamp(velocity_rad_s / motor->standstill_rad_s, -1, 1);

@@ -263,6 +263,37 @@ static void effects_that_need_too_much_memory_are_refused(void) {
   expect(LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX");
 }
 
+static void a_users_effect_that_cannot_be_run_is_refused(void) {
+  static lm_effect own;
+  const lm_effect sound = {1u, LM_EFFECT_ANGLE, 1, 1, LM_NEEDS_TORQUE, idle, {{0, 1}}, 0};
+  parameters = size20();
+  own = sound;
+  add_effect(&parameters, &own, 0, 0);
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
+  own.run = 0;
+  expect(LM_NULL, "run");
+  own = sound;
+  own.value_count = LM_EFFECT_VALUES_MAX + 1;
+  add_effect(&parameters, &own, 0, 0);
+  expect(LM_OUT_OF_RANGE, "value_count");
+  TEST_ASSERT_TRUE(fault.found == LM_EFFECT_VALUES_MAX + 1 && fault.high == LM_EFFECT_VALUES_MAX);
+  own.value_count = 0;
+  add_effect(&parameters, &own, 0, 0);
+  expect(LM_OUT_OF_RANGE, "value_count");
+  own = sound;
+  own.kind = (lm_effect_kind)3;
+  add_effect(&parameters, &own, 0, 0);
+  expect(LM_OUT_OF_RANGE, "kind");
+  own = sound;
+  own.memory_count = -1;
+  add_effect(&parameters, &own, 0, 0);
+  expect(LM_OUT_OF_RANGE, "memory_count");
+  own.memory_count = INT32_MAX;
+  add_effect(&parameters, &own, 0, 0);
+  add_effect(&parameters, &own, 0, 0);
+  expect(LM_TOO_SMALL, "LM_EFFECT_MEMORY_MAX");
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(the_crc_is_the_one_of_zlib);
@@ -275,5 +306,6 @@ int main(void) {
   RUN_TEST(null_pointers_and_small_buffers_are_refused);
   RUN_TEST(every_limit_is_checked);
   RUN_TEST(effects_that_need_too_much_memory_are_refused);
+  RUN_TEST(a_users_effect_that_cannot_be_run_is_refused);
   return UNITY_END();
 }

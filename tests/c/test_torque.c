@@ -95,6 +95,49 @@ static void a_held_torque_survives_any_input(void) {
   TEST_ASSERT_TRUE(lm_hold_torque(&believed, 5, 1 / zero) == 5);
 }
 
+static void refused(lm_status expected, const char *name) {
+  lm_fault fault;
+  TEST_ASSERT_EQUAL(expected, lm_check_motor(&motor, &fault));
+  TEST_ASSERT_EQUAL_STRING(name, fault.input);
+  TEST_ASSERT_EQUAL(expected, lm_check_motor(&motor, NULL));
+  setUp();
+}
+
+static void a_motor_without_meaning_is_refused_by_name(void) {
+  lm_real zero = 0;
+  lm_fault fault;
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_motor(NULL, &fault));
+  TEST_ASSERT_EQUAL_STRING("motor", fault.input);
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_motor(&motor, &fault));
+  motor.torque_constant_Nm_per_A = LM_REAL(-0.1);
+  motor.ratio = -100;
+  motor.efficiency = 1;
+  motor.rotor_inertia_kg_m2 = 0;
+  motor.coulomb_Nm = 0;
+  motor.viscous_Nm_s = 0;
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_motor(&motor, &fault));
+  motor.efficiency = 0;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_motor(&motor, &fault));
+  TEST_ASSERT_TRUE(fault.found == 0 && fault.low > 0 && fault.high == 1);
+  refused(LM_OUT_OF_RANGE, "efficiency");
+  motor.efficiency = LM_REAL(1.01);
+  refused(LM_OUT_OF_RANGE, "efficiency");
+  motor.torque_constant_Nm_per_A = 0;
+  refused(LM_OUT_OF_RANGE, "torque_constant_Nm_per_A");
+  motor.ratio = 0;
+  refused(LM_OUT_OF_RANGE, "ratio");
+  motor.ratio = zero / zero;
+  refused(LM_NOT_FINITE, "ratio");
+  motor.rotor_inertia_kg_m2 = -1;
+  refused(LM_OUT_OF_RANGE, "rotor_inertia_kg_m2");
+  motor.coulomb_Nm = LM_REAL(-0.05);
+  refused(LM_OUT_OF_RANGE, "coulomb_Nm");
+  motor.viscous_Nm_s = 1 / zero;
+  refused(LM_NOT_FINITE, "viscous_Nm_s");
+  motor.standstill_rad_s = 0;
+  refused(LM_OUT_OF_RANGE, "standstill_rad_s");
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(a_motor_that_drives_loses_by_efficiency);
@@ -106,5 +149,6 @@ int main(void) {
   RUN_TEST(at_standstill_the_friction_may_point_either_way);
   RUN_TEST(a_held_torque_moves_no_further_than_it_must);
   RUN_TEST(a_held_torque_survives_any_input);
+  RUN_TEST(a_motor_without_meaning_is_refused_by_name);
   return UNITY_END();
 }

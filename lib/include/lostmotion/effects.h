@@ -116,7 +116,7 @@ typedef struct lm_effect {
   uint32_t id; /* CRC-32 of the name: what binary parameters carry */
   lm_effect_kind kind;
   int32_t value_count;  /* 1 to LM_EFFECT_VALUES_MAX */
-  int32_t memory_count; /* numbers of memory it needs */
+  int32_t memory_count; /* numbers of memory it needs, >= 0 */
   uint32_t covariates;  /* LM_NEEDS_ bits */
   lm_effect_function *run;
   lm_real bound[LM_EFFECT_VALUES_MAX][2]; /* least and greatest of each value */
@@ -163,9 +163,10 @@ extern const lm_effect lm_effect_wear;
 /* The effect with an id, or null, in a table of `count` pointers. */
 const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, uint32_t id);
 
-/* Checks values [effect->value_count] against the effect's bounds.
- * Errors: LM_NULL; LM_NOT_FINITE, LM_OUT_OF_RANGE with the fault "value" (low and high are its
- * bounds) or, where the cards are linked, the value's name. */
+/* Checks that an effect can be run, and values [effect->value_count] against its bounds.
+ * Errors: LM_NULL ("effect"; "run": it has no function); LM_OUT_OF_RANGE ("kind", "value_count",
+ * "memory_count": negative); LM_NOT_FINITE, LM_OUT_OF_RANGE with the fault "value" (low and high
+ * are its bounds) or, where the cards are linked, the value's name. */
 lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_fault *fault);
 
 /* Columns of a recording, each of `count` samples or null where it was not measured. */

@@ -18,6 +18,7 @@
 #define lm_check_design lm_check_design_f32
 #define lm_check_drive lm_check_drive_f32
 #define lm_check_effect lm_check_effect_f32
+#define lm_check_motor lm_check_motor_f32
 #define lm_check_name lm_check_name_f32
 #define lm_check_parameters lm_check_parameters_f32
 #define lm_check_play_bank lm_check_play_bank_f32

@@ -85,7 +85,8 @@ typedef struct lm_parameters {
 
 /* Accepts parameters or says what is wrong with them: format, every range above, the curve
  * (lm_check_curve), the plays against the curve's least slope (lm_check_play_bank), and the
- * effects: values in bounds, order of kinds, memory in all at most LM_EFFECT_MEMORY_MAX.
+ * effects: each by itself (lm_check_effect), order of kinds, memory in all at most
+ * LM_EFFECT_MEMORY_MAX.
  * Errors: LM_NULL, LM_CORRUPT (format), and those of the checks named. */
 lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault);
 

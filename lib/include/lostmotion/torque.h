@@ -21,19 +21,26 @@
 #define LOSTMOTION_TORQUE_H
 
 #include "lostmotion/real.h"
+#include "lostmotion/status.h"
 
 LM_BEGIN_DECLS
 
 /* A motor with its gear. Friction numbers are on the motor's side. */
 typedef struct lm_motor {
-  lm_real torque_constant_Nm_per_A;
-  lm_real ratio;               /* signed; not zero */
-  lm_real efficiency;          /* of the gear, 0 < efficiency <= 1 */
-  lm_real rotor_inertia_kg_m2; /* rotor, coupling and wave generator */
-  lm_real coulomb_Nm;
-  lm_real viscous_Nm_s;
+  lm_real torque_constant_Nm_per_A; /* signed; not zero */
+  lm_real ratio;                    /* signed; not zero */
+  lm_real efficiency;               /* of the gear, 0 < efficiency <= 1 */
+  lm_real rotor_inertia_kg_m2;      /* rotor, coupling and wave generator, >= 0 */
+  lm_real coulomb_Nm;               /* >= 0 */
+  lm_real viscous_Nm_s;             /* >= 0 */
   lm_real standstill_rad_s; /* below this speed friction and efficiency are blended out, > 0 */
 } lm_motor;
+
+/* Accepts a motor or says which number has no meaning: each must be within its range above, in size
+ * at least 1e-9 where it must not be zero, and at most 1e9. Once, before the functions below, which
+ * trust it. Errors: LM_NULL; LM_NOT_FINITE, LM_OUT_OF_RANGE with the field's name (of a signed
+ * number the fault tells the size). */
+lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault);
 
 /* External torque on the output [N*m] from the motor's current [A], velocity [rad/s] and
  * acceleration [rad/s^2].

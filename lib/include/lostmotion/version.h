@@ -1,7 +1,7 @@
 /* Which release this is, for whoever must tell: `#if LM_VERSION >= 100`.
  *
- * Before 1.0.0 any minor release may change an interface, a patch changes none. The format of stored
- * parameters has a number of its own, LM_PARAMETERS_FORMAT.
+ * Before 1.0.0 any minor release may change an interface, a patch changes none. The format of
+ * stored parameters has a number of its own, LM_PARAMETERS_FORMAT.
  */
 #ifndef LOSTMOTION_VERSION_H
 #define LOSTMOTION_VERSION_H
