@@ -20,7 +20,7 @@
 #endif
 
 static const lm_parameters joint_parameters = {
-    1u,
+    LM_PARAMETERS_LAYOUT,
     0x28d5e220u,
     60.0f,
     {0.0005f, 0.003f, 0.05f, 20.0f, 20000.0f, 125.0f},

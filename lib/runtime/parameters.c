@@ -107,14 +107,15 @@ static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault)
 #endif
 
 lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault) {
+  const uint32_t layout = LM_PARAMETERS_LAYOUT;
   lm_status status;
   lm_real least_slope_rad_per_Nm = 1;
   if (!parameters) {
     return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
-  if (parameters->format != LM_PARAMETERS_FORMAT) {
-    return lm_refuse(fault, LM_CORRUPT, "format", LM_REAL(parameters->format),
-                     LM_REAL(LM_PARAMETERS_FORMAT), LM_REAL(LM_PARAMETERS_FORMAT));
+  if (parameters->format != layout) {
+    return lm_refuse(fault, LM_CORRUPT, "format", LM_REAL(parameters->format), LM_REAL(layout),
+                     LM_REAL(layout));
   }
   status = check_numbers(parameters, fault);
 #if LM_PROFILE != LM_PROFILE_GAP
@@ -327,7 +328,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   if (from.at != from.end) {
     return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), 0, 0);
   }
-  parameters->format = LM_PARAMETERS_FORMAT;
+  parameters->format = LM_PARAMETERS_LAYOUT;
   status = lm_check_parameters(parameters, fault);
   if (status != LM_OK) {
     parameters->format = 0;

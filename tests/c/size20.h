@@ -25,7 +25,7 @@ static const lm_play size20_play[] = {
 static lm_parameters size20(void) {
   lm_parameters p;
   memset(&p, 0, sizeof p);
-  p.format = LM_PARAMETERS_FORMAT;
+  p.format = LM_PARAMETERS_LAYOUT;
   p.torque_limit_Nm = 80;
   p.limits.period_s = LM_REAL(1e-3);
   p.limits.correction_rad = LM_REAL(0.004);

@@ -20,7 +20,7 @@ static void make_parameters(lm_parameters *p, lm_real half_gap) {
   play.radius_Nm = half_gap;
   play.widening = 0;
   play.weight = 1;
-  p->format = LM_PARAMETERS_FORMAT;
+  p->format = LM_PARAMETERS_LAYOUT;
   p->torque_limit_Nm = ANGLE_LIMIT;
   p->limits.period_s = LM_REAL(1e-3);
   p->limits.correction_rad = LM_REAL(1e-3);

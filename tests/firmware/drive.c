@@ -59,7 +59,7 @@ static int make_curve(lm_parameters *parameters) {
 int make_drive(lm_parameters *parameters) {
   int failed;
   memset(parameters, 0, sizeof *parameters);
-  parameters->format = LM_PARAMETERS_FORMAT;
+  parameters->format = LM_PARAMETERS_LAYOUT;
   parameters->torque_limit_Nm = 120;
   parameters->limits.period_s = LM_REAL(1e-4);
   parameters->limits.correction_rad = LM_REAL(0.005);

@@ -53,7 +53,7 @@ static void make_drive(lm_parameters *p, uint8_t choice) {
                                  {8, LM_REAL(0.1), LM_REAL(0.2)}};
   int i;
   memset(p, 0, sizeof *p);
-  p->format = LM_PARAMETERS_FORMAT;
+  p->format = LM_PARAMETERS_LAYOUT;
   p->torque_limit_Nm = 80;
   p->limits.period_s = LM_REAL(1e-3);
   p->limits.correction_rad = LM_REAL(0.003);

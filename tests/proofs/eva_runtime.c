@@ -30,7 +30,7 @@ static float any(void) {
 static void any_parameters(lm_parameters *p) {
   int i;
   memset(p, 0, sizeof *p);
-  p->format = LM_PARAMETERS_FORMAT;
+  p->format = LM_PARAMETERS_LAYOUT;
   p->fingerprint = (uint32_t)Frama_C_interval(0, 0x7FFFFFFF);
   p->torque_limit_Nm = Frama_C_float_interval(1e-9f, 1e6f);
   p->limits.period_s = Frama_C_float_interval(1e-6f, 1.0f);

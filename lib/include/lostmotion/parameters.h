@@ -33,7 +33,16 @@
 
 LM_BEGIN_DECLS
 
-#define LM_PARAMETERS_FORMAT 1u /* of the struct and of the binary form */
+#define LM_PARAMETERS_FORMAT 1u /* of the binary form and, with the sizes, of the struct */
+
+/* What the struct carries: the format and the sizes of profile.h that it was compiled with, so that
+ * a library of other sizes refuses it. lm_load_parameters cannot know the sizes of its caller. */
+#define LM_PARAMETERS_LAYOUT                                                                \
+  (LM_PARAMETERS_FORMAT +                                                                   \
+   16UL * ((((LM_EFFECT_MEMORY_MAX * 65UL + LM_EFFECTS_MAX) * 33UL + LM_PLAYS_MAX) * 65UL + \
+            LM_CURVE_POINTS_MAX) *                                                          \
+               4UL +                                                                        \
+           LM_PROFILE))
 
 /* How fast the correction may move; see compensator.h. All greater than zero. */
 typedef struct lm_limits {
@@ -60,7 +69,7 @@ typedef struct lm_effect_use {
 } lm_effect_use;
 
 typedef struct lm_parameters {
-  uint32_t format;         /* LM_PARAMETERS_FORMAT */
+  uint32_t format;         /* LM_PARAMETERS_LAYOUT */
   uint32_t fingerprint;    /* CRC-32 of the binary form; tells one set of parameters from another */
   lm_real torque_limit_Nm; /* torque beyond it, either sign, is clipped; 0 < limit <= 1e6.
                             * Gap profile: the largest commanded angle, rad */
@@ -87,7 +96,8 @@ typedef struct lm_parameters {
  * (lm_check_curve), the plays against the curve's least slope (lm_check_play_bank), and the
  * effects: each by itself (lm_check_effect), order of kinds, memory in all at most
  * LM_EFFECT_MEMORY_MAX.
- * Errors: LM_NULL, LM_CORRUPT (format), and those of the checks named. */
+ * Errors: LM_NULL; LM_CORRUPT ("format": another format, or the program was compiled with other
+ * sizes of profile.h than the library); those of the checks named. */
 lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault);
 
 /* Reads the binary form. table[table_count]: the effects that may occur (lm_effects for all of the

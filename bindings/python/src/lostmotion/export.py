@@ -477,7 +477,7 @@ def build(controller: Controller, c: Core | None = None) -> Any:
     """
     c = c or core(32)
     made = c.ffi.new("lm_parameters *")
-    made.format = FORMAT
+    made.format = c.lib.LM_PARAMETERS_LAYOUT
     made.torque_limit_Nm = controller.torque_limit_Nm
     for part, target in ((controller.limits, made.limits), (controller.watch, made.watch)):
         for name in (entry.name for entry in fields(part)):
@@ -656,7 +656,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         "",
         *_declarations(controller),
         f"static const lm_parameters {name} = {{",
-        f"    {FORMAT}u,",
+        "    LM_PARAMETERS_LAYOUT,",
         f"    0x{fingerprint:08x}u,",
         f"    {literal(controller.torque_limit_Nm)},",
         rows_of(limits) + ",",
