@@ -55,7 +55,10 @@ def test_the_hidden_effect_is_found_and_the_error_falls_to_the_noise(shown):
     first, last = joint["fit"]["ladder"]
     assert last["effects"] == ["thermal_gap"]
     assert last["rms_arcsec"] < 0.3 * first["rms_arcsec"]
-    assert last["rms_heldout_arcsec"] < joint["fit"]["noise_floor_arcsec"]
+    # Noise of 1.5 arcsec, and the scatter from run to run.
+    floor = joint["fit"]["noise_floor_arcsec"]
+    assert 1.5 < floor < 1.7
+    assert floor <= last["rms_heldout_arcsec"] < 1.1 * floor
 
 
 def test_the_effect_takes_most_of_what_was_left_off_the_joint(shown):
