@@ -125,6 +125,20 @@ static void no_gap_is_the_identity(void) {
   }
 }
 
+/* A play inside shares the torque with an elasticity, of which this profile has none. */
+static void a_play_inside_moves_nothing(void) {
+  lm_play play;
+  lm_real angle;
+  play.radius_Nm = HALF_GAP;
+  play.widening = 0;
+  play.weight = LM_REAL(0.5);
+  TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&parameters.plays, &play, 1, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  for (angle = -1; angle < 1; angle += LM_REAL(0.03)) {
+    TEST_ASSERT_TRUE(go_to(angle).lost_motion_rad == 0);
+  }
+}
+
 static void a_recording_is_its_samples_one_by_one(void) {
   static lm_real commanded[2000], whole[2000];
   lm_recording recording = {0};
@@ -263,6 +277,7 @@ int main(void) {
   RUN_TEST(the_lost_motion_never_leaves_the_gap);
   RUN_TEST(one_big_step_is_many_small_ones_and_wipes_out_what_was);
   RUN_TEST(no_gap_is_the_identity);
+  RUN_TEST(a_play_inside_moves_nothing);
   RUN_TEST(a_recording_is_its_samples_one_by_one);
   RUN_TEST(evaluating_commits_nothing);
   RUN_TEST(the_uncertainty_is_half_the_gap_until_it_was_crossed);
