@@ -17,11 +17,10 @@ import pytest
 
 from conftest import DATA, needs_compiler
 from lostmotion.cli import main
-from lostmotion.core import core
+from lostmotion.core import NEEDS, core
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import (
-    CONDITIONS,
     Controller,
     Limits,
     Play,
@@ -174,8 +173,8 @@ def test_header_names_the_conditions_that_the_host_fills_in(
     # The bits are those of effects.h.
     text = (LIB / "include" / "lostmotion" / "effects.h").read_text()
     bits = re.findall(r"#define LM_NEEDS_(\w+) (\d+)u", text)
-    assert [int(bit) for _, bit in bits] == [1 << k for k in range(len(CONDITIONS))]
-    for (need, _), field in zip(bits, CONDITIONS, strict=True):
+    assert [int(bit) for _, bit in bits] == [1 << k for k in range(len(NEEDS))]
+    for (need, _), field in zip(bits, NEEDS, strict=True):
         assert need == "TIME" or field.startswith(need.lower())
 
 

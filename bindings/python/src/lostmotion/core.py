@@ -15,6 +15,20 @@ Bits = Literal[32, 64]
 
 Array = npt.NDArray[Any]
 
+NEEDS = (
+    "torque_Nm",
+    "input_angle_rad",
+    "output_angle_rad",
+    "input_velocity_rad_s",
+    "output_acceleration_rad_s2",
+    "temperature_C",
+    "cycles",
+    "tilt_moment_Nm",
+    "axial_force_N",
+    "elapsed_s",
+)
+"""Fields of `lm_conditions` in the order of the LM_NEEDS_ bits."""
+
 
 class Core:
     """One build of the library.

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import __version__, units
-from lostmotion.core import Bits, Core, core
+from lostmotion.core import NEEDS, Bits, Core, core
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
@@ -49,20 +49,6 @@ PLAYS_MAX: dict[Profile, int] = {"gap": 1, "standard": 8, "full": 16}
 
 FORMAT = 1
 """LM_PARAMETERS_FORMAT."""
-
-CONDITIONS = (
-    "torque_Nm",
-    "input_angle_rad",
-    "output_angle_rad",
-    "input_velocity_rad_s",
-    "output_acceleration_rad_s2",
-    "temperature_C",
-    "cycles",
-    "tilt_moment_Nm",
-    "axial_force_N",
-    "elapsed_s",
-)
-"""Fields of `lm_conditions` in the order of the LM_NEEDS_ bits."""
 
 MARK = 0x01020304
 """Endianness mark of the blob."""
@@ -589,7 +575,7 @@ def needed_conditions(controller: Controller) -> list[str]:
     bits = 1
     for effect, _ in controller.effects:
         bits |= int(known[effect].covariates)
-    return [field for bit, field in enumerate(CONDITIONS) if bits >> bit & 1]
+    return [field for bit, field in enumerate(NEEDS) if bits >> bit & 1]
 
 
 def format_header(controller: Controller, name: str, title: str) -> str:

@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import core
+from lostmotion.core import NEEDS, core
 from lostmotion.discover.conditions import CONDITIONS, NEUTRAL, Conditions
 from lostmotion.errors import InputError, did_you_mean, one_line
 
@@ -30,20 +30,6 @@ Role = Literal["linear", "shape", "given"]
 
 KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
 ROLES: tuple[Role, ...] = ("linear", "shape", "given")
-
-NEEDS = (
-    "torque_Nm",
-    "input_angle_rad",
-    "output_angle_rad",
-    "input_velocity_rad_s",
-    "output_acceleration_rad_s2",
-    "temperature_C",
-    "cycles",
-    "tilt_moment_Nm",
-    "axial_force_N",
-    "elapsed_s",
-)
-"""Conditions in the order of the LM_NEEDS_ bits."""
 
 
 @dataclass(frozen=True)
