@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+from scipy import special
 
 from lostmotion.discover.backbone import DEVIATIONS
 from lostmotion.discover.contest import Contest
@@ -127,7 +127,7 @@ def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
         ratio = float(off[worst]) / spread
         room = (n - 1) ** 2 - n * ratio**2
         t = ratio * np.sqrt(n * (n - 2) / room) if room > 0 else np.inf
-        p = min(1.0, 2.0 * n * float(stats.t.sf(t, n - 2)))
+        p = min(1.0, 2.0 * n * float(special.stdtr(n - 2, -t)))
         taken.append(int(left[worst]))
         left = np.delete(left, worst)
         if p <= level:
