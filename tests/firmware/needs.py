@@ -26,7 +26,7 @@ PACKAGES = {
 }
 """Debian's names of the packages, where these differ from the program's."""
 
-UNREACHABLE = r"No matching distribution|Temporary failure|[Cc]onnection|[Tt]imed? ?out|ProxyError"
+UNREACHABLE = r"from versions: none|Temporary failure|[Cc]onnection|[Tt]imed? ?out|ProxyError"
 """What pip says where it does not reach an index."""
 
 
