@@ -199,9 +199,7 @@ typedef struct lm_problem {
 
 typedef struct lm_gap_angle {
   double offset_rad;
-  int from_junction; /* 1: counted from the contact half angle, with which it moves; 0: from the
-                      * axis
-                      */
+  int from_junction; /* 1: from the contact half angle, with which it moves; 0: from the axis */
 } lm_gap_angle;
 
 typedef struct lm_scan {

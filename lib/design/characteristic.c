@@ -183,8 +183,8 @@ typedef struct builder {
   int lobes;
 } builder;
 
-/* Turn of the rigid gear's flank towards the pair by the eccentricity of a fixed generator,
- * One lobe comes nearer by what the other one recedes. */
+/* Turn of the rigid gear's flank towards the pair by the eccentricity of a fixed generator:
+ * one lobe comes nearer by what the other one recedes. */
 static lm_real eccentric_shift(const lm_generator *g, const lm_gap *gap, int side) {
   return g->eccentricity_mm *
          (LM_REAL(side) * real_sin(g->eccentricity_angle_rad) +

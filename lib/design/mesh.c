@@ -8,10 +8,9 @@
 typedef struct flank_pair {
   const lm_mesh *mesh;
   lm_placement place;
-  lm_real
-      lead_rad;    /* polar angle of the tooth's foot ahead of the axis of the rigid gear's space */
-  lm_real side;    /* +1: flank at growing angles, -1: the other */
-  lm_real closing; /* +1 internal, -1 external: which way the gap is counted */
+  lm_real lead_rad; /* polar angle of the tooth's foot ahead of the axis of the rigid space */
+  lm_real side;     /* +1: flank at growing angles, -1: the other */
+  lm_real closing;  /* +1 internal, -1 external: which way the gap is counted */
 } flank_pair;
 
 /* A point of the placed flank: its polar radius, the gap of the pair on that radius, and both

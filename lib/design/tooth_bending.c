@@ -287,11 +287,10 @@ static lm_status check_loaded_radius(const lm_involute_tooth *tooth, lm_real loa
   return LM_OK;
 }
 
-/* From the base circle (or the end of the tooth next to it) to a radius on either side. Radius =
- * joint
- * + length t^2 (3 - 2t) crowds the points at both ends: at the base circle, where the involute
- * function starts with the power 3/2, and at a thin tip. Two Gauss panels in t. dy counts positive
- * whichever way the tooth points. */
+/* From the base circle (or the end of the tooth next to it) to a radius on either side. The
+ * substitution radius = joint + length t^2 (3 - 2t) crowds the points at both ends: at the base
+ * circle, where the involute function starts with the power 3/2, and at a thin tip. Two Gauss
+ * panels in t. dy counts positive whichever way the tooth points. */
 static void add_involute_span(strip_sums *sums, const lm_involute_tooth *tooth, lm_real joint,
                               lm_real end, lm_real loaded_radius) {
   const lm_real length = end - joint;

@@ -39,8 +39,7 @@ typedef struct {
   double load_friction;   /* growth of every slip limit at rated torque, as a share */
   double joint_rad;       /* joint that opens early: angle that it gives in the end */
   double joint_torque_Nm;
-  double
-      hardening; /* of the torsion spring: torque over rated at which it gets stiffer is 1/this */
+  double hardening;    /* the torsion spring gets stiffer at 1/this of the rated torque */
   double asymmetry;    /* compliance of the negative side over that of the positive one, less 1 */
   double inertia_kgm2; /* between the torque sensor and the drive */
 } rig_drive;

@@ -2,8 +2,7 @@
  *
  *   phi(T) = radial gap (8), (9), (9a)          closes first, below about 2 % of rated torque
  *          + side clearance (1)                 staged take-up of the pairs
- *          + radial compliance (2) - (4)        rim and generator at the teeth, then the radial
- * chain
+ *          + radial compliance (2) - (4)        rim and generator at the teeth, then radial chain
  *          + torsion (5)                        shafts, cup, and the rim between axial sections
  *          + tooth bending (6), (7)
  * All act one behind the other under the same torque, so their angles add. phi is the ONE-SIDED
@@ -42,8 +41,8 @@ typedef struct lm_contributions {
 typedef struct lm_mesh_state {
   lm_real middle_rad;    /* torque-free middle of the output, moves with the tooth phase */
   lm_real free_play_rad; /* half of it; 0 when preloaded */
-  lm_real
-      flank_angle_rad;   /* alpha_w of (4), (9): mean of the pairs that touch first on each flank */
+  /* alpha_w of (4), (9): mean of the pairs that touch first on each flank */
+  lm_real flank_angle_rad;
   lm_real radius_mm;     /* r of (4), (9) */
   lm_real gap_mm;        /* Delta0, eq (8), with the mean of the tolerance chain, clipped at 0 */
   lm_real gap_torque_Nm; /* T0, (9a) */

@@ -21,10 +21,9 @@ typedef enum lm_check_id {
   LM_CHECK_DISENGAGEMENT = 6,   /* mm: radial distance of the tips at 90 deg, above 0 */
   LM_CHECK_FREE_ASSEMBLY = 7,   /* mm: an undeformed flexspline slides in, limit 0. Advice: most
                                    drives are put together deformed */
-  LM_CHECK_BENDING_STRESS =
-      8, /* MPa: largest bending stress of the rim, below the limit sigma_-1 */
-  LM_CHECK_TORSION_STRESS = 9, /* MPa: shear in the cup wall at rated torque, below tau_-1 */
-  LM_CHECK_SAFETY = 10,        /* -: fatigue safety of the flexspline, at least 1.5 */
+  LM_CHECK_BENDING_STRESS = 8,  /* MPa: largest bending stress of the rim, below sigma_-1 */
+  LM_CHECK_TORSION_STRESS = 9,  /* MPa: shear in the cup wall at rated torque, below tau_-1 */
+  LM_CHECK_SAFETY = 10,         /* -: fatigue safety of the flexspline, at least 1.5 */
   LM_CHECK_COUNT = 11
 } lm_check_id;
 

@@ -55,12 +55,10 @@ typedef enum lm_mode {
 #define LM_STATE_MEMORY_UNKNOWN 64u       /* the start state is not yet wiped out by the load */
 #define LM_STATE_HOLDING 128u             /* mode HOLD */
 #define LM_STATE_RESETTING 256u           /* mode RESET */
-#define LM_STATE_FADED 512u          /* the watch has faded the correction, wholly or in part */
-#define LM_STATE_MISFIT 1024u        /* the watch finds that the model does not fit */
-#define LM_STATE_MODEL_REFUSED 2048u /* the model gave no finite angle (a user's effect) */
-#define LM_STATE_WATCH_REFUSED                                                                    \
-  4096u                               /* the last call of lm_watch_output was not finite: ignored \
-                                       */
+#define LM_STATE_FADED 512u           /* the watch has faded the correction, wholly or in part */
+#define LM_STATE_MISFIT 1024u         /* the watch finds that the model does not fit */
+#define LM_STATE_MODEL_REFUSED 2048u  /* the model gave no finite angle (a user's effect) */
+#define LM_STATE_WATCH_REFUSED 4096u  /* the last call of lm_watch_output was ignored */
 #define LM_STATE_HEADROOM_SHORT 8192u /* less was left than ending the motion takes: widened */
 
 /* What the host has left for the correction. A headroom that is negative or NaN counts as zero;

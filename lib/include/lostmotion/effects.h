@@ -66,7 +66,7 @@ typedef struct lm_conditions {
  * which {0} would mean 0 degrees Celsius. */
 #define LM_CONDITIONS_UNKNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
 
-/* Bits of `covariates`: the conditions an effect needs beside the torque. */
+/* Bits of `covariates`: the conditions an effect cannot do without. */
 #define LM_NEEDS_TORQUE 1u
 #define LM_NEEDS_INPUT_ANGLE 2u
 #define LM_NEEDS_OUTPUT_ANGLE 4u

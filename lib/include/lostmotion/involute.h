@@ -46,8 +46,8 @@ typedef struct lm_geometry {
   lm_real rigid_tip_mm;
   lm_real neutral_mm; /* r_m, neutral line of the rim */
   lm_real mean_mm; /* r of eq (4), (9): midway between both tip circles on the deformation axis */
-  lm_real
-      lead_per_angle; /* (z_rigid - z_flexspline) / z_rigid: tooth axis ahead of the rigid one */
+  /* (z_rigid - z_flexspline) / z_rigid: tooth axis ahead of the rigid one */
+  lm_real lead_per_angle;
   lm_involute flexspline; /* tooth flank (internal deformation) or space flank (external) */
   lm_involute rigid;      /* space flank (internal deformation) or tooth flank (external) */
 } lm_geometry;

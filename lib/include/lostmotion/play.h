@@ -106,9 +106,8 @@ lm_play_sum lm_advance_plays(const lm_play_bank *bank, lm_play_memory *memory, l
 lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *memory,
                                     lm_real torque_Nm, lm_real width_scale);
 
-#define LM_WIDTH_SCALE_MAX                                              \
-  LM_REAL(100) /* cold grease doubles the width; beyond 100 is nonsense \
-                */
+/* Cold grease doubles the width; beyond 100 is nonsense. */
+#define LM_WIDTH_SCALE_MAX LM_REAL(100)
 
 /* A whole recording: `count` torques [N*m] through a bank; the memory carries the state in and out.
  * Writes h [rad] and T_e - T [N*m] of every sample; either may be null. */

@@ -1,9 +1,9 @@
 /* Staged take-up: how the side clearances close under load, one pair after the other.
  *
  * Two models. Independent pairs (theory/load.md) are unilateral springs side by side: the
- * closed form from which eq (1) of the paper follows. Coupled pairs push the
- * flexspline rim, a beam on the elastic foundation of the wave generator, away from each other: a
- * linear complementarity problem, followed from event to event.
+ * closed form from which eq (1) of the paper follows. Coupled pairs push the flexspline rim, a beam
+ * on the elastic foundation of the wave generator, away from each other: a linear complementarity
+ * problem, followed from event to event.
  */
 #ifndef LOSTMOTION_TAKEUP_H
 #define LOSTMOTION_TAKEUP_H
@@ -35,8 +35,9 @@ typedef struct lm_spring {
   int side;                     /* +1 closes for positive rotation, -1 for negative */
 } lm_spring;
 
-/* Output rotation under a torque, eq of section 3.1: T(phi) = sum K (phi - g+)_+ - sum K (-phi -
- * g-)_+, solved exactly. Springs are sorted in place by the rotation at which they begin or cease
+/* Output rotation under a torque, solved exactly from section 3.1 of theory/load.md:
+ *     T(phi) = sum K (phi - g+)_+ - sum K (-phi - g-)_+
+ * Springs are sorted in place by the rotation at which they begin or cease
  * to carry. The rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it
  * is the middle of the play. `engaged` is the number of springs that carry. torque_Nm: -1e9 .. 1e9.
  * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("stiffness_Nm_per_rad", "gap_rad", "side", "torque_Nm",
@@ -52,12 +53,12 @@ typedef struct lm_contact {
   lm_real arm_mm;  /* r_k, 1e-3 .. 1e6 */
   lm_real wedge;   /* tan(alpha_w): radial force per tangential force, 0 .. 1e6 */
   lm_real gap_rad; /* -pi .. pi; < 0: preloaded */
-  lm_real
-      compliance_mm_per_N; /* of the pair itself, tangential: C_t / cos^2(alpha_w), 1e-12 .. 1e6 */
-  int tooth;               /* place on the rim, 0 .. LM_LOBE_TEETH_MAX - 1 */
-  int lobe;                /* 0 or 1 */
-  int section;             /* 0 .. LM_SECTIONS_MAX - 1 */
-  int side;                /* +1 forward, -1 backward */
+  /* of the pair itself, tangential: C_t / cos^2(alpha_w), 1e-12 .. 1e6 */
+  lm_real compliance_mm_per_N;
+  int tooth;   /* place on the rim, 0 .. LM_LOBE_TEETH_MAX - 1 */
+  int lobe;    /* 0 or 1 */
+  int section; /* 0 .. LM_SECTIONS_MAX - 1 */
+  int side;    /* +1 forward, -1 backward */
 } lm_contact;
 
 #define LM_CONTACTS_MAX 1536 /* candidates of all sections and lobes */
@@ -137,11 +138,10 @@ typedef struct lm_take_up_workspace {
  * from the equilibrium of both flanks. contacts[count]: 1 .. LM_CONTACTS_MAX, both flanks;
  * torque_Nm[torques]: rising within -1e9 .. 1e9, at least one; states[torques]; rest may be null.
  * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE (which field of a contact or of the foundation),
- * LM_NOT_MONOTONE
- * ("torque_Nm"), LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL when more than
- * LM_ACTIVE_MAX carry, LM_NOT_CONVERGED when rounding defeats the factor or lets pairs join and
- * leave for ever (compliances of the pairs too small against the ring's, or a twist that is not
- * symmetric). On error states[] is not complete. */
+ * LM_NOT_MONOTONE ("torque_Nm"), LM_NO_CONTACT when the pairs of a flank cannot carry, LM_TOO_SMALL
+ * when more than LM_ACTIVE_MAX carry, LM_NOT_CONVERGED when rounding defeats the factor or lets
+ * pairs join and leave for ever (compliances of the pairs too small against the ring's, or a twist
+ * that is not symmetric). On error states[] is not complete. */
 lm_status lm_coupled_take_up(const lm_contact contacts[], int count,
                              const lm_foundation *foundation, const lm_real torque_Nm[],
                              int torques, lm_take_up states[], lm_rest *rest,
