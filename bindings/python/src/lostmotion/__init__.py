@@ -7,15 +7,14 @@ too::
     from lostmotion.drives import read_drive
     from lostmotion.predict import predict
     from lostmotion.recordings import read_campaign
-    from lostmotion.model import make_backbone
     from lostmotion.compare import compare
-    from lostmotion.discover import diagnose
+    from lostmotion.discover import diagnose, fit_model
 
     drive = read_drive("joint.toml")
     campaign = read_campaign("recordings/", ratio=drive.ratio)
-    found = diagnose(campaign, ratio=drive.ratio, rated_torque_Nm=drive.rated_torque_Nm,
-                     backbone=make_backbone(drive, 40.0))
+    found = diagnose(campaign, drive)
     print(found.verdict, found.effects)
+    fitted = fit_model(drive, campaign, add=found.effects)
 
 The modules are loaded when they are asked for: ``lostmotion.drives`` needs no import of its own.
 """
@@ -47,6 +46,26 @@ MODULES = (
 )
 """What there is to be imported from."""
 
+HOMES = {
+    "read_drive": "drives",
+    "write_drive": "drives",
+    "predict": "predict",
+    "clearances": "predict",
+    "read_campaign": "recordings",
+    "Campaign": "recordings",
+    "make_backbone": "model",
+    "design_model": "model",
+    "compare": "compare",
+    "diagnose": "discover",
+    "fit_model": "discover",
+    "effect": "discover",
+    "formula": "discover",
+    "Value": "discover",
+    "search": "design",
+    "write_report": "report",
+}
+"""What is looked for here, and the module that has it."""
+
 
 def __dir__() -> list[str]:
     """List the modules beside what is loaded already."""
@@ -58,7 +77,9 @@ def __getattr__(name: str) -> Any:
     if name in MODULES:
         return import_module(f"lostmotion.{name}")
     if name != "__version__":
-        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'")
+        home = HOMES.get(name)
+        hint = "" if home is None else f": from lostmotion.{home} import {name}"
+        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'{hint}")
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -25,8 +25,9 @@ class Backbone:
     torque_Nm: FloatArray
     angle_rad: FloatArray
 
-    def __call__(self, torque_Nm: FloatArray) -> FloatArray:
+    def __call__(self, torque_Nm: npt.ArrayLike) -> FloatArray:
         """Angle in rad at each torque."""
+        torque_Nm = np.asarray(torque_Nm, dtype=np.float64)
         slope = np.diff(self.angle_rad) / np.diff(self.torque_Nm)
         inside = np.interp(torque_Nm, self.torque_Nm, self.angle_rad)
         below = np.minimum(torque_Nm - self.torque_Nm[0], 0.0) * slope[0]

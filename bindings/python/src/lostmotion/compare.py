@@ -18,9 +18,12 @@ import numpy.typing as npt
 from lostmotion.base import Backbone, run_plays
 from lostmotion.discover.backbone import Base
 from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.effects import library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_residual
 from lostmotion.discover.threads import one_thread
-from lostmotion.errors import InputError
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError, given_as
+from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -283,7 +286,7 @@ class Comparison:
 
 
 def compare(
-    backbone: Backbone,
+    drive: Drive | Backbone,
     campaign: Campaign,
     *,
     base: Base | None = None,
@@ -295,12 +298,13 @@ def compare(
 
     Parameters
     ----------
-    backbone : Backbone
-        The loss-free characteristic of the drive.
+    drive : Drive or Backbone
+        The drive, with the numbers and effects of a fit where its file has them; or its loss-free
+        characteristic alone.
     campaign : Campaign
         The recordings.
     base : Base, optional
-        A base over this campaign with the numbers and effects of a fitted drive file in it.
+        A base over this campaign that was made elsewhere.
     fit_on : sequence of run labels, optional
         Fit to these runs only and predict the others; by default all are fitted, and each is held
         out once.
@@ -318,6 +322,8 @@ def compare(
     InputError
         When the torque of the recordings does not vary, or a run to fit on does not exist.
     """
+    given_as("compare", "drive", drive, Drive, Backbone)
+    given_as("compare", "campaign", campaign, Campaign)
     torque = campaign.column("torque")
     if np.ptp(torque) == 0:
         raise InputError(
@@ -326,6 +332,14 @@ def compare(
             f"a constant {torque[0]:.6g} Nm",
             "a torque that varies",
         )
+    if isinstance(drive, Backbone):
+        backbone = drive
+    else:
+        backbone = make_backbone(drive, float(np.max(np.abs(torque))))
+        if base is None and (drive.fit is not None or drive.effects):
+            from lostmotion.discover.ladder import make_base
+
+            base = make_base(drive, campaign, backbone, library())
     with one_thread():
         return _compare(backbone, campaign, base, fit_on, seed, progress or (lambda *_: None))
 

@@ -125,6 +125,16 @@ class Drive:
     effects: list[dict[str, Any]] = field(default_factory=list)
     document: dict[str, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        """Say what it is; its document fills screens."""
+        kind = "catalogue" if self.catalogue is not None else "design"
+        names = ", ".join(str(table.get("name")) for table in self.effects)
+        return (
+            f"<Drive {self.name!r} of {self.file}: {kind}, ratio {self.ratio:g}, "
+            f"{self.rated_torque_Nm:g} Nm{', fitted' if self.fit else ''}"
+            f"{', with ' + names if names else ''}>"
+        )
+
 
 def read_drive(file: str | Path) -> Drive:
     """Read a drive file.

@@ -72,6 +72,19 @@ class LibraryError(LostMotionError):
         super().__init__(text)
 
 
+def given_as(function: str, argument: str, value: object, *kinds: type) -> None:
+    """Refuse an argument of another kind, as when two of them changed places.
+
+    Raises
+    ------
+    InputError
+        When `value` is none of `kinds`.
+    """
+    if not isinstance(value, kinds):
+        found = "nothing" if value is None else f"a {type(value).__name__}"
+        raise InputError(function, argument, found, " or ".join(f"a {k.__name__}" for k in kinds))
+
+
 FOUND_MAX = 200
 """Longest quotation of what was found, in characters."""
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
+from lostmotion.errors import InputError
 from lostmotion.model import design_model, fitted_backbone, reversal_torque
 from lostmotion.units import ARCMIN
 
@@ -31,7 +32,17 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> d
         Rising.
     phase_rad : float
         Tooth phase of the generator; a bought drive has none.
+
+    Raises
+    ------
+    InputError
+        When there is no torque, or one that is not finite.
     """
+    given = np.asarray(torque_Nm, dtype=np.float64).ravel()
+    if given.size == 0:
+        raise InputError("predict", "torque_Nm", "no torque", "one or more")
+    if not np.all(np.isfinite(given)):
+        raise InputError("predict", "torque_Nm", f"{given[~np.isfinite(given)][0]}", "numbers")
     answer: dict[str, Any] = {
         "schema": "lostmotion.prediction/1",
         "drive": drive.name,

@@ -210,8 +210,29 @@ class Campaign:
         return tuple(name for name in QUANTITIES if name in common)
 
     def column(self, name: str) -> FloatArray:
-        """One quantity of all runs, joined."""
+        """One quantity of all runs, joined, by its name alone or as its column has it.
+
+        Raises
+        ------
+        InputError
+            When not every run has it.
+        """
+        by_column = {QUANTITIES[quantity].column: quantity for quantity in self.quantities()}
+        name = by_column.get(name, name)
+        if any(name not in run.columns for run in self.runs):
+            have = self.quantities()
+            expected = f"one of {', '.join(have)}" + did_you_mean(name, have)
+            raise InputError("campaign", name, "no such column", expected)
         return np.concatenate([run.columns[name] for run in self.runs])
+
+    def table(self) -> dict[str, npt.NDArray[Any]]:
+        """Columns of all runs, joined, under the names that a file has: what a data frame takes.
+
+        ``pandas.DataFrame(campaign.table())``; quantities that not every run has are left out.
+        """
+        labels = [np.full(len(run), run.label, dtype=object) for run in self.runs]
+        joined = {QUANTITIES[name].column: self.column(name) for name in self.quantities()}
+        return {"run": np.concatenate(labels), **joined}
 
     def fingerprint(self) -> str:
         """SHA-256 of the numbers as they are used, whatever file format they came in."""

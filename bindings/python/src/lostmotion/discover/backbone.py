@@ -135,6 +135,11 @@ class Base:
     additives: list[Additive] = field(default_factory=list)
     widens: bool = True
 
+    def __repr__(self) -> str:
+        """Say what it stands on; its numbers fill screens."""
+        names = ", ".join(term.effect.name for term in self.terms)
+        return f"<Base{' with ' + names if names else ''} over {self.conditions.campaign!r}>"
+
     def __post_init__(self) -> None:
         torque = self.conditions.torque
         self.largest = float(np.max(np.abs(torque)))

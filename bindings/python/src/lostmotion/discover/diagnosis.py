@@ -33,6 +33,9 @@ from lostmotion.discover.selection import (
 )
 from lostmotion.discover.study import Field, Settled, clean_outliers
 from lostmotion.discover.threads import one_thread
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError, given_as
+from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC, split_unit
 
@@ -73,6 +76,15 @@ class Diagnosis:
     base: Base | None = None
     selection: Selection | None = None
 
+    def __repr__(self) -> str:
+        """Say what came out; what it was found with fills screens."""
+        names = f" {', '.join(self.effects)}" if self.effects else ""
+        first, last = self.ladder[0], self.ladder[-1]
+        return (
+            f"<Diagnosis: {self.verdict}{names}; held out {first['rms_heldout_arcsec']:.3g} to "
+            f"{last['rms_heldout_arcsec']:.3g} arcsec, noise floor {self.noise_floor_arcsec:.3g}>"
+        )
+
     def answer(self) -> dict[str, Any]:
         """Return the answer, ready for JSON."""
         return {
@@ -92,9 +104,10 @@ class Diagnosis:
 
 def diagnose(
     campaign: Campaign,
+    drive: Drive | None = None,
     *,
-    ratio: float,
-    rated_torque_Nm: float,
+    ratio: float | None = None,
+    rated_torque_Nm: float | None = None,
     backbone: Backbone | None = None,
     effects: Mapping[str, Effect] | None = None,
     base: Base | None = None,
@@ -106,7 +119,10 @@ def diagnose(
     ----------
     campaign : Campaign
         Runs in the order in which they were made.
-    ratio, rated_torque_Nm : float
+    drive : Drive, optional
+        The drive; what follows need not be given then, and what its file says of a fit and of
+        effects is in the model.
+    ratio, rated_torque_Nm : float, optional
         Of the drive.
     backbone : Backbone, optional
         What the drive file says of the characteristic: the start and a weak prior.
@@ -121,13 +137,23 @@ def diagnose(
     -------
     Diagnosis
     """
+    given_as("diagnose", "campaign", campaign, Campaign)
+    chosen_from = dict(library() if effects is None else effects)
+    if drive is not None:
+        from lostmotion.discover.ladder import make_base
+
+        given_as("diagnose", "drive", drive, Drive)
+        ratio = drive.ratio if ratio is None else ratio
+        if backbone is None:
+            backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
+        base = base or make_base(drive, campaign, backbone, chosen_from)
+        rated_torque_Nm = drive.rated_torque_Nm
+    if ratio is None or rated_torque_Nm is None:
+        expected = "a Drive, or ratio= and rated_torque_Nm="
+        raise InputError("diagnose", "drive", "nothing", expected)
     with one_thread():
-        return _diagnose(
-            base or Base(Conditions(campaign), rated_torque_Nm, backbone),
-            dict(library() if effects is None else effects),
-            ratio,
-            progress,
-        )
+        base = base or Base(Conditions(campaign), rated_torque_Nm, backbone)
+        return _diagnose(base, chosen_from, ratio, progress)
 
 
 def _diagnose(

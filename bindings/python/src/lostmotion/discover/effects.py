@@ -98,6 +98,11 @@ class Effect:
     formula: str = ""
     symbol: str = ""
 
+    def __repr__(self) -> str:
+        """Say what it is and what it takes; `vars` has all."""
+        values = ", ".join(value.name for value in self.values)
+        return f"<Effect {self.name} ({self.kind}) of {values}: {self.mechanism}>"
+
     def __post_init__(self) -> None:
         """Refuse bounds between which no fit can move."""
         for value in self.values:

@@ -25,7 +25,7 @@ from lostmotion.discover.candidates import (
 )
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.diagnosis import noise_floor
-from lostmotion.discover.effects import Effect, find_effect
+from lostmotion.discover.effects import Effect, find_effect, library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_rms
 from lostmotion.discover.selection import free_values, noise_rms, term_of
 from lostmotion.discover.study import (
@@ -37,7 +37,8 @@ from lostmotion.discover.study import (
     settle,
 )
 from lostmotion.drives import Drive
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, given_as
+from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
 
@@ -73,6 +74,16 @@ class FittedModel:
     standard_errors: FloatArray
     covariance: FloatArray
     inseparable: list[list[str]]
+
+    def __repr__(self) -> str:
+        """Say what came out; the samples it was fitted to fill screens."""
+        names = ", ".join(term.effect.name for term in self.base.terms)
+        first, last = self.ladder[0], self.ladder[-1]
+        return (
+            f"<FittedModel{' with ' + names if names else ''}: held out "
+            f"{first['rms_heldout_arcsec']:.3g} to {last['rms_heldout_arcsec']:.3g} arcsec, "
+            f"noise floor {self.noise_floor_arcsec:.3g}>"
+        )
 
     def answer(self) -> dict[str, Any]:
         """Return the answer of ``fit``, ready for JSON."""
@@ -226,9 +237,9 @@ def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Te
 def fit_model(
     drive: Drive,
     campaign: Campaign,
-    backbone: Backbone | None,
-    add: Sequence[str],
-    effects: Mapping[str, Effect],
+    backbone: Backbone | None = None,
+    add: str | Sequence[str] = (),
+    effects: Mapping[str, Effect] | None = None,
     *,
     friction: Friction | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -237,11 +248,24 @@ def fit_model(
 
     Parameters
     ----------
+    drive : Drive
+    campaign : Campaign
+    backbone : Backbone, optional
+        What the drive says of the characteristic; by default made of its file.
+    add : str or sequence of str
+        Effects to add, in this order.
+    effects : mapping, optional
+        Effects by name; by default those of the library.
     friction : {"inside", "both"}, optional
         Where friction sits: inside the elasticity, or outside as well. By default as in a file that
         was fitted already, else as runs that the fit has not seen ask for.
     """
-    chosen = [find_effect(name, effects) for name in add]
+    given_as("fit_model", "drive", drive, Drive)
+    given_as("fit_model", "campaign", campaign, Campaign)
+    effects = library() if effects is None else effects
+    if backbone is None:
+        backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
+    chosen = [find_effect(name, effects) for name in ([add] if isinstance(add, str) else add)]
     base = make_base(drive, campaign, backbone, effects)
     if friction == "inside":
         base.outside = None

@@ -1,0 +1,143 @@
+"""What somebody writes in a notebook: it works, or one line says what to write."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap
+
+import lostmotion
+from lostmotion.base import Backbone
+from lostmotion.catalogue import Catalogue
+from lostmotion.compare import compare
+from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model
+from lostmotion.discover.effects import library
+from lostmotion.discover.ladder import make_base
+from lostmotion.drives import Drive, parse_drive, read_drive
+from lostmotion.errors import InputError
+from lostmotion.model import make_backbone
+from lostmotion.predict import predict
+from lostmotion.recordings import QUANTITIES, Campaign
+
+LINE = 400
+"""Longest repr, in characters: it stands in a cell of a notebook, and in a message."""
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Drive:
+    file = tmp_path_factory.mktemp("drive") / "drive.toml"
+    file.write_text(DRIVE)
+    return read_drive(file)
+
+
+@pytest.fixture(scope="module")
+def warm() -> Campaign:
+    return campaign(add=gap)
+
+
+@pytest.fixture(scope="module")
+def found(drive: Drive, warm: Campaign) -> Diagnosis:
+    return diagnose(warm, drive)
+
+
+@pytest.fixture(scope="module")
+def fitted(drive: Drive, warm: Campaign) -> FittedModel:
+    return fit_model(drive, warm, add="thermal_gap")
+
+
+def test_a_name_that_a_module_has_is_told_where() -> None:
+    with pytest.raises(AttributeError, match=r"from lostmotion\.drives import read_drive"):
+        _ = lostmotion.read_drive
+    with pytest.raises(AttributeError, match=r"from lostmotion\.discover import diagnose"):
+        _ = lostmotion.diagnose
+    with pytest.raises(AttributeError, match=r"no attribute 'nothing_like_it'$"):
+        _ = lostmotion.nothing_like_it
+
+
+def test_every_name_that_is_told_is_there() -> None:
+    for name, module in lostmotion.HOMES.items():
+        assert callable(getattr(getattr(lostmotion, module), name)), name
+
+
+def test_a_drive_is_enough(
+    drive: Drive, warm: Campaign, found: Diagnosis, fitted: FittedModel
+) -> None:
+    backbone = make_backbone(drive, float(np.max(np.abs(warm.column("torque")))))
+    other = diagnose(
+        warm,
+        ratio=drive.ratio,
+        rated_torque_Nm=drive.rated_torque_Nm,
+        backbone=backbone,
+        base=make_base(drive, warm, backbone, library()),
+    )
+    assert found.answer() == other.answer()
+    again = fit_model(drive, warm, backbone, ["thermal_gap"], library())
+    np.testing.assert_array_equal(fitted.values, again.values)
+    assert compare(drive, warm).answer() == compare(backbone, warm).answer()
+
+
+def test_what_a_fitted_drive_has_is_in_the_model(
+    drive: Drive, warm: Campaign, fitted: FittedModel
+) -> None:
+    assert [term.effect.name for term in fitted.base.terms] == ["thermal_gap"]
+    file = parse_drive(fitted.document(drive))
+    assert diagnose(warm, file).verdict == "complete"
+    assert compare(file, warm).answer()["effects"] == ["thermal_gap"]
+
+
+def test_the_arguments_in_the_wrong_order_are_named(drive: Drive, warm: Campaign) -> None:
+    with pytest.raises(InputError, match="diagnose: campaign: found a Drive, expected a Campaign"):
+        diagnose(drive, warm)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="compare: drive: found a Campaign, expected a Drive"):
+        compare(warm, drive)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="fit_model: drive: found a Campaign, expected a Drive"):
+        fit_model(warm, drive)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="diagnose: drive: found nothing, expected a Drive, or"):
+        diagnose(warm)
+
+
+def test_everything_says_what_it_is_in_a_few_lines(
+    drive: Drive, warm: Campaign, found: Diagnosis, fitted: FittedModel
+) -> None:
+    for thing in (found, fitted, found.base, compare(drive, warm), warm):
+        assert len(repr(thing)) < LINE, repr(thing)
+    assert "missing-effect" in repr(found)
+    assert "thermal_gap" in repr(found)
+    assert "thermal_gap" in repr(fitted)
+    assert "creep" in repr(library()["creep"])
+    assert len(repr(library()["creep"])) < LINE
+    assert "small" in repr(drive)
+    assert len(repr(drive)) < LINE
+
+
+def test_the_columns_of_a_campaign_make_a_table(warm: Campaign) -> None:
+    table = warm.table()
+    assert list(table)[:3] == ["run", "time_s", "torque_Nm"]
+    assert {"lost_motion_rad", "temperature_C"} <= table.keys()
+    assert {len(column) for column in table.values()} == {warm.rows}
+    np.testing.assert_array_equal(table["torque_Nm"], warm.column("torque"))
+    labels = [run.label for run in warm.runs]
+    np.testing.assert_array_equal(np.unique(table["run"]), np.unique(labels))
+
+
+def test_a_column_by_its_name_in_the_file_or_a_line_that_says_which(warm: Campaign) -> None:
+    np.testing.assert_array_equal(warm.column("torque_Nm"), warm.column("torque"))
+    with pytest.raises(InputError, match=r"torqe.*expected one of time, torque.*did you mean"):
+        warm.column("torqe")
+    absent = next(name for name in QUANTITIES if name not in (*warm.quantities(), "run"))
+    with pytest.raises(InputError, match=f"{absent}: found no such column"):
+        warm.column(absent)
+
+
+def test_a_torque_that_is_no_number_is_refused() -> None:
+    sheet = Drive("drive", "joint", RATIO, RATED_NM, Catalogue(7.0, 25.0, 16e3, 25e3, 29e3))
+    for torque in ([np.nan], [0.0, np.inf], np.nan):
+        with pytest.raises(InputError, match=r"predict: torque_Nm: found (nan|inf), expected"):
+            predict(sheet, torque)
+    with pytest.raises(InputError, match="predict: torque_Nm: found no torque"):
+        predict(sheet, [])
+
+
+def test_a_backbone_takes_lists() -> None:
+    line = Backbone(np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0]))
+    np.testing.assert_allclose(line([0.5, 3.0]), [1.0, 6.0])
