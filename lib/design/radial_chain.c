@@ -154,7 +154,8 @@ lm_status lm_make_rim_widening_law(lm_real inner_radius_mm, lm_real outer_radius
     return status;
   }
   if (!(inner_radius_mm < outer_radius_mm)) {
-    return refuse(fault, LM_INCONSISTENT, "outer_radius_mm");
+    return refuse_contradiction(fault, "outer_radius_mm", outer_radius_mm, inner_radius_mm,
+                                LENGTH_MAX_MM);
   }
   sum = inner_radius_mm * inner_radius_mm + outer_radius_mm * outer_radius_mm;
   difference = (outer_radius_mm - inner_radius_mm) * (outer_radius_mm + inner_radius_mm);

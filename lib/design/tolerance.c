@@ -68,7 +68,8 @@ static lm_status check_link(const lm_tolerance_link *link, lm_fault *fault) {
                          DEVIATION_MAX_MM);
   }
   if (status == LM_OK && link->upper_mm < link->lower_mm) {
-    status = refuse(fault, LM_INCONSISTENT, "tolerance.upper_mm");
+    status = refuse_contradiction(fault, "tolerance.upper_mm", link->upper_mm, link->lower_mm,
+                                  DEVIATION_MAX_MM);
   }
   if (status == LM_OK) {
     status = check_range(fault, "tolerance.distribution", (lm_real)(int)link->distribution,

@@ -53,7 +53,7 @@ lm_status lm_make_shaft_torsion(lm_real outer_diameter_mm, lm_real bore_mm, lm_r
     return status;
   }
   if (!(bore_mm < outer_diameter_mm)) {
-    return refuse(fault, LM_INCONSISTENT, "bore_mm");
+    return refuse_contradiction(fault, "bore_mm", bore_mm, LM_REAL(0), outer_diameter_mm);
   }
   /* D^4 - d^4 factored, so that a thin tube keeps its digits. */
   inertia = LM_PI / LM_REAL(32) * (outer_diameter_mm - bore_mm) * (outer_diameter_mm + bore_mm) *
@@ -76,7 +76,8 @@ lm_status lm_make_shell_torsion(lm_real mean_radius_mm, lm_real wall_mm, lm_real
     return status;
   }
   if (!(wall_mm < LM_REAL(2) * mean_radius_mm)) {
-    return refuse(fault, LM_INCONSISTENT, "wall_mm");
+    return refuse_contradiction(fault, "wall_mm", wall_mm, LENGTH_MIN_MM,
+                                LM_REAL(2) * mean_radius_mm);
   }
   /* pi/2 (r_o^4 - r_i^4) with r_o,i = r +- s/2. */
   inertia = LM_REAL(2) * LM_PI * mean_radius_mm * wall_mm *
@@ -101,7 +102,8 @@ lm_status lm_make_diaphragm_torsion(lm_real hub_radius_mm, lm_real outer_radius_
     return status;
   }
   if (!(hub_radius_mm < outer_radius_mm)) {
-    return refuse(fault, LM_INCONSISTENT, "hub_radius_mm");
+    return refuse_contradiction(fault, "hub_radius_mm", hub_radius_mm, LENGTH_MIN_MM,
+                                outer_radius_mm);
   }
   /* a^-2 - r^-2 = (1 - q) (1 + q) / a^2 with q = a / r. Shear stress T / (2 pi rho^2 h): its twist
    * d(v / rho) = tau / (G rho) d rho integrates to T (a^-2 - r^-2) / (4 pi G h). */

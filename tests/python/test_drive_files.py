@@ -146,11 +146,28 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         ("design.teeth.module_um", "20", "50 to 10000"),
     ),
     ({"design.teeth.flexspline_teeth": 200.0}, ("flexspline_teeth", "200.0", "an integer")),
-    ({"design.teeth.flexspline_teeth": 201}, ("flexspline_teeth", "201")),
-    ({"design.teeth.rigid_teeth": 204}, ("design.teeth.rigid_teeth", "204", "202")),
+    (
+        {"design.teeth.flexspline_teeth": 201},
+        ("flexspline_teeth: found 201, expected an even number, 200 or 202",),
+    ),
+    (
+        {"design.teeth.rigid_teeth": 204},
+        ("design.teeth.rigid_teeth: found 204, expected 202, two more than the flexspline has",),
+    ),
     ({"design.teeth.deformation": "inward"}, ("deformation", "'inward'", "'internal'")),
     ({"design.teeth.deformation": "external"}, ("design.", "found")),
-    ({"drive.ratio": 99}, ("drive.ratio", "99", "100 to 101")),
+    (
+        {"drive.ratio": 99},
+        ("drive.ratio: found 99, expected 100, the flexspline turning the output, or 101",),
+    ),
+    (
+        {"design.teeth.flexspline_shift": -2, "design.teeth.pressure_angle_deg": 10},
+        (
+            "engagement_depth: found 1.2, which puts the tip at 24.5375 mm",
+            "expected a tip outside the base circle at 24.8664 mm",
+        ),
+    ),
+    ({"design.friction_angle_deg": -1}, ("design.friction_angle_deg: found -1, expected 0 to 17",)),
     ({"design.generator.type": "disk"}, ("type", "'disk'", "did you mean 'discs'?")),
     (
         {"design.generator.contact_half_angle_deg": None},
@@ -163,7 +180,7 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"design.generator.floating": 1}, ("floating", "1", "true or false")),
     ({"design.flexspline.rim_thickness_mm": -1.0}, ("design.flexspline.rim_thickness_mm", "-1")),
     ({"design.material.youngs_modulus_Nm": 1}, ("youngs_modulus_Nm", "a torque", "a stress")),
-    ({"design.axial_sections": 9}, ("design.axial_sections", "9", "1 to 7")),
+    ({"design.axial_sections": 9}, ("design.axial_sections: found 9, expected 1 to 7",)),
     ({"design.radial_chain": 7}, ("design.radial_chain", "7", "[[design.radial_chain]]")),
     ({"design.radial_chain": [7]}, ("design.radial_chain[0]", "7")),
     ({"design.radial_chain": [{}]}, ("design.radial_chain[0].kind", "nothing", "ball")),
@@ -205,7 +222,23 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ),
     (
         {"design.tolerance": [{"kind": "hole", "zone": "teeth", "lower_um": 3, "upper_um": 2}]},
-        ("design.tolerance[0]", "upper_um"),
+        ("design.tolerance[0].upper_um: found 2, expected 3 to 10000",),
+    ),
+    (
+        {
+            "design.torsion_chain": [
+                {"kind": "shaft", "outer_diameter_mm": 8, "bore_mm": 9, "length_mm": 20}
+            ]
+        },
+        ("design.torsion_chain[0].bore_mm: found 9, expected 0 to 8",),
+    ),
+    (
+        {
+            "design.torsion_chain": [
+                {"kind": "diaphragm", "hub_radius_mm": 9, "outer_radius_mm": 8, "thickness_mm": 1}
+            ]
+        },
+        ("design.torsion_chain[0].hub_radius_mm: found 9, expected 0.0001 to 8",),
     ),
     (
         {"design.generator.type": "ring"},
@@ -282,6 +315,13 @@ def test_any_unit_of_the_right_dimension_gives_the_same_drive(drawn: Document) -
     torque = [-40.0, 1.6, 40.0]
     expected = predict(parse_drive(drawn), torque)["total_arcmin"]
     assert predict(parse_drive(other), torque)["total_arcmin"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_teeth_that_run_to_a_point_are_refused_by_their_height(drawn: Document) -> None:
+    drawn["design"]["teeth"]["tooth_height"] = 3
+    found = r"tooth_height: found 3 and a tooth -0\.0\d+ mm thick below its tip, expected lower"
+    with pytest.raises(InputError, match=found):
+        predict(parse_drive(drawn), [1.0])
 
 
 def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Document) -> None:

@@ -318,24 +318,73 @@ def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
 
 
 def _refused(design: Design, error: LibraryError) -> InputError:
-    value = design.values.get(error.key)
+    key = error.key.removeprefix("drive.")
+    value = design.values.get(key)
     if error.status == core().lib.LM_NO_CONTACT:
         found, expected = "teeth that cannot touch", "teeth that reach into each other somewhere"
         return InputError(design.file, "design", found, expected)
     if value is None and not re.fullmatch(r"[\w.\[\]]+", error.key):
         found = f"{error.found:.6g} as the {error.key}"
         return InputError(design.file, "design", found, _range(error, 1.0))
-    if value is None:
-        key = error.key.removeprefix("drive.")
-        place = f"drive.{key}" if key in ("ratio", "rated_torque_Nm") else f"design.{key}"
-        return InputError(design.file, place, f"{error.found:.6g}", _range(error, 1.0))
-    if error.key == "generator.type":
-        low, high = int(error.low), int(error.high)
-        fitting = ", ".join(f"'{name}'" for name in GENERATORS[low : high + 1])
-        expected = f"{fitting} for teeth of this deformation ({error.sentence})"
-        return InputError(design.file, value.place, f"'{value.value}'", expected)
-    scale = _scale(error.key, value)
-    return InputError(design.file, value.place, f"{error.found * scale:.6g}", _range(error, scale))
+    place = f"drive.{key}" if key in ("ratio", "rated_torque_Nm") else f"design.{key}"
+    if value is not None:
+        place = value.place
+    if error.status == core().lib.LM_INCONSISTENT and key in CONTRADICTIONS:
+        return InputError(design.file, place, *CONTRADICTIONS[key](design, error))
+    scale = _scale(key, value) if value is not None else 1.0
+    return InputError(design.file, place, f"{error.found * scale:.6g}", _range(error, scale))
+
+
+def _odd_teeth(design: Design, error: LibraryError) -> tuple[str, str]:
+    pair = f"{error.low:.0f} or {error.high:.0f}"
+    return f"{error.found:.0f}", f"an even number, {pair}: a tooth stands the same in both lobes"
+
+
+def _difference(design: Design, error: LibraryError) -> tuple[str, str]:
+    more = "more" if error.low > design.values["teeth.flexspline_teeth"].value else "less"
+    return f"{error.found:.0f}", f"{error.low:.0f}, two {more} than the flexspline has"
+
+
+def _other_ratio(design: Design, error: LibraryError) -> tuple[str, str]:
+    flexspline, rigid = (design.values[f"teeth.{gear}_teeth"].value for gear in GEARS)
+    return (
+        f"{error.found:.6g}",
+        f"{flexspline / 2:g}, the flexspline turning the output, or {rigid / 2:g}, the rigid gear "
+        "doing so, of either sign",
+    )
+
+
+def _unfit_generator(design: Design, error: LibraryError) -> tuple[str, str]:
+    fitting = ", ".join(f"'{name}'" for name in GENERATORS[int(error.low) : int(error.high) + 1])
+    found = design.values["generator.type"].value
+    return f"'{found}'", f"{fitting} for teeth of this deformation"
+
+
+def _no_tip(design: Design, error: LibraryError) -> tuple[str, str]:
+    """A tip that lies below the base circle, or above the point of its tooth."""
+    found = f"{design.values[error.key].value:.6g}"
+    if error.low > 0:
+        return (
+            f"{found}, which puts the tip at {error.found:.6g} mm from the gear's centre",
+            f"a tip outside the base circle at {error.low:.6g} mm",
+        )
+    return (
+        f"{found} and a tooth {error.found:.3g} mm thick below its tip",
+        "lower teeth or a smaller shift: these run to a point",
+    )
+
+
+GEARS = ("flexspline", "rigid")
+
+CONTRADICTIONS: dict[str, Callable[[Design, LibraryError], tuple[str, str]]] = {
+    "teeth.flexspline_teeth": _odd_teeth,
+    "teeth.rigid_teeth": _difference,
+    "teeth.tooth_height": _no_tip,
+    "teeth.engagement_depth": _no_tip,
+    "generator.type": _unfit_generator,
+    "ratio": _other_ratio,
+}
+"""What was found and what was expected where a value contradicts others, by key."""
 
 
 def _range(error: LibraryError, scale: float) -> str:
