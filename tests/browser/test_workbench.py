@@ -307,6 +307,21 @@ def test_a_search_is_stopped_and_resumed_with_the_same_end(view: View, tmp_path:
 
 
 @needs_driver
+def test_a_page_that_was_busy_or_asleep_stands_as_it_was_left(view: View, tmp_path: Path) -> None:
+    with serving(tmp_path) as address:
+        view.driver.get(address)
+        view.turn_to("Design")
+        view.type("spec, a file", "half-written.toml")
+        view.driver.execute_script(
+            "const end = Date.now() + arguments[0]; while (Date.now() < end);", 15_000
+        )
+        time.sleep(5)  # what was lost would be drawn anew by now
+        assert view.driver.execute_script(
+            "return [...document.querySelectorAll('input')].map(one => one.value)"
+        ).count("half-written.toml") == 1  # fmt: skip
+
+
+@needs_driver
 def test_long_work_leaves_the_page_alive_and_can_be_stopped(
     view: View, campaign: Path, tmp_path: Path
 ) -> None:

@@ -21,6 +21,10 @@ HOST = "127.0.0.1"
 FIRST_PORT, PORTS = 8265, 20
 """Ports that are tried where none is stated."""
 
+AWAY_S = 600.0
+"""How long a browser that is busy or asleep may be silent before its page is forgotten; after that
+it is drawn anew, and what was typed is lost."""
+
 
 def free_port(wanted: int | None) -> int:
     """Give the port that is wanted, or the first that is free."""
@@ -78,6 +82,7 @@ def serve(
             favicon="📐",
             show=show,
             reload=False,
+            reconnect_timeout=AWAY_S,
             show_welcome_message=False,
             tailwind=False,
             access_log=False,
