@@ -30,8 +30,8 @@ HIDDEN_HEADERS = (
 )
 """Headers whose types cffi knows by itself."""
 
-RENAMING_GUARD = "LOSTMOTION_NAMES_F32_H"
-"""Guard of names_f32.h: defined in advance, the header adds nothing."""
+RENAMING_GUARDS = ("LOSTMOTION_NAMES_F32_H", "LOSTMOTION_NAMES_SIZED_H")
+"""Guards of the headers that rename: defined in advance, these add nothing."""
 
 
 PROFILE = "LM_PROFILE=LM_PROFILE_FULL"
@@ -58,7 +58,7 @@ def preprocess(compiler: str, include: Sequence[Path], bits: int, source: str) -
                 f"-I{folder}",
                 *(f"-I{path}" for path in include),
                 f"-DLM_REAL_BITS={bits}",
-                f"-D{RENAMING_GUARD}",
+                *(f"-D{guard}" for guard in RENAMING_GUARDS),
                 f"-D{PROFILE}",
                 str(unit),
             ],
@@ -130,7 +130,7 @@ def main() -> None:
     arguments = parser.parse_args()
 
     if arguments.optimizer is None:
-        skipped = {"names_f32.h"}
+        skipped = {"names_f32.h", "names_sized.h"}
         headers = sorted((arguments.include / "lostmotion").glob("*.h"))
         names = [f"lostmotion/{header.name}" for header in headers if header.name not in skipped]
         folders = [arguments.include]

@@ -1,12 +1,15 @@
 #!/bin/sh
 # names_f32.sh [--check]: writes lib/include/lostmotion/names_f32.h from the functions and tables
-# that the other public headers declare; with --check says whether it would change.
+# that the other public headers declare, but for those that names_sized.h names; with --check says
+# whether it would change.
 set -eu
 export LC_ALL=C
 include=$(CDPATH='' cd -- "$(dirname -- "$0")/../include/lostmotion" && pwd)
 target=$include/names_f32.h
 fresh=$(mktemp)
-trap 'rm -f "$fresh"' EXIT
+sized=$(mktemp)
+trap 'rm -f "$fresh" "$sized"' EXIT
+sed -n 's/^#define \(lm_[a-z_]*\) .*/\1/p' "$include/names_sized.h" >"$sized"
 
 {
   cat <<'EOF'
@@ -53,7 +56,7 @@ EOF
         gsub(/[^A-Za-z0-9_]/, "", name)
         print name
       }
-    }' | sort -u | sed 's/.*/#define & &_f32/'
+    }' | sort -u | grep -vxFf "$sized" | sed 's/.*/#define & &_f32/'
   printf '\n#endif\n'
 } >"$fresh"
 

@@ -157,16 +157,15 @@ static uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t st
 }
 
 #if LM_EFFECTS_MAX > 0
-/* A number less itself is zero unless it is not finite. */
-static int all_finite(const lm_conditions *at) {
-  lm_real sum = (at->input_angle_rad - at->input_angle_rad) +
-                (at->output_angle_rad - at->output_angle_rad) +
-                (at->input_velocity_rad_s - at->input_velocity_rad_s) +
-                (at->output_acceleration_rad_s2 - at->output_acceleration_rad_s2) +
-                (at->temperature_C - at->temperature_C) + (at->cycles - at->cycles) +
-                (at->tilt_moment_Nm - at->tilt_moment_Nm) +
-                (at->axial_force_N - at->axial_force_N) + (at->elapsed_s - at->elapsed_s);
-  return sum == 0;
+/* The same judgement as the model's, which replaces what fails. */
+static int means_something(const lm_conditions *at) {
+  return is_within(at->input_angle_rad, LM_ANGLE_MAX_RAD) &&
+         is_within(at->output_angle_rad, LM_ANGLE_MAX_RAD) &&
+         is_within(at->input_velocity_rad_s, CONDITION_MAX) &&
+         is_within(at->output_acceleration_rad_s2, CONDITION_MAX) &&
+         is_within(at->temperature_C, CONDITION_MAX) && is_within(at->cycles, CONDITION_MAX) &&
+         is_within(at->tilt_moment_Nm, CONDITION_MAX) &&
+         is_within(at->axial_force_N, CONDITION_MAX) && is_finite(at->elapsed_s);
 }
 
 /* The period counts where no time is told. Apart, so that the copy's frame costs nothing where no
@@ -212,7 +211,7 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   }
 #if LM_EFFECTS_MAX > 0
   if (parameters->effect_count > 0) {
-    status |= all_finite(at) ? 0u : LM_STATE_INPUT_REFUSED;
+    status |= means_something(at) ? 0u : LM_STATE_INPUT_REFUSED;
   }
 #endif
   angle_rad = step_model(parameters, &compensator->memory, at, input);
@@ -397,8 +396,10 @@ void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_re
   average(&compensator->power_measured_rad2, measured * measured, share);
   average(&compensator->power_residual_rad2, residual * residual, share);
   fade = elapsed_s / watch->fade_s;
+  /* The measurement's own noise is in both powers: at rest, where there is nothing else, rounding
+   * would decide between them. */
   if (compensator->power_residual_rad2 >
-      greatest(compensator->power_measured_rad2, watch->noise_rad * watch->noise_rad)) {
+      compensator->power_measured_rad2 + watch->noise_rad * watch->noise_rad) {
     fade = -fade;
   }
   compensator->gain = clamp(compensator->gain + fade, 0, 1);

@@ -47,8 +47,8 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 
 #if LM_EFFECTS_MAX > 0
 static void keep_known(lm_conditions *at) {
-  at->input_angle_rad = known(at->input_angle_rad, 0);
-  at->output_angle_rad = known(at->output_angle_rad, 0);
+  at->input_angle_rad = known_angle(at->input_angle_rad);
+  at->output_angle_rad = known_angle(at->output_angle_rad);
   at->input_velocity_rad_s = known(at->input_velocity_rad_s, 0);
   at->output_acceleration_rad_s2 = known(at->output_acceleration_rad_s2, 0);
   at->temperature_C = known(at->temperature_C, LM_REFERENCE_TEMPERATURE_C);

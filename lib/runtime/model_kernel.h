@@ -35,6 +35,11 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
 static inline lm_real known(lm_real value, lm_real unknown) {
   return is_within(value, CONDITION_MAX) ? value : unknown;
 }
+
+/* Twice the sum of two such angles is still one that lm_sine reduces. */
+static inline lm_real known_angle(lm_real angle_rad) {
+  return is_within(angle_rad, LM_ANGLE_MAX_RAD) ? angle_rad : 0;
+}
 #endif
 
 /* What drives the model: the torque, in the gap profile the commanded angle. */

@@ -120,10 +120,10 @@ static void read_columns(block *b, const lm_recording *recording, int64_t from) 
     lm_conditions *at = &b->at[k];
     int64_t row = from + k;
     if (recording->input_angle_rad) {
-      at->input_angle_rad = known(recording->input_angle_rad[row], 0);
+      at->input_angle_rad = known_angle(recording->input_angle_rad[row]);
     }
     if (recording->output_angle_rad) {
-      at->output_angle_rad = known(recording->output_angle_rad[row], 0);
+      at->output_angle_rad = known_angle(recording->output_angle_rad[row]);
     }
     if (recording->input_velocity_rad_s) {
       at->input_velocity_rad_s = known(recording->input_velocity_rad_s[row], 0);

@@ -583,6 +583,19 @@ static void the_watch_takes_noise_for_noise(void) {
   TEST_ASSERT_TRUE(joint.gain == 1);
 }
 
+/* At rest under load the measurement is its noise and nothing else, whatever the model says: here
+ * five times what the parameters call noise. */
+static void the_watch_leaves_a_rest_alone_however_noisy_the_encoder(void) {
+  lm_real most_rad = 5 * LM_REAL(1.7320508) * parameters.watch.noise_rad;
+  int i;
+  (void)rest(20, 3000);
+  for (i = 0; i < 60000; ++i) {
+    lm_correction now = step(20);
+    lm_watch_output(&joint, now.lost_motion_rad + draw(&seed, -most_rad, most_rad), LM_REAL(0.01));
+    TEST_ASSERT_TRUE(joint.gain == 1);
+  }
+}
+
 static void the_watch_ignores_nonsense_and_says_so(void) {
   lm_real zero = 0;
   static const int cases = 5;
@@ -619,6 +632,65 @@ static void inputs_that_are_not_finite_change_nothing(void) {
   TEST_ASSERT_EQUAL(LM_STATE_INPUT_REFUSED, step(20).status & LM_STATE_INPUT_REFUSED);
   at.temperature_C = 20;
   TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED);
+}
+
+/* Each condition by itself: not finite, or beyond what it may be. */
+static void a_condition_that_means_nothing_is_refused(void) {
+  lm_real zero = 0;
+  lm_real *condition[] = {&at.input_angle_rad,
+                          &at.output_angle_rad,
+                          &at.input_velocity_rad_s,
+                          &at.output_acceleration_rad_s2,
+                          &at.temperature_C,
+                          &at.cycles,
+                          &at.tilt_moment_Nm,
+                          &at.axial_force_N,
+                          &at.elapsed_s};
+  size_t i;
+  add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
+  for (i = 0; i < sizeof condition / sizeof condition[0]; ++i) {
+    lm_real kept = *condition[i];
+    *condition[i] = zero / zero;
+    TEST_ASSERT_EQUAL(LM_STATE_INPUT_REFUSED, step(20).status & LM_STATE_INPUT_REFUSED);
+    *condition[i] = LM_REAL(-2e12);
+    TEST_ASSERT_EQUAL(condition[i] == &at.elapsed_s ? 0u : LM_STATE_INPUT_REFUSED,
+                      step(20).status & LM_STATE_INPUT_REFUSED);
+    *condition[i] = 1000;
+    TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED);
+    *condition[i] = kept;
+  }
+}
+
+/* A host that does not wrap its angles is told before the waves jump, whatever their order. */
+static void an_angle_of_many_turns_is_refused_before_the_waves_jump(void) {
+  static const lm_effect *const waves[] = {
+      &lm_effect_kinematic_error, &lm_effect_kinematic_sideband, &lm_effect_lobe_eccentricity,
+      &lm_effect_stiffness_modulation, &lm_effect_output_eccentricity};
+  size_t i;
+  for (i = 0; i < sizeof waves / sizeof waves[0]; ++i) {
+    lm_real turn_rad;
+    int32_t k;
+    parameters = size20();
+    add_effect(&parameters, waves[i], 0, 0);
+    for (k = 0; k < waves[i]->value_count; ++k) {
+      parameters.effect[0].value[k] = waves[i]->card->value[k].typical;
+    }
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 20, &fault));
+    for (turn_rad = 0; turn_rad < 7000; turn_rad += LM_REAL(0.5)) {
+      lm_correction now;
+      lm_real here_rad;
+      at.input_angle_rad = turn_rad;
+      at.output_angle_rad = turn_rad;
+      now = step(20);
+      at.input_angle_rad = LM_REAL(remainder((double)turn_rad, 2 * 3.14159265358979323846));
+      at.output_angle_rad = at.input_angle_rad;
+      here_rad = step(20).lost_motion_rad;
+      TEST_ASSERT_TRUE(turn_rad > LM_ANGLE_MAX_RAD ||
+                       distance(now.lost_motion_rad, here_rad) < LM_REAL(2e-7));
+      TEST_ASSERT_EQUAL(turn_rad > LM_ANGLE_MAX_RAD ? LM_STATE_INPUT_REFUSED : 0u,
+                        now.status & LM_STATE_INPUT_REFUSED);
+    }
+  }
 }
 
 /* Conditions as a host fills them in that knows the torque alone. */
@@ -713,8 +785,11 @@ int main(void) {
   RUN_TEST(the_watch_lets_a_model_work_that_fits);
   RUN_TEST(the_watch_fades_a_model_out_that_makes_it_worse);
   RUN_TEST(the_watch_takes_noise_for_noise);
+  RUN_TEST(the_watch_leaves_a_rest_alone_however_noisy_the_encoder);
   RUN_TEST(the_watch_ignores_nonsense_and_says_so);
   RUN_TEST(inputs_that_are_not_finite_change_nothing);
+  RUN_TEST(a_condition_that_means_nothing_is_refused);
+  RUN_TEST(an_angle_of_many_turns_is_refused_before_the_waves_jump);
   RUN_TEST(a_tick_whose_length_is_not_told_lasts_one_period);
   RUN_TEST(a_users_effect_that_breaks_is_contained);
   RUN_TEST(bad_parameters_do_not_start);

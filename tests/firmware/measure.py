@@ -301,11 +301,24 @@ def measure_flash(
     target: Target, objects: list[Path], called: list[str], folder: Path
 ) -> dict[str, int]:
     """Bytes by section of what some functions need, linked without start file and C library."""
-    roots = [f"-Wl,-u,{name}_f32" for name in called]
+    table = run([target.compiler.replace("gcc", "nm"), "--defined-only", *objects])
+    # Some carry the library's sizes (names_sized.h).
+    roots = [re.search(rf"\b{name}(_\d+)*_f32$", table, re.MULTILINE)[0] for name in called]
     alone = ["-nostdlib", "-Wl,--gc-sections", "-Wl,--unresolved-symbols=ignore-all"]
-    entry = f"-Wl,-e,{called[0]}_f32"
+    entry = f"-Wl,-e,{roots[0]}"
     program = folder / "runtime.elf"
-    run([target.compiler, *target.flags, *alone, *roots, entry, *objects, "-o", program])
+    run(
+        [
+            target.compiler,
+            *target.flags,
+            *alone,
+            *(f"-Wl,-u,{name}" for name in roots),
+            entry,
+            *objects,
+            "-o",
+            program,
+        ]
+    )
     sizes = run([target.compiler.replace("gcc", "size"), "-A", program])
     total = {"text": 0, "rodata": 0, "data": 0, "bss": 0}
     for name, size in re.findall(r"^\.(text|rodata|data|bss)\S*\s+(\d+)", sizes, re.MULTILINE):

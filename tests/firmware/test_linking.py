@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -50,42 +51,84 @@ def test_a_program_that_names_no_effect_links_none(tmp_path: Path, target: Targe
     assert "lm_effect_" not in table.replace("lm_effect_use", "")
 
 
-MISMATCH = """
-#include <string.h>
+OTHER_SIZES = [
+    ["-DLM_PROFILE=LM_PROFILE_FULL"],
+    ["-DLM_PLAYS_MAX=9"],
+    ["-DLM_CURVE_POINTS_MAX=34"],
+    ["-DLM_EFFECTS_MAX=1"],
+    ["-DLM_EFFECT_MEMORY_MAX=1"],
+]
+STANDARD = "2_33_8_0_0"
+"""Profile and sizes of the standard library, as symbols carry them."""
+
+FILLS = {
+    "lm_build_curve": "static lm_curve it; (void)lm_build_curve(&it, 0, 0, 0, 0);",
+    "lm_build_play_bank": "static lm_play_bank it; (void)lm_build_play_bank(&it, 0, 0, 0, 0);",
+    "lm_center_plays": "static lm_play_memory it; lm_center_plays(&it, 0);",
+    "lm_load_parameters": "static lm_parameters it; (void)lm_load_parameters(&it, 0, 0, 0, 0, 0);",
+    "lm_start_compensator": "static lm_compensator it; (void)lm_start_compensator(&it, 0, 0, 0);",
+    "lm_start_model": "static lm_memory it; lm_start_model(&it, 0);",
+}
+"""What fills a struct of the caller's whose size profile.h chooses."""
+
+
+def link(folder: Path, sizes: list[str], library: Path, text: str) -> str:
+    """What the linker says of a program of these sizes; nothing when it is content."""
+    (folder / "main.c").write_text(text)
+    include = [f"-I{ROOT / 'lib' / 'include'}", f"-I{ROOT / 'firmware_examples' / 'joint'}"]
+    command = ["cc", "-std=c99", *include, *sizes, "main.c", library, "-o", "program"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return done.stderr
+
+
+@pytest.mark.parametrize(
+    ("sizes", "name"),
+    [
+        *((sizes, "lm_start_compensator") for sizes in OTHER_SIZES),
+        *((OTHER_SIZES[1], name) for name in FILLS if name != "lm_start_compensator"),
+    ],
+    ids=lambda value: "".join(value),
+)
+def test_a_program_of_other_sizes_than_the_library_does_not_link(
+    tmp_path: Path, standard_library: Path, sizes: list[str], name: str
+) -> None:
+    text = f'#include "lostmotion/runtime.h"\nint main(void) {{ {FILLS[name]} return 0; }}\n'
+    assert link(tmp_path, [], standard_library, text) == ""
+    said = link(tmp_path, sizes, standard_library, text)
+    missing = re.search(rf"{name}_(\d+_\d+_\d+_\d+_\d+)_f32\b", said)
+    assert missing is not None, said
+    assert missing[1] != STANDARD
+
+
+PARAMETERS = """
 #include "lostmotion/runtime.h"
 #include "params.h"
+const void *const compiled = &joint_parameters;
+"""
+STARTER = """
+#include <string.h>
+#include "lostmotion/runtime.h"
+extern const void *const compiled;
 static lm_compensator joint;
 int main(void) {
   lm_fault fault;
-  lm_status status = lm_start_compensator(&joint, &joint_parameters, 0, &fault);
+  lm_status status = lm_start_compensator(&joint, (const lm_parameters *)compiled, 0, &fault);
   return status == LM_OK ? 1 : status == LM_CORRUPT && !strcmp(fault.input, "format") ? 2 : 3;
 }
 """
 
 
-@pytest.mark.parametrize(
-    ("sizes", "answer"),
-    [
-        ([], 1),
-        (["-DLM_PROFILE=LM_PROFILE_FULL"], 2),
-        (["-DLM_PLAYS_MAX=9"], 2),
-        (["-DLM_CURVE_POINTS_MAX=34"], 2),
-        (["-DLM_EFFECTS_MAX=1"], 2),
-        (["-DLM_EFFECT_MEMORY_MAX=1"], 2),
-    ],
-    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
-)
-def test_a_program_of_other_sizes_than_the_library_is_refused(
-    tmp_path: Path, standard_library: Path, sizes: list[str], answer: int
+@pytest.mark.parametrize("sizes", [[], *OTHER_SIZES], ids="".join)
+def test_parameters_compiled_with_other_sizes_are_refused(
+    tmp_path: Path, standard_library: Path, sizes: list[str]
 ) -> None:
-    main = tmp_path / "main.c"
-    main.write_text(MISMATCH)
-    example = ROOT / "firmware_examples" / "joint"
-    include = [f"-I{ROOT / 'lib' / 'include'}", f"-I{example}"]
-    program = tmp_path / "program"
-    run(["cc", "-std=c99", *include, *sizes, main, standard_library, "-o", program])
-    done = subprocess.run([program], check=False)
-    assert done.returncode == answer
+    (tmp_path / "parameters.c").write_text(PARAMETERS)
+    include = [f"-I{ROOT / 'lib' / 'include'}", f"-I{ROOT / 'firmware_examples' / 'joint'}"]
+    made = tmp_path / "parameters.o"
+    run(["cc", "-std=c99", *include, *sizes, "-c", tmp_path / "parameters.c", "-o", made])
+    assert link(tmp_path, [str(made)], standard_library, STARTER) == ""
+    done = subprocess.run([tmp_path / "program"], check=False)
+    assert done.returncode == (2 if sizes else 1)
 
 
 @pytest.fixture(scope="module")

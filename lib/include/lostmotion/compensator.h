@@ -46,10 +46,12 @@ typedef enum lm_mode {
 } lm_mode;
 
 /* Status bits. */
-#define LM_STATE_TORQUE_CLIPPED 1u        /* torque beyond the parameters' limit: clipped */
-#define LM_STATE_INPUT_REFUSED 2u         /* an input was not finite: replaced */
-#define LM_STATE_POSITION_LIMITED 4u      /* the target lies beyond the position limit */
-#define LM_STATE_VELOCITY_LIMITED 8u      /* the velocity limit binds */
+#define LM_STATE_TORQUE_CLIPPED 1u /* torque beyond the parameters' limit: clipped */
+#define LM_STATE_INPUT_REFUSED                                                                  \
+  2u                                 /* an input was not finite or, where an effect is at work, \
+                                      * beyond its range: replaced (model.h) */
+#define LM_STATE_POSITION_LIMITED 4u /* the target lies beyond the position limit */
+#define LM_STATE_VELOCITY_LIMITED 8u /* the velocity limit binds */
 #define LM_STATE_ACCELERATION_LIMITED 16u /* the acceleration limit binds */
 #define LM_STATE_JERK_LIMITED 32u         /* the jerk limit binds */
 #define LM_STATE_MEMORY_UNKNOWN 64u       /* the start state is not yet wiped out by the load */
@@ -159,8 +161,8 @@ lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters 
  * any constant offset, `elapsed_s` after the call before. At any rate slower than the tick.
  *
  * Compares, over the watch's window and without means, the power of the measured lost motion with
- * that of what the model leaves of it. While the model leaves more than it takes, the correction
- * fades out over fade_s; while it leaves less (or no more than the noise), it fades in again.
+ * that of what the model leaves of it. While the model adds more power than noise_rad^2, the
+ * correction fades out over fade_s; while it adds less, or takes some away, it fades in again.
  * Not finite, or elapsed_s not positive: ignored, LM_STATE_WATCH_REFUSED until the next call. */
 void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_real elapsed_s);
 

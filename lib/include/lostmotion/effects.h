@@ -39,14 +39,16 @@ LM_BEGIN_DECLS
 #define LM_EFFECT_VALUES_MAX 6                 /* values of one effect */
 #define LM_EFFECT_COUNT 27                     /* effects of the library */
 #define LM_REFERENCE_TEMPERATURE_C LM_REAL(20) /* where thermal effects are nothing */
+#define LM_ANGLE_MAX_RAD LM_REAL(1600) /* input and output angle: a quarter of LM_TURN_MAX_RAD */
 
 /* The moment, as far as the host knows it. All finite. What is not known stays as in
  * LM_CONDITIONS_UNKNOWN, which switches the effects that need it off (but see elapsed_s). */
 typedef struct lm_conditions {
   lm_real torque_Nm;        /* external torque on the output shaft */
-  lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: waves of an angle beyond
-                             * LM_TURN_MAX_RAD (1018 turns) are those of zero, which is a jump */
-  lm_real output_angle_rad; /* of the output shaft; the gap profile's model is driven by it */
+  lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD
+                             * (254 turns) it counts as not known, and waves as those of zero */
+  lm_real output_angle_rad; /* of the output shaft; wrapped or not, the same. Gap profile: it alone
+                             * drives the model, as commanded and never wrapped (model.h) */
   lm_real input_velocity_rad_s;
   lm_real output_acceleration_rad_s2;
   lm_real temperature_C;

@@ -18,9 +18,10 @@
  * one set of parameters.
  *
  * Parameters must have passed lm_check_parameters. Conditions need not make sense: a torque that is
- * not finite counts as the torque before it, torque effects included, other conditions that are NaN
- * or beyond 1e12 as not known, an elapsed time below 0 as 0; torque is clipped at the limit of the
- * parameters. The result is finite as long as user effects are.
+ * not finite counts as the torque before it, torque effects included, angles that are NaN or beyond
+ * LM_ANGLE_MAX_RAD and other conditions that are NaN or beyond 1e12 as not known, an elapsed time
+ * below 0 as 0; torque is clipped at the limit of the parameters. The result is finite as long as
+ * user effects are.
  *
  * Cost: constant but for the effects at work, which add their own.
  */

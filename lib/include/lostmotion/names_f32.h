@@ -9,10 +9,7 @@
 #define lm_bearing_share lm_bearing_share_f32
 #define lm_bound_torque lm_bound_torque_f32
 #define lm_bound_uncertainty lm_bound_uncertainty_f32
-#define lm_build_curve lm_build_curve_f32
-#define lm_build_play_bank lm_build_play_bank_f32
 #define lm_cam_bearing_share lm_cam_bearing_share_f32
-#define lm_center_plays lm_center_plays_f32
 #define lm_change_parameters lm_change_parameters_f32
 #define lm_check_curve lm_check_curve_f32
 #define lm_check_design lm_check_design_f32
@@ -97,7 +94,6 @@
 #define lm_largest_shape_curvature lm_largest_shape_curvature_f32
 #define lm_line_contact_compliance lm_line_contact_compliance_f32
 #define lm_line_contact_half_width lm_line_contact_half_width_f32
-#define lm_load_parameters lm_load_parameters_f32
 #define lm_lobe_clearances lm_lobe_clearances_f32
 #define lm_lobe_radial_force lm_lobe_radial_force_f32
 #define lm_logarithm lm_logarithm_f32
@@ -158,8 +154,6 @@
 #define lm_sine_and_cosine lm_sine_and_cosine_f32
 #define lm_sobol_points lm_sobol_points_f32
 #define lm_stage_increments lm_stage_increments_f32
-#define lm_start_compensator lm_start_compensator_f32
-#define lm_start_model lm_start_model_f32
 #define lm_status_sentence lm_status_sentence_f32
 #define lm_steel_tooth_material lm_steel_tooth_material_f32
 #define lm_step_compensator lm_step_compensator_f32

@@ -26,6 +26,7 @@
 
 #include "lostmotion/curve.h"
 #include "lostmotion/effects.h"
+#include "lostmotion/names_sized.h"
 #include "lostmotion/play.h"
 #include "lostmotion/profile.h"
 #include "lostmotion/real.h"
@@ -36,7 +37,8 @@ LM_BEGIN_DECLS
 #define LM_PARAMETERS_FORMAT 1u /* of the binary form and, with the sizes, of the struct */
 
 /* What the struct carries: the format and the sizes of profile.h that it was compiled with, so that
- * a library of other sizes refuses it. lm_load_parameters cannot know the sizes of its caller. */
+ * a library of other sizes refuses it (a constant in flash need not pass the linker's eyes:
+ * names_sized.h). */
 #define LM_PARAMETERS_LAYOUT                                                                \
   (LM_PARAMETERS_FORMAT +                                                                   \
    16UL * ((((LM_EFFECT_MEMORY_MAX * 65UL + LM_EFFECTS_MAX) * 33UL + LM_PLAYS_MAX) * 65UL + \

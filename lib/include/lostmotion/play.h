@@ -23,6 +23,7 @@
 
 #include <stdint.h>
 
+#include "lostmotion/names_sized.h"
 #include "lostmotion/profile.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"

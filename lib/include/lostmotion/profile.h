@@ -1,7 +1,8 @@
 /* How large the runtime is built: one profile, or each size on its own.
  *
- * LM_PROFILE picks the defaults below; any single macro may be set on the compiler's command line.
- * Every source of the library and of the program must see the same values.
+ * LM_PROFILE picks the defaults below; any single macro may be set on the compiler's command line,
+ * to a plain decimal number. Every source of the library and of the program must see the same
+ * values; a program that does not, does not link (names_sized.h).
  *
  *                        GAP   STANDARD   FULL
  * LM_CURVE_POINTS_MAX     16         33     64   knots of the characteristic
