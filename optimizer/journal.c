@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "lostmotion/parameters.h"
 #include "spec.h"
 
 /* The number rises with the layout, and when the search plans other tasks for the same answers. */
@@ -32,20 +33,6 @@ typedef struct record_head {
   uint32_t length;
   uint32_t crc; /* of the bytes that follow */
 } record_head;
-
-uint32_t lm_crc32(uint32_t crc, const void *bytes, size_t length) {
-  const unsigned char *at = (const unsigned char *)bytes;
-  size_t i;
-  int bit;
-  crc = ~crc;
-  for (i = 0; i < length; i++) {
-    crc ^= at[i];
-    for (bit = 0; bit < 8; bit++) {
-      crc = (crc >> 1) ^ (UINT32_C(0xedb88320) & (0u - (crc & 1u)));
-    }
-  }
-  return ~crc;
-}
 
 static void fill_header(header *h, const char *spec) {
   memset(h, 0, sizeof *h);
@@ -109,7 +96,7 @@ static int read_record(FILE *file, lm_answer *answer) {
   return fread(&head, sizeof head, 1, file) == 1 && head.mark == RECORD &&
          head.length >= offsetof(lm_answer, found) && head.length <= sizeof *answer &&
          fread(answer, 1, head.length, file) == head.length &&
-         lm_crc32(0, answer, head.length) == head.crc && answer->found_count >= 0 &&
+         lm_find_crc(0, answer, head.length) == head.crc && answer->found_count >= 0 &&
          answer->found_count <= LM_FOUND_MAX && answer->member_count >= 0 &&
          answer->member_count <= LM_PARENT_MAX && answer_length(answer) == head.length;
 }
@@ -187,7 +174,7 @@ lm_status lm_append_answer(lm_journal *journal, const lm_answer *answer) {
   }
   head.mark = RECORD;
   head.length = (uint32_t)answer_length(answer);
-  head.crc = lm_crc32(0, answer, head.length);
+  head.crc = lm_find_crc(0, answer, head.length);
   if (fwrite(&head, sizeof head, 1, journal->file) != 1 ||
       fwrite(answer, 1, head.length, journal->file) != head.length) {
     return LM_CORRUPT;

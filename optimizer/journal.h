@@ -7,8 +7,6 @@
 #ifndef LOSTMOTION_OPTIMIZER_JOURNAL_H
 #define LOSTMOTION_OPTIMIZER_JOURNAL_H
 
-#include <stdint.h>
-
 #include "solve.h"
 
 #ifdef __cplusplus
@@ -16,9 +14,6 @@ extern "C" {
 #endif
 
 typedef struct lm_journal lm_journal;
-
-/* CRC-32 (ISO 3309) of bytes; start with 0. */
-uint32_t lm_crc32(uint32_t crc, const void *bytes, size_t length);
 
 /* Begin a journal; an existing file is replaced. LM_NULL, LM_CORRUPT (cannot be written: errno). */
 lm_status lm_create_journal(const char *path, const char *spec, lm_journal **journal);

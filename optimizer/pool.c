@@ -18,7 +18,6 @@ struct lm_pool {
 
 /* One run over a batch, shared by the threads. */
 typedef struct run {
-  lm_pool *pool;
   const lm_problem *problem;
   const lm_task *tasks;
   int count;
@@ -141,7 +140,6 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
   worker w[LM_WORKERS_MAX];
   int i;
   memset(&r, 0, sizeof r);
-  r.pool = pool;
   r.problem = problem;
   r.tasks = tasks;
   r.count = count;

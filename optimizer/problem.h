@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 /* What can be fixed, varied or chosen: the dotted keys of a drive file's [design], and a few
- * ratios that stay sensible when the size changes. Order and names in problem.c. */
+ * ratios that stay sensible when the size changes. Order and names in points.c. */
 typedef enum lm_key {
   LM_KEY_DEFORMATION = 0, /* teeth.deformation: 0 internal, 1 external */
   LM_KEY_MODULE_MM,

@@ -33,16 +33,16 @@ struct lm_search {
   int combinations;
   lm_combination_state *state;
   int stage;
-  int rung;
-  int round;
-  int quiet;
-  double round_best;
-  int aims;        /* of the trade-off, made so far */
-  int ends_sought; /* of the front, for the population */
-  int epoch_end;   /* of the present population, in evaluations */
-  int cursor;      /* of the screen */
-  int *order;      /* of the screen, then ranking of the race */
-  int runners;     /* combinations in the race */
+  int rung;          /* of the race: halvings of the field so far */
+  int round;         /* of the present stage, from 0 */
+  int quiet;         /* rounds in a row that bettered the best design by nothing worth while */
+  double round_best; /* first objective of the best design, one round ago */
+  int aims;          /* of the trade-off, made so far */
+  int ends_sought;   /* of the front, for the population */
+  int epoch_end;     /* of the present population, in evaluations */
+  int cursor;        /* of the screen */
+  int *order;        /* of the screen, then ranking of the race */
+  int runners;       /* combinations in the race */
   int next_id;
   int used;
   int plain;
@@ -64,7 +64,7 @@ struct lm_search {
   int settled_count;
 };
 
-/* Number number `which` of the stream of a task, 0 .. 1. */
+/* The random number at place `which` of the stream that belongs to the task `id`, 0 .. 1. */
 double lm_draw_number(const lm_search *search, int id, int which);
 
 /* One more task of the batch, after the lead aim. */

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "journal.h"
+#include "lostmotion/parameters.h"
 #include "unity.h"
 
 #define MARK UINT32_C(0x4c4d414e)
@@ -112,7 +113,7 @@ static head head_of(const lm_answer *of, size_t length) {
   head h;
   h.mark = MARK;
   h.length = (uint32_t)length;
-  h.crc = lm_crc32(0, of, length);
+  h.crc = lm_find_crc(0, of, length);
   return h;
 }
 

@@ -261,11 +261,6 @@ static void test_what_is_no_journal_is_refused(void) {
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_append_answer(NULL, NULL));
 }
 
-/* ISO 3309: the check value of "123456789". */
-static void test_crc(void) {
-  TEST_ASSERT_EQUAL_HEX32(UINT32_C(0xcbf43926), lm_crc32(0, "123456789", 9));
-}
-
 /* --- what the search promises --- */
 
 static void test_every_combination_has_a_fate(void) {
@@ -404,7 +399,6 @@ int main(void) {
   RUN_TEST(test_a_changed_byte_ends_the_journal_there);
   RUN_TEST(test_another_specs_journal_is_refused);
   RUN_TEST(test_what_is_no_journal_is_refused);
-  RUN_TEST(test_crc);
   RUN_TEST(test_every_combination_has_a_fate);
   RUN_TEST(test_the_budget_is_kept);
   RUN_TEST(test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grades);
