@@ -119,7 +119,3 @@ def loudness(arguments: argparse.Namespace) -> Iterator[None]:
     finally:
         log.removeHandler(handler)
         log.setLevel(level)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lostmotion import structs, units
+from lostmotion import structs
 from lostmotion.catalogue import Catalogue
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import read_bytes, write_whole
@@ -499,22 +499,3 @@ def _format_value(value: Any) -> str:
         pairs = (f"{_key(key)} = {_format_value(entry)}" for key, entry in value.items())
         return "{" + ", ".join(pairs) + "}"
     return str(value)
-
-
-def catalogue_document(
-    name: str, ratio: float, rated_torque_Nm: float, catalogue: Catalogue
-) -> dict[str, Any]:
-    """Tables of a drive file for a bought drive."""
-    table: dict[str, Any] = {
-        "T1_Nm": catalogue.T1_Nm,
-        "T2_Nm": catalogue.T2_Nm,
-        "K1_Nm_per_rad": catalogue.K1_Nm_per_rad,
-        "K2_Nm_per_rad": catalogue.K2_Nm_per_rad,
-        "K3_Nm_per_rad": catalogue.K3_Nm_per_rad,
-    }
-    if catalogue.hysteresis_rad is not None:
-        table["hysteresis_arcmin"] = catalogue.hysteresis_rad / units.ARCMIN
-    if catalogue.lost_motion_rad is not None:
-        table["lost_motion_arcmin"] = catalogue.lost_motion_rad / units.ARCMIN
-    head = {"name": name, "ratio": ratio, "rated_torque_Nm": rated_torque_Nm}
-    return {"drive": head, "catalogue": table}

@@ -27,8 +27,9 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 KNOTS = 28
-"""Ends of stretches of the backbone on each side, spaced geometrically: with 63 points in all, the
-most that a controller's curve holds. With 17 the corners of a staged take-up are still seen."""
+"""Ends of stretches of the backbone on each side, spaced geometrically. The curve has 59 points,
+zero and both ends included; a controller holds 64. With 17 knots the corners of a staged take-up
+are still seen."""
 
 KNOT_RANGE = (1e-3, 0.9)
 """First and last end of a stretch over the largest torque."""
@@ -78,7 +79,6 @@ class Term:
     effect: Effect
     values: FloatArray
     free: list[int]
-    tied: FloatArray | None = None
 
 
 @dataclass

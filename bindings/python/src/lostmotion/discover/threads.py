@@ -8,10 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-try:
-    from threadpoolctl import threadpool_limits
-except ImportError:  # it only makes things faster
-    threadpool_limits = None
+from threadpoolctl import threadpool_limits
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -21,10 +18,7 @@ WORKERS_MAX = 8
 
 @contextlib.contextmanager
 def one_thread() -> Iterator[None]:
-    """Hold the linear algebra to one thread, where that can be done."""
-    if threadpool_limits is None:
-        yield
-        return
+    """Hold the linear algebra to one thread."""
     with threadpool_limits(1):
         yield
 
