@@ -12,7 +12,7 @@ from lostmotion.discover.contest import Contest
 from lostmotion.discover.evidence import gather
 from lostmotion.discover.odd_runs import (
     LEVEL,
-    RUNS_LEAST,
+    TESTED_LEAST,
     OddRuns,
     apart,
     find_odd_runs,
@@ -22,7 +22,7 @@ from lostmotion.discover.odd_runs import (
 RUNS, ROWS = 24, 60
 
 
-@pytest.mark.parametrize("runs", [RUNS_LEAST, 31, 80])
+@pytest.mark.parametrize("runs", [TESTED_LEAST, 31, 80])
 def test_scatter_alone_stands_apart_as_often_as_is_said(runs: int) -> None:
     rng = np.random.default_rng(runs)
     level, trials = 0.02, 2000
@@ -42,7 +42,7 @@ def test_several_that_would_hide_each_other_are_found() -> None:
 
 
 def test_few_runs_and_runs_that_are_all_alike_tell_nothing() -> None:
-    assert apart(np.append(np.zeros(RUNS_LEAST - 2), 1e6), 0.5) == ([], 1.0)
+    assert apart(np.append(np.zeros(TESTED_LEAST - 2), 1e6), 0.5) == ([], 1.0)
     assert apart(np.ones(40), 0.5) == ([], 1.0)
 
 

@@ -167,7 +167,7 @@ def add_discovery(command: Command) -> None:
     """Add the commands of discovery."""
     added = command(
         "diagnose",
-        "lostmotion.discover.commands:run_diagnose",
+        "lostmotion.commands.discover:run_diagnose",
         "Which physical effect is missing.",
         "lostmotion diagnose drive.toml recordings/ --json diagnosis.json",
     )
@@ -180,7 +180,7 @@ def add_discovery(command: Command) -> None:
 
     added = command(
         "merge",
-        "lostmotion.discover.commands:run_merge",
+        "lostmotion.commands.discover:run_merge",
         "Judge saved evidence of several campaigns together, without their recordings.",
         "lostmotion merge january.npz february.npz --json -",
     )
@@ -189,7 +189,7 @@ def add_discovery(command: Command) -> None:
 
     added = command(
         "fit",
-        "lostmotion.discover.commands:run_fit",
+        "lostmotion.commands.discover:run_fit",
         "Refit with effects added; prints how the error falls.",
         "lostmotion fit drive.toml recordings/ --add thermal_gap -o fitted.toml",
     )
@@ -212,7 +212,7 @@ def add_discovery(command: Command) -> None:
 
     added = command(
         "effects",
-        "lostmotion.discover.commands:run_effects",
+        "lostmotion.commands.discover:run_effects",
         "The library of effects, one of them, or a template of your own (effects new NAME).",
         "lostmotion effects thermal_gap",
     )
@@ -222,7 +222,7 @@ def add_discovery(command: Command) -> None:
 
     added = command(
         "check",
-        "lostmotion.discover.commands:run_check",
+        "lostmotion.commands.discover:run_check",
         "Are the recordings sound, and what can this plan tell apart.",
         "lostmotion check recordings/",
     )
@@ -231,7 +231,7 @@ def add_discovery(command: Command) -> None:
 
     added = command(
         "forecast",
-        "lostmotion.discover.commands:run_forecast",
+        "lostmotion.commands.discover:run_forecast",
         "Before measuring: which effects a plan would find, and which it could not separate.",
         "lostmotion forecast drive.toml plan.csv",
     )
@@ -241,7 +241,7 @@ def add_discovery(command: Command) -> None:
 
     added = command(
         "next",
-        "lostmotion.discover.commands:run_next",
+        "lostmotion.commands.discover:run_next",
         "Which run to do next to decide between the effects that are still open.",
         "lostmotion next drive.toml recordings/ --plan options.csv",
     )

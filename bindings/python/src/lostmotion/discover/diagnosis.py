@@ -53,6 +53,9 @@ TWIN_DEG = 10.0
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked."""
 
+PIECES = 12
+"""Pieces of work that a diagnosis usually has, for a progress bar."""
+
 ASK_WHAT_DIFFERED = (
     "Find out what was different in these runs (temperature, cycles, mounting), record it as a "
     "column, and diagnose again."
@@ -100,6 +103,18 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             **self.details,
         }
+
+
+def count_pieces(tick: Callable[[int, int], None]) -> Callable[[str], None]:
+    """Make a progress bar's ``tick(done, of)`` what `diagnose` calls with each piece of work."""
+    done = 0
+
+    def piece(_: str) -> None:
+        nonlocal done
+        done = min(done + 1, PIECES - 1)
+        tick(done, PIECES)
+
+    return piece
 
 
 def diagnose(
@@ -304,7 +319,7 @@ def conclude(
     )
 
 
-def few_runs(runs: int) -> str:
+def count_runs(runs: int) -> str:
     """Say how many runs there are."""
     return "1 run" if runs == 1 else f"{runs} runs"
 
@@ -591,7 +606,9 @@ def advise(
 ) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
-        return f"{few_runs(runs)} cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
+        return (
+            f"{count_runs(runs)} cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
+        )
     if odd is not None:
         return ASK_WHAT_DIFFERED
     if verdict == "ambiguous":

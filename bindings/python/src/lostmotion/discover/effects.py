@@ -169,6 +169,24 @@ class Effect:
         return linear or self.indices("shape")
 
 
+def card(effect: Effect) -> dict[str, Any]:
+    """Everything that is known of an effect."""
+    return {
+        "name": effect.name,
+        "kind": effect.kind,
+        "mechanism": effect.mechanism,
+        "equation": effect.equation,
+        "parameters": [
+            {"name": v.name, "role": v.role, "typical": v.typical, "low": v.low, "high": v.high}
+            for v in effect.values
+        ],
+        "needs": sorted(effect.needs),
+        "typical_size": effect.typical_size,
+        "confused_with": list(effect.confused_with),
+        "separating_experiment": effect.experiment,
+    }
+
+
 def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArray]:
     """Make the function of an effect that is an `lm_effect` of the C library."""
     c = core(bits)

@@ -10,7 +10,13 @@ from scipy import special
 
 from lostmotion.discover.backbone import DEVIATIONS
 from lostmotion.discover.campaign_evidence import Body
-from lostmotion.discover.diagnosis import ASK_WHAT_DIFFERED, detectable, few_runs, plausible
+from lostmotion.discover.diagnosis import (
+    ASK_WHAT_DIFFERED,
+    RUNS_LEAST,
+    count_runs,
+    detectable,
+    plausible,
+)
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence_contest import (
     Rounds,
@@ -22,9 +28,6 @@ from lostmotion.discover.evidence_contest import (
 )
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
 from lostmotion.discover.selection import SIZE_LEAST, tests_made
-
-RUNS_LEAST = 6
-"""With fewer runs no names are given, as in a diagnosis."""
 
 
 def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
@@ -170,7 +173,7 @@ def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, An
 def advice(verdict: str, runs: int) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
-        return f"{few_runs(runs)} cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
+        return f"{count_runs(runs)} cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
     return {
         "complete": "Nothing is left above the noise.",
         "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",

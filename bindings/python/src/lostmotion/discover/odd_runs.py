@@ -24,7 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 LEVEL = 0.002
 """Chance that a campaign of nothing but scatter has runs that are said to stand apart."""
 
-RUNS_LEAST = 15
+TESTED_LEAST = 15
 """With fewer runs the test does not keep its level (Rosner)."""
 
 SHARE_MOST = 0.2
@@ -111,7 +111,7 @@ def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
     level : float
         Chance of any where there are none.
     """
-    if values.size < RUNS_LEAST:
+    if values.size < TESTED_LEAST:
         return [], 1.0
     left = np.arange(values.size)
     taken: list[int] = []

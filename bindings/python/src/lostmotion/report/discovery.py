@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion.discover.backbone import Base
-from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, few_runs
+from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs
 from lostmotion.discover.ladder import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
@@ -46,7 +46,7 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
     sentence = {
         "complete": "Nothing is missing beyond the noise."
         if runs >= RUNS_LEAST
-        else f"Nothing is missing that {few_runs(runs)} can show: fewer than {RUNS_LEAST} "
+        else f"Nothing is missing that {count_runs(runs)} can show: fewer than {RUNS_LEAST} "
         "cannot carry the name of an effect.",
         "missing-effect": f"Missing: {names}.",
         "ambiguous": f"These data cannot tell apart: {names}.",

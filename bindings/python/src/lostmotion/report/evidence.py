@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.discover.diagnosis import TWIN_DEG
 from lostmotion.discover.selection import Selection, Step
 from lostmotion.discover.shapes import channels
 from lostmotion.report.chart import Axes, limits
@@ -34,9 +35,6 @@ ROWS_SHOWN = 6
 
 ALIKE_SHOWN = 10
 """Effects whose angles are drawn."""
-
-TWIN_DEG = 10.0
-"""Below this two effects look alike with these runs."""
 
 SHAPE_BINS = 160
 """Bins of what a shape depends on."""

@@ -13,9 +13,8 @@ import numpy as np
 
 from lostmotion.base import Backbone
 from lostmotion.compare import Comparison, compare
-from lostmotion.discover.commands import ROUNDS
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import Diagnosis, diagnose
+from lostmotion.discover.diagnosis import Diagnosis, count_pieces, diagnose
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
 from lostmotion.discover.plans import next_runs, read_plan
@@ -139,13 +138,6 @@ class Bench:
         """Diagnose: which effect is missing."""
         drive, campaign = self.need_drive(), self.need_campaign()
         backbone = self._backbone(drive, campaign)
-        done = 0
-
-        def step(_: str) -> None:
-            nonlocal done
-            done = min(done + 1, ROUNDS - 1)
-            tick(done, ROUNDS)
-
         with one_thread():
             self.diagnosis = diagnose(
                 campaign,
@@ -154,7 +146,7 @@ class Bench:
                 backbone=backbone,
                 effects=self.effects,
                 base=make_base(drive, campaign, backbone, self.effects),
-                progress=step,
+                progress=count_pieces(tick),
             )
         self.version += 1
 

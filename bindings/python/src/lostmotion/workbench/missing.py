@@ -10,7 +10,8 @@ from typing import Any
 
 from nicegui import ui
 
-from lostmotion.discover.commands import card
+from lostmotion.discover.diagnosis import TWIN_DEG
+from lostmotion.discover.plans import WARN_DEG
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure
@@ -188,9 +189,9 @@ class AlikePanel(Panel):
         if rivals.angle_deg is not None:
             alike = (
                 "these recordings cannot separate them"
-                if rivals.angle_deg < 10
+                if rivals.angle_deg < TWIN_DEG
                 else "hard to separate"
-                if rivals.angle_deg < 30
+                if rivals.angle_deg < WARN_DEG
                 else "well apart"
             )
             self.html(
@@ -200,7 +201,7 @@ class AlikePanel(Panel):
         with ui.element("div").classes("two").props("id=rivals"):
             for name, model in rivals.models.items():
                 rung = model.ladder[-1]
-                about = card(self.bench.effects[name])
+                about = self.bench.effects[name]
                 gain = rivals.gains.get(name)
                 rows = [
                     ("rms, arcsec", f"{rung['rms_arcsec']:.2f}"),
@@ -212,9 +213,9 @@ class AlikePanel(Panel):
                 with ui.element("div"):
                     self.html(
                         rows_html(Rows(words(name), ("", ""), rows, (1,)))
-                        + f'<p class="small">{escape(capitalized(about["mechanism"]))}.<br>'
-                        f"{escape(about['equation'])}<br><b>Told apart by:</b> "
-                        f"{escape(about['separating_experiment'] or 'nothing known')}</p>"
+                        + f'<p class="small">{escape(capitalized(about.mechanism))}.<br>'
+                        f"{escape(about.equation)}<br><b>Told apart by:</b> "
+                        f"{escape(about.experiment or 'nothing known')}</p>"
                     )
         if rivals.gains:
             gains = [(words(name), gain) for name, gain in rivals.gains.items()]

@@ -1,4 +1,4 @@
-"""The commands of discovery: diagnose, fit, effects, check, forecast, next."""
+"""The commands of discovery: diagnose, merge, fit, effects, check, forecast, next."""
 
 from __future__ import annotations
 
@@ -13,8 +13,14 @@ import numpy.typing as npt
 from lostmotion.base import Backbone
 from lostmotion.discover.campaign_evidence import load_body
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, diagnose, few_runs
-from lostmotion.discover.effects import Effect, find_effect, library
+from lostmotion.discover.diagnosis import (
+    RUNS_LEAST,
+    Diagnosis,
+    count_pieces,
+    count_runs,
+    diagnose,
+)
+from lostmotion.discover.effects import Effect, card, find_effect, library
 from lostmotion.discover.evidence_verdict import judge_body
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
 from lostmotion.discover.merging import merge_bodies
@@ -42,9 +48,6 @@ from lostmotion.terminal import Progress, deliver
 
 RATIO_MAX = 1e4
 """Largest ratio that `check` takes."""
-
-ROUNDS = 12
-"""Pieces of work that a diagnosis usually has, for the progress bar."""
 
 
 def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
@@ -101,14 +104,7 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
     """Diagnose what the arguments name."""
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
-    done = 0
     with Progress("diagnosing", quiet=arguments.quiet) as bar, one_thread():
-
-        def step(_: str) -> None:
-            nonlocal done
-            done = min(done + 1, ROUNDS - 1)
-            bar(done, ROUNDS)
-
         base = make_base(drive, campaign, backbone, effects)
         result = diagnose(
             campaign,
@@ -117,7 +113,7 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
             backbone=backbone,
             effects=effects,
             base=base,
-            progress=step,
+            progress=count_pieces(bar),
         )
     return drive, result, [str(finding) for finding in campaign.findings]
 
@@ -245,24 +241,6 @@ def run_next(arguments: argparse.Namespace) -> None:
     deliver(answer, arguments, lambda out: show_next(answer, out))
 
 
-def card(effect: Effect) -> dict[str, Any]:
-    """Everything that is known of an effect."""
-    return {
-        "name": effect.name,
-        "kind": effect.kind,
-        "mechanism": effect.mechanism,
-        "equation": effect.equation,
-        "parameters": [
-            {"name": v.name, "role": v.role, "typical": v.typical, "low": v.low, "high": v.high}
-            for v in effect.values
-        ],
-        "needs": sorted(effect.needs),
-        "typical_size": effect.typical_size,
-        "confused_with": list(effect.confused_with),
-        "separating_experiment": effect.experiment,
-    }
-
-
 def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a diagnosis."""
     print(verdict_sentence(answer), file=out)
@@ -355,7 +333,7 @@ def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
 
 def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print what is odd about recordings, and what they cannot show."""
-    print(f"{few_runs(answer['runs'])}, {answer['samples']} samples", file=out)
+    print(f"{count_runs(answer['runs'])}, {answer['samples']} samples", file=out)
     for finding in answer["findings"] or ["nothing odd"]:
         print(f"  {finding}", file=out)
     if not answer["ratio_known"]:
