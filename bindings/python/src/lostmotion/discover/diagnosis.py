@@ -17,7 +17,7 @@ from lostmotion.discover.backbone import DEVIATIONS, Additive, Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest, Result
 from lostmotion.discover.effects import Effect, library
-from lostmotion.discover.events import Event, find_events, step_column
+from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
 from lostmotion.discover.selection import (
@@ -52,6 +52,9 @@ TWIN_DEG = 10.0
 
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked."""
+
+EVENT_NAME = "step in run "
+"""How the names of the shapes begin that stand for events."""
 
 PIECES = 12
 """Pieces of work that a diagnosis usually has, for a progress bar."""
@@ -193,7 +196,7 @@ def _diagnose(
         for event in events:
             again.additives.append(
                 Additive(
-                    f"step in run {base.conditions.labels[event.run]}",
+                    f"{EVENT_NAME}{base.conditions.labels[event.run]}",
                     step_column(base, event)[:, None],
                     np.array([event.size_arcsec]),
                     "time",
@@ -219,43 +222,20 @@ def conclude(
     final = selection.settled[-1]
     base = final.base
     c = base.conditions
-    chosen = [s for s in steps if s.chosen is not None][: len(selection.settled) - 1]
+    found = [step for step in steps if step.chosen is not None]
     # Only what was taken into the model counts; a last round that hit the limit is left over.
+    taken = found[: len(selection.settled) - 1]
+    left_over = steps[-1:] if steps[-1].chosen is not None and len(taken) < len(found) else []
     # What the drive file brought along is not missing.
     present = [term.effect.name for term in base.terms]
     names = present[len(selection.settled[0].base.terms) :]
-    shapes = [a for a in base.additives if not a.name.startswith("step in run")]
-    leftover = (
-        steps[-1].chosen
-        if steps[-1].chosen is not None and len(chosen) < len([s for s in steps if s.chosen])
-        else None
-    )
+    nameless = bool(shapes_of(base) or events)
     within = noise_rms(selection.noise, base)
     ladder = make_ladder(selection)
     floor = noise_floor(final, within, ladder[-1]["rms_heldout_arcsec"])
-    rivals = sorted({name for step in chosen for name in step.rivals if name not in present})
-    depends = [
-        what
-        for step in chosen
-        if step.chosen is not None and not step.chosen.candidate.named
-        for what in describe(step)
-    ]
-    if leftover is not None and not leftover.candidate.named:
-        depends += describe(steps[-1])
-    if c.runs < RUNS_LEAST:
-        names_shown: list[str] = []
-        verdict = "complete" if not (names or shapes or events) else "unexplained"
-    else:
-        names_shown = names
-        if shapes or events:
-            verdict = "unexplained"
-        elif names and rivals:
-            verdict = "ambiguous"
-            names_shown = names + rivals
-        elif names:
-            verdict = "missing-effect"
-        else:
-            verdict = "complete"
+    rivals = sorted({name for step in taken for name in step.rivals if name not in present})
+    depends = [what for step in (*taken, *left_over) for what in describe(step)]
+    verdict, shown = decide(c.runs, names, rivals, nameless)
     # Beside an effect that was found it may be what its form does not meet.
     odd = find_odd_runs(final.contest) if verdict == "complete" else None
     odd_size = 0.0 if odd is None else size_of_odd(base, odd)
@@ -266,35 +246,20 @@ def conclude(
         odd, odd_size = None, 0.0
     before = ladder[0]["rms_arcsec"] ** 2
     unnamed = sum(
-        s.chosen.size**2 for s in chosen if s.chosen is not None and not s.chosen.candidate.named
+        s.chosen.size**2 for s in taken if s.chosen is not None and not s.chosen.candidate.named
     )
     unnamed += odd_size**2
     share = float(np.clip(unnamed / before, 0.0, 1.0)) if before > 0 else 0.0
-    for event in events:
-        depends.append(
-            {
-                "covariate": "time",
-                "shape": f"step of {event.size_arcsec:.3g} arcsec in run {c.labels[event.run]} "
-                f"at {event.time_s:.6g} s",
-                "p": float(2 * special.ndtr(-event.score) * c.rows),
-            }
-        )
+    told = [event.told(c.labels) for event in events]
+    depends += [dependence(event, c.rows) for event in told]
     last_step = steps[-1]
     return Diagnosis(
         verdict,
-        names_shown,
+        shown,
         floor,
         ladder,
         list_candidates(selection, effects, rivals, ladder),
-        [
-            {
-                "run": c.labels[e.run],
-                "time_s": e.time_s,
-                "size_arcsec": e.size_arcsec,
-                "score": e.score,
-            }
-            for e in events
-        ],
+        told,
         detectable(last_step.field, within),
         {"share": share, "depends_on": depends},
         advise(verdict, names, rivals, effects, last_step.field, c.runs, odd),
@@ -317,6 +282,32 @@ def conclude(
         base,
         selection,
     )
+
+
+def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tuple[str, list[str]]:
+    """Decide the verdict, and the effects that it shows.
+
+    Parameters
+    ----------
+    runs : int
+        Runs that were judged.
+    names, rivals : list of str
+        Effects that were found, and those that do as well as one of them.
+    nameless : bool
+        Whether a shape or an event without a name was found, too.
+    """
+    if runs < RUNS_LEAST:
+        return ("unexplained" if names or nameless else "complete"), []
+    if nameless:
+        return "unexplained", names
+    if names and rivals:
+        return "ambiguous", names + rivals
+    return ("missing-effect" if names else "complete"), names
+
+
+def shapes_of(base: Base) -> list[Additive]:
+    """Shapes without a name in a base, events left out."""
+    return [added for added in base.additives if not added.name.startswith(EVENT_NAME)]
 
 
 def count_runs(runs: int) -> str:
@@ -389,7 +380,7 @@ def make_ladder(selection: Selection) -> list[dict[str, Any]]:
         rungs.append(
             {
                 "effects": [t.effect.name for t in base.terms]
-                + [a.name for a in base.additives if not a.name.startswith("step in run")],
+                + [shape.name for shape in shapes_of(base)],
                 "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
                 "rms_heldout_arcsec": held,
             }
@@ -398,9 +389,11 @@ def make_ladder(selection: Selection) -> list[dict[str, Any]]:
 
 
 def describe(step: Step) -> list[dict[str, Any]]:
-    """Say on what a shape hangs; on several things, where they cannot be told apart."""
+    """Say on what a shape without a name hangs; on several things, where they look alike."""
     assert step.chosen is not None
     candidate, result = step.chosen.candidate, step.chosen.result
+    if candidate.named:
+        return []
     return [
         {
             "covariate": covariate,

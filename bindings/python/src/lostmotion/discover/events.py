@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy import special
 
 from lostmotion.discover.backbone import Base
 from lostmotion.discover.conditions import side_by_side
@@ -52,6 +55,33 @@ class Event:
     time_s: float
     size_arcsec: float
     score: float
+
+    def told(self, labels: Sequence[int | str]) -> dict[str, Any]:
+        """Say it in the words of an answer."""
+        return {
+            "run": labels[self.run],
+            "time_s": self.time_s,
+            "size_arcsec": self.size_arcsec,
+            "score": self.score,
+        }
+
+
+def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
+    """Say of an event that was told what an answer says of everything that is unexplained.
+
+    Parameters
+    ----------
+    event : mapping
+        From `Event.told`.
+    rows : int
+        Samples among which it was sought.
+    """
+    return {
+        "covariate": "time",
+        "shape": f"step of {event['size_arcsec']:.3g} arcsec in run {event['run']} "
+        f"at {event['time_s']:.6g} s",
+        "p": float(2 * special.ndtr(-event["score"]) * rows),
+    }
 
 
 def scan_run(

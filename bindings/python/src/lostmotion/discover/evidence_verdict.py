@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy import special
 
 from lostmotion.discover.backbone import DEVIATIONS
 from lostmotion.discover.campaign_evidence import Body
@@ -14,10 +13,12 @@ from lostmotion.discover.diagnosis import (
     ASK_WHAT_DIFFERED,
     RUNS_LEAST,
     count_runs,
+    decide,
     detectable,
     plausible,
 )
 from lostmotion.discover.effects import Effect
+from lostmotion.discover.events import dependence
 from lostmotion.discover.evidence_contest import (
     Rounds,
     candidates_of,
@@ -44,15 +45,8 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     taken = rounds.steps[: len(rounds.chosen)]
     twins = sorted({name for step in taken for name in step.rivals if name not in names})
     events = body.about["events"]
-    odd = bool(events) or any(not one.candidate.named for one in rounds.chosen)
-    if runs < RUNS_LEAST:
-        verdict, shown = ("unexplained" if rounds.chosen or events else "complete"), []
-    elif odd:
-        verdict, shown = "unexplained", names
-    elif names:
-        verdict, shown = ("ambiguous", names + twins) if twins else ("missing-effect", names)
-    else:
-        verdict, shown = "complete", []
+    nameless = bool(events) or any(not one.candidate.named for one in rounds.chosen)
+    verdict, shown = decide(runs, names, twins, nameless)
     noise, floor = noise_of(body, rounds)
     apart = find_odd_runs(rounds.steps[-1].field.contest) if verdict == "complete" else None
     if apart is not None and size_of_odd(body, apart) >= SIZE_LEAST * rounds.within:
@@ -152,15 +146,7 @@ def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, An
         }
         for one, step in shapes
     ]
-    depends += [
-        {
-            "covariate": "time",
-            "shape": f"step of {event['size_arcsec']:.3g} arcsec in run {event['run']} "
-            f"at {event['time_s']:.6g} s",
-            "p": float(2 * special.ndtr(-event["score"]) * body.rows.sum()),
-        }
-        for event in body.about["events"]
-    ]
+    depends += [dependence(event, body.rows.sum()) for event in body.about["events"]]
     squares = sum(one.size**2 for one, _ in shapes)
     if odd is not None:
         size = size_of_odd(body, odd)
