@@ -546,12 +546,14 @@ def test_check_needs_no_ratio_to_be_right_about_a_turning_joint(tmp_path, capsys
     sound = turning_joint(tmp_path / "a.csv")
     assert findings(sound) == (False, [])
     assert findings(sound, "--ratio", "100") == (True, [])
+    assert findings(sound, "--ratio", "1e2") == (True, [])
     assert findings(turning_joint(tmp_path / "b.csv", locked=True)) == (False, [])
     for more in ([], ["--ratio", "100"]):
         (text,) = findings(turning_joint(tmp_path / "c.csv", dead=True), *more)[1]
         assert "output_angle_rad (run c): stuck x 500" in text
-    assert main(["check", sound, "--ratio", "0"]) == 2
-    assert "--ratio: found '0', expected 1 to 10000" in capsys.readouterr().err
+    for ratio, expected in (("0", "1 to 10000, or"), ("-2e4", "1 to 10000, or"), ("x", "a number")):
+        assert main(["check", sound, "--ratio", ratio]) == 2
+        assert f"--ratio: found '{ratio}', expected {expected}" in capsys.readouterr().err
 
 
 def test_effects_of_c_and_their_cards():

@@ -21,7 +21,7 @@ DONE, FAILED, INTERRUPTED = 0, 1, 130
 WRITERS = ("fit", "export")
 """Commands whose output is one file, not a folder."""
 
-SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg")
+SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg", "--ratio")
 """Options whose value may begin with a minus sign."""
 
 

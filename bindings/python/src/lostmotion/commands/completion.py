@@ -9,7 +9,7 @@ import shtab
 from lostmotion.commands.parser import make_parser
 from lostmotion.terminal import deliver
 
-FILES = ("DRIVE", "DATA", "LOG", "PLAN", "OPTIONS", "FILE", "FITTED", "SPEC")
+FILES = ("DRIVE", "DATA", "LOG", "PLAN", "OPTIONS", "FILE", "FITTED", "SPEC", "EVIDENCE")
 """Beginnings of the names of arguments that are files."""
 
 FOLDERS = ("DIR", "RUN")

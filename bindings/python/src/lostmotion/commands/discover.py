@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
@@ -31,7 +32,7 @@ from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
-from lostmotion.options import effects_of
+from lostmotion.options import effects_of, number
 from lostmotion.recordings import (
     STUCK_TURN_RAD,
     Campaign,
@@ -169,10 +170,7 @@ def run_effects(arguments: argparse.Namespace) -> None:
 
 def run_check(arguments: argparse.Namespace) -> None:
     """``lostmotion check``."""
-    stated = arguments.ratio
-    if stated is not None and not 1.0 <= abs(stated) <= RATIO_MAX:
-        found, expected = f"'{stated:g}'", f"1 to {RATIO_MAX:g}, or less than -1"
-        raise InputError("--ratio", "", found, expected)
+    stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
     paths, mapping = [Path(path) for path in arguments.data], parse_map(arguments.map)
     campaign = read_campaign(paths, ratio=1.0 if stated is None else stated, mapping=mapping)
     known = stated is not None or not any(np.ptp(angle) > 0 for angle in input_angles(campaign))
@@ -183,6 +181,15 @@ def run_check(arguments: argparse.Namespace) -> None:
         campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, ratio)]
     answer = {**check(campaign, library()), "ratio_known": known}
     deliver(answer, arguments, lambda out: show_check(answer, out))
+
+
+def ratio_of(text: str) -> float:
+    """Read the ratio of a drive, of either sign."""
+    ratio = number("--ratio", text, math.inf)
+    if not 1.0 <= abs(ratio) <= RATIO_MAX:
+        expected = f"1 to {RATIO_MAX:g}, or {-RATIO_MAX:g} to -1"
+        raise InputError("--ratio", "", f"'{text}'", expected)
+    return ratio
 
 
 def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:

@@ -108,7 +108,9 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="RUN,RUN...",
         help="fit to these runs and predict the others (default: each run is held out once)",
     )
-    added.add_argument("--seed", default="1", help="of the tests for chance (default: 1)")
+    added.add_argument(
+        "--seed", metavar="N", default="1", help="of the tests for chance (default: 1)"
+    )
     add_effects(added)
     add_report(added)
 
@@ -125,8 +127,17 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument(
         "-o", "--output", metavar="FILE", required=True, help="a name that ends in .h or .bin"
     )
-    added.add_argument("--name", default="joint_parameters", help="of the constant in the header")
-    added.add_argument("--profile", choices=PROFILES, default="standard", help="of the controller")
+    added.add_argument(
+        "--name",
+        default="joint_parameters",
+        help="of the constant in the header (default: joint_parameters)",
+    )
+    added.add_argument(
+        "--profile",
+        choices=PROFILES,
+        default="standard",
+        help="of the controller (default: standard)",
+    )
     add_effects(added)
     add_settings(added)
 
@@ -146,7 +157,7 @@ def make_parser() -> argparse.ArgumentParser:
     added = command(
         "demo",
         "lostmotion.commands.demo:run_demo",
-        "Lost motion of a bought drive, of two designs and of a measured one, with pictures.",
+        "One joint from its recordings to an emulated controller, and three design searches.",
         "lostmotion demo -o demo",
     )
     added.add_argument(
@@ -227,7 +238,7 @@ def add_discovery(command: Command) -> None:
         "lostmotion check recordings/",
     )
     add_data(added)
-    added.add_argument("--ratio", type=float, help="where only the two angles were recorded")
+    added.add_argument("--ratio", help="of the drive, where only the two angles were recorded")
 
     added = command(
         "forecast",
@@ -261,7 +272,7 @@ def add_design(command: Command) -> None:
     added = command(
         "design",
         "lostmotion.design.command:run_design",
-        "Search for a backlash-free design.",
+        "Search for a design with little lost motion.",
         "lostmotion design joint.toml -o joint",
     )
     added.add_argument("spec", metavar="SPEC.toml", help="what may vary and what must hold")
@@ -285,7 +296,7 @@ def add_workbench(command: Command) -> None:
     added = command(
         "workbench",
         "lostmotion.workbench.command:run_workbench",
-        "The same things in a local web page.",
+        "The other commands on a local page.",
         "lostmotion workbench drive.toml recordings/",
     )
     added.add_argument("drive", metavar="DRIVE", nargs="?", help="drive file")
@@ -361,7 +372,12 @@ def add_map(parser: argparse.ArgumentParser) -> None:
 
 def add_phase(parser: argparse.ArgumentParser) -> None:
     """Add the tooth phase."""
-    parser.add_argument("--phase-deg", default="0", help="tooth phase of the generator")
+    parser.add_argument(
+        "--phase-deg",
+        metavar="DEG",
+        default="0",
+        help="tooth phase of the generator (default: 0)",
+    )
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:

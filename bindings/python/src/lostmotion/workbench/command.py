@@ -6,6 +6,7 @@ import argparse
 import importlib.util
 
 from lostmotion.errors import InputError, LostMotionError
+from lostmotion.options import whole_number
 
 PORT_MAX = 65535
 
@@ -14,9 +15,7 @@ def run_workbench(arguments: argparse.Namespace) -> None:
     """``lostmotion workbench``."""
     if arguments.json is not None:
         raise InputError("--json", "", f"'{arguments.json}'", "no --json: a page has no answer")
-    port = arguments.port
-    if port is not None and not (port.isascii() and port.isdecimal() and int(port) <= PORT_MAX):
-        raise InputError("--port", "", f"'{port}'", f"an integer from 0 to {PORT_MAX}")
+    port = None if arguments.port is None else whole_number("--port", arguments.port, 0, PORT_MAX)
     if importlib.util.find_spec("nicegui") is None:
         raise LostMotionError("the workbench needs NiceGUI: pip install nicegui")
     from lostmotion.workbench.serve import serve
@@ -25,7 +24,7 @@ def run_workbench(arguments: argparse.Namespace) -> None:
         arguments.drive,
         arguments.data,
         arguments.map,
-        port=None if port is None else int(port),
+        port=port,
         show=not arguments.no_browser,
         quiet=arguments.quiet,
     )
