@@ -219,8 +219,13 @@ static lm_real usual_length(lm_real diameter_mm, lm_real face_width_mm) {
 
 static void fill_material(lm_material *material) {
   fill(&material->youngs_modulus_MPa, LM_REAL(LM_STEEL_YOUNGS_MODULUS_MPA));
-  fill(&material->shear_modulus_MPa, LM_REAL(LM_STEEL_SHEAR_MODULUS_MPA));
   fill(&material->poisson_ratio, LM_REAL(LM_STEEL_POISSON_RATIO));
+  /* G = E / (2 (1 + nu)) of any material, in proportion to steel's own figures. */
+  fill(&material->shear_modulus_MPa,
+       LM_REAL(LM_STEEL_SHEAR_MODULUS_MPA) *
+           (material->youngs_modulus_MPa / LM_REAL(LM_STEEL_YOUNGS_MODULUS_MPA)) *
+           ((LM_REAL(1) + LM_REAL(LM_STEEL_POISSON_RATIO)) /
+            (LM_REAL(1) + material->poisson_ratio)));
   fill(&material->bending_fatigue_MPa, LM_REAL(450));
   fill(&material->shear_fatigue_MPa, LM_REAL(250));
   fill(&material->bending_notch_factor, LM_REAL(1.9));
@@ -264,12 +269,16 @@ static lm_status fill_torsion_chain(lm_drive *drive, lm_real diameter_mm, lm_fau
   const lm_real radius = diameter_mm / LM_REAL(2);
   const lm_real wall = drive->flexspline.wall_thickness_mm;
   const lm_real shear = drive->material.shear_modulus_MPa;
+  /* The rim between axial sections twists in the mesh, from its inner edge on: the wall ends there.
+   */
+  const lm_real rim =
+      drive->axial_sections > 1 ? drive->teeth.face_width_mm / LM_REAL(2) : LM_REAL(0);
   lm_status status;
   if (drive->torsion_count != 0) {
     return LM_OK;
   }
   drive->torsion_count = 4;
-  status = lm_make_shell_torsion(radius, wall, drive->flexspline.length_mm, shear,
+  status = lm_make_shell_torsion(radius, wall, drive->flexspline.length_mm - rim, shear,
                                  &drive->torsion[0], fault);
   if (status == LM_OK) {
     status = lm_make_diaphragm_torsion(LM_REAL(0.3) * diameter_mm, radius, LM_REAL(1.5) * wall,

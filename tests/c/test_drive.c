@@ -88,6 +88,29 @@ static void the_chains_are_filled_from_the_size(void) {
   assert_element(8e4 * pi / 32 * pow(25, 4) / 40 / 1000, 1, &drive.torsion[3]);
 }
 
+/* The rim of a spatial drive twists by itself, from its inner edge on; so the wall ends there. */
+static void no_part_of_a_spatial_cup_twists_twice(void) {
+  lm_real planar;
+  complete();
+  planar = drive.torsion[0].stiffness_Nm_per_rad;
+  drive = reference_a();
+  drive.axial_sections = 3;
+  complete();
+  TEST_ASSERT_EQUAL(4, drive.torsion_count);
+  /* 22.5 mm to the middle of 10 mm of teeth */
+  ASSERT_DIGITS((double)planar * 22.5 / 17.5, drive.torsion[0].stiffness_Nm_per_rad);
+  assert_accepted();
+}
+
+/* G = E / (2 (1 + nu)), in proportion to steel's. */
+static void a_softer_material_is_softer_in_shear(void) {
+  drive.material.youngs_modulus_MPa = LM_REAL(2600);
+  drive.material.poisson_ratio = LM_REAL(0.37);
+  complete();
+  ASSERT_DIGITS(8e4 * 2600 / 2.1e5 * 1.3 / 1.37, drive.material.shear_modulus_MPa);
+  assert_accepted();
+}
+
 static void a_cam_engages_to_seventy_degrees(void) {
   drive.generator.type = LM_COSINE;
   drive.generator.contact_half_angle_rad = LM_REAL(0.1); /* of no use to a cam */
@@ -513,6 +536,8 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(a_drive_is_completed_in_proportion_to_its_size);
   RUN_TEST(the_chains_are_filled_from_the_size);
+  RUN_TEST(no_part_of_a_spatial_cup_twists_twice);
+  RUN_TEST(a_softer_material_is_softer_in_shear);
   RUN_TEST(a_cam_engages_to_seventy_degrees);
   RUN_TEST(a_larger_ring_is_stiffer);
   RUN_TEST(no_tooth_engages_beyond_ninety_degrees);

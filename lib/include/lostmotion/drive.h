@@ -135,16 +135,18 @@ typedef struct lm_drive {
  * set, and replaces every other field that is 0 (a number) or empty (a chain) by:
  *   rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module times flexspline teeth; wall 0.6 s; length the
  *     larger of 0.45 d and 2 face widths, 20 face widths at most
- *   steel: E 2.1e5, G 8e4 MPa, nu 0.3; sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
- *     psi 0.1, Y_z 1.45 (middle of the ranges in theory/check_values.md)
+ *   steel: E 2.1e5, G 8e4 MPa, nu 0.3, where E or nu is given G in proportion to E / (1 + nu);
+ *     sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5, psi 0.1, Y_z 1.45 (middle of the
+ *     ranges in theory/check_values.md)
  *   support: k_f 2600 N/mm^2, E I = 3.5e5 N mm^2 (d / 50 mm)^4 (a size 20), ring factor 1;
  *     teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8 arcmin;
  *     C_t stays 0, which means: from eq (6)
  *   gap: ring stiffness (9a) of the rim, twice stiffened by teeth and cup
  *   radial chain: ovalisation of the circular spline, thickness 0.1 d, bolted into a housing
  *     (factor 3); the generator's balls are in k_f
- *   torsion chain: cup wall; diaphragm of thickness 1.5 wall, hub 0.3 d; input shaft 0.16 d, long
- *     0.6 d; output shaft 0.5 d, long 0.8 d
+ *   torsion chain: cup wall up to the middle of the teeth, or with axial sections, whose rim
+ *     twists in the mesh, to its inner edge; diaphragm of thickness 1.5 wall, hub 0.3 d; input
+ *     shaft 0.16 d, long 0.6 d; output shaft 0.5 d, long 0.8 d
  *   planar (1 section). A gap of 0, a friction angle of 0 and no tolerances are kept.
  * Errors as lm_check_drive for what must be set. */
 lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault);
