@@ -51,6 +51,9 @@ static void run_servo(servo *drive, const servo_command *command, int ticks) {
 static int check_servo(void) {
   static servo drive;
   servo_command command = {SERVO_POSITION, COMMAND_RAD / TURN_RAD, 0.5f, 2.0f, -LOAD_NM};
+  if (servo_start(&drive, &joint_parameters, 2 * PERIOD_S) != LM_INCONSISTENT) {
+    return 7;
+  }
   if (servo_start(&drive, &joint_parameters, PERIOD_S) != LM_OK) {
     return 4;
   }

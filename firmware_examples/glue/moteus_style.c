@@ -7,9 +7,16 @@
 #define VELOCITY_GAIN 40.0f   /* N*m*s/rev */
 
 lm_status servo_start(servo *drive, const lm_parameters *parameters, float period_s) {
+  lm_status status;
   memset(drive, 0, sizeof *drive);
   drive->period_s = period_s;
-  return lm_start_compensator(&drive->compensator, parameters, 0, 0);
+  status = lm_start_compensator(&drive->compensator, parameters, 0, 0);
+  if (status == LM_OK) {
+    /* The limits of the correction hold for the period that the parameters were made for. */
+    float ratio = period_s / parameters->limits.period_s;
+    status = ratio > 0.99f && ratio < 1.01f ? LM_OK : LM_INCONSISTENT;
+  }
+  return status;
 }
 
 /* The drive's own ramp: at most the velocity from which it can still stop. */
@@ -44,7 +51,8 @@ float servo_interrupt(servo *drive, const servo_command *command) {
   float error_rev;
   float rate_rev_s;
 
-  /* The load's torque on the output is the opposite of what the drive makes for it. The model
+  /* The load's torque on the output is the opposite of what the drive makes for it, and that of a
+   * brake that holds the motor while it is stopped (without one it would be zero then). The model
    * steps in every mode, so that a stop loses nothing; the correction rests while stopped. */
   at.torque_Nm = -command->feedforward_torque_Nm;
   lm_set_mode(&drive->compensator, command->mode == SERVO_POSITION ? LM_MODE_RUN : LM_MODE_HOLD);

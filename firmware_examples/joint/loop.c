@@ -31,8 +31,18 @@ static float clip(float value, float most) {
   return value > most ? most : value < -most ? -most : value;
 }
 
+/* A float holds every count within a turn and a quarter of the output; a joint that goes further
+ * takes whole turns off before. */
+static float measure(int32_t counts) {
+  return (float)counts * RAD_PER_COUNT;
+}
+
+static float gravity_torque(const loop *joint, const motion *command) {
+  return -joint->load.gravity_Nm * sine(command->angle_rad);
+}
+
 int loop_start(loop *joint, method how, torque_source source, const lm_parameters *parameters,
-               plant_load load, float constant_half_rad) {
+               plant_load load, float constant_half_rad, int32_t counts, const motion *now) {
   joint->how = how;
   joint->source = source;
   joint->load.gravity_Nm = load.gravity_Nm * LOAD_KNOWN;
@@ -40,14 +50,14 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   joint->bearing.friction_Nm = BEARING_FRICTION;
   joint->bearing.stiffness_Nm_per_rad = BEARING_STIFFNESS;
   joint->resisting_Nm = 0;
-  joint->last_angle_rad = 0;
+  joint->last_angle_rad = now->angle_rad;
   joint->constant.half_rad = constant_half_rad;
   joint->constant.correction_rad = 0;
   joint->constant.velocity_rad_s = 0;
   joint->constant.side = 0;
-  joint->due_rad = 0;
+  joint->angle_rad = measure(counts);
+  joint->due_rad = joint->angle_rad;
   joint->due_off_rad = 0;
-  joint->angle_rad = 0;
   joint->off_rad = 0;
   joint->error_rad = 0;
   joint->speed_error_rad_s = 0;
@@ -62,12 +72,13 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   joint->correction.acceleration_rad_s2 = 0;
   joint->correction.lost_motion_rad = 0;
   joint->correction.status = 0;
-  return lm_start_compensator(&joint->compensator, parameters, 0, 0) != LM_OK;
+  return lm_start_compensator(&joint->compensator, parameters, gravity_torque(joint, now), 0) !=
+         LM_OK;
 }
 
 /* Torque on the output that the commanded motion takes. */
 static float command_torque(loop *joint, const motion *command) {
-  float bias_Nm = -joint->load.gravity_Nm * sine(command->angle_rad) -
+  float bias_Nm = gravity_torque(joint, command) -
                   joint->load.inertia_kgm2 * command->acceleration_rad_s2 -
                   BEARING_VISCOUS * command->velocity_rad_s;
   float moved_rad = command->angle_rad - joint->last_angle_rad;
@@ -130,7 +141,7 @@ static void compensate(loop *joint, float torque_Nm, const motion *command) {
 
 float loop_tick(loop *joint, int32_t counts, const motion *next) {
   float torque_Nm = command_torque(joint, next);
-  float angle_rad = (float)counts * RAD_PER_COUNT;
+  float angle_rad = measure(counts);
   float error_rad;
   float wish_rad_s;
   float velocity_rad_s;

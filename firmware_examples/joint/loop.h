@@ -51,10 +51,11 @@ typedef struct loop {
   lm_correction correction;
 } loop;
 
-/* `load` as it is; what the controller knows of it is off by a few percent. Returns 0 where the
- * library accepts the parameters. */
+/* At power-up, and whenever the drive is switched on again: from where the encoder and the command
+ * stand, so that nothing jumps. `load` as it is; what the controller knows of it is off by a few
+ * percent. Returns 0 where the library accepts the parameters; without that no tick may run. */
 int loop_start(loop *joint, method how, torque_source source, const lm_parameters *parameters,
-               plant_load load, float constant_half_rad);
+               plant_load load, float constant_half_rad, int32_t counts, const motion *now);
 
 /* One tick: the motor's torque [N*m, on the output's side] from the encoder now and the command for
  * the next tick, when that torque acts. */

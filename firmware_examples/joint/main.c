@@ -69,13 +69,14 @@ static float run(const trial *what, method how, float half_rad) {
   float motor_Nm = 0;
   float sum = 0;
   float reported_rad;
-  if (loop_start(&control, how, what->source, &joint_parameters, load, half_rad)) {
-    return -1;
-  }
   load.gravity_Nm *= what->heavier;
   load.inertia_kgm2 *= what->heavier;
   plant_start(&joint, load);
   plant_disturb(&joint, LEANED_RAD);
+  if (loop_start(&control, how, what->source, &joint_parameters, motions->load, half_rad,
+                 plant_read_encoder(&joint), &now)) {
+    return -1;
+  }
   for (tick = 0; tick < ticks; ++tick) {
     motion next = scenario_at(motions, tick + 1);
     float error = (plant_output(&joint) - now.angle_rad) * RAD_TO_ARCSEC;
