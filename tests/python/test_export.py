@@ -32,8 +32,8 @@ from lostmotion.export import (
     read_settings,
 )
 from lostmotion.model import design_model
-from lostmotion.recordings import Campaign, Run
-from lostmotion.replay import load, replay
+from lostmotion.recordings import Campaign, Run, read_campaign
+from lostmotion.replay import conditions, load, replay
 from lostmotion.units import ARCMIN, ARCSEC
 
 LIB = Path(__file__).parents[2] / "lib"
@@ -436,6 +436,19 @@ def test_export_and_replay_commands(tmp_path: Path, capsys: pytest.CaptureFixtur
     # The same from the drive file as from the blob.
     assert main(["replay", drive, str(log), "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["bits_crc32"] == answer["bits_crc32"]
+
+
+def test_replay_of_a_log_that_begins_in_motion_sees_no_jolt(tmp_path: Path) -> None:
+    time = np.arange(50) * 1e-3
+    rows = (f"{t:.17g},5,{200 * t:.17g},{2 * t:.17g}" for t in time)
+    log = tmp_path / "log.csv"
+    head = "time_s,torque_Nm,input_angle_rad,output_angle_rad"
+    log.write_text("\n".join([head, *rows]) + "\n")
+    found = conditions(read_campaign([log], ratio=100).runs[0])
+    assert np.allclose(found["input_velocity_rad_s"], 200, rtol=1e-6)
+    assert np.max(np.abs(found["output_acceleration_rad_s2"])) < 1e-6
+    # The compensator counts a tick whose length is not told as one period.
+    assert found["elapsed_s"][0] == 0
 
 
 def test_replay_says_what_it_cannot_use(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -282,7 +282,9 @@ def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
     """Return what the controller is told in each tick, by the name of the field in C.
 
     Velocities and accelerations are backward differences, the input angle is wrapped to one turn,
-    as a controller has them.
+    as a controller has them. What was before the log is not known: the drive is taken to have moved
+    on as in its first step, and the time before its first row counts, as every time that is not
+    told, as one period of the parameters.
     """
     found = {
         field: run.columns[name].astype(np.float32)
@@ -292,16 +294,19 @@ def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
     elapsed = np.diff(run.time_s, prepend=run.time_s[0])
     found["elapsed_s"] = elapsed.astype(np.float32)
     inverse = np.divide(1.0, elapsed, out=np.zeros_like(elapsed), where=elapsed > 0)
+
+    def rate(values: FloatArray) -> FloatArray:
+        slope = np.diff(values, prepend=values[0]) * inverse
+        slope[:1] = slope[1:2] if slope.size > 1 else 0.0
+        return slope
+
     if "input_angle" in run.columns:
         angle = run.columns["input_angle"]
         wrapped = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
         found["input_angle_rad"] = wrapped.astype(np.float32)
-        velocity = np.diff(angle, prepend=angle[0]) * inverse
-        found["input_velocity_rad_s"] = velocity.astype(np.float32)
+        found["input_velocity_rad_s"] = rate(angle).astype(np.float32)
     if "output_angle" in run.columns:
-        angle = run.columns["output_angle"]
-        velocity = np.diff(angle, prepend=angle[0]) * inverse
-        acceleration = np.diff(velocity, prepend=velocity[0]) * inverse
+        acceleration = rate(rate(run.columns["output_angle"]))
         found["output_acceleration_rad_s2"] = acceleration.astype(np.float32)
     return found
 
