@@ -22,6 +22,20 @@
  *   - While nothing binds, a target that moves at a steady rate is followed without lag.
  *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds.
  *
+ * What it asks of the host:
+ *   - A call in every period_s of the parameters, also while the drive is off, braked or at fault,
+ *     with the torque that the gear bears then: the memory must see the load.
+ *   - Where the position loop closes, at power-up and after any stop, the command begins at the
+ *     reported output angle (measured less correction). lm_start_compensator on a running instance
+ *     drops its correction at once: only while the loop is open.
+ *   - A reference that is taken (homing, probing) is one of the reported angle, at a correction
+ *     that stands still: LM_MODE_HOLD. While LM_STATE_MEMORY_UNKNOWN is set it may be off by
+ *     lm_bound_uncertainty.
+ *   - Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
+ *     6 response / period_s times the characteristic's slope times its own. Filter the torque, or
+ *     state a lower response.
+ *   - A measured torque closes a loop through whatever the output touches: torque.h.
+ *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
  * A slower task may ask lm_bound_uncertainty and lm_save_compensator of a copy of the struct that
@@ -157,8 +171,9 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator);
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault);
 
-/* Tells the compensator what the lost motion really was: output_angle - input_angle / ratio [rad],
- * any constant offset, `elapsed_s` after the call before. At any rate slower than the tick.
+/* Tells the compensator what the lost motion really was at the last step: output_angle -
+ * input_angle / ratio [rad], both measured and neither wrapped, any constant offset, `elapsed_s`
+ * after the call before. At any rate slower than the tick.
  *
  * Compares, over the watch's window and without means, the power of the measured lost motion with
  * that of what the model leaves of it. While the model adds more power than noise_rad^2, the
@@ -180,7 +195,8 @@ typedef struct lm_saved {
 void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved);
 
 /* Takes a saved history over; the correction stays where it is and moves within the limits. The
- * load must not have changed its direction unseen since: if it may have, start afresh instead.
+ * load must not have changed its direction unseen since: if it may have, start afresh instead. The
+ * time since is not known: what creep had wound up goes back from where it stood.
  * Errors: LM_NULL; LM_CORRUPT ("crc", "format"); LM_INCONSISTENT ("fingerprint": saved with other
  * parameters). Then nothing has changed. */
 lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,

@@ -7,7 +7,7 @@
 LM_BEGIN_DECLS
 
 /* Every function that can be given nonsense returns one of these. On anything but LM_OK no output
- * has been written, except the fault. */
+ * has been written, except the fault (lm_load_parameters fills its struct as it reads). */
 typedef enum lm_status {
   LM_OK = 0,
   LM_NULL = 1,          /* a required pointer is null */

@@ -5,6 +5,15 @@
  * (lm_estimate_torque), or nothing but the commanded motion (lm_guess_torque). Everything here is
  * pure but for the one number of memory that lm_guess_torque and lm_hold_torque carry.
  *
+ * Torque that is measured, by a sensor or by the current, closes a loop through what the output
+ * presses on: the correction takes the joint's compliance away, which softened the contact. With a
+ * joint of stiffness K on a stop of stiffness S, and a model whose compliance is r times the
+ * drive's, each correction makes r S / (S + K) of itself again. At r = 1 the joint presses like a
+ * rigid one; from r = 1 + K / S on it presses harder and harder until a limit ends it: the
+ * parameters' torque or correction, or the motor's. Where the output may meet a stop, a workpiece
+ * or a person, take the torque from the command, or set LM_MODE_HOLD in contact; and state no
+ * larger correction_rad than the load of free motion needs.
+ *
  * Torque from the motor current closes a loop: the correction moves the motor, what moves the motor
  * shows in its current, the current makes the torque, and the torque the correction. With a filter
  * on the current between about 5 and 80 Hz that loop can oscillate at a resonance of the joint (the
