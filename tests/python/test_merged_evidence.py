@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
+from lostmotion.base import run_plays
 from lostmotion.cli import main
-from lostmotion.discover import diagnose
+from lostmotion.discover import diagnose, fit_model
 from lostmotion.discover.campaign_evidence import Body, load_body
 from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.effects import library
 from lostmotion.discover.evidence_verdict import judge_body
 from lostmotion.discover.merging import merge_bodies
+from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
@@ -27,9 +29,7 @@ def diagnosis_of(data: Campaign) -> Any:
 
 
 def body_of(data: Campaign) -> Body:
-    found = diagnosis_of(data)
-    first = found.selection.settled[0]
-    return gather_body(first.base, first.noise, library(), RATIO, found.events)
+    return gather_body(diagnosis_of(data), library(), RATIO)
 
 
 def halves(data: Campaign) -> list[Body]:
@@ -136,6 +136,46 @@ def test_runs_that_stand_apart_are_named_by_their_campaign() -> None:
     (apart,) = whole["unexplained"]["depends_on"]
     assert one["rms_arcsec"] == pytest.approx(apart["rms_arcsec"], rel=0.05)
     assert found["next_experiment"] == whole["next_experiment"]
+
+
+def friction_that_grows(columns: dict[str, Any], wound: Any) -> Any:
+    """Friction in proportion to the load, and a gap that warmth opens: both large."""
+    torque = columns["torque"]
+    plays = run_plays(np.array([0.5, 1.5]), torque, 0.0).sum(axis=1)
+    return 5.0 * plays * np.abs(torque) / RATED_NM + 3.0 * gap(columns, wound)
+
+
+def test_large_effects_keep_their_names() -> None:
+    whole = diagnosis_of(campaign(runs=14, add=friction_that_grows))
+    body = gather_body(whole, library(), RATIO)
+    found = judge_body(merge_bodies([body], ["a.npz"]), library())
+    assert whole.effects == found["effects"] == ["load_dependent_friction", "thermal_gap"]
+    # A shape that one step leaves over is not the last word, and the answer says so.
+    assert whole.verdict == "missing-effect"
+    assert found["verdict"] == "unexplained"
+    assert found["alone"] == [
+        {"file": "a.npz", "runs": 14, "verdict": whole.verdict, "effects": whole.effects}
+    ]
+    assert "No campaign alone shows what is left over" in found["next_experiment"]
+    assert "diagnose the recordings together" in found["next_experiment"]
+
+
+def test_what_a_fitted_drive_has_is_not_missing_in_its_evidence(tmp_path: Path) -> None:
+    data = campaign(add=gap)
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    drive = read_drive(tmp_path / "drive.toml")
+    fitted = parse_drive(fit_model(drive, data, add="thermal_gap").document(drive))
+    whole = diagnose(data, fitted)
+    body = gather_body(whole, library(), RATIO)
+    found = judge_body(merge_bodies([body], ["a"]), library())
+    assert (
+        (found["verdict"], found["effects"]) == (whole.verdict, whole.effects) == ("complete", [])
+    )
+    assert found["ladder"][0]["rms_arcsec"] == pytest.approx(whole.ladder[0]["rms_arcsec"], rel=0.1)
+    bare = Body(body.white, body.plain, body.point, body.spread, body.rows, dict(body.about))
+    bare.about["effects"] = []
+    with pytest.raises(InputError, match="b: effects: found no effect, expected thermal_gap as in"):
+        merge_bodies([body, bare], ["a", "b"])
 
 
 def test_evidence_reads_back_as_it_was(warm: tuple[Campaign, list[Body]], tmp_path: Path) -> None:

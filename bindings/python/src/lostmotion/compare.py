@@ -24,7 +24,7 @@ from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.model import make_backbone
-from lostmotion.recordings import Campaign
+from lostmotion.recordings import Campaign, told
 from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -279,7 +279,7 @@ class Comparison:
                 "repeated_runs": noise.repeats,
             },
             "not_testable": self.not_testable,
-            "findings": [str(finding) for finding in self.campaign.findings],
+            "findings": told(self.campaign.findings),
             "samples": self.campaign.rows,
             "data_fingerprint": self.campaign.fingerprint(),
         }

@@ -8,6 +8,7 @@ at all (no number for torque or angle) are left out, counted and reported.
 from __future__ import annotations
 
 import csv
+import difflib
 import gzip
 import hashlib
 import io
@@ -105,6 +106,12 @@ BACKWARD_ACTION = (
 )
 """What is done about time that goes back, and what it usually is."""
 
+UNUSED = "not used"
+"""What is done about a column that names nothing known."""
+
+RUNS_LISTED = 8
+"""More runs than this are not listed one by one."""
+
 WHOLE_MAX = 2.0**53
 """Below this a float holds every integer, and a run label that is a whole number stays one."""
 
@@ -141,6 +148,40 @@ class Finding:
             f" (run {self.run})" if self.run is not None else ""
         )
         return f"{place}: {self.kind.replace('_', ' ')} x {self.count}: {self.action}"
+
+
+def told(findings: Iterable[Finding]) -> list[str]:
+    """Say findings in as few sentences as there are things to say: runs and columns together."""
+    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in findings:
+        column = "" if finding.action == UNUSED else finding.column
+        groups.setdefault((finding.kind, column, finding.action), []).append(finding)
+    return [_told(group) for group in groups.values()]
+
+
+def _told(group: Sequence[Finding]) -> str:
+    """Say findings of one kind, in one column or of columns that are not used."""
+    first = group[0]
+    if len(group) == 1:
+        return str(first)
+    files = list(dict.fromkeys(finding.file for finding in group))
+    place = files[0]
+    if len(files) > 1:
+        place += f" and {len(files) - 1} more file{'s' if len(files) > 2 else ''}"
+    if first.action == UNUSED:
+        columns = dict.fromkeys(finding.column for finding in group)
+        return f"{place}: {UNUSED}: the columns {', '.join(columns)}"
+    labels = [str(finding.run) for finding in group if finding.run is not None]
+    runs = ""
+    if labels and len(files) > 1:
+        runs = f" ({len(labels)} runs)"
+    elif len(labels) > RUNS_LISTED:
+        runs = f" ({len(labels)} runs, {labels[0]} to {labels[-1]})"
+    elif labels:
+        runs = f" (runs {', '.join(labels)})"
+    count = sum(finding.count for finding in group)
+    kind = first.kind.replace("_", " ")
+    return f"{place}: {first.column}{runs}: {kind} x {count}: {first.action}"
 
 
 @dataclass
@@ -394,7 +435,10 @@ def _require(file: str, header: Sequence[str], chosen: Mapping[str, Any]) -> Non
         if name not in chosen:
             column = QUANTITIES[name].column
             found = f"no such column (there are {', '.join(header)})"
-            raise InputError(file, column, found, f"{column}, or --map COLUMN={column}")
+            near = {h.lower(): h for h in header}
+            close = difflib.get_close_matches(name, near, n=1)
+            meant = near[close[0]] if close else "COLUMN"
+            raise InputError(file, column, found, f"{column}, or --map {meant}={column}")
     if "lost_motion" not in chosen and not {"input_angle", "output_angle"} <= set(chosen):
         have = [name for name in ("input_angle", "output_angle") if name in chosen]
         raise InputError(
@@ -490,7 +534,7 @@ def _read_file(
     name = str(file)
     chosen, ignored = resolve_columns(name, list(table), mapping)
     for column in ignored:
-        findings.append(Finding("ignored_column", name, column, None, 1, "not used"))
+        findings.append(Finding("ignored_column", name, column, None, 1, unused(column, chosen)))
     numbers = in_si(name, table, chosen)
     rows = len(numbers["torque"])
     if rows == 0:
@@ -517,6 +561,14 @@ def _read_file(
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
     return runs
+
+
+def unused(column: str, chosen: Iterable[str]) -> str:
+    """Say that a column is not used, and what to write if it is what its name says."""
+    quantity = column.lower()
+    if quantity not in QUANTITIES or quantity in chosen:
+        return UNUSED
+    return f"{UNUSED}; if it is the {quantity}: --map {column}={QUANTITIES[quantity].column}"
 
 
 def in_si(

@@ -22,6 +22,7 @@ from lostmotion.discover.diagnosis import (
     diagnose,
 )
 from lostmotion.discover.effects import Effect, card, find_effect, library
+from lostmotion.discover.events import dependence, in_arcsec
 from lostmotion.discover.evidence_verdict import judge_body
 from lostmotion.discover.ladder import FittedModel, fit_model, make_base
 from lostmotion.discover.merging import merge_bodies
@@ -41,6 +42,7 @@ from lostmotion.recordings import (
     parse_map,
     read_campaign,
     recording_files,
+    told,
 )
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
@@ -82,12 +84,8 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
             arguments.report, "Diagnosis of lost motion", lead, [section], arguments.command_line
         )
     if arguments.save_evidence is not None:
-        assert result.selection is not None
-        first = result.selection.settled[0]
         with one_thread():
-            body = gather_body(
-                first.base, first.noise, effects_of(arguments), drive.ratio, result.events
-            )
+            body = gather_body(result, effects_of(arguments), drive.ratio)
         body.save(arguments.save_evidence)
     answer = {**result.answer(), "findings": findings}
     deliver(answer, arguments, lambda out: show_diagnosis(answer, out))
@@ -116,7 +114,7 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
             base=base,
             progress=count_pieces(bar),
         )
-    return drive, result, [str(finding) for finding in campaign.findings]
+    return drive, result, told(campaign.findings)
 
 
 def run_fit(arguments: argparse.Namespace) -> None:
@@ -141,7 +139,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
             arguments.report, "Fitted lost motion", lead, [section], arguments.command_line
         )
     write_whole(arguments.output, format_toml(model.document(drive)))
-    answer = {**model.answer(), "findings": [str(finding) for finding in campaign.findings]}
+    answer = {**model.answer(), "findings": told(campaign.findings)}
     deliver(answer, arguments, lambda out: show_fit(model, arguments.output, out))
 
 
@@ -262,12 +260,16 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             f"  {what:<48} {rung['rms_arcsec']:8.2f}  held out {rung['rms_heldout_arcsec']:8.2f}",
             file=out,
         )
+    for part in answer.get("alone", ()):
+        print(f"  {part['file']} alone: {verdict_sentence(part)}", file=out)
+    steps = [dependence(event, 1)["shape"] for event in answer["events"]]
     for one in answer["unexplained"]["depends_on"]:
-        print(f"depends on {one['covariate']}: {one['shape']} (p = {one['p']:.2g})", file=out)
+        if one["shape"] not in steps:
+            print(f"depends on {one['covariate']}: {one['shape']} (p = {one['p']:.2g})", file=out)
     for event in answer["events"]:
         print(
             f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
-            f"{event['size_arcsec']:.3g} arcsec",
+            f"{in_arcsec(event['size_arcsec'])}",
             file=out,
         )
     print("\nstrongest candidates:", file=out)
@@ -281,12 +283,18 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     for candidate in answer["candidates"]:
         if candidate["name"] not in answer["effects"]:
             continue
-        for name, error in candidate.get("standard_errors", {}).items():
-            size = candidate["parameters"][name]
-            print(f"  {candidate['name']}.{name} = {size:.4g} +- {error:.2g}", file=out)
-        for name in candidate.get("at_bound", ()):
-            size = candidate["parameters"][name]
-            print(f"  {candidate['name']}.{name} = {size:.4g}, at its bound", file=out)
+        for name, size in candidate["parameters"].items():
+            if name in candidate.get("not_fitted", ()):
+                known = ", not fitted"
+            elif name in candidate.get("at_bound", ()):
+                known = ", at its bound"
+            elif "standard_errors" in candidate:
+                if name not in candidate["standard_errors"]:
+                    continue
+                known = f" +- {candidate['standard_errors'][name]:.2g}"
+            else:
+                known = ""
+            print(f"  {candidate['name']}.{name} = {size:.4g}{known}", file=out)
     print(f"\nnext: {answer['next_experiment']}", file=out)
     for finding in answer.get("findings", []):
         print(f"  {finding}", file=out)
@@ -307,15 +315,18 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         f"{model.within_runs_arcsec:4.2f}\n",
         file=out,
     )
-    bound = model.at_bound()
+    held = model.not_fitted()
+    bound = {name: value for name, value in model.at_bound().items() if name not in held}
     for name, value, error in zip(model.names, model.values, model.standard_errors, strict=True):
         if "." in name and name not in bound:
             print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
     for name, value in bound.items():
         print(f"{name:<48} {value:.5g}, at its bound", file=out)
+    for name, value in held.items():
+        print(f"{name:<48} {value:.5g}, not fitted", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
-    for finding in model.base.conditions.campaign.findings:
+    for finding in told(model.base.conditions.campaign.findings):
         print(finding, file=out)
     print(f"\nwritten: {file}", file=out)
 

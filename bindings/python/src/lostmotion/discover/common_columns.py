@@ -1,14 +1,15 @@
 """Gathering the evidence of a campaign on columns that mean the same in every campaign.
 
 All columns are measured by the drive's rated torque and by fixed units here, not by the range of
-the recordings. Each campaign is linearised at its own base. Where the plays stood before a campaign
-is its own matter and is taken out, and so are the sudden steps that were found in it.
+the recordings. Each campaign is linearised at its own base, as it was fitted beside what the
+diagnosis found: fitted without, it would bend to what is missing, and its derivatives with it.
+Where the plays stood before a campaign is its own matter and is taken out, and so are the sudden
+steps that were found in it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,7 @@ from lostmotion.discover.backbone import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, B
 from lostmotion.discover.campaign_evidence import Body
 from lostmotion.discover.candidates import LATENT, Candidate, missing_columns, tangent
 from lostmotion.discover.conditions import side_by_side
+from lostmotion.discover.diagnosis import Diagnosis
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import Evidence, gather
 from lostmotion.discover.noise import Noise
@@ -37,12 +39,12 @@ UNITS = {
 """Middle and half range that a shape is measured by; torques and forces by the rated torque."""
 
 
-def common_base(base: Base) -> Base:
-    """Put a base on the grid of the drive's rated torque, its sudden steps taken off the data."""
+def common_base(base: Base, steps: int) -> Base:
+    """Put a base on the grid of the drive's rated torque, its first sudden steps off the data."""
     other = base.copy()
-    for step in base.additives:
+    for step in other.additives[:steps]:
         other.measured = other.measured - step.columns @ step.coefficients
-    other.terms, other.additives, other.widens = [], [], False
+    other.additives, other.widens = other.additives[steps:], False
     other.knots_Nm = base.rated_torque_Nm * np.geomspace(*KNOT_RANGE, KNOTS)
     other.radius_Nm = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
     ends = np.concatenate(([0.0], base.knots_Nm))
@@ -53,32 +55,30 @@ def common_base(base: Base) -> Base:
     return other
 
 
-def gather_body(
-    base: Base,
-    noise: Noise,
-    effects: Mapping[str, Effect],
-    ratio: float,
-    events: Sequence[Mapping[str, Any]] = (),
-) -> Body:
+def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: float) -> Body:
     """Gather the evidence of a campaign.
 
     Parameters
     ----------
-    base : Base
-        Of a diagnosis, before anything was added but its sudden steps.
-    noise : Noise
-        As the diagnosis estimated it.
+    diagnosis : Diagnosis
+        Of the campaign.
     effects : mapping
         Effects that may be missing.
-    events : sequence of mapping
-        Sudden steps as the diagnosis lists them.
+    ratio : float
+        Of the drive.
     """
-    start = common_base(base)
+    assert diagnosis.selection is not None
+    first, final = (diagnosis.selection.settled[i].base for i in (0, -1))
+    noise = diagnosis.selection.settled[-1].noise
+    start = common_base(final, len(first.additives))
     start.first_fit()
-    settled = settle(start, noise)
-    base = settled.base
+    base = settle(start, noise).base.copy()
+    base.terms, base.additives = base.terms[: len(first.terms)], []
     c = base.conditions
-    candidates, closed = common_candidates(base, effects, ratio)
+    present = [term.effect.name for term in base.terms]
+    candidates, closed = common_candidates(
+        base, {name: effect for name, effect in effects.items() if name not in present}, ratio
+    )
     fixed, precision, scatter, response = columns_of(base, base.at())
     blocks = [(candidate.name, candidate.columns) for candidate in candidates]
     plainly = Noise([np.zeros(0)] * c.runs, np.ones(c.runs))
@@ -99,6 +99,7 @@ def gather_body(
             "ratio": ratio,
             "knots_Nm": base.knots_Nm.tolist(),
             "radius_Nm": base.radius_Nm.tolist(),
+            "effects": present,
             "candidates": [
                 {
                     "name": k.name,
@@ -112,8 +113,9 @@ def gather_body(
             ],
             "closed": closed,
             "runs": [str(label) for label in c.labels],
-            "events": [{**event, "run": str(event["run"])} for event in events],
+            "events": [{**event, "run": str(event["run"])} for event in diagnosis.events],
             "data_fingerprints": [c.campaign.fingerprint()],
+            "alone": [{"verdict": diagnosis.verdict, "effects": diagnosis.effects}],
         },
     )
 

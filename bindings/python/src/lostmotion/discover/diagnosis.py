@@ -452,6 +452,7 @@ def list_candidates(
                     "evidence": step.chosen.gain,
                     "parameters": values,
                     "at_bound": term.effect.at_bound(term.values),
+                    "not_fitted": not_fitted(term.effect),
                     "confused_with": sorted(step.rivals),
                     "plausible": plausible(term.effect, term.values),
                     "testable": True,
@@ -484,6 +485,7 @@ def list_candidates(
                     v.name: float(x) for v, x in zip(effect.values, values_array, strict=True)
                 },
                 "at_bound": effect.at_bound(values_array),
+                "not_fitted": not_fitted(effect),
                 "confused_with": twins(where.field, result.name, rivals, present),
                 "plausible": plausible(effect, values_array),
                 "testable": True,
@@ -518,6 +520,12 @@ def twins(stage: Field, name: str, rivals: list[str], present: Mapping[str, Any]
 def one_step_values(stage: Field, result: Result) -> FloatArray:
     """Values that the linearised contest suggests; where there are starts, of the best one."""
     return term_of(stage, result).values
+
+
+def not_fitted(effect: Effect) -> list[str]:
+    """Names of the values that a fit leaves as they are, but for those that are given."""
+    free = free_values(effect)
+    return [v.name for i, v in enumerate(effect.values) if v.role != "given" and i not in free]
 
 
 def plausible(effect: Effect, values: FloatArray) -> bool:
@@ -613,11 +621,12 @@ def advise(
             "Repeat runs in which what it depends on is changed alone, "
             "and look at the rig: no effect of the library does this."
         )
+    what = "Nothing is left above the noise."
+    if names:
+        add = " ".join(f"--add {name}" for name in names)
+        it = "it" if len(names) == 1 else "them"
+        what = f"Add {it}: fit {add}. Nothing else is left above the noise."
     blind = sorted(name for name, why in stage.closed.items() if why.startswith("not visible"))
     if blind:
-        return (
-            "Nothing is left above the noise. This plan could not have shown: "
-            + ", ".join(blind)
-            + "."
-        )
-    return "Nothing is left above the noise."
+        what += f" This plan could not have shown: {', '.join(blind)}."
+    return what

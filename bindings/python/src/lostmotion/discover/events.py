@@ -66,6 +66,11 @@ class Event:
         }
 
 
+def in_arcsec(size: float) -> str:
+    """Write the size of a step, without a power of ten."""
+    return f"{size:.0f} arcsec" if abs(size) >= 1000.0 else f"{size:.3g} arcsec"
+
+
 def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
     """Say of an event that was told what an answer says of everything that is unexplained.
 
@@ -78,7 +83,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
     """
     return {
         "covariate": "time",
-        "shape": f"step of {event['size_arcsec']:.3g} arcsec in run {event['run']} "
+        "shape": f"step of {in_arcsec(event['size_arcsec'])} in run {event['run']} "
         f"at {event['time_s']:.6g} s",
         "p": float(2 * special.ndtr(-event["score"]) * rows),
     }

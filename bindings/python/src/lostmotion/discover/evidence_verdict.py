@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,12 +63,15 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "events": events,
         "smallest_detectable": detectable(rounds.steps[-1].field, rounds.within),
         "unexplained": unexplained(body, rounds, apart),
-        "next_experiment": advice(verdict, runs) if apart is None else ASK_WHAT_DIFFERED,
+        "next_experiment": ASK_WHAT_DIFFERED
+        if apart is not None
+        else advice(verdict, runs, shown, body.about["alone"]),
         "noise": noise,
         "runs": runs,
         "samples": int(body.rows.sum()),
         "not_testable": dict(sorted(body.about["closed"].items())),
         "data_fingerprints": body.about["data_fingerprints"],
+        "alone": body.about["alone"],
     }
 
 
@@ -156,10 +159,20 @@ def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, An
     return {"share": float(min(1.0, share)), "depends_on": depends}
 
 
-def advice(verdict: str, runs: int) -> str:
+def advice(
+    verdict: str, runs: int, shown: Sequence[str], alone: Sequence[Mapping[str, Any]]
+) -> str:
     """Say what to do next."""
     if runs < RUNS_LEAST:
         return f"{count_runs(runs)} cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
+    said = {name for one in alone for name in one["effects"]}
+    new = [name for name in shown if name not in said]
+    left = verdict == "unexplained" and all(one["verdict"] != verdict for one in alone)
+    if new or left:
+        return (
+            f"No campaign alone shows {', '.join(new) or 'what is left over'}: diagnose the "
+            "recordings together, which refits what is one step here."
+        )
     return {
         "complete": "Nothing is left above the noise.",
         "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",

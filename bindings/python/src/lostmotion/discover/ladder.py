@@ -24,7 +24,7 @@ from lostmotion.discover.candidates import (
     tangent,
 )
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import noise_floor
+from lostmotion.discover.diagnosis import noise_floor, not_fitted
 from lostmotion.discover.effects import Effect, find_effect, library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_rms
 from lostmotion.discover.selection import free_values, noise_rms, term_of
@@ -96,6 +96,7 @@ class FittedModel:
             "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
             "effects": [effect_table(term) for term in self.base.terms],
             "at_bound": self.at_bound(),
+            "not_fitted": self.not_fitted(),
             "inseparable": self.inseparable,
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
             "samples": self.base.conditions.rows,
@@ -107,6 +108,14 @@ class FittedModel:
             f"{table['name']}.{name}": table[name]
             for term, table in ((term, effect_table(term)) for term in self.base.terms)
             for name in term.effect.at_bound(term.values)
+        }
+
+    def not_fitted(self) -> dict[str, float]:
+        """Values of effects that the fit left as they are, by name as in `names`."""
+        return {
+            f"{table['name']}.{name}": table[name]
+            for term, table in ((term, effect_table(term)) for term in self.base.terms)
+            for name in not_fitted(term.effect)
         }
 
     def document(self, drive: Drive) -> dict[str, Any]:

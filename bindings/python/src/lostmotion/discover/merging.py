@@ -36,6 +36,9 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
                 raise InputError(
                     file, key, f"{np.ravel(one)[0]:.6g}", f"{np.ravel(two)[0]:.6g} as in {files[0]}"
                 )
+        if body.about["effects"] != first.about["effects"]:
+            found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
+            raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
     seen: set[str] = set()
     for body, file in zip(bodies, files, strict=True):
         for fingerprint in body.about["data_fingerprints"]:
@@ -74,6 +77,11 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
                 for event in body.about["events"]
             ],
             "data_fingerprints": sorted(seen),
+            "alone": [
+                {"file": str(file), "runs": len(body.about["runs"]), **said}
+                for body, file in zip(bodies, files, strict=True)
+                for said in body.about["alone"]
+            ],
         },
     )
 

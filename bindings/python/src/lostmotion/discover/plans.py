@@ -24,7 +24,7 @@ from lostmotion.discover.selection import noise_rms
 from lostmotion.discover.study import Settled, make_field
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
-from lostmotion.recordings import Campaign, Run
+from lostmotion.recordings import Campaign, Run, told
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -292,7 +292,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
     return {
         "schema": "lostmotion.check/1",
         "sound": not campaign.findings,
-        "findings": [str(finding) for finding in campaign.findings],
+        "findings": told(campaign.findings),
         "runs": conditions.runs,
         "samples": conditions.rows,
         "enough_runs": conditions.runs >= RUNS_LEAST,

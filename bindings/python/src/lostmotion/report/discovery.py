@@ -10,6 +10,7 @@ from lostmotion.discover.backbone import Base
 from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs
 from lostmotion.discover.ladder import FittedModel
 from lostmotion.drives import Drive
+from lostmotion.recordings import told
 from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.overlay import overlay_figure
@@ -19,6 +20,7 @@ from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import (
     AT_BOUND,
+    NOT_FITTED,
     chance,
     grouped,
     parameter,
@@ -122,7 +124,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     if answer["not_testable"]:
         lines = [f"{words(name)}: {why}" for name, why in answer["not_testable"].items()]
         blocks.append(Notes("Not testable with these recordings", lines, folded=True))
-    findings = [str(finding) for finding in c.campaign.findings]
+    findings = told(c.campaign.findings)
     if answer.get("outliers"):
         findings.append(f"{answer['outliers']} single wild samples set to their neighbours")
     if findings:
@@ -134,7 +136,9 @@ def _contest(answer: dict[str, Any]) -> Rows:
     rows = []
     for candidate in [c for c in answer["candidates"] if c["testable"]][:CANDIDATES_SHOWN]:
         chosen = candidate["name"] in answer["effects"]
-        known = quantities(candidate["parameters"], candidate.get("at_bound", ()))
+        known = quantities(
+            candidate["parameters"], candidate.get("at_bound", ()), candidate.get("not_fitted", ())
+        )
         values = ", ".join(known[:VALUES_SHOWN])
         if len(known) > VALUES_SHOWN:
             values += " …"
@@ -243,7 +247,8 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     if after.terms:
         residuals.append(("added", after.residual()))
     section.blocks.append(grids_figure(c, residuals, floor, drive.name))
-    bound = model.at_bound()
+    held = model.not_fitted()
+    bound = {name: value for name, value in model.at_bound().items() if name not in held}
     fitted = list(zip(model.names, model.values, model.standard_errors, strict=True))
     of_effects = [
         _of_effect(name, value, "", error)
@@ -251,6 +256,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
         if "." in name and name not in bound
     ]
     of_effects += [_of_effect(name, value, AT_BOUND, 0.0) for name, value in bound.items()]
+    of_effects += [_of_effect(name, value, NOT_FITTED, 0.0) for name, value in held.items()]
     if of_effects:
         section.blocks.append(
             Rows(

@@ -127,10 +127,22 @@ AT_BOUND = "at its bound"
 """Said of a value that the recordings would have at or beyond the most or the least it may be."""
 
 
-def quantities(values: Mapping[str, float], at_bound: Sequence[str] = ()) -> list[str]:
+NOT_FITTED = "not fitted"
+"""Said of a value that only picks where an effect has its limits, and is left as it is."""
+
+
+def quantities(
+    values: Mapping[str, float], at_bound: Sequence[str] = (), not_fitted: Sequence[str] = ()
+) -> list[str]:
     """Write the named numbers that are not nothing or stand at a bound, and which do."""
+
+    def known(name: str) -> str:
+        if name in not_fitted:
+            return f" ({NOT_FITTED})"
+        return f" ({AT_BOUND})" if name in at_bound else ""
+
     return [
-        quantity(name, value) + (f" ({AT_BOUND})" if name in at_bound else "")
+        quantity(name, value) + known(name)
         for name, value in values.items()
         if abs(value) > NOTHING or name in at_bound
     ]

@@ -100,7 +100,11 @@ class EffectsPanel(Panel):
         lines = [capitalized(effect.mechanism)]
         if not entry["testable"]:
             lines.append(entry.get("reason") or "not testable")
-        elif known := quantities(entry.get("parameters") or {}, entry.get("at_bound") or ()):
+        elif known := quantities(
+            entry.get("parameters") or {},
+            entry.get("at_bound") or (),
+            entry.get("not_fitted") or (),
+        ):
             lines.append(", ".join(known))
         if entry.get("confused_with") and entry["testable"]:
             lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))

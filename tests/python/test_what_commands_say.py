@@ -1,0 +1,107 @@
+"""What the commands of the measuring side print: each thing once, with what to do next."""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_discover import DRIVE, campaign, gap, write
+
+from lostmotion.cli import main
+from lostmotion.commands.discover import show_diagnosis
+from lostmotion.recordings import Finding, read_campaign, told
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("said")
+    (made / "drive.toml").write_text(DRIVE)
+    write(campaign(add=gap), made / "warm.csv")
+    return made
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    assert main([str(word) for word in words]) == 0
+    return capsys.readouterr().out
+
+
+def test_a_diagnosis_says_how_large_and_what_to_do(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed = said(capsys, "diagnose", folder / "drive.toml", folder / "warm.csv")
+    assert "  thermal_gap.gap_rad_per_K = 1.4" in printed
+    assert "  thermal_gap.gap_rad = 0.05, not fitted" in printed
+    assert "at its bound" not in printed
+    assert "next: Add it: fit --add thermal_gap. Nothing else is left above the noise." in printed
+
+
+def test_a_fit_says_what_was_not_fitted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("fit", folder / "drive.toml", folder / "warm.csv", "--add", "thermal_gap")
+    printed = said(capsys, *words, "-o", folder / "fitted.toml")
+    assert any(
+        line.split() == ["thermal_gap.gap_rad", "0.05,", "not", "fitted"]
+        for line in printed.splitlines()
+    )
+    assert "at its bound" not in printed
+
+
+def step_answer(size: float) -> dict[str, Any]:
+    return {
+        "verdict": "unexplained",
+        "effects": [],
+        "runs": 8,
+        "noise": {"within_runs_arcsec": 1.0},
+        "noise_floor_arcsec": 1.0,
+        "ladder": [{"effects": [], "rms_arcsec": 1.0, "rms_heldout_arcsec": 1.0}],
+        "candidates": [],
+        "events": [{"run": 3, "time_s": 20.5, "size_arcsec": size, "score": 9.0}],
+        "unexplained": {
+            "depends_on": [
+                {"covariate": "time", "shape": "step of 2234 arcsec in run 3 at 20.5 s", "p": 1e-9},
+                {"covariate": "torque", "shape": "gap, smooth", "p": 1e-9},
+            ]
+        },
+        "next_experiment": "Look.",
+    }
+
+
+def test_a_sudden_step_is_said_once() -> None:
+    out = StringIO()
+    show_diagnosis(step_answer(2234.0), out)
+    assert "sudden: run 3 at 20.5 s, 2234 arcsec" in out.getvalue()
+    assert out.getvalue().count("20.5 s") == 1
+    assert "depends on torque: gap, smooth" in out.getvalue()
+
+
+def test_findings_of_many_runs_are_one_line() -> None:
+    findings = [Finding("ignored_column", "a.csv", name, None, 1, "not used") for name in "XYZ"]
+    findings += [Finding("duplicate_time", "a.csv", "time_s", r, 10 * r, "kept") for r in (1, 2, 3)]
+    findings += [Finding("nan", "a.csv", "torque_Nm", 2, 1, "rows left out")]
+    assert told(findings) == [
+        "a.csv: not used: the columns X, Y, Z",
+        "a.csv: time_s (runs 1, 2, 3): duplicate time x 60: kept",
+        "a.csv: torque_Nm (run 2): nan x 1: rows left out",
+    ]
+    many = [Finding("gap", f"{r}.csv", "time_s", r, 1, "kept") for r in range(12)]
+    assert told(many) == ["0.csv and 11 more files: time_s (12 runs): gap x 12: kept"]
+    many = [Finding("gap", "a.csv", "time_s", r, 1, "kept") for r in range(12)]
+    assert told(many) == ["a.csv: time_s (12 runs, 0 to 11): gap x 12: kept"]
+
+
+def test_a_column_that_looks_like_one_that_is_missing_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "logger.csv"
+    rows = [f"{t},{np.sin(t)},{0.01 * np.sin(t)},{20 + t}" for t in np.arange(60) * 0.1]
+    file.write_text("\n".join(["TIME,torque_Nm,lost_motion_rad,TEMPERATURE", *rows]) + "\n")
+    assert main(["check", str(file)]) == 2
+    assert "expected time_s, or --map TIME=time_s" in capsys.readouterr().err
+    data = read_campaign(file, mapping={"TIME": "time_s"})
+    (line,) = told(data.findings)
+    assert line.endswith(
+        "TEMPERATURE: ignored column x 1: not used; if it is the temperature: "
+        "--map TEMPERATURE=temperature_C"
+    )
