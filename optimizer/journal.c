@@ -9,16 +9,18 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "lostmotion/parameters.h"
 #include "spec.h"
 
 /* The number rises with the layout, and when the search plans other tasks for the same answers. */
-#define MAGIC "lostmotion journal 3\n"
+#define MAGIC "lostmotion journal 4\n"
 #define RECORD UINT32_C(0x4c4d414e)
 
 struct lm_journal {
   FILE *file;
+  time_t synced; /* second in which the disk last had everything */
 };
 
 typedef struct header {
@@ -42,6 +44,7 @@ static void fill_header(header *h, const char *spec) {
   h->answer_size = (uint32_t)sizeof(lm_answer);
 }
 
+/* To the disk. */
 static lm_status flush(FILE *file) {
   if (fflush(file) != 0) {
     return LM_CORRUPT;
@@ -54,6 +57,17 @@ static lm_status flush(FILE *file) {
   return LM_OK;
 }
 
+/* To the system, which keeps it when the program is killed; to the disk once a second. All threads
+ * wait for a disk that takes milliseconds, and what a power cut takes is done again. */
+static lm_status keep(lm_journal *journal) {
+  const time_t now = time(NULL);
+  if (now == journal->synced) {
+    return fflush(journal->file) == 0 ? LM_OK : LM_CORRUPT;
+  }
+  journal->synced = now;
+  return flush(journal->file);
+}
+
 static lm_status wrap(FILE *file, lm_journal **journal) {
   *journal = (lm_journal *)malloc(sizeof **journal);
   if (*journal == NULL) {
@@ -61,6 +75,7 @@ static lm_status wrap(FILE *file, lm_journal **journal) {
     return LM_TOO_SMALL;
   }
   (*journal)->file = file;
+  (*journal)->synced = 0;
   return LM_OK;
 }
 
@@ -179,7 +194,7 @@ lm_status lm_append_answer(lm_journal *journal, const lm_answer *answer) {
       fwrite(answer, 1, head.length, journal->file) != head.length) {
     return LM_CORRUPT;
   }
-  return flush(journal->file);
+  return keep(journal);
 }
 
 void lm_close_journal(lm_journal *journal) {

@@ -1,8 +1,10 @@
 /* The answers of a search on disk, so that it can be killed at any moment and go on.
  *
- * One file: a header with the spec's text, then one record an answer. A record is written whole and
- * brought to the disk before the search builds on it; a torn one at the end is dropped and its task
- * done again. Bytes of this machine's layout: a journal is for the build that wrote it.
+ * One file: a header with the spec's text, then one record an answer. A record is written whole
+ * and handed to the system before the search builds on it, and brought to the disk within a second
+ * of work: a killed search has lost nothing, and after a power cut the tasks of the last second are
+ * done again. A torn record at the end is dropped and its task done again. Bytes of this machine's
+ * layout: a journal is for the build that wrote it.
  */
 #ifndef LOSTMOTION_OPTIMIZER_JOURNAL_H
 #define LOSTMOTION_OPTIMIZER_JOURNAL_H
@@ -30,7 +32,7 @@ lm_status lm_resume_journal(const char *path, const char *spec,
                             void (*sink)(void *context, const lm_answer *answer), void *context,
                             lm_journal **journal, lm_journal_report *report);
 
-/* Add an answer and bring it to the disk. LM_NULL, LM_CORRUPT (errno: disk full and so on; what was
+/* Add an answer. LM_NULL, LM_CORRUPT (errno: disk full and so on; what was
  * written of it is cut off by the next resume). */
 lm_status lm_append_answer(lm_journal *journal, const lm_answer *answer);
 
