@@ -97,7 +97,7 @@ static void admit(breeder *b, int combination, double unit[]) {
   if (violation <= 0) {
     lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, place);
   }
-  if (violation < 1e3 && may_gain(b, objective, violation) &&
+  if (violation < 1e3 && b->left > 0 && may_gain(b, objective, violation) &&
       lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
     lm_found closed;
     violation = evaluate(b, combination, unit, objective);

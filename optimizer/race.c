@@ -17,9 +17,12 @@
 #define ENDS_SHARE 0.3
 #define RACE_SHARE 0.03
 
-#define EPOCH_BUDGET 4000     /* evaluations of a population before the next one starts anew */
-#define ISLAND_BUDGET 100     /* evaluations of one island between two exchanges: a generation */
-#define FEW_EVALUATIONS 10000 /* below, two islands */
+#define EPOCH_BUDGET 4000 /* evaluations of a population before the next one starts anew */
+#define ISLAND_BUDGET 100 /* evaluations of one island between two exchanges: a generation */
+/* Below, two islands; and with more than one objective they have all of the budget once the ends of
+ * the front are known: what the local solvers would add is nothing that a population does not find,
+ * and their tasks are few and unlike, so that threads wait for each other. */
+#define FEW_EVALUATIONS 10000
 
 void lm_start_screen(lm_search *search) {
   int i;
@@ -143,16 +146,25 @@ static void recall_front(lm_search *search, int places) {
   search->population_count = places;
 }
 
+/* Whether the population has the rest of the budget to itself. */
+static int has_rest(const lm_search *search) {
+  return search->problem.objective_count > 1 && search->ends_sought &&
+         search->problem.evaluations < FEW_EVALUATIONS;
+}
+
 /* Islands exchange by dealing the population out anew, best first in turn. */
 void lm_plan_evolve(lm_search *search) {
   const int islands =
       search->problem.evaluations < FEW_EVALUATIONS ? LM_ISLANDS_MAX / 2 : LM_ISLANDS_MAX;
   const int objectives = search->problem.objective_count;
-  const double share =
-      (objectives > 1 ? EVOLVE_FRONT_SHARE : EVOLVE_SHARE) * search->problem.evaluations;
+  const int rest = has_rest(search);
+  const double share = (rest             ? 1
+                        : objectives > 1 ? EVOLVE_FRONT_SHARE
+                                         : EVOLVE_SHARE) *
+                       search->problem.evaluations;
   int i;
   int k;
-  if (search->used + islands * ISLAND_BUDGET / 2 > share) {
+  if (search->used + islands * ISLAND_BUDGET / (rest ? 4 : 2) > share) {
     return;
   }
   if (search->used >= search->epoch_end) {
@@ -182,7 +194,8 @@ void lm_start_race(lm_search *search) {
   int runners = 1;
   int i;
   for (i = 0; i < screened; i++) {
-    search->state[search->order[i]].fate = LM_FATE_DOMINATED;
+    lm_combination_state *state = &search->state[search->order[i]];
+    state->fate = state->fate == LM_FATE_SOLVED ? LM_FATE_SOLVED : LM_FATE_DOMINATED;
   }
   while (runners < screened) {
     int rungs = 1;
@@ -198,10 +211,11 @@ void lm_start_race(lm_search *search) {
   search->rung = 0;
 }
 
-/* Gradients and no gradients by turns: what one kind sticks at the other passes. */
+/* Gradients and no gradients by turns: what one kind sticks at the other passes. As few as are
+ * polished anyway need no race. */
 void lm_plan_race(lm_search *search) {
   int i;
-  if (search->runners <= (search->rung == 0 ? 0 : LM_POLISHED / 2)) {
+  if (search->runners <= LM_POLISHED / 2) {
     return;
   }
   for (i = 0; i < search->runners && search->batch_count < LM_BATCH_MAX; i++) {
@@ -213,7 +227,8 @@ void lm_plan_race(lm_search *search) {
 }
 
 /* A share of what is left of the budget, on as many combinations as it carries: half of it for one
- * objective; with more the ends of the front are but a part of the work. */
+ * objective; with more the ends of the front are but a part of the work. Nothing where it is less
+ * than a gradient for each task. */
 void lm_plan_polish(lm_search *search) {
   const double share = search->problem.objective_count > 1 ? 0.2 : 0.5;
   const int left = (int)((search->problem.evaluations - search->used) * share);
@@ -221,6 +236,9 @@ void lm_plan_polish(lm_search *search) {
   int polished = left / (3 * 10 * lm_slope_charge(&search->problem));
   const int screened = lm_count_screened(search);
   int i;
+  if (left < 3 * lm_slope_charge(&search->problem)) {
+    return;
+  }
   polished = polished < LM_POLISHED ? polished : LM_POLISHED;
   polished = polished < 1 ? 1 : polished;
   polished = polished < screened ? polished : screened;

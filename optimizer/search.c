@@ -138,18 +138,30 @@ static void plan_settle(lm_search *search) {
 /* --- the sequence -------------------------------------------------------------------------------
  */
 
-/* Share what is left of the budget when a batch asks for more. */
+/* Share what is left of the budget when a batch asks for more: all of it, at least one evaluation
+ * for a task. Tasks that are left with none are not done. */
 static void keep_budget(lm_search *search) {
-  const double left = search->problem.evaluations - search->used;
+  int left =
+      search->used < search->problem.evaluations ? search->problem.evaluations - search->used : 0;
   double wanted = 0;
   int i;
   for (i = 0; i < search->batch_count; i++) {
     wanted += search->batch[i].budget;
   }
-  for (i = 0; i < search->batch_count && wanted > left; i++) {
-    /* nothing wanted and less than nothing left: 0 / 0 is no number */
-    const int budget = left > 0 ? (int)(search->batch[i].budget * left / wanted) : 1;
-    search->batch[i].budget = budget > 1 ? budget : 1;
+  if (wanted <= left) {
+    return;
+  }
+  if (search->batch_count > left) {
+    search->batch_count = left;
+    search->next_id = search->batch_first + left;
+  }
+  for (i = 0; i < search->batch_count; i++) {
+    lm_task *task = &search->batch[i];
+    const int most = left - (search->batch_count - 1 - i);
+    const int part = (int)(task->budget * left / wanted);
+    wanted -= task->budget;
+    task->budget = part < 1 ? 1 : part > most ? most : part;
+    left -= task->budget;
   }
 }
 
@@ -185,6 +197,9 @@ static void plan(lm_search *search) {
         }
         break;
     }
+    if (search->stage < LM_STAGE_SETTLE) {
+      keep_budget(search);
+    }
     if (search->batch_count == 0) {
       search->stage++;
       search->round = 0;
@@ -195,9 +210,6 @@ static void plan(lm_search *search) {
         lm_start_race(search);
       }
     }
-  }
-  if (search->stage < LM_STAGE_SETTLE) {
-    keep_budget(search);
   }
   memset(search->answered, 0, sizeof search->answered);
   search->missing = search->batch_count;

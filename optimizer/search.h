@@ -13,8 +13,9 @@
  * populations over all combinations find the regions worth a visit, and with more than one
  * objective breed from the ends of the front that a local solver finds; a race halves them while it
  * doubles their budget; the last ones are polished; then the budget goes into the trade-off (two
- * objectives: levels of the second one; more: directions) or, for one objective, into restarts; in
- * the end the designs of the front are settled (whole grades, no violation between the angles of
+ * objectives: levels of the second one; more: directions) or, for one objective, into restarts (of
+ * a few thousand evaluations and more than one objective the populations have all of it instead);
+ * in the end the designs of the front are settled (whole grades, no violation between the angles of
  * the scan), which is not charged to the budget.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a

@@ -86,6 +86,7 @@ static void keep_best(lm_solver *s, const double unit[]) {
 
 int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
   const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
+  const int charge = slopes ? lm_slope_charge(s->problem) : 1;
   double objective[LM_OBJECTIVE_MAX] = {0};
   double broken;
   lm_status status;
@@ -95,10 +96,13 @@ int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
   if (lm_is_stopped(s->stop)) {
     s->interrupted = 1;
   }
-  if ((s->interrupted || s->left <= 0) && s->running != NULL) {
+  if ((s->interrupted || s->left < charge) && s->running != NULL) {
     nlopt_force_stop(s->running);
   }
-  s->left -= slopes ? lm_slope_charge(s->problem) : 1;
+  if (s->capped && s->left < charge) {
+    return 0;
+  }
+  s->left -= charge;
   memcpy(s->at, unit, size);
   s->known = 1;
   s->known_slopes = slopes;
@@ -208,6 +212,7 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
     return lm_evolve(problem, task, answer, workspace, stop);
   }
   lm_open_solver(&s, problem, task->combination, task->budget, &task->aim, answer, workspace, stop);
+  s.capped = task->kind != LM_TASK_SETTLE; /* which no budget is charged with */
   switch (task->kind) {
     case LM_TASK_SCREEN:
       screen(&s, task);

@@ -27,7 +27,8 @@ typedef struct lm_solver {
   lm_scan scan;
   lm_layout layout;
   int combination;
-  int left; /* budget */
+  int left;   /* budget */
+  int capped; /* 1: an evaluation that is not left of it is not done */
   int interrupted;
   int closes; /* 1: SLSQP looks at points that break their gaps with these closed, too */
   nlopt_opt running;

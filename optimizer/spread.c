@@ -209,6 +209,7 @@ void lm_add_ends(lm_search *search) {
     aim.weight[0] = 0;
     aim.weight[j] = 1;
     start = best_of_archive(search, &aim);
+    search->state[start->combination].fate = LM_FATE_SOLVED;
     task = lm_add_task(search, LM_TASK_SLSQP, start->combination,
                        END_SLOPES * lm_slope_charge(&search->problem), start->unit);
     task->aim = aim;
