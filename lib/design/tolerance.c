@@ -17,41 +17,64 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm) {
   return hole_lower_mm - shaft_upper_mm;
 }
 
-static lm_status put_it_tolerance(lm_real diameter, lm_real multiple, lm_real *tolerance,
-                                  lm_fault *fault) {
-  const lm_status status = check_range(fault, "diameter_mm", diameter, LM_REAL(1e-3), LM_REAL(500));
-  if (status != LM_OK) {
-    return status;
-  }
-  if (tolerance == 0) {
-    return refuse(fault, LM_NULL, "tolerance_mm");
-  }
-  *tolerance =
-      multiple * MM_PER_UM *
-      (LM_REAL(0.45) * real_pow(diameter, LM_REAL(1) / LM_REAL(3)) + LM_REAL(0.001) * diameter);
-  return LM_OK;
+static lm_status check_it_diameter(lm_real diameter_mm, const lm_real *tolerance_mm,
+                                   lm_fault *fault) {
+  const lm_status status =
+      check_range(fault, "diameter_mm", diameter_mm, LM_REAL(1e-3), LM_REAL(500));
+  return status == LM_OK && tolerance_mm == 0 ? refuse(fault, LM_NULL, "tolerance_mm") : status;
 }
 
+#define IT_FIRST 3
+#define IT_LAST 16
+#define IT_STEPS 13
+
 lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault) {
-  /* ISO 286-1, multiples of the tolerance unit from IT5 on. */
-  static const int first = 5;
-  static const double multiple[] = {7, 10, 16, 25, 40, 64, 100, 160, 250, 400, 640, 1000};
-  const lm_status status = check_range(fault, "grade", (lm_real)grade, LM_REAL(5), LM_REAL(16));
+  /* ISO 286-1: end of each step of diameters in mm, and the table in um from IT3 on. */
+  static const double end[IT_STEPS] = {3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500};
+  static const double field[IT_STEPS][IT_LAST - IT_FIRST + 1] = {
+      {2, 3, 4, 6, 10, 14, 25, 40, 60, 100, 140, 250, 400, 600},
+      {2.5, 4, 5, 8, 12, 18, 30, 48, 75, 120, 180, 300, 480, 750},
+      {2.5, 4, 6, 9, 15, 22, 36, 58, 90, 150, 220, 360, 580, 900},
+      {3, 5, 8, 11, 18, 27, 43, 70, 110, 180, 270, 430, 700, 1100},
+      {4, 6, 9, 13, 21, 33, 52, 84, 130, 210, 330, 520, 840, 1300},
+      {4, 7, 11, 16, 25, 39, 62, 100, 160, 250, 390, 620, 1000, 1600},
+      {5, 8, 13, 19, 30, 46, 74, 120, 190, 300, 460, 740, 1200, 1900},
+      {6, 10, 15, 22, 35, 54, 87, 140, 220, 350, 540, 870, 1400, 2200},
+      {8, 12, 18, 25, 40, 63, 100, 160, 250, 400, 630, 1000, 1600, 2500},
+      {10, 14, 20, 29, 46, 72, 115, 185, 290, 460, 720, 1150, 1850, 2900},
+      {12, 16, 23, 32, 52, 81, 130, 210, 320, 520, 810, 1300, 2100, 3200},
+      {13, 18, 25, 36, 57, 89, 140, 230, 360, 570, 890, 1400, 2300, 3600},
+      {15, 20, 27, 40, 63, 97, 155, 250, 400, 630, 970, 1550, 2500, 4000}};
+  int step = 0;
+  lm_status status =
+      check_range(fault, "grade", (lm_real)grade, LM_REAL(IT_FIRST), LM_REAL(IT_LAST));
+  if (status == LM_OK) {
+    status = check_it_diameter(diameter_mm, tolerance_mm, fault);
+  }
   if (status != LM_OK) {
     return status;
   }
-  return put_it_tolerance(diameter_mm, LM_REAL(multiple[grade - first]), tolerance_mm, fault);
+  while (diameter_mm > LM_REAL(end[step])) { /* ends at 500, the largest diameter */
+    step++;
+  }
+  *tolerance_mm = LM_REAL(field[step][grade - IT_FIRST]) * MM_PER_UM;
+  return LM_OK;
 }
 
 lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
                                      lm_fault *fault) {
-  const lm_status status = check_range(fault, "grade", grade, LM_REAL(1), LM_REAL(18));
+  lm_status status = check_range(fault, "grade", grade, LM_REAL(1), LM_REAL(18));
+  if (status == LM_OK) {
+    status = check_it_diameter(diameter_mm, tolerance_mm, fault);
+  }
   if (status != LM_OK) {
     return status;
   }
-  return put_it_tolerance(diameter_mm,
-                          LM_REAL(10) * real_pow(LM_REAL(10), (grade - LM_REAL(6)) / LM_REAL(5)),
-                          tolerance_mm, fault);
+  *tolerance_mm = LM_REAL(10) * real_pow(LM_REAL(10), (grade - LM_REAL(6)) / LM_REAL(5)) *
+                  MM_PER_UM *
+                  (LM_REAL(0.45) * real_pow(diameter_mm, LM_REAL(1) / LM_REAL(3)) +
+                   LM_REAL(0.001) * diameter_mm);
+  return LM_OK;
 }
 
 /* ---- Limits of a chain ---- */
@@ -165,6 +188,13 @@ lm_status lm_worst_limits(const lm_tolerance_link *links, int count, lm_toleranc
   return LM_OK;
 }
 
+/* How far a link can go, as |A| tau: a normal spread leaves its field from t = 3 on, no other. */
+static lm_real reach(const lm_tolerance_link *link, lm_real t) {
+  const lm_real beyond =
+      link->distribution == LM_NORMAL && t > LM_REAL(3) ? t / LM_REAL(3) : LM_REAL(1);
+  return real_fabs(link->influence) * half_field_of(link) * beyond;
+}
+
 /* (A tau K)^2 */
 static lm_real spread_square(const lm_tolerance_link *link) {
   return square(link->influence * half_field_of(link) * lm_distribution_factor(link->distribution));
@@ -175,6 +205,7 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
   lm_status status = check_range(fault, "t", t, LM_REAL(0), LM_REAL(6));
   lm_real centre[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
   lm_real squares[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
+  lm_real furthest[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
   lm_real middle = LM_REAL(0);
   lm_real width_square = LM_REAL(0);
   int i = 0;
@@ -187,9 +218,11 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
   for (i = 0; i < count; ++i) {
     centre[links[i].zone] += links[i].influence * centre_of(&links[i]);
     squares[links[i].zone] += spread_square(&links[i]);
+    furthest[links[i].zone] += reach(&links[i], t);
   }
   for (i = 0; i < LM_GAP_ZONES; ++i) {
-    put_zone(limits, i, centre[i], t / LM_REAL(3) * real_sqrt(squares[i]));
+    const lm_real spread = t / LM_REAL(3) * real_sqrt(squares[i]);
+    put_zone(limits, i, centre[i], spread < furthest[i] ? spread : furthest[i]);
     middle += (limits->gap_min_mm[i] + limits->gap_max_mm[i]) / LM_REAL(2);
     width_square += square((limits->gap_max_mm[i] - limits->gap_min_mm[i]) / LM_REAL(2));
   }

@@ -69,14 +69,15 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm);
 
 /* ---- Tolerance grades ----------------------------------------------------------------------- */
 
-/* ISO 286 tolerance of a grade, IT5 .. IT16: multiple of i = 0.45 D^(1/3) + 0.001 D um (D mm):
- * 7, 10, 16, 25, 40, 64, 100, 160, 250, 400, 640, 1000. diameter 0 < D <= 500 mm (1e-3 at least);
- * the standard's tables put the geometric mean of a diameter step for D and round. Full width in
- * mm: tau is half of it. */
+/* ISO 286-1 tolerance of a grade, IT3 .. IT16, from the standard's table: one field for each of its
+ * 13 steps of diameters. diameter 0 < D <= 500 mm (1e-3 at least). Full width in mm: tau is half of
+ * it. */
 lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault);
 
-/* The same, continuous in the grade (1 .. 18) for an optimiser: 10 i 10^((IT - 6) / 5). Equal to
- * the table at IT6, within 2 % from IT6 to IT16; IT5 is 9.9 % narrower than the table's. */
+/* The rule behind the table, continuous in grade (1 .. 18) and diameter for an optimiser: 10 i
+ * 10^((IT - 6) / 5) with i = 0.45 D^(1/3) + 0.001 D um (D mm). The standard puts the geometric mean
+ * of a step for D and rounds: above 6 mm and from IT6 on the table is within 15 % of this, and IT5
+ * of the table is 10 % wider still. */
 lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
                                      lm_fault *fault);
 
@@ -103,10 +104,11 @@ lm_real lm_distribution_factor(lm_distribution distribution);
 lm_status lm_worst_limits(const lm_tolerance_link *links, int count, lm_tolerance_limits *limits,
                           lm_fault *fault);
 
-/* Probable limits of each zone: sum A E +- t sqrt(sum (A tau K / 3)^2), t = 0 .. 6, 3 by custom.
- * Then clipped. The total takes the clipped zones as independent intervals: sum of their middles +-
- * root of the sum of their squared half widths. Where nothing is clipped that is the formula over
- * all links; where a limit is clipped use lm_sample_gap. */
+/* Probable limits of each zone: sum A E +- t sqrt(sum (A tau K / 3)^2), t = 0 .. 6, 3 by custom,
+ * but never beyond sum |A| tau, where no part that keeps its drawing goes (t / 3 of it for a link
+ * that is LM_NORMAL when t > 3). Then clipped. The total takes the clipped zones as independent
+ * intervals: sum of their middles +- root of the sum of their squared half widths. Where nothing
+ * is clipped that is the formula over all links; where a limit is clipped use lm_sample_gap. */
 lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real t,
                              lm_tolerance_limits *limits, lm_fault *fault);
 

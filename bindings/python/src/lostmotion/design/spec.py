@@ -543,7 +543,7 @@ class _Reader:
         """Grade whose field has a given width."""
         ffi, lib = engine()
         one = ffi.new("double *")
-        if lib.lm_it_tolerance(nominal, 7, one, ffi.NULL) != 0:
+        if lib.lm_it_tolerance_continuous(nominal, 7, one, ffi.NULL) != 0:
             raise self.refuse(f"{place}.nominal_mm", show(nominal), "from 0 to 500 mm")
         grade = 7 + 5 * math.log10(width / one[0])
         if not 3 <= grade <= 12:
