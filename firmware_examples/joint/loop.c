@@ -18,8 +18,10 @@
 #define VELOCITY_GAIN 220.0f /* N*m*s/rad */
 #define INTEGRAL_RATE 60.0f  /* 1/s */
 /* Share of a new sample, 2 Hz: the correction moves the motor, and what moves the motor shows in
- * its current. Without a filter far below the joint's resonance that circle oscillates. */
+ * its current and winds the torque sensor up. Without a filter far below the joint's resonance that
+ * circle oscillates. */
 #define CURRENT_FILTER 0.006f
+#define SENSOR_FILTER 0.006f
 #define SPEED_FILTER 0.3f /* share of a new sample */
 #define TORQUE_MAX 80.0f  /* N*m on the output's side */
 
@@ -65,6 +67,7 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   joint->change_rad_s2 = 0;
   joint->current_Nm = 0;
   joint->believed_Nm = 0;
+  joint->beyond_Nm = 0;
   joint->motor_Nm = 0;
   joint->sum_Nm = 0;
   joint->correction.correction_rad = 0;
@@ -87,7 +90,7 @@ static float command_torque(loop *joint, const motion *command) {
 }
 
 /* What the model is told, which need not be what is fed forward. */
-static float model_torque(loop *joint, float command_Nm) {
+static float model_torque(loop *joint, float command_Nm, float sensed_Nm) {
   static const lm_motor motor = {
       TORQUE_CONSTANT,
       (float)PLANT_RATIO,
@@ -107,6 +110,12 @@ static float model_torque(loop *joint, float command_Nm) {
     joint->current_Nm += CURRENT_FILTER * (now_Nm - joint->current_Nm);
     return lm_hold_torque(&joint->believed_Nm, joint->current_Nm,
                           lm_bound_torque(&motor, joint->speed_rad_s * (float)PLANT_RATIO));
+  }
+  if (joint->source == TORQUE_FROM_SENSOR) {
+    float change_Nm = SENSOR_FILTER * (sensed_Nm - command_Nm - joint->beyond_Nm);
+    /* A lost sample (NaN) would stay in the filter for ever. */
+    joint->beyond_Nm += change_Nm - change_Nm == 0 ? change_Nm : 0;
+    return command_Nm + joint->beyond_Nm;
   }
   return command_Nm;
 }
@@ -139,7 +148,7 @@ static void compensate(loop *joint, float torque_Nm, const motion *command) {
   }
 }
 
-float loop_tick(loop *joint, int32_t counts, const motion *next) {
+float loop_tick(loop *joint, int32_t counts, float sensed_Nm, const motion *next) {
   float torque_Nm = command_torque(joint, next);
   float angle_rad = measure(counts);
   float error_rad;
@@ -160,7 +169,7 @@ float loop_tick(loop *joint, int32_t counts, const motion *next) {
   joint->sum_Nm =
       clip(joint->sum_Nm + INTEGRAL_RATE * TICK_S * VELOCITY_GAIN * wish_rad_s, TORQUE_MAX);
 
-  compensate(joint, model_torque(joint, torque_Nm), next);
+  compensate(joint, model_torque(joint, torque_Nm, sensed_Nm), next);
   joint->due_off_rad = joint->correction.correction_rad;
   joint->due_rad = next->angle_rad + joint->due_off_rad;
   velocity_rad_s = next->velocity_rad_s + joint->correction.velocity_rad_s;

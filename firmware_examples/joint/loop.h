@@ -17,7 +17,8 @@ typedef enum method {
 typedef enum torque_source {
   TORQUE_FROM_COMMAND, /* gravity, inertia and friction of the commanded motion */
   TORQUE_WITHOUT_FRICTION,
-  TORQUE_FROM_CURRENT
+  TORQUE_FROM_CURRENT,
+  TORQUE_FROM_SENSOR /* the command's, and slowly what a sensor finds beyond it */
 } torque_source;
 
 typedef struct constant_width {
@@ -46,6 +47,7 @@ typedef struct loop {
   float change_rad_s2;
   float current_Nm;  /* torque from the current, filtered */
   float believed_Nm; /* what is believed of it */
+  float beyond_Nm;   /* torque of the sensor beyond that of the command, filtered */
   float motor_Nm;    /* what the current makes, on the output's side */
   float sum_Nm;
   lm_correction correction;
@@ -57,9 +59,9 @@ typedef struct loop {
 int loop_start(loop *joint, method how, torque_source source, const lm_parameters *parameters,
                plant_load load, float constant_half_rad, int32_t counts, const motion *now);
 
-/* One tick: the motor's torque [N*m, on the output's side] from the encoder now and the command for
- * the next tick, when that torque acts. */
-float loop_tick(loop *joint, int32_t counts, const motion *next);
+/* One tick: the motor's torque [N*m, on the output's side] from encoder and torque sensor now (any
+ * number where there is no sensor) and the command for the next tick, when that torque acts. */
+float loop_tick(loop *joint, int32_t counts, float sensed_Nm, const motion *next);
 
 /* Where the output is, as reported upwards. */
 float loop_position(const loop *joint);

@@ -49,6 +49,9 @@ static const trial trials[] = {
     {"reversals, torque by current", 0, BAR_NONE, TORQUE_FROM_CURRENT, 1, 0},
     {"sweep, torque by current", 3, BAR_NONE, TORQUE_FROM_CURRENT, 1, 0},
     {"hovering, torque by current", 6, BAR_NONE, TORQUE_FROM_CURRENT, 1, 0},
+    {"reversals, torque by sensor", 0, BAR_NONE, TORQUE_FROM_SENSOR, 1, 0},
+    {"sweep, load 20 % heavier", 3, BAR_NONE, TORQUE_FROM_COMMAND, 1.2f, 0},
+    {"  with a torque sensor", 3, BAR_NONE, TORQUE_FROM_SENSOR, 1.2f, 0},
 };
 
 #ifndef JOINT_TRIALS
@@ -80,7 +83,8 @@ static float run(const trial *what, method how, float half_rad) {
   for (tick = 0; tick < ticks; ++tick) {
     motion next = scenario_at(motions, tick + 1);
     float error = (plant_output(&joint) - now.angle_rad) * RAD_TO_ARCSEC;
-    float next_Nm = loop_tick(&control, plant_read_encoder(&joint), &next);
+    float next_Nm =
+        loop_tick(&control, plant_read_encoder(&joint), plant_read_torque(&joint), &next);
     int step;
     for (step = 0; step < STEPS_PER_TICK; ++step) {
       plant_step(&joint, motor_Nm);

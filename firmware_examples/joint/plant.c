@@ -59,6 +59,7 @@ void plant_start(plant *joint, plant_load load) {
   }
   joint->bearing_Nm = 0;
   joint->rotor_Nm = 0;
+  joint->reducer_Nm = 0;
 }
 
 void plant_disturb(plant *joint, float twist_rad) {
@@ -83,6 +84,7 @@ static void move_output(plant *joint, float torque_Nm) {
 void plant_step(plant *joint, float motor_Nm) {
   float reducer_Nm = wind(joint, (joint->output_rad_s - joint->motor_rad_s) * PLANT_STEP_S);
   float moved_rad = joint->motor_rad_s * PLANT_STEP_S;
+  joint->reducer_Nm = reducer_Nm;
   joint->motor_rad += moved_rad;
   joint->rotor_Nm = clip(joint->rotor_Nm + ROTOR_FRICTION_SLOPE * moved_rad, ROTOR_FRICTION);
   motor_Nm += reducer_Nm - joint->rotor_Nm - ROTOR_VISCOUS * joint->motor_rad_s;
@@ -93,6 +95,10 @@ void plant_step(plant *joint, float motor_Nm) {
 void plant_step_locked(plant *joint, float external_Nm) {
   float reducer_Nm = wind(joint, joint->output_rad_s * PLANT_STEP_S);
   joint->output_rad_s += (external_Nm - reducer_Nm) * (PLANT_STEP_S / joint->load.inertia_kgm2);
+}
+
+float plant_read_torque(const plant *joint) {
+  return joint->reducer_Nm;
 }
 
 int32_t plant_read_encoder(const plant *joint) {

@@ -36,6 +36,7 @@ typedef struct plant {
   float slip_Nm[PLANT_SLIPS];
   float bearing_Nm; /* friction of the output bearing and seals */
   float rotor_Nm;   /* friction of rotor and wave generator, on the output's side */
+  float reducer_Nm; /* what the reducer bears */
 } plant;
 
 /* At rest, arm hanging, nothing wound up. */
@@ -51,8 +52,10 @@ void plant_step(plant *joint, float motor_Nm);
 /* One step with the motor locked and a torque [N*m] on the arm: the test bench. */
 void plant_step_locked(plant *joint, float external_Nm);
 
-/* What the controller sees. */
+/* What the controller sees: the motor's encoder, and where there is one the torque sensor between
+ * reducer and arm. */
 int32_t plant_read_encoder(const plant *joint);
+float plant_read_torque(const plant *joint);
 
 /* The truth, for the scores only. */
 float plant_output(const plant *joint);

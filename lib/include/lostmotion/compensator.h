@@ -34,7 +34,8 @@
  *   - Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
  *     6 response / period_s times the characteristic's slope times its own. Filter the torque, or
  *     state a lower response.
- *   - A measured torque closes a loop through whatever the output touches: torque.h.
+ *   - A measured torque closes a loop, by the joint's resonance and by whatever the output touches:
+ *     torque.h says how to feed it in.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.

@@ -44,7 +44,7 @@ LM_BEGIN_DECLS
 /* The moment, as far as the host knows it. All finite. What is not known stays as in
  * LM_CONDITIONS_UNKNOWN, which switches the effects that need it off (but see elapsed_s). */
 typedef struct lm_conditions {
-  lm_real torque_Nm;        /* external torque on the output shaft */
+  lm_real torque_Nm;        /* external torque on the output shaft; torque.h says where from */
   lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD
                              * (254 turns) it counts as not known, and waves as those of zero */
   lm_real output_angle_rad; /* of the output shaft; wrapped or not, the same. Gap profile: it alone

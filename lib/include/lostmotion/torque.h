@@ -1,9 +1,17 @@
-/* Where the torque comes from when no sensor measures it.
+/* Where the torque comes from.
  *
  * The model wants the external torque on the output shaft, positive in the direction of a positive
- * output angle. Three sources: a sensor (nothing to do here), the motor current
- * (lm_estimate_torque), or nothing but the commanded motion (lm_guess_torque). Everything here is
- * pure but for the one number of memory that lm_guess_torque and lm_hold_torque carry.
+ * output angle. Three sources: a sensor, the motor current (lm_estimate_torque), or nothing but the
+ * commanded motion (lm_guess_torque). Everything here is pure but for the one number of memory that
+ * lm_guess_torque and lm_hold_torque carry.
+ *
+ * A sensor does not go straight in: the correction moves the motor, the motor winds the joint up,
+ * the sensor sees that, and at the joint's resonance the circle oscillates (that of
+ * firmware_examples/joint does with no filter, and with one of 10 Hz or more). So the command gives
+ * the torque, and the sensor, slowly, what the command does not know of it:
+ *
+ *     beyond += share (sensed - commanded - beyond)       a filter as for the current, below;
+ *     torque  = commanded + beyond                        a sample that is NaN leaves it alone
  *
  * Torque that is measured, by a sensor or by the current, closes a loop through what the output
  * presses on: the correction takes the joint's compliance away, which softened the contact. With a
