@@ -15,6 +15,11 @@ Bits = Literal[32, 64]
 
 Array = npt.NDArray[Any]
 
+Kind = Literal["torque", "width", "angle"]
+
+KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
+"""Kinds of effects in the order of `lm_effect_kind`."""
+
 NEEDS = (
     "torque_Nm",
     "input_angle_rad",

@@ -314,14 +314,14 @@ def _columns(file: str, table: Any) -> dict[str, str]:
     return dict(table)
 
 
-NUMBERED = (
-    "knot_{}_Nm",
-    "slope_{}_rad_per_Nm",
-    "play_radius_{}_Nm",
-    "play_share_{}",
-    "play_outside_{}_rad_per_Nm",
-)
-"""Values of a fit that come in rows."""
+KNOT = "knot_{}_Nm"
+SLOPE = "slope_{}_rad_per_Nm"
+PLAY_RADIUS = "play_radius_{}_Nm"
+PLAY_SHARE = "play_share_{}"
+PLAY_OUTSIDE = "play_outside_{}_rad_per_Nm"
+
+NUMBERED = (KNOT, SLOPE, PLAY_RADIUS, PLAY_SHARE, PLAY_OUTSIDE)
+"""Values of a fit that come in rows, numbered from 1."""
 
 FIT_KEYS = (
     Key("data_fingerprint", kind="text"),
@@ -383,7 +383,7 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
             wanted = pattern.format(len(row) + 1)
             raise InputError(file, f"fit.values.{stray[0]}", "a gap before it", f"{wanted} first")
     knots, slopes, radii, shares, outside = rows.values()
-    for row, key in ((knots, "knot_1_Nm"), (radii, "play_radius_1_Nm")):
+    for row, key in ((knots, KNOT.format(1)), (radii, PLAY_RADIUS.format(1))):
         if any(b <= a for a, b in itertools.pairwise([0.0, *row])):
             raise InputError(file, f"fit.values.{key}", "numbers that do not rise", "rising ones")
     if (knots or slopes) and len(slopes) != len(knots) + 1:
@@ -395,11 +395,16 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
 
 
 def numbered(values: Mapping[str, float], pattern: str) -> list[float]:
-    """Numbered values of a fit in their order: ``knot_{}_Nm`` gives all knots."""
+    """Values of a row of a fit in their order: `KNOT` gives all knots."""
     found: list[float] = []
     while (key := pattern.format(len(found) + 1)) in values:
         found.append(float(values[key]))
     return found
+
+
+def row_names(pattern: str, count: int) -> list[str]:
+    """Names of the values of a row of a fit."""
+    return [pattern.format(i + 1) for i in range(count)]
 
 
 def _fitted_effects(table: Any) -> set[str]:

@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import __version__, units
-from lostmotion.core import NEEDS, Bits, Core, core
-from lostmotion.drives import Drive
+from lostmotion.core import KINDS, NEEDS, Bits, Core, core
+from lostmotion.drives import PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, Drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
 from lostmotion.keys import Key, label, read_table
@@ -266,7 +266,7 @@ def _backbone(
 
 def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
     """The plays of a fit by the pattern of their weights; those without a weight are left out."""
-    radii = fit_values(drive, "play_radius_{}_Nm")
+    radii = fit_values(drive, PLAY_RADIUS)
     weights = fit_values(drive, pattern)
     pairs = zip(radii, weights, strict=False)
     return [Play(float(radius), 0.0, float(weight)) for radius, weight in pairs if weight > 0]
@@ -276,8 +276,8 @@ def _friction(
     drive: Drive, least_rad_per_Nm: float, notes: list[str]
 ) -> tuple[list[Play], list[Play]]:
     """Plays outside and inside the elasticity of a backbone of this least compliance."""
-    outside = _fitted_plays(drive, "play_outside_{}_rad_per_Nm")
-    inside = _fitted_plays(drive, "play_share_{}")
+    outside = _fitted_plays(drive, PLAY_OUTSIDE)
+    inside = _fitted_plays(drive, PLAY_SHARE)
     if outside or inside:
         return outside, inside
     if drive.catalogue is not None:
@@ -323,18 +323,8 @@ def _friction(
 
 def _flank_half_width(drive: Drive) -> float:
     """Half width of the loop that flank friction makes, over the torque, rad/(N m)."""
-    model = design_model(drive)
-    c = model.core
-    torque = c.array([drive.rated_torque_Nm])
-    found = c.ffi.new("lm_contributions[]", 1)
-    fault = c.fault()
-    c.check(
-        c.lib.lm_evaluate_characteristic(
-            model.drive, 0.0, c.pointer(torque), 1, found, c.ffi.NULL, model._workspace, fault
-        ),
-        fault,
-    )
-    return float(found[0].friction_half_width_rad) / drive.rated_torque_Nm
+    found = design_model(drive).characteristic(np.array([drive.rated_torque_Nm]))
+    return float(found.friction_half_width_rad[0]) / drive.rated_torque_Nm
 
 
 def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[float]]]:
@@ -370,10 +360,6 @@ def library_effects(c: Core) -> dict[str, Any]:
     """Return every `lm_effect` of the library by its name."""
     effects = (c.lib.lm_effects[i] for i in range(c.lib.LM_EFFECT_COUNT))
     return {c.ffi.string(effect.card.name).decode(): effect for effect in effects}
-
-
-KINDS = ("torque", "width", "angle")
-"""Kinds of effects in the order of `lm_effect_kind`."""
 
 
 @cache

@@ -17,7 +17,7 @@ from lostmotion import structs
 from lostmotion.base import Backbone
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE
 from lostmotion.core import Bits, core
-from lostmotion.drives import Drive, numbered
+from lostmotion.drives import KNOT, SLOPE, Drive, numbered
 from lostmotion.errors import InputError
 from lostmotion.structs import Design
 
@@ -61,6 +61,7 @@ class Characteristic:
     stiffness_Nm_per_rad: Array
     forward_teeth: Array
     backward_teeth: Array
+    friction_half_width_rad: Array
 
     @property
     def engaged_teeth(self) -> Array:
@@ -199,6 +200,7 @@ class DesignModel:
             table["stiffness_Nm_per_rad"],
             table["forward_teeth"],
             table["backward_teeth"],
+            table["friction_half_width_rad"],
         )
 
     def _contributions(self, torque_Nm: Array, phase_rad: float) -> Array:
@@ -337,7 +339,7 @@ def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
 
 
 def fit_values(drive: Drive, pattern: str) -> FloatArray:
-    """Give the numbered values of a fit in their order."""
+    """Give the values of a row of a fit, one of `drives.NUMBERED`, in their order."""
     return np.array(numbered((drive.fit or {}).get("values", {}), pattern))
 
 
@@ -351,8 +353,8 @@ def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
     reach_Nm : float
         How far it is wanted.
     """
-    knots = fit_values(drive, "knot_{}_Nm")
-    slopes = fit_values(drive, "slope_{}_rad_per_Nm")
+    knots = fit_values(drive, KNOT)
+    slopes = fit_values(drive, SLOPE)
     if knots.size == 0 or slopes.size != knots.size + 1:
         return None
     ends = np.append(knots, max(reach_Nm, 1.1 * knots[-1]))

@@ -20,15 +20,13 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import NEEDS, core
+from lostmotion.core import KINDS, NEEDS, Kind, core
 from lostmotion.discover.conditions import CONDITIONS, NEUTRAL, Conditions
 from lostmotion.errors import InputError, did_you_mean, one_line
 
 FloatArray = npt.NDArray[np.float64]
-Kind = Literal["torque", "width", "angle"]
 Role = Literal["linear", "shape", "given"]
 
-KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
 ROLES: tuple[Role, ...] = ("linear", "shape", "given")
 
 

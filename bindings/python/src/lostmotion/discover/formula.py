@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import NEEDS
+from lostmotion.core import NEEDS, Kind
 from lostmotion.discover.conditions import CONDITIONS
-from lostmotion.discover.effects import Effect, Kind, Value, effect
+from lostmotion.discover.effects import Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import show
 

@@ -36,9 +36,9 @@ from lostmotion.discover.study import (
     make_field,
     settle,
 )
-from lostmotion.drives import Drive
+from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive, row_names
 from lostmotion.errors import InputError, given_as
-from lostmotion.model import make_backbone
+from lostmotion.model import fit_values, make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
 
@@ -172,23 +172,15 @@ def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str
 def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
     """Put the numbers of a fitted drive file into a base."""
     base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
-    if drive.fit is None or "values" not in drive.fit:
+    knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
+    if knots.size == 0 or radii.size != PLAYS:
         return
-    values = drive.fit["values"]
-    knots = [k for k in values if k.startswith("knot_")]
-    plays = [k for k in values if k.startswith("play_radius_")]
-    if not knots or len(plays) != PLAYS:
-        return
-    base.knots_Nm = np.array([values[f"knot_{i + 1}_Nm"] for i in range(len(knots))])
-    base.slopes = (
-        np.array([values[f"slope_{i + 1}_rad_per_Nm"] for i in range(len(knots) + 1)]) / ARCSEC
-    )
-    base.radius_Nm = np.array([values[f"play_radius_{i + 1}_Nm"] for i in range(PLAYS)])
-    base.shares = np.array([values[f"play_share_{i + 1}"] for i in range(PLAYS)])
-    if "play_outside_1_rad_per_Nm" in values:
-        base.outside = (
-            np.array([values[f"play_outside_{i + 1}_rad_per_Nm"] for i in range(PLAYS)]) / ARCSEC
-        )
+    base.knots_Nm, base.radius_Nm = knots, radii
+    base.slopes = fit_values(drive, SLOPE) / ARCSEC
+    base.shares = fit_values(drive, PLAY_SHARE)
+    outside = fit_values(drive, PLAY_OUTSIDE)
+    if outside.size:
+        base.outside = outside / ARCSEC
     base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
 
 
@@ -367,10 +359,10 @@ def table_of(
     stretches = base.slopes.size
     # Start states and the common offset belong to these recordings, not to the drive.
     keep = [*range(stretches + PLAYS)]
-    names = [f"slope_{i + 1}_rad_per_Nm" for i in range(stretches)]
+    names = row_names(SLOPE, stretches)
     unit = [ARCSEC] * stretches
     values = [*(base.slopes * ARCSEC), *base.shares]
-    names += [f"play_share_{i + 1}" for i in range(PLAYS)]
+    names += row_names(PLAY_SHARE, PLAYS)
     unit += [1.0] * PLAYS
     place = stretches + 2 * PLAYS
     for term in base.terms:
@@ -382,7 +374,7 @@ def table_of(
             unit.append(1.0)
     if base.outside is not None:
         keep += range(place, place + PLAYS)
-        names += [f"play_outside_{i + 1}_rad_per_Nm" for i in range(PLAYS)]
+        names += row_names(PLAY_OUTSIDE, PLAYS)
         values += [*(base.outside * ARCSEC)]
         unit += [ARCSEC] * PLAYS
     covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
@@ -390,8 +382,7 @@ def table_of(
     correlation = covariance / np.outer(deviation, deviation)
     close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
     inseparable = [[names[i], names[j]] for i, j in close]
-    fixed_names = [f"knot_{i + 1}_Nm" for i in range(base.knots_Nm.size)]
-    fixed_names += [f"play_radius_{i + 1}_Nm" for i in range(PLAYS)]
+    fixed_names = row_names(KNOT, base.knots_Nm.size) + row_names(PLAY_RADIUS, PLAYS)
     fixed = np.concatenate((base.knots_Nm, base.radius_Nm))
     whole = np.zeros((len(names) + fixed.size,) * 2)
     whole[: len(names), : len(names)] = covariance
