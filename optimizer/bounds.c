@@ -7,6 +7,8 @@
 #define RING_SHARE 0.1
 #define RIM_SHARE_MAX 0.1 /* of drive.c */
 
+#define STEEL_SHEAR_FATIGUE_MPA 250 /* what lm_complete_drive takes where none is stated */
+
 /* What makes a drive larger, or its wall bear more; the rest makes it smaller or leaves it. */
 static int enlarges(int key) {
   return key == LM_KEY_WALL_THICKNESS_MM || key == LM_KEY_SHEAR_FATIGUE_MPA ||
@@ -71,10 +73,11 @@ static double least_shear(const lm_problem *p, int combination) {
   if (value[LM_KEY_DEFORMATION] > 0.5) {
     r += beyond_root(p, value) + RIM_SHARE_MAX / 2 * pitch_diameter(value);
   }
-  bears = value[LM_KEY_SHEAR_FATIGUE_MPA] > 0 ? value[LM_KEY_SHEAR_FATIGUE_MPA] : 250;
+  bears = value[LM_KEY_SHEAR_FATIGUE_MPA] > 0 ? value[LM_KEY_SHEAR_FATIGUE_MPA]
+                                              : STEEL_SHEAR_FATIGUE_MPA;
   return value[LM_KEY_WALL_THICKNESS_MM] > 0
              ? p->rated_torque_Nm * 1000 /
-                   (2 * 3.14159265358979323846 * r * r * value[LM_KEY_WALL_THICKNESS_MM] * bears)
+                   (2 * LM_PI * r * r * value[LM_KEY_WALL_THICKNESS_MM] * bears)
              : 0;
 }
 

@@ -87,12 +87,18 @@ static void build_material(const lm_real value[], lm_drive *drive) {
   drive->material.shear_notch_factor = value[LM_KEY_SHEAR_NOTCH_FACTOR];
   drive->material.mean_stress_factor = value[LM_KEY_MEAN_STRESS_FACTOR];
   drive->material.tooth_stress_factor = value[LM_KEY_TOOTH_STRESS_FACTOR];
+}
+
+static void build_support(const lm_real value[], lm_drive *drive) {
   drive->support.foundation_N_per_mm2 = value[LM_KEY_FOUNDATION_N_PER_MM2];
   drive->support.ring_stiffness_N_mm2 = value[LM_KEY_RING_STIFFNESS_N_MM2];
   drive->support.ring_factor = value[LM_KEY_RING_FACTOR];
   drive->support.tooth_compliance_mm_per_N = value[LM_KEY_TOOTH_COMPLIANCE_MM_PER_N];
   drive->support.engagement_limit_rad = value[LM_KEY_ENGAGEMENT_LIMIT_DEG] * DEGREE;
   drive->support.gap_limit_rad = value[LM_KEY_GAP_LIMIT_ARCMIN] * ARCMIN;
+}
+
+static void build_gap(const lm_real value[], lm_drive *drive) {
   drive->gap.generator_mm = value[LM_KEY_GENERATOR_GAP_MM];
   drive->gap.teeth_mm = value[LM_KEY_TEETH_GAP_MM];
   drive->gap.ring_stiffness_N_per_mm = value[LM_KEY_GAP_RING_STIFFNESS_N_PER_MM];
@@ -153,6 +159,8 @@ lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
   drive->flexspline.wall_thickness_mm = value[LM_KEY_WALL_THICKNESS_MM];
   drive->flexspline.length_mm = value[LM_KEY_LENGTH_MM];
   build_material(value, drive);
+  build_support(value, drive);
+  build_gap(value, drive);
   drive->friction_angle_rad = value[LM_KEY_FRICTION_ANGLE_DEG] * DEGREE;
   drive->axial_sections = whole(value[LM_KEY_AXIAL_SECTIONS]);
   build_chains(problem, drive);

@@ -18,8 +18,8 @@ typedef struct give_table {
   lm_real give_mm_per_N[GIVE_NODES];
 } give_table;
 
-/* `own` is the flank as lm_make_geometry gives it; pitch_half is half the pitch angle when that is
- * the flank of a SPACE, so that the tooth has what it leaves, and 0 when it is the tooth's own. */
+/* `own` is the flank as lm_make_geometry gives it; pitch_half_rad is half the pitch angle where
+ * that is the flank of a SPACE (the tooth has what it leaves), 0 where it is the tooth's own. */
 static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute *own,
                                lm_real pitch_half_rad, lm_real low_mm, lm_real high_mm,
                                const lm_drive *drive, give_table *table, lm_fault *fault) {
@@ -38,22 +38,22 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute
     const lm_real angle = at.pressure_angle_rad - at.half_angle_rad + pitch_half_rad;
     const lm_real half =
         pitch_half_rad > LM_REAL(0) ? pitch_half_rad - at.half_angle_rad : at.half_angle_rad;
-    lm_tooth_compliance tilt;
-    lm_real rim;
+    lm_tooth_compliance bending;
+    lm_real tilt; /* of the tooth in the rim */
     lm_status status;
     if (!(half > LM_REAL(0))) { /* pointed before its tip */
       return refuse_contradiction(fault, "teeth.tooth_height", LM_REAL(2) * half * radius,
                                   LM_REAL(0), REAL_INFINITY);
     }
-    status = lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &tilt, fault);
+    status = lm_involute_tooth_compliance(tooth, radius, width, angle, &material, &bending, fault);
     if (status == LM_OK) {
       status =
-          lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &rim, fault);
+          lm_involute_foundation_compliance(tooth, radius, width, angle, &material, &tilt, fault);
     }
     if (status != LM_OK) {
       return status;
     }
-    table->give_mm_per_N[i] = tilt.total_mm_per_N + rim;
+    table->give_mm_per_N[i] = bending.total_mm_per_N + tilt;
   }
   return LM_OK;
 }
