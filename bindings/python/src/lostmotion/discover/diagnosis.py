@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from lostmotion.base import Backbone
 from lostmotion.discover.backbone import DEVIATIONS, Additive, Base
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.contest import Contest, Result
+from lostmotion.discover.contest import Contest
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
@@ -49,6 +49,9 @@ POWER = 0.8
 
 TWIN_DEG = 10.0
 """Effects within this angle look alike with this plan."""
+
+REFIT_STEPS = 8
+"""Evaluations of a refit from where a fit stands already."""
 
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked."""
@@ -183,7 +186,7 @@ def _diagnose(
     base.first_fit()
     outliers = clean_outliers(base)
     if outliers:
-        base.fit(steps=8)
+        base.fit(steps=REFIT_STEPS)
     if progress is not None:
         progress("base")
     selection = select(base, chosen_from, ratio, progress=progress)
@@ -203,7 +206,7 @@ def _diagnose(
                     "step",
                 )
             )
-        again.fit(steps=8)
+        again.fit(steps=REFIT_STEPS)
         selection = select(again, chosen_from, ratio, progress=progress)
         more = find_events(
             selection.settled[-1].base, selection.noise, noise_rms(selection.noise, base)
@@ -369,20 +372,25 @@ def second_moments(contest: Contest) -> FloatArray:
     return np.asarray(moment / np.outer(scale, scale))
 
 
+def without_deviations(base: Base) -> Base:
+    """Refit a base for all runs together, as a drive file would hold it."""
+    plain = base.copy()
+    plain.deviations[:] = 0.0
+    plain.fit(steps=REFIT_STEPS)
+    return plain
+
+
 def make_ladder(selection: Selection) -> list[dict[str, Any]]:
     """Fitted and held-out error of the base and after each term."""
     rungs = []
     for settled in selection.settled:
-        base = settled.base.copy()
-        base.deviations[:] = 0.0
-        base.fit(steps=8)
-        held = held_out_rms(base)
+        base = without_deviations(settled.base)
         rungs.append(
             {
                 "effects": [t.effect.name for t in base.terms]
                 + [shape.name for shape in shapes_of(base)],
                 "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
-                "rms_heldout_arcsec": held,
+                "rms_heldout_arcsec": held_out_rms(base),
             }
         )
     return rungs
@@ -475,7 +483,7 @@ def list_candidates(
         shown.add(result.name)
         effect = candidate.effect
         assert effect is not None
-        values_array = one_step_values(where.field, result)
+        values_array = term_of(where.field, result).values
         out.append(
             {
                 "name": result.name,
@@ -486,7 +494,7 @@ def list_candidates(
                 },
                 "at_bound": effect.at_bound(values_array),
                 "not_fitted": not_fitted(effect),
-                "confused_with": twins(where.field, result.name, rivals, present),
+                "confused_with": sorted(present) if result.name in rivals else [],
                 "plausible": plausible(effect, values_array),
                 "testable": True,
                 "p": float(min(1.0, result.p * len(where.results))),
@@ -508,18 +516,6 @@ def list_candidates(
                 }
             )
     return out
-
-
-def twins(stage: Field, name: str, rivals: list[str], present: Mapping[str, Any]) -> list[str]:
-    """Effects that the selection could not tell from this one."""
-    if name in rivals:
-        return sorted(present)
-    return []
-
-
-def one_step_values(stage: Field, result: Result) -> FloatArray:
-    """Values that the linearised contest suggests; where there are starts, of the best one."""
-    return term_of(stage, result).values
 
 
 def not_fitted(effect: Effect) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lostmotion.catalogue import PARTS, Catalogue
+from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE, Catalogue
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (
@@ -89,7 +89,7 @@ def torques(rated_Nm: float, ends: Array | None = None) -> Array:
     """
     share = np.linspace(0.0, 1.0, 129)[1:]
     positive = 2.0 * rated_Nm * share**1.7
-    must = [rated_Nm, 0.04 * rated_Nm, ZOOM_SHARE * rated_Nm, 1e-6 * rated_Nm]
+    must = [rated_Nm, REVERSAL_TORQUE_SHARE * rated_Nm, ZOOM_SHARE * rated_Nm, 1e-6 * rated_Nm]
     if ends is not None:
         must += [float(t) for t in ends if t <= 2.0 * rated_Nm]
     positive = np.unique(np.concatenate((positive, must)))

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lostmotion.discover.backbone import Base
-from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs
+from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs, without_deviations
 from lostmotion.discover.ladder import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.recordings import told
@@ -37,9 +36,6 @@ CANDIDATES_SHOWN = 12
 VALUES_SHOWN = 3
 """Values of a candidate in the table."""
 
-REFIT_STEPS = 8
-"""Evaluations of the refit without deviations of single runs."""
-
 
 def verdict_sentence(answer: Mapping[str, Any]) -> str:
     """Say in one sentence what a diagnosis found."""
@@ -55,14 +51,6 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
         "unexplained": "Something systematic remains that no effect of the library explains.",
     }
     return sentence[answer["verdict"]]
-
-
-def without_deviations(base: Base) -> Base:
-    """Refit a base for all runs together, as a drive file would hold it."""
-    plain = base.copy()
-    plain.deviations[:] = 0.0
-    plain.fit(steps=REFIT_STEPS)
-    return plain
 
 
 def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path]) -> Section:
