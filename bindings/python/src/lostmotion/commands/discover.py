@@ -24,7 +24,7 @@ from lostmotion.discover.diagnosis import (
 from lostmotion.discover.effects import Effect, card, find_effect, library
 from lostmotion.discover.events import dependence, in_arcsec
 from lostmotion.discover.evidence_verdict import judge_body
-from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.discover.merging import merge_bodies
 from lostmotion.discover.plans import check, forecast, next_runs, read_plan
 from lostmotion.discover.template import template
@@ -104,15 +104,8 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("diagnosing", quiet=arguments.quiet) as bar, one_thread():
-        base = make_base(drive, campaign, backbone, effects)
         result = diagnose(
-            campaign,
-            ratio=drive.ratio,
-            rated_torque_Nm=drive.rated_torque_Nm,
-            backbone=backbone,
-            effects=effects,
-            base=base,
-            progress=count_pieces(bar),
+            campaign, drive, backbone=backbone, effects=effects, progress=count_pieces(bar)
         )
     return drive, result, told(campaign.findings)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.compare import Comparison, compare
 from lostmotion.drives import Drive, read_drive
-from lostmotion.model import design_model, make_backbone
+from lostmotion.model import design_model
 from lostmotion.predict import predict
 from lostmotion.recordings import read_campaign
 from lostmotion.report import Section, comparison_section, drive_section
@@ -52,8 +52,7 @@ def look_at_drives(folder: Path) -> OtherDrives:
     measured = read_drive(folder / MEASURED / "drive.toml")
     recording = folder / MEASURED / RECORDING
     campaign = read_campaign([recording], ratio=measured.ratio, mapping=measured.columns)
-    largest = float(np.max(np.abs(campaign.column("torque"))))
-    result = compare(make_backbone(measured, largest), campaign)
+    result = compare(measured, campaign)
     sections.append(comparison_section(measured, result, [recording]))
     return OtherDrives(drives, gaps, measured, result, sections)
 

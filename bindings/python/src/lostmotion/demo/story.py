@@ -9,9 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
-import numpy as np
-
-from lostmotion.base import Backbone
 from lostmotion.compare import Comparison, compare
 from lostmotion.demo.controller import (
     EMULATOR,
@@ -31,13 +28,11 @@ from lostmotion.demo.sections import (
 )
 from lostmotion.design import Result, search
 from lostmotion.discover.diagnosis import Diagnosis, diagnose
-from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.files import write_whole
-from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.report import Section, comparison_section, write_report
 from lostmotion.report.discovery import diagnosis_section
@@ -153,16 +148,13 @@ def demonstrate(
     drive = read_drive(folder / JOINT / DRIVE)
     recording = folder / JOINT / RECORDING
     campaign = read_campaign([recording], ratio=drive.ratio, mapping=drive.columns)
-    backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
     step()
     with one_thread():
-        result = compare(backbone, campaign)
+        result = compare(drive, campaign)
+        step()
+        found = diagnose(campaign, drive)
     step()
-    found = missing_effect(drive, campaign, backbone)
-    step()
-    model, plain, scores, emulated = to_the_controller(
-        folder, drive, campaign, backbone, found.effects
-    )
+    model, plain, scores, emulated = to_the_controller(folder, drive, campaign, found.effects)
     step()
     step()
     designs = search_designs(folder)
@@ -185,29 +177,15 @@ def demonstrate(
     )
 
 
-def missing_effect(drive: Drive, campaign: Campaign, backbone: Backbone) -> Diagnosis:
-    """Diagnose, as the command does."""
-    effects = library()
-    with one_thread():
-        return diagnose(
-            campaign,
-            ratio=drive.ratio,
-            rated_torque_Nm=drive.rated_torque_Nm,
-            backbone=backbone,
-            effects=effects,
-            base=make_base(drive, campaign, backbone, effects),
-        )
-
-
 def to_the_controller(
-    folder: Path, drive: Drive, campaign: Campaign, backbone: Backbone, effects: list[str]
+    folder: Path, drive: Drive, campaign: Campaign, effects: list[str]
 ) -> tuple[FittedModel, Scores, Scores, Emulated | str]:
     """Fit without and with the effects, export both, and run both on the controller."""
     log = make_log(campaign)
     models = {}
     with one_thread():
         for name, added in (("base", []), ("fitted", effects)):
-            models[name] = fit_model(drive, campaign, backbone, added, library())
+            models[name] = fit_model(drive, campaign, add=added)
             write_whole(folder / f"{name}.toml", format_toml(models[name].document(drive)))
     header = folder / "params.h"
     with tempfile.TemporaryDirectory(prefix="lostmotion-") as place:

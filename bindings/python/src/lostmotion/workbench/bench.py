@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion.base import Backbone
 from lostmotion.compare import Comparison, compare
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.diagnosis import Diagnosis, count_pieces, diagnose
 from lostmotion.discover.effects import Effect, library
-from lostmotion.discover.ladder import FittedModel, fit_model, make_base
+from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.discover.plans import next_runs, read_plan
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive, format_toml, read_drive
@@ -98,7 +97,7 @@ class Bench:
         drive = self.need_drive()
         names = {**drive.columns, **parse_map(mapping)}
         campaign = read_campaign(list(paths), ratio=drive.ratio, mapping=names)
-        backbone = self._backbone(drive, campaign)
+        backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
         check_scale(campaign, backbone)
         with one_thread():
             result = compare(backbone, campaign, progress=tick)
@@ -127,26 +126,14 @@ class Bench:
             raise InputError("DATA", "", "none loaded", "recordings of the drive")
         return self.campaign
 
-    @staticmethod
-    def _backbone(drive: Drive, campaign: Campaign) -> Backbone:
-        torque = campaign.column("torque")
-        return make_backbone(drive, float(np.max(np.abs(torque))))
-
     # --- finding out -----------------------------------------------------------------------------
 
     def find_missing(self, tick: Tick) -> None:
         """Diagnose: which effect is missing."""
         drive, campaign = self.need_drive(), self.need_campaign()
-        backbone = self._backbone(drive, campaign)
         with one_thread():
             self.diagnosis = diagnose(
-                campaign,
-                ratio=drive.ratio,
-                rated_torque_Nm=drive.rated_torque_Nm,
-                backbone=backbone,
-                effects=self.effects,
-                base=make_base(drive, campaign, backbone, self.effects),
-                progress=count_pieces(tick),
+                campaign, drive, effects=self.effects, progress=count_pieces(tick)
             )
         self.version += 1
 
@@ -157,12 +144,7 @@ class Bench:
             drive, campaign = self.need_drive(), self.need_campaign()
             with one_thread():
                 self.models[key] = fit_model(
-                    drive,
-                    campaign,
-                    self._backbone(drive, campaign),
-                    list(names),
-                    self.effects,
-                    progress=tick,
+                    drive, campaign, add=list(names), effects=self.effects, progress=tick
                 )
         return self.models[key]
 
