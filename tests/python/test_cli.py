@@ -126,6 +126,23 @@ def test_predict_shows_checks_that_fail(
     assert float(found[1]) == pytest.approx(checks["smallest_gap"]["value"] / ARCMIN, rel=1e-3)
 
 
+def test_predict_shows_what_each_tolerance_costs(
+    capsys: Capture, write: Write, drawn: dict[str, Any]
+) -> None:
+    drawn["design"]["tolerance"] = [
+        {"kind": "hole", "zone": "generator", "lower_um": 0, "upper_um": 12, "name": "bore"},
+        {"kind": "shaft", "zone": "generator", "lower_um": -4, "upper_um": 4, "name": "race"},
+    ]
+    drawn["design"]["flexspline"]["rim_thickness_mm"] = 2.0  # a check without a unit fails
+    assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
+    shown = capsys.readouterr().out
+    rows = [line.split() for line in shown.splitlines()]
+    assert ["bore", "generator", "0.500", "0.0", "12.0", "60", "69"] in rows
+    assert ["design.generator.floating", "=", "true"] in rows
+    assert ["race", "generator", "-0.500", "-4.0", "4.0", "40", "31"] in rows
+    assert re.search(r"check not kept: safety_factor 0\.\d+, limit 1\.5", shown)
+
+
 def test_a_radial_gap_of_no_tolerances_is_no_result(
     capsys: Capture, write: Write, drawn: dict[str, Any]
 ) -> None:

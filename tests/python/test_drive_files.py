@@ -331,6 +331,16 @@ def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Documen
     assert defaults["design.material.youngs_modulus_MPa"] == 2.1e5
     assert defaults["design.radial_chain"].endswith("in proportion to size")
     assert "design.flexspline.rim_thickness_mm" not in defaults
+    assert defaults["design.generator.floating"] is True
+    # What the generator of this drive does not have is no value that was left open.
+    assert "design.generator.cam_offset_mm" not in defaults
+    assert "design.generator.eccentricity_angle_rad" not in defaults
+    element = model.drive.torsion[2]
+    shaft = element.stiffness_Nm_per_rad * element.ratio**2
+    chain = defaults["design.torsion_chain"]
+    assert f"input shaft {shaft:.3g}" in chain
+    assert chain.startswith("Nm/rad at the output: cup wall ")
+    assert "ovalisation of the rigid gear " in defaults["design.radial_chain"]
     # Writing the defaults into the file changes nothing.
     table = drawn["design"]
     for key, value in defaults.items():
@@ -338,7 +348,7 @@ def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Documen
         if name in ("radial_chain", "torsion_chain", "tolerance"):
             continue
         target = table.setdefault(path[0], {}) if path else table
-        target[name] = bool(value) if name == "floating" else value
+        target[name] = value
     torque = [1.0, 10.0, 40.0]
     full = design_model(parse_drive(drawn))
     expected = model.characteristic(torque).total_rad
@@ -436,6 +446,36 @@ def test_tolerances_become_signed_links(drawn: Document) -> None:
     ]
     for a, b in zip(found, expected, strict=True):
         assert a == pytest.approx(b)
+
+
+def test_the_tolerance_budget_names_each_link_and_adds_up(drawn: Document) -> None:
+    drawn["design"]["tolerance"] = [
+        {"kind": "hole", "zone": "generator", "lower_um": 0, "upper_um": 12, "name": "bore"},
+        {"kind": "shaft", "zone": "generator", "lower_um": -4, "upper_um": 4},
+        {"kind": "link", "zone": "teeth", "influence": 1.5, "lower_um": -4, "upper_um": 0},
+    ]
+    budget = predict(parse_drive(drawn), [1.0])["tolerance_budget"]
+    assert [link["name"] for link in budget] == ["bore", "tolerance[1]", "tolerance[2]"]
+    assert [link["zone"] for link in budget] == ["generator", "generator", "teeth"]
+    assert [link["influence"] for link in budget] == [0.5, -0.5, 1.5]
+    assert [link["lower_um"] for link in budget] == pytest.approx([0, -4, -4])
+    # |A| tau is 3, 2 and 3 um.
+    assert [link["worst_percent"] for link in budget] == pytest.approx([37.5, 25, 37.5])
+    squares = [100 * share / 22 for share in (9, 4, 9)]
+    assert [link["probable_percent"] for link in budget] == pytest.approx(squares)
+    del drawn["design"]["tolerance"]
+    assert predict(parse_drive(drawn), [1.0])["tolerance_budget"] == []
+
+
+def test_an_eccentricity_that_a_floating_generator_takes_away_is_called_that(
+    drawn: Document,
+) -> None:
+    drawn["design"]["generator"]["eccentricity_um"] = 5
+    said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])
+    assert "eccentricity has no effect: the generator floats" in said
+    drawn["design"]["generator"]["floating"] = False
+    said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])
+    assert "eccentricity" not in said
 
 
 def test_tolerance_limits_follow_equations_10_and_11(drawn: Document) -> None:

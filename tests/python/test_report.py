@@ -471,6 +471,21 @@ def test_spatial_drive_has_a_curve_for_each_section(drawn, tmp_path):
     assert "3 from the cup's edge" in gaps.caption
 
 
+def test_tolerances_are_a_budget_also_where_they_leave_no_gap(drawn, tmp_path):
+    link = {"kind": "hole", "zone": "generator", "name": "bore", "lower_um": -9, "upper_um": -3}
+    drawn["design"]["tolerance"] = [link]
+    file = tmp_path / "tight.toml"
+    file.write_text("")
+    section = drive_section(parse_drive(drawn, str(file)))
+    path = tmp_path / "report.html"
+    write_report(path, "One drive", "", [section], "lostmotion predict")
+    text = Page(path.read_text(encoding="utf-8")).text
+    assert "states neither tolerances" not in text
+    assert "The tolerances leave no radial gap" in text
+    budget = next(b for b in section.blocks if isinstance(b, Rows) and "budget" in b.title)
+    assert budget.rows == [("bore", "generator", "+0.500", "−9.0", "−3.0", "100.0", "100.0")]
+
+
 def test_demo_refuses_a_folder_that_cannot_be(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["demo", "-o", str(tmp_path / "file" / "demo")]) == 2

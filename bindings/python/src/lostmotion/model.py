@@ -295,6 +295,30 @@ class DesignModel:
         result["probable_min"], result["probable_max"] = limits.total_min_mm, limits.total_max_mm
         return result
 
+    def tolerance_budget(self) -> list[dict[str, Any]]:
+        """List the tolerances, each with its share of the chain before a zone is clipped, in %.
+
+        Of the worst case ``|A| tau`` counts, of the probable limits ``(A tau K)^2``.
+        """
+        c, drive = self.core, self.drive
+        entries = self.design.tolerances or ()
+        worst, probable = c.zeros(len(entries)), c.zeros(len(entries))
+        shares = (c.pointer(worst, write=True), c.pointer(probable, write=True))
+        links = drive.tolerances
+        self._call(partial(c.lib.lm_tolerance_contributions, links, len(entries), *shares))
+        return [
+            {
+                "name": entry.get("name", entry.place.removeprefix("design.")),
+                "zone": entry.get("zone"),
+                "influence": float(links[i].influence),
+                "lower_um": 1e3 * float(links[i].lower_mm),
+                "upper_um": 1e3 * float(links[i].upper_mm),
+                "worst_percent": float(worst[i]),
+                "probable_percent": float(probable[i]),
+            }
+            for i, entry in enumerate(entries)
+        ]
+
     def gap_angle(self, gap_mm: float) -> float:
         """Full rotation of a closed radial gap in one direction, equation (9), in rad."""
         c = self.core

@@ -22,6 +22,13 @@ def numbers(values: npt.ArrayLike) -> list[float | None]:
     return [float(v) + 0.0 if np.isfinite(v) else None for v in np.asarray(values).ravel()]
 
 
+def show_default(value: bool | float | str) -> str:
+    """Write a value that was taken by default, as a drive file would have it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
 def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> dict[str, Any]:
     """Return the characteristic, its contributions and its limits.
 
@@ -114,6 +121,7 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
         "tolerance_lost_motion_arcmin": {
             name: model.gap_angle(limits[name]) / ARCMIN for name in LIMITS
         },
+        "tolerance_budget": model.tolerance_budget(),
         "phase_rad": phase_rad,
         "free_play_arcmin": 2.0 * state["free_play_rad"] / ARCMIN,
         "flank_angle_rad": state["flank_angle_rad"],
@@ -132,6 +140,14 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
             "All angles but the reversal lost motion and the free play are one-sided: "
             "from the torque-free middle, in one direction.",
             "tolerance_lost_motion is equation (9) in one direction; a reversal sees twice that.",
+            *(
+                [
+                    "generator.eccentricity has no effect: the generator floats and centres "
+                    "itself; floating = false fixes it."
+                ]
+                if model.drive.generator.floating and model.drive.generator.eccentricity_mm > 0
+                else []
+            ),
         ],
         "defaults": model.defaults(),
     }

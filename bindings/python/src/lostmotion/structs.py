@@ -89,6 +89,9 @@ TOOTH_DEFAULTS: dict[str, float | int] = {
 }
 """What the library leaves to the designer and a file may leave out."""
 
+TORSION_DEFAULTS = ("cup wall", "diaphragm", "input shaft", "output shaft")
+"""Members of the torsion chain that the library fills in, in its order."""
+
 ARGUMENTS = ("phase_rad", "torque_Nm", "angle_rad", "nodes", "count", "steps_per_pitch")
 """What a caller of the library hands in besides the design."""
 
@@ -278,21 +281,38 @@ def _set_all(drive: Any, design: Design, paths: Iterable[str]) -> None:
 
 
 def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
-    """List every value that the file left open, by its dotted key, as it was filled in."""
+    """List every value that the file left open, by its dotted key, as it was filled in.
+
+    What the drive's generator does not have is left out: the contact of a cam, the cam of discs.
+    """
     defaults: dict[str, Any] = {}
+    generator = design.values["generator.type"].value
+    unused = {
+        "generator.contact_half_angle_rad": generator in ("cosine", "ellipse"),
+        "generator.cam_offset_mm": generator != "ellipse",
+        "generator.eccentricity_angle_rad": drive.generator.eccentricity_mm == 0,
+    }
     for section, keys in FIELDS.items():
         for key in keys:
             path = field_path(section, key)
-            if path not in design.values:
+            if path not in design.values and not unused.get(path):
                 value = _get(drive, path)
-                defaults[f"design.{path}"] = key.choices[value] if key.choices else value
-    for name, entries, count in (
-        ("radial_chain", design.radial_chain, drive.radial_law_count),
-        ("torsion_chain", design.torsion_chain, drive.torsion_count),
-        ("tolerance", design.tolerances, drive.tolerance_count),
-    ):
-        if entries is None:
-            defaults[f"design.{name}"] = f"{count} in proportion to size" if count else "none"
+                if key.choices:
+                    value = key.choices[value]
+                defaults[f"design.{path}"] = bool(value) if key.kind == "switch" else value
+    if design.radial_chain is None:
+        soft = drive.radial_laws[0].coefficient_mm_per_Nn
+        defaults["design.radial_chain"] = (
+            f"N/mm on a lobe: ovalisation of the rigid gear {1 / soft:.3g}, in proportion to size"
+        )
+    if design.torsion_chain is None:
+        members = ", ".join(
+            f"{name} {element.stiffness_Nm_per_rad * element.ratio**2:.3g}"
+            for name, element in zip(TORSION_DEFAULTS, drive.torsion, strict=False)
+        )
+        defaults["design.torsion_chain"] = f"Nm/rad at the output: {members}, in proportion to size"
+    if design.tolerances is None:
+        defaults["design.tolerance"] = "none"
     return defaults
 
 

@@ -12,7 +12,7 @@ from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.model import ADVICE
 from lostmotion.options import number, whole_number
-from lostmotion.predict import clearances, predict
+from lostmotion.predict import clearances, predict, show_default
 from lostmotion.terminal import deliver, fixed, show_table
 from lostmotion.units import ARCMIN
 
@@ -118,6 +118,7 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
                 f"{lost[f'{kind}_max']:.3f} arcmin in one direction",
                 file=out,
             )
+        show_budget(answer["tolerance_budget"], out)
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
     for check in failed:
         kind = "advice not followed" if check["name"] in ADVICE else "check not kept"
@@ -126,19 +127,41 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
         value, limit, margin = (
             check[key] / (ARCMIN if angle else 1.0) for key in ("value", "limit", "margin")
         )
+        unit = "" if unit == "-" else f" {unit}"
         print(
-            f"{kind}: {check['name']} {value:.4g} {unit}, limit {limit:.4g}, margin {margin:.4g}",
+            f"{kind}: {check['name']} {value:.4g}{unit}, limit {limit:.4g}, margin {margin:.4g}",
             file=out,
         )
     if answer["defaults"]:
         print("\ntaken by default:", file=out)
         for key, value in answer["defaults"].items():
-            shown = f"{value:.6g}" if isinstance(value, float) else value
-            print(f"  {key} = {shown}", file=out)
+            print(f"  {key} = {show_default(value)}", file=out)
     if answer["assumptions"]:
         print("\nassumed:", file=out)
         for line in answer["assumptions"]:
             print(f"  {line}", file=out)
+
+
+def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:
+    """Print what each tolerance takes of the limits."""
+    if not budget:
+        return
+    head = ["tolerance", "zone", "influence", "lower um", "upper um", "worst %", "probable %"]
+    rows = [
+        [
+            one_line(link["name"]),
+            link["zone"],
+            fixed(link["influence"]),
+            fixed(link["lower_um"], 1),
+            fixed(link["upper_um"], 1),
+            fixed(link["worst_percent"], 0),
+            fixed(link["probable_percent"], 0),
+        ]
+        for link in budget
+    ]
+    print(file=out)
+    show_table(head, rows, out)
+    print(file=out)
 
 
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:

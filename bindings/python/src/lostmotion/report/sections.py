@@ -12,7 +12,7 @@ from lostmotion.catalogue import PARTS
 from lostmotion.compare import Comparison
 from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
-from lostmotion.predict import LIMITS, predict
+from lostmotion.predict import LIMITS, predict, show_default
 from lostmotion.report.contributions import Contributions, contributions_figure, torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
 from lostmotion.report.loops import WHERE, failures_figure, loops_figure, unit_of
@@ -171,17 +171,19 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
         section.blocks.append(tolerances_figure(_tolerances(model, drive, answer)))
         section.blocks.append(tolerance_table(answer))
     else:
-        section.blocks.append(
-            Notes(
-                "Tolerance limits",
-                ["The drive file states neither tolerances nor a radial gap: both limits are 0."],
-            )
+        said = (
+            "The tolerances leave no radial gap, only interference: both limits are 0."
+            if answer["tolerance_budget"]
+            else "The drive file states neither tolerances nor a radial gap: both limits are 0."
         )
+        section.blocks.append(Notes("Tolerance limits", [said]))
+    if answer["tolerance_budget"]:
+        section.blocks.append(budget_table(answer["tolerance_budget"]))
     section.blocks.append(
         Notes("What the model takes for granted", list(map(_plain, answer["assumptions"])))
     )
     if answer["defaults"]:
-        lines = [f"{key} = {_shown(value)}" for key, value in answer["defaults"].items()]
+        lines = [f"{key} = {show_default(value)}" for key, value in answer["defaults"].items()]
         section.blocks.append(
             Notes(f"Taken by default: {len(lines)} values that the file leaves open", lines, True)
         )
@@ -193,10 +195,6 @@ def _plain(sentence: str) -> str:
     for name in (*PARTS, "tolerance_lost_motion"):
         sentence = sentence.replace(name, words(name))
     return sentence[:1].upper() + sentence[1:]
-
-
-def _shown(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _tolerances(model: DesignModel, drive: Drive, answer: dict[str, Any]) -> Tolerances:
@@ -224,6 +222,30 @@ def tolerance_table(answer: dict[str, Any]) -> Rows:
         ("limit", "", "radial gap, µm", "lost motion in one direction, arcmin"),
         rows,
         (2, 3),
+    )
+
+
+def budget_table(budget: Sequence[dict[str, Any]]) -> Rows:
+    """List the tolerances with what each takes of the limits."""
+    rows = [
+        (
+            link["name"],
+            link["zone"],
+            signs(f"{link['influence']:+.3f}"),
+            signs(f"{link['lower_um']:.1f}"),
+            signs(f"{link['upper_um']:.1f}"),
+            f"{link['worst_percent']:.1f}",
+            f"{link['probable_percent']:.1f}",
+        )
+        for link in budget
+    ]
+    return Rows(
+        "Tolerance budget",
+        ("tolerance", "zone", "influence", "lower, µm", "upper, µm", "worst, %", "probable, %"),
+        rows,
+        (2, 3, 4, 5, 6),
+        "Shares of the width of the chain before a zone is clipped at zero: of the sum for the "
+        "worst case, of the sum of squares for the probable limits.",
     )
 
 
