@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -10,9 +12,13 @@ import numpy as np
 import pytest
 from test_discover import DRIVE, campaign, gap, write
 
+from lostmotion.base import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis
-from lostmotion.recordings import Finding, read_campaign, told
+from lostmotion.compare import Comparison, compare
+from lostmotion.errors import InputError
+from lostmotion.recordings import Campaign, Finding, read_campaign, told
+from lostmotion.units import ARCSEC
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +27,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (made / "drive.toml").write_text(DRIVE)
     write(campaign(add=gap), made / "warm.csv")
     return made
+
+
+def compare_runs(data: Campaign) -> Comparison:
+    torque = np.linspace(-40.0, 40.0, 81)
+    return compare(Backbone(torque, (7.0 * torque + 25.0 * np.tanh(torque / 8.0)) * ARCSEC), data)
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
@@ -105,3 +116,59 @@ def test_a_column_that_looks_like_one_that_is_missing_is_told(
         "TEMPERATURE: ignored column x 1: not used; if it is the temperature: "
         "--map TEMPERATURE=temperature_C"
     )
+
+
+def test_a_fit_that_is_worse_than_a_constant_explains_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = folder / "two.csv"
+    file.write_text("time_s,torque_Nm,lost_motion_rad\n0,-30,0\n1,30,-1e-6\n")
+    printed = said(capsys, "compare", folder / "drive.toml", file)
+    assert "-" not in printed.split("variance")[0].split("(")[1]
+    assert "2 samples cannot be fitted: at least 50" in printed
+    assert "cannot be fitted" not in said(
+        capsys, "compare", folder / "drive.toml", folder / "warm.csv"
+    )
+
+
+def test_runs_that_begin_elsewhere_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = campaign(runs=8)
+    write(data, tmp_path / "whole.csv")
+    whole = json.loads(said(capsys, "check", tmp_path / "whole.csv", "--json", "-"))
+    apart = [
+        run.label
+        for before, run in itertools.pairwise(data.runs)
+        if abs(run.torque_Nm[0] - before.torque_Nm[-1]) > 2.0
+    ]
+    assert whole["begin_elsewhere"] == apart
+    cut = data.runs[3].columns
+    data.runs[3].columns = {name: values[40:] for name, values in cut.items()}
+    write(data, tmp_path / "cut.csv")
+    printed = said(capsys, "check", tmp_path / "cut.csv")
+    labels = ", ".join(map(str, sorted({*apart, data.runs[3].label})))
+    assert f"begin at another torque than the run before ended: {labels}" in printed
+
+
+def test_a_clock_that_no_drive_needs_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    rows = [f"{k * 1e-300:g},{40 * np.sin(k / 30):.4f}" for k in range(300)]
+    (tmp_path / "plan.csv").write_text("\n".join(["time_s,torque_Nm", *rows]) + "\n")
+    assert main(["forecast", str(tmp_path / "drive.toml"), str(tmp_path / "plan.csv")]) == 2
+    said_once = capsys.readouterr().err
+    assert "plan.csv: time_s: found steps of 1e-300 s, expected 1e-09 s or more" in said_once
+    (tmp_path / "data.csv").write_text(
+        "\n".join(["time_s,torque_Nm,lost_motion_rad", *(f"{row},0.001" for row in rows)]) + "\n"
+    )
+    with pytest.raises(InputError, match=r"data\.csv: time_s: found steps of 1e-300 s"):
+        read_campaign(tmp_path / "data.csv")
+
+
+def test_a_ripple_in_torque_hangs_on_the_torque() -> None:
+    data = campaign(add=lambda columns, _: 5.0 * np.cos(2 * np.pi * columns["torque"] / 6.0))
+    shares = {failure.covariate: failure.share for failure in compare_runs(data).failures}
+    assert shares["torque"] > 0.5
+    assert max(shares, key=lambda name: shares[name]) == "torque"

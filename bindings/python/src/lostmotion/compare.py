@@ -36,6 +36,9 @@ STEPS = 25
 BINS = 16
 """Bins of a covariate; each holds the same number of samples."""
 
+FINE_BINS = 64
+"""Bins of the torque and of an angle's turn, in which there may be ripples."""
+
 TORQUE_RANGES = 6
 """Ranges of torque in which runs, and what stands still within a run, are looked at apart."""
 
@@ -586,7 +589,7 @@ def _repeat_cells(
 
 def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failure]:
     """Rank the recorded quantities by the share of the residual that each explains."""
-    torque_bins = quantile_bins(c.torque, BINS)
+    torque_bins = quantile_bins(c.torque, FINE_BINS)
     coarse_torque = quantile_bins(c.torque, TORQUE_RANGES)
     turns, travels = _branches(c)
     direction, travel = np.concatenate(turns), np.concatenate(travels)
@@ -621,7 +624,7 @@ def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failu
         values = np.where(known, values, np.mean(values[known]))
         if name in ("input_angle", "output_angle"):
             turn = np.mod(values, 2 * np.pi)
-            cells = np.minimum((turn / (2 * np.pi) * BINS).astype(np.intp), BINS - 1)
+            cells = np.minimum((turn / (2 * np.pi) * FINE_BINS).astype(np.intp), FINE_BINS - 1)
             judge(name, cells, blocks)
         elif np.var(c.run_mean(values)[c.run_of]) > 0.5 * np.var(values):
             # It stands still within a run, where an offset would swallow it: look for what grows

@@ -106,6 +106,9 @@ BACKWARD_ACTION = (
 )
 """What is done about time that goes back, and what it usually is."""
 
+STEP_LEAST_S = 1e-9
+"""Least usual time step of a recording."""
+
 UNUSED = "not used"
 """What is done about a column that names nothing known."""
 
@@ -637,6 +640,15 @@ def run_codes(
     return rank[inverse].astype(np.intp), labels
 
 
+def check_steps(file: str, time_s: FloatArray) -> None:
+    """Refuse a clock in another unit: so short a step makes speeds that arithmetic cannot bear."""
+    step = np.diff(time_s)
+    step = step[step > 0]
+    if step.size and float(np.median(step)) < STEP_LEAST_S:
+        found = f"steps of {float(np.median(step)):.3g} s"
+        raise InputError(file, "time_s", found, f"{STEP_LEAST_S:g} s or more")
+
+
 def sound_run(
     file: str,
     label: int | str,
@@ -669,6 +681,7 @@ def sound_run(
     if not usable.all():
         columns = {quantity: values[usable] for quantity, values in columns.items()}
 
+    check_steps(file, columns["time"])
     step = np.diff(columns["time"])
     if step.size:
         duplicates = int(np.count_nonzero(step == 0))

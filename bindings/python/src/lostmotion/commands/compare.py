@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion import units
 from lostmotion.compare import Comparison, compare
-from lostmotion.discover.ladder import make_base
+from lostmotion.discover.ladder import SAMPLES_LEAST, make_base
 from lostmotion.drives import read_drive
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, whole_number
@@ -63,9 +63,10 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         return f"{value * scale:.2f} {unit}"
 
     print(f"drive as it stands  {shown(answer['unfitted_rms_arcsec'])}", file=out)
+    share = answer["explained_share"]
+    explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
     print(
-        f"fitted              {shown(answer['rms_arcsec'])}  "
-        f"(explains {100 * answer['explained_share']:.2f} % of the variance)",
+        f"fitted              {shown(answer['rms_arcsec'])}  (explains {explains} of the variance)",
         file=out,
     )
     if answer["heldout_by"] == "runs not fitted":
@@ -74,6 +75,9 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         held = f"held out by {answer['heldout_by']}"
         print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}", file=out)
     print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
+    if answer["samples"] < SAMPLES_LEAST:
+        few = f"{answer['samples']} sample{'s' if answer['samples'] > 1 else ''}"
+        print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; the first line holds", file=out)
     place = {"inside": "inside", "both": "inside and outside"}[answer["friction"]]
     print(f"\nfriction {place} the elasticity; held out:", end="", file=out)
     for name, errors in answer["frictions"].items():

@@ -35,6 +35,7 @@ from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, number
 from lostmotion.recordings import (
+    RUNS_LISTED,
     STUCK_TURN_RAD,
     Campaign,
     Finding,
@@ -351,6 +352,15 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
         print("the sign of the lost motion was not looked at: state --ratio", file=out)
     if not answer["enough_runs"]:
         print(f"fewer than {RUNS_LEAST} runs: diagnose can name no effect", file=out)
+    elsewhere = [str(label) for label in answer["begin_elsewhere"]]
+    if elsewhere:
+        shown = ", ".join(elsewhere[:RUNS_LISTED]) + (" ..." * (len(elsewhere) > RUNS_LISTED))
+        print(
+            f"{len(elsewhere)} of {answer['runs']} runs begin at another torque than the run "
+            f"before ended: {shown}\n  friction is taken to have gone straight there; what else was "
+            "done between looks like a sudden step",
+            file=out,
+        )
     for pair in answer["aliased"]:
         a, b = pair["columns"]
         print(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,9 @@ USUAL_SCATTER = (0.003, 0.02, 0.2, 2.0)
 
 WARN_DEG = 30.0
 """Effects within this angle are hard to tell apart."""
+
+ELSEWHERE = 0.05
+"""A run begins elsewhere when its torque is this share of the largest from where the last ended."""
 
 ALIASED = 0.9
 """Rank correlation of two columns' means over the runs from which they cannot be told apart."""
@@ -90,6 +93,7 @@ def read_plan(
             codes, names = recordings.run_codes(str(file), "run", labels)
         for code, label in enumerate(names):
             at = codes == code
+            recordings.check_steps(str(file), columns["time"][at])
             runs.append(Run(label, str(file), {k: v[at] for k, v in columns.items()}))
         if rows == 0:
             raise InputError(file, "", "no rows", "a planned run")
@@ -258,6 +262,19 @@ def discrimination(contest: Contest, true: str, rival: str, known: int) -> Float
     return np.array(scores)
 
 
+def begin_elsewhere(campaign: Campaign) -> list[int | str]:
+    """Name the runs whose torque does not begin where the run before ended.
+
+    Friction remembers what lay between; the model takes it that the torque went straight there.
+    """
+    least = ELSEWHERE * float(np.max(np.abs(campaign.column("torque"))))
+    return [
+        run.label
+        for before, run in pairwise(campaign.runs)
+        if abs(run.torque_Nm[0] - before.torque_Nm[-1]) > least
+    ]
+
+
 def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
     """Say whether recordings are sound, and what this plan can and cannot tell apart."""
     from scipy.stats import spearmanr  # half a second that no other command needs
@@ -297,6 +314,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "samples": conditions.rows,
         "enough_runs": conditions.runs >= RUNS_LEAST,
         "constant": constant,
+        "begin_elsewhere": begin_elsewhere(campaign),
         "aliased": aliased,
         "not_testable": blind,
         "data_fingerprint": campaign.fingerprint(),

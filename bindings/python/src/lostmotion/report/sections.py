@@ -295,7 +295,12 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         ("fitted, rms", shown(answer["rms_arcsec"])),
         (f"held out by {answer['heldout_by']}, rms", shown(answer["heldout_rms_arcsec"])),
         ("noise floor, from repeats", shown(answer["noise_floor_arcsec"])),
-        ("share of the variance explained", f"{100 * answer['explained_share']:.2f} %"),
+        (
+            "share of the variance explained",
+            f"{100 * answer['explained_share']:.2f} %"
+            if answer["explained_share"] > 0
+            else "nothing",
+        ),
         ("friction", f"{WHERE[answer['friction']]} the elasticity"),
     ]
     runs = len(answer["by_run"])
