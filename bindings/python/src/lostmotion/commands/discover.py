@@ -357,8 +357,8 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
         shown = ", ".join(elsewhere[:RUNS_LISTED]) + (" ..." * (len(elsewhere) > RUNS_LISTED))
         print(
             f"{len(elsewhere)} of {answer['runs']} runs begin at another torque than the run "
-            f"before ended: {shown}\n  friction is taken to have gone straight there; what else was "
-            "done between looks like a sudden step",
+            f"before ended: {shown}\n  friction is taken to have gone straight there; what else "
+            "was done between looks like a sudden step",
             file=out,
         )
     for pair in answer["aliased"]:
