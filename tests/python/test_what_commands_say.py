@@ -10,12 +10,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import spearmanr
 from test_discover import DRIVE, campaign, gap, write
 
 from lostmotion.base import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import Comparison, compare
+from lostmotion.discover.effects import find_effect, library
+from lostmotion.discover.plans import rank_correlation
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Finding, read_campaign, told
 from lostmotion.units import ARCSEC
@@ -172,3 +175,15 @@ def test_a_ripple_in_torque_hangs_on_the_torque() -> None:
     shares = {failure.covariate: failure.share for failure in compare_runs(data).failures}
     assert shares["torque"] > 0.5
     assert max(shares, key=lambda name: shares[name]) == "torque"
+
+
+def test_rank_correlation_is_that_of_scipy() -> None:
+    random = np.random.default_rng(5)
+    for levels in (3, 8, 1000):
+        a, b = random.integers(0, levels, (2, 30)).astype(np.float64)
+        assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b).statistic, abs=1e-12)
+
+
+def test_an_effect_that_is_nowhere_may_be_ones_own() -> None:
+    with pytest.raises(InputError, match=r"did you mean 'creep'.*or your own by --effects FILE"):
+        find_effect("crepe", library())

@@ -334,7 +334,10 @@ def find_effect(name: str, effects: Mapping[str, Effect]) -> Effect:
             "effect",
             name,
             "no such effect",
-            "one of " + ", ".join(effects) + did_you_mean(name, effects),
+            "one of "
+            + ", ".join(effects)
+            + did_you_mean(name, effects)
+            + ", or your own by --effects FILE",
         )
     return effects[name]
 
