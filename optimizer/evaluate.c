@@ -219,26 +219,31 @@ static lm_real sampled_gap(const lm_problem *problem, const lm_drive *drive) {
 static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive *drive,
                                       tolerance_state *state, lm_fault *fault) {
   lm_tolerance_limits limits;
+  lm_tolerance_limits worst;
   lm_status status;
+  lm_real most = LM_REAL(0);
   lm_real nominal[LM_GAP_ZONES];
   lm_real high[LM_GAP_ZONES];
   lm_real low[LM_GAP_ZONES];
   int i;
   nominal[LM_GENERATOR_GAP] = drive->gap.generator_mm;
   nominal[LM_TEETH_GAP] = drive->gap.teeth_mm;
-  if (problem->level == LM_LEVEL_WORST) {
-    status = lm_worst_limits(drive->tolerances, drive->tolerance_count, &limits, fault);
-  } else {
+  status = lm_worst_limits(drive->tolerances, drive->tolerance_count, &worst, fault);
+  if (status == LM_OK && problem->level != LM_LEVEL_WORST) {
     status =
         lm_probable_limits(drive->tolerances, drive->tolerance_count, LM_REAL(3), &limits, fault);
   }
   if (status != LM_OK) {
     return status;
   }
+  if (problem->level == LM_LEVEL_WORST) {
+    limits = worst;
+  }
   for (i = 0; i < LM_GAP_ZONES; i++) {
     state->tightest_mm[i] = nominal[i] + limits.signed_min_mm[i];
     low[i] = larger(state->tightest_mm[i], LM_REAL(0));
     high[i] = larger(nominal[i] + limits.signed_max_mm[i], LM_REAL(0));
+    most += larger(nominal[i] + worst.signed_max_mm[i], LM_REAL(0));
   }
   state->mean_gap_mm = lm_mean_radial_gap(drive);
   if (problem->level == LM_LEVEL_QUANTILE) {
@@ -246,10 +251,13 @@ static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive 
   } else if (problem->level == LM_LEVEL_WORST) {
     state->gap_mm = high[0] + high[1];
   } else {
-    /* The zones as independent intervals, as lm_probable_limits adds them. */
+    /* The zones as independent intervals, not beyond the worst case, as lm_probable_limits adds
+     * them. */
     const lm_real a = (high[0] - low[0]) / LM_REAL(2);
     const lm_real b = (high[1] - low[1]) / LM_REAL(2);
-    state->gap_mm = (high[0] + low[0] + high[1] + low[1]) / LM_REAL(2) + real_sqrt(a * a + b * b);
+    const lm_real sum =
+        (high[0] + low[0] + high[1] + low[1]) / LM_REAL(2) + real_sqrt(a * a + b * b);
+    state->gap_mm = sum < most ? sum : most;
   }
   return LM_OK;
 }

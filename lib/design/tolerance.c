@@ -206,8 +206,12 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
   lm_real centre[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
   lm_real squares[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
   lm_real furthest[LM_GAP_ZONES] = {LM_REAL(0), LM_REAL(0)};
-  lm_real middle = LM_REAL(0);
-  lm_real width_square = LM_REAL(0);
+  lm_real least = LM_REAL(0);
+  lm_real most = LM_REAL(0);
+  lm_real below_square = LM_REAL(0);
+  lm_real above_square = LM_REAL(0);
+  lm_real worst_least = LM_REAL(0);
+  lm_real worst_most = LM_REAL(0);
   int i = 0;
   if (status == LM_OK) {
     status = check_limits(links, count, limits, fault);
@@ -221,15 +225,25 @@ lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real 
     furthest[links[i].zone] += reach(&links[i], t);
   }
   for (i = 0; i < LM_GAP_ZONES; ++i) {
-    const lm_real spread = t / LM_REAL(3) * real_sqrt(squares[i]);
-    put_zone(limits, i, centre[i], spread < furthest[i] ? spread : furthest[i]);
-    middle += (limits->gap_min_mm[i] + limits->gap_max_mm[i]) / LM_REAL(2);
-    width_square += square((limits->gap_max_mm[i] - limits->gap_min_mm[i]) / LM_REAL(2));
+    lm_real middle;
+    lm_real half;
+    put_zone(limits, i, centre[i], t / LM_REAL(3) * real_sqrt(squares[i]));
+    middle = (limits->gap_min_mm[i] + limits->gap_max_mm[i]) / LM_REAL(2);
+    half = (limits->gap_max_mm[i] - limits->gap_min_mm[i]) / LM_REAL(2);
+    most += middle;
+    above_square += square(half);
+    /* A zone that may interfere has no gap in as many drives as may be: nothing is sure of it. */
+    if (limits->signed_min_mm[i] >= LM_REAL(0)) {
+      least += middle;
+      below_square += square(half);
+    }
+    worst_least += clip(centre[i] - furthest[i]);
+    worst_most += clip(centre[i] + furthest[i]);
   }
-  /* The root of a sum of squares is no larger than the sum, so the lower limit is not negative but
-   * for rounding. */
-  limits->total_min_mm = clip(middle - real_sqrt(width_square));
-  limits->total_max_mm = middle + real_sqrt(width_square);
+  least -= real_sqrt(below_square);
+  most += real_sqrt(above_square);
+  limits->total_min_mm = least > worst_least ? least : worst_least;
+  limits->total_max_mm = most < worst_most ? most : worst_most;
   return LM_OK;
 }
 

@@ -159,7 +159,7 @@ static void each_zone_is_clipped_after_its_own_sum_and_before_the_total(void) {
   close_to(0.002, limits.total_min_mm, 2e-6);
   close_to(0.010, limits.total_max_mm, 0);
   ACCEPTED(lm_probable_limits(chain, 3, 3, &limits, &fault));
-  close_to(0.002, limits.signed_min_mm[LM_TEETH_GAP], 3e-5);
+  close_to(0.006 - 0.004 * sqrt(3), limits.signed_min_mm[LM_TEETH_GAP], 3e-5);
   close_to(0.002, limits.total_min_mm, 3e-5);
   close_to(0.010, limits.total_max_mm, 0);
 }
@@ -168,20 +168,29 @@ static void each_zone_is_clipped_after_its_own_sum_and_before_the_total(void) {
  * drawing is out there; only a normal spread leaves its field, and that from t = 3 on. */
 static void probable_limits_never_leave_what_the_parts_can_do(void) {
   lm_tolerance_link chain[2];
-  lm_tolerance_limits worst;
   chain[0] = link_of(1, -5, 5, LM_UNIFORM, LM_GENERATOR_GAP);
-  chain[1] = link_of(-0.5, 20, 32, LM_UNIFORM, LM_GENERATOR_GAP);
-  ACCEPTED(lm_worst_limits(chain, 2, &worst, &fault));
+  chain[1] = link_of(0.5, 20, 32, LM_UNIFORM, LM_GENERATOR_GAP);
   ACCEPTED(lm_probable_limits(chain, 2, 3, &limits, &fault));
-  close_to(-0.021, limits.signed_min_mm[LM_GENERATOR_GAP], 0);
-  close_to(-0.005, limits.signed_max_mm[LM_GENERATOR_GAP], 0);
-  close_to((double)worst.signed_min_mm[LM_GENERATOR_GAP], limits.signed_min_mm[LM_GENERATOR_GAP],
-           0);
+  close_to(0.013 - 0.008, limits.total_min_mm, 4e-6);
+  close_to(0.013 + 0.008, limits.total_max_mm, 0);
   chain[1].distribution = LM_NORMAL;
   ACCEPTED(lm_probable_limits(chain, 2, LM_REAL(4.5), &limits, &fault));
-  close_to(-0.013 + 0.005 + 1.5 * 0.003, limits.signed_max_mm[LM_GENERATOR_GAP], 1e-4);
-  ACCEPTED(lm_probable_limits(&chain[1], 1, LM_REAL(4.5), &limits, &fault));
-  close_to(-0.013 + 0.0045, limits.signed_max_mm[LM_GENERATOR_GAP], 1e-4);
+  close_to(0.013 - 0.005 - 1.5 * 0.003, limits.total_min_mm, 4e-6);
+  close_to(0.013 + 0.005 + 1.5 * 0.003, limits.total_max_mm, 0);
+}
+
+/* Each zone is a gap in one half of the drives and interference in the other: a quarter has none.
+ */
+static void a_zone_that_may_interfere_adds_nothing_to_the_least_gap(void) {
+  lm_tolerance_link chain[2];
+  chain[0] = link_of(1, -10, 10, LM_NORMAL, LM_GENERATOR_GAP);
+  chain[1] = link_of(1, -10, 10, LM_NORMAL, LM_TEETH_GAP);
+  ACCEPTED(lm_probable_limits(chain, 2, 3, &limits, &fault));
+  TEST_ASSERT_TRUE(limits.total_min_mm == 0);
+  close_to(0.010 + 0.005 * sqrt(2), limits.total_max_mm, 0);
+  chain[1] = link_of(1, 2, 10, LM_NORMAL, LM_TEETH_GAP);
+  ACCEPTED(lm_probable_limits(chain, 2, 3, &limits, &fault));
+  close_to(0.002, limits.total_min_mm, 4e-6);
 }
 
 static void one_normal_link_is_as_wide_probably_as_at_worst(void) {
@@ -724,6 +733,7 @@ int main(void) {
   RUN_TEST(each_zone_is_clipped_after_its_own_sum_and_before_the_total);
   RUN_TEST(one_normal_link_is_as_wide_probably_as_at_worst);
   RUN_TEST(probable_limits_never_leave_what_the_parts_can_do);
+  RUN_TEST(a_zone_that_may_interfere_adds_nothing_to_the_least_gap);
   RUN_TEST(probable_limits_are_the_root_of_squares_over_both_zones);
   RUN_TEST(distribution_factors_are_three_sigma_over_tau);
   RUN_TEST(an_empty_chain_has_no_gap);

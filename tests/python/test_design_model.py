@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from typing import Any
 
 import numpy as np
@@ -243,6 +244,80 @@ def test_exchanging_the_flanks_mirrors_the_characteristic(document: Document, at
     both = np.isin(np.round(gaps.angle_rad, 9), np.round(-mirrored.angle_rad, 9))
     back = np.isin(np.round(mirrored.angle_rad, 9), np.round(-gaps.angle_rad, 9))
     np.testing.assert_allclose(gaps.forward_rad[both], mirrored.backward_rad[back][::-1], atol=1e-9)
+
+
+def toleranced(document: Document, links: list[dict[str, Any]]) -> DesignModel:
+    document = copy.deepcopy(document)
+    document["design"]["tolerance"] = links
+    return design_model(parse_drive(document))
+
+
+def test_tolerances_of_no_width_leave_the_drive_as_drawn(drawn: Document) -> None:
+    exact = {"kind": "hole", "zone": "generator", "lower_um": 0, "upper_um": 0}
+    torque = np.linspace(-40, 40, 9)
+    plain, model = toleranced(drawn, []), toleranced(drawn, [exact, exact | {"zone": "teeth"}])
+    assert set(model.tolerance_limits().values()) == {0}
+    one, two = plain.characteristic(torque), model.characteristic(torque)
+    assert one.total_rad.tolist() == two.total_rad.tolist()
+
+
+def test_a_reversal_loses_twice_the_angle_of_a_gap(drawn: Document) -> None:
+    link = {"kind": "link", "influence": 1, "zone": "teeth", "lower_um": 3, "upper_um": 3}
+    plain, model = toleranced(drawn, []), toleranced(drawn, [link])
+    torque = 2 * model.mesh_state()["gap_torque_Nm"]
+    more = model.reversal_lost_motion(torque) - plain.reversal_lost_motion(torque)
+    assert more == pytest.approx(2 * model.gap_angle(3e-3), rel=1e-9)
+
+
+DEVIATES = {
+    "normal": lambda random, size: random.normal(size=size) / 3,
+    "triangular": lambda random, size: random.triangular(-1, 0, 1, size),
+    "uniform": lambda random, size: random.uniform(-1, 1, size),
+}
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_probable_limits_hold_what_they_say_and_stay_in_the_worst_case(
+    drawn: Document, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    gap = {"generator": np.zeros(40_000), "teeth": np.zeros(40_000)}
+    links = []
+    for _ in range(random.integers(1, 6)):
+        middle = random.normal() * random.choice([0.0, 3.0, 10.0])
+        half = random.uniform(0, 10)
+        zone, spread = random.choice(list(gap)), random.choice(list(DEVIATES))
+        influence = random.normal()
+        gap[zone] += influence * (middle + half * DEVIATES[spread](random, 40_000))
+        fields = {"lower_um": float(middle - half), "upper_um": float(middle + half)}
+        kinds = {"kind": "link", "zone": str(zone), "distribution": str(spread)}
+        links.append({"influence": float(influence), **fields, **kinds})
+    limits = toleranced(drawn, links).tolerance_limits()
+    assert 0 <= limits["worst_min"] <= limits["probable_min"] + 1e-12
+    assert limits["probable_min"] <= limits["probable_max"] <= limits["worst_max"] + 1e-12
+    drives_mm = 1e-3 * sum(np.maximum(zone, 0) for zone in gap.values())
+    # 0.135 % are meant; four standard errors of the count are allowed.
+    for outside in (
+        drives_mm < limits["probable_min"] - 1e-9,
+        drives_mm > limits["probable_max"] + 1e-9,
+    ):
+        assert outside.mean() < 1.35e-3 + 4 * math.sqrt(1.35e-3 / 40_000)
+
+
+@pytest.mark.parametrize("generator", ["discs", "cosine", "rollers"])
+def test_less_room_between_the_teeth_is_less_clearance_to_take_up(
+    drawn: Document, generator: str
+) -> None:
+    drawn["design"]["generator"]["type"] = generator
+    taken = []
+    for shift in (3.2, 3.0, 2.96, 2.9, 2.8):
+        drawn["design"]["teeth"]["rigid_shift"] = shift
+        model = toleranced(drawn, [])
+        found = model.characteristic([40.0])
+        play = model.mesh_state()["free_play_rad"]
+        taken.append((play, float(found.parts_rad["side_clearance"][0])))
+    assert taken == sorted(taken, reverse=True)
+    assert taken[0][1] > taken[-1][1]
 
 
 @random_designs

@@ -104,11 +104,13 @@ lm_real lm_distribution_factor(lm_distribution distribution);
 lm_status lm_worst_limits(const lm_tolerance_link *links, int count, lm_tolerance_limits *limits,
                           lm_fault *fault);
 
-/* Probable limits of each zone: sum A E +- t sqrt(sum (A tau K / 3)^2), t = 0 .. 6, 3 by custom,
- * but never beyond sum |A| tau, where no part that keeps its drawing goes (t / 3 of it for a link
- * that is LM_NORMAL when t > 3). Then clipped. The total takes the clipped zones as independent
- * intervals: sum of their middles +- root of the sum of their squared half widths. Where nothing
- * is clipped that is the formula over all links; where a limit is clipped use lm_sample_gap. */
+/* Probable limits of each zone: sum A E +- t sqrt(sum (A tau K / 3)^2), t = 0 .. 6, 3 by custom.
+ * Then clipped. The total takes the clipped zones as independent intervals: sum of their middles +-
+ * root of the sum of their squared half widths; where nothing is clipped that is the formula over
+ * all links. A zone that may be gap or interference adds nothing to the lower limit, for it has no
+ * gap in an unknown share of the drives; lm_sample_gap counts them. Neither limit leaves the worst
+ * case, where no part that keeps its drawing goes (with t / 3 times the field of a link that is
+ * LM_NORMAL when t > 3). */
 lm_status lm_probable_limits(const lm_tolerance_link *links, int count, lm_real t,
                              lm_tolerance_limits *limits, lm_fault *fault);
 

@@ -12,10 +12,12 @@ from lostmotion.report.svg import BLUE, INK, PAPER, SMALL_SIZE, SOFT, Drawing
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Limits of the radial gap in um, by ``worst_min`` and so on, with its mean.
+    """Limits of the radial gap in um, by ``worst_min`` and so on.
 
     Attributes
     ----------
+    mean_um : float
+        Gap of the drive whose parts are all in the middle of their fields.
     arcmin_per_um : float
         Lost motion in one direction by a closed gap, equation (9).
     """
@@ -34,7 +36,8 @@ def tolerances_figure(data: Tolerances) -> Figure:
         "Radial gap on the deformation axis that the tolerances allow (lower axis) and the lost "
         "motion that it brings in one direction, eq. (9) (upper axis); a reversal sees twice that. "
         "Worst case: all links at their limits, eq. (10), (11). Probable: 99.73 % of all drives, "
-        f"by the distributions of the links. The mean gap is {data.mean_um:.2f} µm."
+        "by the distributions of the links. With every part in the middle of its field the gap is "
+        f"{data.mean_um:.2f} µm; that is the drive of the characteristic above."
     )
     return Figure(
         f"Tolerance limits of {data.name}",
@@ -82,6 +85,6 @@ def draw_tolerances(data: Tolerances, width: float) -> str:
         drawing.text(left - 10, y + 4.5, name, anchor="end")
     at = float(axes.x(data.mean_um))
     drawing.line((at, top, at, top + height), INK, 1.2, "3 2")
-    drawing.text(at + 5, top + 48, "mean", size=SMALL_SIZE, halo=True)
+    drawing.text(at + 5, top + 48, "middle of the fields", size=SMALL_SIZE, halo=True)
     drawing.dots([(at, top + height)], 2.6, PAPER, INK)
     return drawing.render()
