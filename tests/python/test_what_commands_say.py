@@ -17,11 +17,12 @@ from lostmotion.base import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import Comparison, compare
-from lostmotion.discover.effects import find_effect, library
+from lostmotion.discover.effects import find_effect, library, load
 from lostmotion.discover.plans import rank_correlation
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Finding, read_campaign, told
 from lostmotion.units import ARCSEC
+from lostmotion.workbench.bench import Bench
 
 
 @pytest.fixture(scope="module")
@@ -187,3 +188,42 @@ def test_rank_correlation_is_that_of_scipy() -> None:
 def test_an_effect_that_is_nowhere_may_be_ones_own() -> None:
     with pytest.raises(InputError, match=r"did you mean 'creep'.*or your own by --effects FILE"):
         find_effect("crepe", library())
+
+
+OWN = """
+from lostmotion.discover import Value, formula
+
+warm_gap = formula(
+    "warm_gap",
+    "size_rad_per_K * (temperature_C - 20) * tanh(wound_Nm / 0.5)",
+    values=[Value("size_rad_per_K", role="linear", typical=1e-6, low=-1e-3, high=1e-3)],
+)
+"""
+
+
+def test_the_workbench_reads_a_fitted_drive_as_the_commands_do(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "own.py").write_text(OWN)
+    own = ("--effects", folder / "own.py")
+    fitted, data = folder / "own.toml", folder / "warm.csv"
+    words = ("fit", folder / "drive.toml", data, "--add", "warm_gap", *own, "-o", fitted)
+    said(capsys, *words)
+    answer = json.loads(said(capsys, "compare", fitted, data, *own, "--json", "-"))
+    bench = Bench(effects={**library(), **load(folder / "own.py")})
+    try:
+        bench.load_drive(fitted)
+        bench.load_recordings([data], [], lambda done, steps: None)
+        assert bench.comparison is not None
+        assert bench.comparison.answer() == answer
+        assert answer["effects"] == ["warm_gap"]
+        header, _ = bench.export(".h", [], "full", "joint")
+        assert b"lm_effect_warm_gap" in header
+    finally:
+        bench.close()
+
+
+def test_next_says_what_the_diagnosis_was(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("next", folder / "drive.toml", folder / "warm.csv", "--plan", folder / "warm.csv")
+    printed = said(capsys, *words)
+    assert printed.startswith("Missing: thermal_gap.\n\nto decide between thermal_gap, ")

@@ -8,7 +8,7 @@ chance?
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from lostmotion.base import Backbone, run_plays
 from lostmotion.discover.backbone import Base
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.effects import library
+from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_residual
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
@@ -293,6 +293,7 @@ def compare(
     campaign: Campaign,
     *,
     base: Base | None = None,
+    effects: Mapping[str, Effect] | None = None,
     fit_on: Sequence[int | str] | None = None,
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
@@ -308,6 +309,8 @@ def compare(
         The recordings.
     base : Base, optional
         A base over this campaign that was made elsewhere.
+    effects : mapping, optional
+        Where the effects of the drive's file are looked up; by default in the library.
     fit_on : sequence of run labels, optional
         Fit to these runs only and predict the others; by default all are fitted, and each is held
         out once.
@@ -342,7 +345,8 @@ def compare(
         if base is None and (drive.fit is not None or drive.effects):
             from lostmotion.discover.ladder import make_base
 
-            base = make_base(drive, campaign, backbone, library())
+            known = library() if effects is None else effects
+            base = make_base(drive, campaign, backbone, known)
     with one_thread():
         return _compare(backbone, campaign, base, fit_on, seed, progress or (lambda *_: None))
 

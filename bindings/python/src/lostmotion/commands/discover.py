@@ -236,7 +236,9 @@ def run_next(arguments: argparse.Namespace) -> None:
     options = read_plan(arguments.plan, drive.ratio, mapping)
     drive, result, _ = diagnosis_of(arguments)
     with one_thread():
-        answer = next_runs(result, options, effects_of(arguments), drive.ratio)
+        ranking = next_runs(result, options, effects_of(arguments), drive.ratio)
+    said = {key: result.answer()[key] for key in ("verdict", "effects", "runs")}
+    answer = {**ranking, "diagnosis": said}
     deliver(answer, arguments, lambda out: show_next(answer, out))
 
 
@@ -392,7 +394,8 @@ def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
 
 def show_next(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print the ranking of runs."""
-    print("to decide between " + ", ".join(answer["between"]), file=out)
+    print(verdict_sentence(answer["diagnosis"]), file=out)
+    print("\nto decide between " + ", ".join(answer["between"]), file=out)
     print("expected evidence; 1 nat makes one 2.7 times as likely against the other:", file=out)
     for run in answer["runs"]:
         print(

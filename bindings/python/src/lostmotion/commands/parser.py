@@ -304,6 +304,7 @@ def add_workbench(command: Command) -> None:
     added.add_argument("--port", metavar="N", help="of the page (default: a free one)")
     added.add_argument("--no-browser", action="store_true", help="print the address only")
     add_map(added)
+    add_effects(added)
 
 
 def add_drive(parser: argparse.ArgumentParser, what: str = "drive file") -> None:

@@ -100,7 +100,7 @@ class Bench:
         backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
         check_scale(campaign, backbone)
         with one_thread():
-            result = compare(backbone, campaign, progress=tick)
+            result = compare(drive, campaign, effects=self.effects, progress=tick)
         page = render_section(comparison_section(drive, result, recording_files(list(paths))))
         self._forget_recordings()
         self.paths, self.mapping = [Path(path) for path in paths], list(mapping)
@@ -226,7 +226,8 @@ class Bench:
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             fitted = Path(folder) / Path(drive.file).name
             write_whole(fitted, self.fitted_drive())
-            controller = make_controller(read_drive(fitted), given, profile=profile)
+            own = {name: one for name, one in self.effects.items() if name not in library()}
+            controller = make_controller(read_drive(fitted), given, profile=profile, own=own)
             file = Path(folder) / f"params{suffix}"
             answer = export(controller, file, name=name, title=drive.name)
             return file.read_bytes(), answer

@@ -6,7 +6,7 @@ import argparse
 import importlib.util
 
 from lostmotion.errors import InputError, LostMotionError
-from lostmotion.options import whole_number
+from lostmotion.options import effects_of, whole_number
 
 PORT_MAX = 65535
 
@@ -24,6 +24,7 @@ def run_workbench(arguments: argparse.Namespace) -> None:
         arguments.drive,
         arguments.data,
         arguments.map,
+        effects=effects_of(arguments),
         port=port,
         show=not arguments.no_browser,
         quiet=arguments.quiet,

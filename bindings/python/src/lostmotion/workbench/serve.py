@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import socket
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from nicegui import app, ui
 from starlette.responses import PlainTextResponse, Response
 
+from lostmotion.discover.effects import Effect
 from lostmotion.errors import InputError
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import Search
@@ -43,6 +44,7 @@ def serve(
     data: Sequence[str],
     mapping: Sequence[str],
     *,
+    effects: Mapping[str, Effect],
     port: int | None = None,
     show: bool = True,
     quiet: bool = False,
@@ -53,6 +55,8 @@ def serve(
     ----------
     drive, data, mapping
         What to load at once; what cannot be read is refused before the page opens.
+    effects : mapping
+        Effects that may be missing: those of the library, and the user's own.
     port : int, optional
         By default the first free one from `FIRST_PORT` on.
     show : bool
@@ -66,7 +70,7 @@ def serve(
         The drive, the recordings or the port.
     """
     place = free_port(port)
-    bench, work, search = Bench(), Work(), Search()
+    bench, work, search = Bench(effects=dict(effects)), Work(), Search()
     try:
         if drive is not None:
             bench.load_drive(drive)
