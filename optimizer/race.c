@@ -15,13 +15,14 @@
 /* The ends of the front are sought as soon as the population has found its regions, and early
  * enough for it to breed from them. */
 #define ENDS_SHARE 0.3
+#define ENDS_AGAIN_SHARE 0.8 /* from what the population has bred, where it has the rest */
 #define RACE_SHARE 0.03
 
 #define EPOCH_BUDGET 4000 /* evaluations of a population before the next one starts anew */
 #define ISLAND_BUDGET 100 /* evaluations of one island between two exchanges: a generation */
 /* Below, two islands; and with more than one objective they have all of the budget once the ends of
- * the front are known: what the local solvers would add is nothing that a population does not find,
- * and their tasks are few and unlike, so that threads wait for each other. */
+ * the front are known. What refines the front then runs beside them: tasks of a stage of their own
+ * are few and unlike there, so that threads wait for each other. */
 #define FEW_EVALUATIONS 10000
 
 void lm_start_screen(lm_search *search) {
@@ -178,10 +179,13 @@ void lm_plan_evolve(lm_search *search) {
       task->parent[task->parent_count++] = search->population[k];
     }
   }
-  if (objectives > 1 && !search->ends_sought && search->archive_count > 0 &&
-      search->used >= ENDS_SHARE * search->problem.evaluations) {
-    search->ends_sought = 1;
+  if (objectives > 1 && search->archive_count > 0 && search->ends_sought < (rest ? 2 : 1) &&
+      search->used >= (rest ? ENDS_AGAIN_SHARE : ENDS_SHARE) * search->problem.evaluations) {
+    search->ends_sought++;
     lm_add_ends(search);
+  }
+  if (rest && search->ends_sought > 1 && objectives == 2) {
+    lm_add_bridges(search);
   }
 }
 

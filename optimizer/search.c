@@ -155,13 +155,13 @@ static void keep_budget(lm_search *search) {
     search->batch_count = left;
     search->next_id = search->batch_first + left;
   }
+  left -= search->batch_count;
   for (i = 0; i < search->batch_count; i++) {
     lm_task *task = &search->batch[i];
-    const int most = left - (search->batch_count - 1 - i);
     const int part = (int)(task->budget * left / wanted);
     wanted -= task->budget;
-    task->budget = part < 1 ? 1 : part > most ? most : part;
-    left -= task->budget;
+    task->budget = 1 + part;
+    left -= part;
   }
 }
 

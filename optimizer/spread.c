@@ -218,7 +218,7 @@ void lm_add_ends(lm_search *search) {
 
 /* The steps of the front with the largest area at stake, where both ends are designs of one
  * combination. */
-static void plan_bridges(lm_search *search) {
+void lm_add_bridges(lm_search *search) {
   unsigned char bridged[LM_ARCHIVE_MAX] = {0};
   int n;
   for (n = 0; n < BRIDGES_MAX; n++) {
@@ -261,7 +261,7 @@ void lm_plan_front(lm_search *search) {
   }
   levels = levels < 2 ? 2 : levels > LEVELS_MAX ? LEVELS_MAX : levels;
   if (search->problem.objective_count == 2 && search->round % 2 == 1) {
-    plan_bridges(search);
+    lm_add_bridges(search);
     if (search->batch_count > 0) {
       return;
     }

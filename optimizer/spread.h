@@ -18,6 +18,9 @@ void lm_plan_front(lm_search *search);
 /* Tasks for the end of every axis, each from the best kept design; there must be one. */
 void lm_add_ends(lm_search *search);
 
+/* Tasks between neighbours of a front of two objectives, where both are of one combination. */
+void lm_add_bridges(lm_search *search);
+
 /* Origin and scale of an aim by the ends of the front. */
 void lm_scale_aim(const lm_search *search, lm_aim *aim);
 

@@ -219,7 +219,7 @@ static char folder[64];
 
 static const char spec[] =
     "seed 3\n"
-    "evaluations 60\n"
+    "evaluations 100\n"
     "rated_torque_Nm 40\n"
     "objective lost_motion\n"
     "fixed teeth.module_mm 0.25\n"

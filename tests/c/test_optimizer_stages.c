@@ -35,6 +35,7 @@ static int dealt_combinations; /* and their combinations */
 static int most_levels;        /* different bounds of the second objective in one batch */
 static int ends;               /* tasks of a local solver beside those of a population */
 static int ends_from;          /* evaluations before the first of them */
+static int bridges;            /* between designs of the front, beside a population */
 
 void setUp(void) {
   search = NULL;
@@ -228,6 +229,7 @@ static void run_in(const world *w, const char *spec) {
   largest_batch = 0;
   most_levels = 0;
   ends = 0;
+  bridges = 0;
   while ((count = lm_next_tasks(search, &tasks)) > 0) {
     lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
     int i;
@@ -242,7 +244,9 @@ static void run_in(const world *w, const char *spec) {
     for (i = 0; i < count; i++) {
       TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
       check_task(&batch[i]);
-      if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
+      if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_BRIDGE) {
+        bridges++;
+      } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
         count_end(&batch[i]);
       }
       make_up(w, &batch[i]);
@@ -323,16 +327,22 @@ static void test_a_budget_goes_where_the_stages_say(void) {
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
 }
 
-/* The population breeds from the ends of the front, once they are worth looking for. */
-static void test_the_ends_of_the_front_are_sought_once(void) {
+/* The population breeds from the ends of the front, once they are worth looking for. Of few
+ * evaluations it has the rest, and what refines the front runs beside it. */
+static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
   world infeasible = plain;
   int objectives;
   for (objectives = 2; objectives <= 4; objectives++) {
     run_in(&plain, spec_of(objectives, 5000, 7, 1));
-    TEST_ASSERT_EQUAL_INT(objectives, ends);
+    TEST_ASSERT_EQUAL_INT(2 * objectives, ends);
     TEST_ASSERT_TRUE(ends_from >= 1500 && ends_from < 2000);
+    TEST_ASSERT_EQUAL_INT(objectives == 2, bridges > 0);
+    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_COBYLA]); /* no stage of their own */
+    TEST_ASSERT_TRUE(used() > 4900);
     run_in(&plain, spec_of(objectives, 40000, 7, 1));
     TEST_ASSERT_EQUAL_INT(objectives, ends);
+    TEST_ASSERT_EQUAL_INT(0, bridges);
+    TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
   }
   run_in(&plain, spec_of(1, 5000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, ends);
@@ -509,7 +519,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_search_ends_with_its_budget_spent);
   RUN_TEST(test_a_budget_goes_where_the_stages_say);
-  RUN_TEST(test_the_ends_of_the_front_are_sought_once);
+  RUN_TEST(test_the_ends_of_the_front_are_sought_beside_the_population);
   RUN_TEST(test_a_front_of_many_combinations_is_recalled_in_part);
   RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);
   RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
