@@ -16,9 +16,15 @@ from lostmotion.discover.diagnosis import noise_floor
 from lostmotion.discover.evidence import gather
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.run_steps import SIDE_LEAST, partings, scan
-from lostmotion.discover.selection import accepted, noise_rms
+from lostmotion.discover.selection import accepted, free_values, judge, noise_rms, refit
 from lostmotion.discover.shapes import waves
-from lostmotion.discover.study import contest_of_term, estimate_noise, make_candidates, settle
+from lostmotion.discover.study import (
+    contest_of_term,
+    estimate_noise,
+    make_candidates,
+    make_field,
+    settle,
+)
 from lostmotion.recordings import Campaign, Run
 
 ARCSEC = np.pi / 180 / 3600
@@ -175,6 +181,31 @@ def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
     # Its power over the noise, but for what the base and the scatter of the runs take of it.
     power = float(np.sum((with_it - without) ** 2))
     assert contest.test(block).wald > 0.2 * power > 100.0
+
+
+@pytest.mark.parametrize("takeup", [0.1, 0.4, 1.0])
+@pytest.mark.parametrize("direction_deg", range(0, 180, 15))
+def test_lobes_that_do_not_run_true_are_fitted_whatever_their_direction(direction_deg, takeup):
+    base = Base(Conditions(turning_campaign()), RATED_NM)
+    base.fit(steps=5)
+    effect = library()["lobe_eccentricity"]
+    direction = np.radians(direction_deg)
+    runout, closing = 4e-5, 1e-4
+    values = np.array([0, 0, runout * np.cos(direction), runout * np.sin(direction),
+                       closing / (takeup * RATED_NM), takeup * RATED_NM])  # fmt: skip
+    true = base.copy()
+    true.terms = [Term(effect, values, free_values(effect))]
+    rng = np.random.default_rng(direction_deg)
+    power = float(np.sum((true.angle() - base.angle()) ** 2))
+    sigma = np.sqrt(power / 400.0)
+    base.measured = true.angle() + sigma * rng.normal(size=base.measured.size)
+    runs = base.conditions.runs
+    settled = settle(base, Noise([np.zeros(0)] * runs, np.full(runs, sigma)))
+    candidates, _ = named_candidates({effect.name: effect}, base, base.at(), RATIO)
+    stage = make_field(settled, candidates, {})
+    result = judge(stage, effect.name)
+    contender = refit(stage, result)
+    assert contender.gain > 0.7 * result.gain > 10.0
 
 
 def quick_campaign(seed: int, share: float) -> Campaign:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover import shapes as shape_room
-from lostmotion.discover.backbone import Additive, Base, Term
+from lostmotion.discover.backbone import TOLERANCE, Additive, Base, Term
 from lostmotion.discover.candidates import Candidate, named_candidates
 from lostmotion.discover.contest import FLIP_LEVEL, Result
 from lostmotion.discover.effects import Effect
@@ -88,6 +88,9 @@ REFIT_STEPS = 12
 
 APART_STEPS, APART_TOLERANCE = 20, 1e-7
 """A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
+
+PROMISE_KEPT = 0.5
+"""Share of the gain in the contest below which a refit has gone astray."""
 
 WANDERING = 2.0
 """Noise whose spread is this many times its innovations wanders so slowly that it may be a
@@ -197,11 +200,10 @@ def accepted(result: Result, count: int) -> bool:
 
 
 class Projector:
-    """What the fixed columns of a base leave of other columns, in plain arc seconds."""
+    """What a model with all that is in it leaves of other columns, in plain arc seconds."""
 
     def __init__(self, base: Base) -> None:
         fixed, _ = base.fixed_columns(base.at())
-        fixed = fixed[:, : base.slopes.size + 2 * base.shares.size]
         fixed -= fixed.mean(axis=0)
         norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
         norm[norm == 0] = 1.0
@@ -216,7 +218,7 @@ class Projector:
 
 
 def size_of(stage: Field, result: Result) -> float:
-    """Root mean square, arc seconds, of what a candidate explains beside the base."""
+    """Root mean square, arc seconds, of what a candidate explains beside the model as it stands."""
     evidence = stage.contest.evidence
     coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
     if stage.projector is None:
@@ -232,21 +234,36 @@ def columns_judged(stage: Field, result: Result) -> FloatArray:
     return columns[:, [whole.index(place) for place in evidence.blocks[result.block]]]
 
 
+def best_start(stage: Field, result: Result) -> tuple[int, Result]:
+    """Find the start of an effect that explains most, judged alone."""
+    candidate = stage.candidates[result.name]
+    numbers = sorted(set(candidate.start_of))
+    best: tuple[bool, float] = (False, -np.inf)
+    start, chosen = numbers[0], result
+    for number in numbers:
+        own = stage.contest.test(f"{result.name}#{number}")
+        if own is None:
+            continue
+        # One lobe leads and the other lags: a size below nothing is that of lobes a quarter turn
+        # on, which have a start of their own.
+        right_way = result.name != "lobe_eccentricity" or own.coefficients[-1] > 0
+        if (right_way, own.wald) > best:
+            best, start, chosen = (right_way, own.wald), number, own
+    return start, chosen
+
+
 def term_of(stage: Field, result: Result) -> Term:
     """An effect with the values that the contest suggests."""
-    candidate = stage.candidates[result.name]
+    return term_of_start(stage, stage.candidates[result.name], *best_start(stage, result))
+
+
+def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -> Term:
+    """An effect with the values that one of its starts suggests."""
     effect = candidate.effect
     assert effect is not None
     evidence = stage.contest.evidence
-    best, start = -np.inf, 0
-    coefficients = np.zeros(0)
-    places: list[int] = []
-    for number in sorted(set(candidate.start_of)):
-        own = stage.contest.test(f"{result.name}#{number}")
-        if own is not None and own.wald > best:
-            best, start = own.wald, number
-            coefficients = own.coefficients / evidence.scale[evidence.blocks[own.name]]
-            places = [i for i, s in enumerate(candidate.start_of) if s == number]
+    coefficients = own.coefficients / evidence.scale[evidence.blocks[own.block]]
+    places = [i for i, s in enumerate(candidate.start_of) if s == start]
     values = candidate.starts[start].copy()
     linear = effect.indices("linear")
     if effect.name == "lobe_eccentricity":
@@ -286,6 +303,9 @@ def free_values(effect: Effect) -> list[int]:
 def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender:
     """Fit base and candidate together, from the deviations that this hypothesis predicts.
 
+    A step that leads astray, or to much less than the contest has promised, is not taken: the fit
+    then starts from where the base stands.
+
     Parameters
     ----------
     reference : Settled, optional
@@ -294,43 +314,54 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
     """
     settled = stage.settled
     candidate = stage.candidates[result.name]
-    evidence = stage.contest.evidence
-    index = evidence.index(result.block)
-    delta = np.concatenate((result.fixed_step, result.coefficients))
-    own = stage.contest.deviations(index, result.omega, delta)
-    fixed = evidence.fixed.size
-    scale = np.concatenate((evidence.scale[:fixed], evidence.scale[evidence.scatter]))
+    start, own = (0, result) if candidate.effect is None else best_start(stage, result)
     sigma = float(np.median(settled.noise.sigma))
-    base = settled.base.copy()
+
+    def settled_from(base: Base) -> Contender:
+        done = settle(base, settled.noise)
+        by_run = done.density - (reference or settled).density
+        return Contender(result, candidate, done, float(by_run.sum()), by_run)
+
+    def from_base(tolerance: float = TOLERANCE) -> Contender:
+        base = settled.base.copy()
+        put_in(base, stage, candidate, start, own)
+        base.fit(noise=sigma, steps=APART_STEPS, tolerance=tolerance)
+        return settled_from(base)
+
     if reference is not None and reference.base is not settled.base:
-        put_in(base, stage, result)
-        base.fit(noise=sigma, steps=APART_STEPS, tolerance=APART_TOLERANCE)
-    else:
-        take_step(base, scale, result.fixed_step, own)
-        put_in(base, stage, result)
-        base.fit(noise=sigma, steps=REFIT_STEPS)
-        if plain_rms(base) > WORSE * plain_rms(settled.base):
-            # The step led astray; the fit starts again from where the base stood.
-            base = settled.base.copy()
-            put_in(base, stage, result)
-            base.fit(noise=sigma, steps=APART_STEPS)
-    done = settle(base, settled.noise)
-    by_run = done.density - (reference or settled).density
-    return Contender(result, candidate, done, float(by_run.sum()), by_run)
+        return from_base(APART_TOLERANCE)
+    base = settled.base.copy()
+    step_to(base, stage, result)
+    put_in(base, stage, candidate, start, own)
+    base.fit(noise=sigma, steps=REFIT_STEPS)
+    if plain_rms(base) > WORSE * plain_rms(settled.base):
+        return from_base()
+    stepped = settled_from(base)
+    if stepped.gain >= PROMISE_KEPT * result.gain:
+        return stepped
+    return max(stepped, from_base(), key=lambda c: c.gain)
 
 
-def put_in(base: Base, stage: Field, result: Result) -> None:
-    """Add a candidate to a base with the values that the contest suggests."""
-    candidate = stage.candidates[result.name]
+def step_to(base: Base, stage: Field, result: Result) -> None:
+    """Move a base and the deviations of its runs to where a hypothesis wants them."""
     evidence = stage.contest.evidence
+    delta = np.concatenate((result.fixed_step, result.coefficients))
+    own = stage.contest.deviations(evidence.index(result.block), result.omega, delta)
+    moved = np.concatenate((evidence.fixed, evidence.scatter))
+    take_step(base, evidence.scale[moved], result.fixed_step, own)
+
+
+def put_in(base: Base, stage: Field, candidate: Candidate, start: int, own: Result) -> None:
+    """Add a candidate to a base with the values that the contest suggests."""
     if candidate.effect is not None:
-        base.terms.append(term_of(stage, result))
+        base.terms.append(term_of_start(stage, candidate, start, own))
         return
+    evidence = stage.contest.evidence
     base.additives.append(
         Additive(
             candidate.name,
             candidate.columns,
-            result.coefficients / evidence.scale[evidence.blocks[result.name]],
+            own.coefficients / evidence.scale[evidence.blocks[own.block]],
             candidate.covariate,
             candidate.shape,
         )
