@@ -147,6 +147,26 @@ static void test_each_level_is_the_certificates(void) {
   }
 }
 
+/* Two links that are hardly ever both at their ends have a probable gap below the worst one; one
+ * that is triangular is as far off as its limits and no further. */
+static void test_the_probable_gap_is_never_above_the_worst(void) {
+  static const char *const chain[] = {
+      "link 0.5 48 0.5 0 1 normal generator\nlink 1.37 0.25 0.5 0 2 normal teeth\n",
+      "link 0.5 48 0.5 0 1 triangular generator\n"};
+  int i;
+  for (i = 0; i < 2; i++) {
+    double worst;
+    double probable;
+    read_with(by_differences, chain[i], "level worst\n");
+    assert_evaluated(result);
+    worst = figure(result, LM_FIGURE_TOLERANCE_LOST_MOTION);
+    read_with(by_differences, chain[i], "level probable\n");
+    assert_evaluated(result);
+    probable = figure(result, LM_FIGURE_TOLERANCE_LOST_MOTION);
+    TEST_ASSERT_TRUE(i == 0 ? probable < 0.95 * worst : probable == worst);
+  }
+}
+
 /* What has a grade only goes on from what has been measured. */
 static void test_other_grades_alone_need_no_new_contacts(void) {
   lm_gapless gapless[LM_PHASE_MAX];
@@ -377,6 +397,7 @@ int main(void) {
   RUN_TEST(test_the_gear_that_turns_gives_the_ratio);
   RUN_TEST(test_a_link_without_a_diameter_has_the_flexsplines);
   RUN_TEST(test_each_level_is_the_certificates);
+  RUN_TEST(test_the_probable_gap_is_never_above_the_worst);
   RUN_TEST(test_other_grades_alone_need_no_new_contacts);
   RUN_TEST(test_interference_is_of_the_tightest_chain);
   RUN_TEST(test_interference_may_reach_its_limit);
