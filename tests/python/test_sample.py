@@ -149,6 +149,15 @@ def test_rows_without_numbers_are_counted_over_all_rows(tmp_path: Path) -> None:
     assert np.isfinite(sampled.column("torque")).all()
 
 
+def test_a_dead_sensor_is_dead_in_the_sample_too(tmp_path: Path) -> None:
+    data = campaign(add=gap, rows=2000)
+    data.runs[3].columns["torque"][400:1200] = data.runs[3].columns["torque"][400]
+    sampled = sample_campaign([write(data, tmp_path / "data")], ratio=RATIO, rows=20_000)
+    assert sampled.rows < data.rows
+    (stuck,) = [finding for finding in sampled.findings if finding.kind == "stuck"]
+    assert (stuck.column, str(stuck.run)) == ("torque_Nm", str(data.runs[3].label))
+
+
 def test_small_recordings_are_read_whole(folder: Path) -> None:
     assert recorded_rows(sorted(folder.iterdir())) == 24000
     assert read_or_sample([folder], ratio=RATIO).recorded_rows is None

@@ -14,7 +14,6 @@ other, so they may be read by threads, by Dask on this machine, or by a Dask clu
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -26,7 +25,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.base import run_plays
-from lostmotion.errors import InputError, one_line
+from lostmotion.discover.threads import cores
+from lostmotion.errors import InputError, no_dask, one_line
 from lostmotion.recordings import (
     QUANTITIES,
     RATIO_EXPECTED,
@@ -369,8 +369,12 @@ def join_parts(
     joined = {name: np.concatenate(values) for name, values in columns.items()}
     if "lost_motion" not in joined and ratio is None:
         raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
-    # What is odd was counted over all rows; of the sample only the unusable rows go.
-    return sound_run(file, label, joined, ratio, [])
+    # Unusable rows and whole turns were counted over all rows, and the sample's clock has gaps by
+    # design; a dead sensor is dead in the sample too.
+    of_sample: list[Finding] = []
+    run = sound_run(file, label, joined, ratio, of_sample)
+    findings += [finding for finding in of_sample if finding.kind == "stuck"]
+    return run
 
 
 def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
@@ -431,7 +435,7 @@ def run_pieces(
     function: Callable[[Item], Answer], items: Sequence[Item], dask: str | None
 ) -> list[Answer]:
     """Call a function on every item, in threads, by Dask on this machine, or on a cluster."""
-    workers = os.cpu_count() or 1
+    workers = cores()
     if dask is None:
         with ThreadPoolExecutor(workers) as pool:
             return list(pool.map(function, items))
@@ -455,8 +459,3 @@ def run_pieces(
             return list(client.gather(client.map(function, items, pure=False)))
     except (OSError, TimeoutError) as error:
         raise InputError("--dask", dask, one_line(str(error)), "a Dask scheduler") from None
-
-
-def no_dask() -> InputError:
-    """Say that Dask is not there."""
-    return InputError("--dask", "", "no Dask here", "pip install distributed pyarrow")

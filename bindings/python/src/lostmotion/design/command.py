@@ -12,7 +12,7 @@ from typing import Any, TextIO
 from lostmotion.design.result import Result, relaxation
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
-from lostmotion.errors import InputError, LostMotionError, one_line
+from lostmotion.errors import InputError, LostMotionError, no_dask, one_line
 from lostmotion.options import whole_number
 from lostmotion.terminal import deliver, show_table
 
@@ -70,9 +70,7 @@ def cluster(address: str | None) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError:
-        raise LostMotionError(
-            "Dask is not installed; install it with: pip install distributed"
-        ) from None
+        raise no_dask() from None
     try:
         client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
