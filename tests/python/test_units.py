@@ -104,3 +104,11 @@ def test_cycles_are_a_count_and_not_an_angle() -> None:
 
 def test_a_unit_has_one_division_at_most() -> None:
     assert units.parse_unit("m_per_s_per_s") is None
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(50_500.0, "50500"), (1.0685e7, "10700000"), (-2234.0, "-2230"), (12.34, "12.3"), (0.0, "0")],
+)
+def test_plain_numbers_have_no_power_of_ten(value: float, text: str) -> None:
+    assert units.plain_number(value) == text

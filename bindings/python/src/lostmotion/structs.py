@@ -280,11 +280,6 @@ def _set_all(drive: Any, design: Design, paths: Iterable[str]) -> None:
             _set(drive, path, _number(path, design.values[path].value))
 
 
-def stiffness(value: float) -> str:
-    """Write a stiffness in three digits, without a power of ten."""
-    return f"{float(f'{value:.3g}'):.15g}" if abs(value) < 1e15 else f"{value:.3g}"
-
-
 def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
     """List every value that the file left open, by its dotted key, as it was filled in.
 
@@ -308,12 +303,12 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
     if design.radial_chain is None:
         soft = drive.radial_laws[0].coefficient_mm_per_Nn
         defaults["design.radial_chain"] = (
-            f"N/mm on a lobe: ovalisation of the rigid gear {stiffness(1 / soft)}, "
+            f"N/mm on a lobe: ovalisation of the rigid gear {units.plain_number(1 / soft)}, "
             "in proportion to size"
         )
     if design.torsion_chain is None:
         members = ", ".join(
-            f"{name} {stiffness(element.stiffness_Nm_per_rad * element.ratio**2)}"
+            f"{name} {units.plain_number(element.stiffness_Nm_per_rad * element.ratio**2)}"
             for name, element in zip(TORSION_DEFAULTS, drive.torsion, strict=False)
         )
         defaults["design.torsion_chain"] = f"Nm/rad at the output: {members}, in proportion to size"

@@ -226,6 +226,12 @@ def convert(value: Number, source: str, target: str) -> Number:
     return b.from_si(a.to_si(value))
 
 
+def plain_number(value: float, digits: int = 3) -> str:
+    """Write a number with so many significant digits, without a power of ten up to 1e15."""
+    rounded = float(f"{value:.{digits}g}")
+    return f"{rounded:.15g}"
+
+
 ARCMIN = ATOMS["arcmin"].scale
 """One arc minute in rad."""
 

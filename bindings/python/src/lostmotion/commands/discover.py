@@ -22,7 +22,7 @@ from lostmotion.discover.diagnosis import (
     diagnose,
 )
 from lostmotion.discover.effects import Effect, card, find_effect, library
-from lostmotion.discover.events import dependence, in_arcsec
+from lostmotion.discover.events import dependence
 from lostmotion.discover.evidence_verdict import judge_body
 from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.discover.merging import merge_bodies
@@ -49,6 +49,7 @@ from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
 from lostmotion.sample import read_or_sample
 from lostmotion.terminal import Progress, deliver
+from lostmotion.units import plain_number
 
 RATIO_MAX = 1e4
 """Largest ratio that `check` takes."""
@@ -265,7 +266,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     for event in answer["events"]:
         print(
             f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
-            f"{in_arcsec(event['size_arcsec'])}",
+            f"{plain_number(event['size_arcsec'])} arcsec",
             file=out,
         )
     print("\nstrongest candidates:", file=out)

@@ -14,6 +14,7 @@ from lostmotion.discover.backbone import Base
 from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import columns_of
+from lostmotion.units import plain_number
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -66,11 +67,6 @@ class Event:
         }
 
 
-def in_arcsec(size: float) -> str:
-    """Write the size of a step, without a power of ten."""
-    return f"{size:.0f} arcsec" if abs(size) >= 1000.0 else f"{size:.3g} arcsec"
-
-
 def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
     """Say of an event that was told what an answer says of everything that is unexplained.
 
@@ -83,7 +79,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
     """
     return {
         "covariate": "time",
-        "shape": f"step of {in_arcsec(event['size_arcsec'])} in run {event['run']} "
+        "shape": f"step of {plain_number(event['size_arcsec'])} arcsec in run {event['run']} "
         f"at {event['time_s']:.6g} s",
         "p": float(2 * special.ndtr(-event["score"]) * rows),
     }

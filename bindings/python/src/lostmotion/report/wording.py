@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from lostmotion.report.svg import signs
-from lostmotion.units import ARCMIN, ARCSEC, split_unit
+from lostmotion.units import ARCMIN, ARCSEC, plain_number, split_unit
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -61,14 +61,11 @@ def parameter(name: str) -> str:
 
 def written(value: float, digits: int = 3) -> str:
     """Write a number with so many significant digits, in groups or with a power of ten."""
-    text = f"{value:.{digits}g}"
-    size = abs(float(text))
+    size = abs(float(f"{value:.{digits}g}"))
     if size and not SMALLEST <= size < LARGEST:
         mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
         return signs(f"{float(mantissa):g}") + f"·10{str(int(power)).translate(RAISED)}"
-    if "e" in text:
-        text = f"{float(text):.0f}"
-    return signs(grouped(text))
+    return signs(grouped(plain_number(value, digits)))
 
 
 def grouped(text: str) -> str:
