@@ -15,8 +15,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from lostmotion.compare import compare
 from lostmotion.discover import diagnose
 from lostmotion.discover.threads import cores
@@ -46,7 +44,7 @@ def measure(recording: Path, sheet: Path) -> None:
     """Read, compare, diagnose, print."""
     drive = read_drive(sheet)
     campaign = read_campaign(recording, ratio=drive.ratio)
-    torque = float(np.max(np.abs(campaign.column("torque"))))
+    torque = campaign.largest_torque_Nm
     backbone = make_backbone(drive, torque)
     print(f"{campaign.rows} rows in {len(campaign.runs)} runs, {cores()} cores")
     print(f"load of the machine {os.getloadavg()[0]:.1f}")

@@ -25,7 +25,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from diagnosis_tables import page
 from verdicts import judge, kind_of
 
@@ -46,12 +45,11 @@ KEPT = ("verdict", "noise_floor_arcsec", "effects", "ladder", "events", "unexpla
 
 def diagnosed(drive: Drive, campaign: Campaign) -> Diagnosis:
     """Diagnose a campaign as the command does."""
-    largest = float(np.max(np.abs(campaign.column("torque"))))
     return diagnose(
         campaign,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,
-        backbone=make_backbone(drive, largest),
+        backbone=make_backbone(drive, campaign.largest_torque_Nm),
     )
 
 
@@ -92,8 +90,8 @@ def run_rivals(truth_file: Path) -> Record:
     truth, drive, campaign = read(truth_file)
     cpu = time.process_time()
     with one_thread():
-        largest = float(np.max(np.abs(campaign.column("torque"))))
-        base = Base(Conditions(campaign), drive.rated_torque_Nm, make_backbone(drive, largest))
+        backbone = make_backbone(drive, campaign.largest_torque_Nm)
+        base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
         base.first_fit()
         if clean_outliers(base):
             base.fit(steps=8)

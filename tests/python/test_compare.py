@@ -19,8 +19,9 @@ from lostmotion.commands.compare import show_comparison
 from lostmotion.compare import Comparison, compare, directions, explained, zero_widths
 from lostmotion.discover import diagnose
 from lostmotion.discover.backbone import PLAY_RANGE, PLAYS
+from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import fit_model, make_base
+from lostmotion.discover.ladder import fit_model
 from lostmotion.drives import format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.model import make_backbone
@@ -274,8 +275,7 @@ def real() -> Comparison:
     folder = DATA / "cycloidal_locked_output"
     drive = read_drive(folder / "drive.toml")
     data = read_campaign(folder, ratio=drive.ratio, mapping=drive.columns)
-    largest = float(np.max(np.abs(data.column("torque"))))
-    return compare(make_backbone(drive, largest), data)
+    return compare(make_backbone(drive, data.largest_torque_Nm), data)
 
 
 def test_real_loops_of_a_reducer_with_backlash_are_explained(real: Comparison) -> None:

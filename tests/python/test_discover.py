@@ -17,8 +17,9 @@ from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
 from lostmotion.discover.backbone import Base, Term
 from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object
-from lostmotion.discover.ladder import fit_model, make_base
+from lostmotion.discover.ladder import fit_model
 from lostmotion.discover.plans import check, next_runs
 from lostmotion.discover.selection import refitted, without_idle
 from lostmotion.discover.study import clean_outliers

@@ -11,8 +11,9 @@ import pytest
 from lostmotion.core import core
 from lostmotion.discover.backbone import PLAYS, Base, Term
 from lostmotion.discover.conditions import RATE_WINDOW, Conditions
+from lostmotion.discover.drive_base import restore
 from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import FittedModel, fit_model, restore
+from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.drives import format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import build, make_controller

@@ -11,8 +11,8 @@ from lostmotion.base import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.compare import compare
 from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model
+from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import make_base
 from lostmotion.drives import Drive, parse_drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.model import make_backbone
@@ -62,7 +62,7 @@ def test_every_name_that_is_told_is_there() -> None:
 def test_a_drive_is_enough(
     drive: Drive, warm: Campaign, found: Diagnosis, fitted: FittedModel
 ) -> None:
-    backbone = make_backbone(drive, float(np.max(np.abs(warm.column("torque")))))
+    backbone = make_backbone(drive, warm.largest_torque_Nm)
     other = diagnose(
         warm,
         ratio=drive.ratio,

@@ -122,8 +122,7 @@ def drive_of(name: str) -> Drive:
 def measured() -> tuple[Drive, Comparison]:
     drive = read_drive(LOOPS / "drive.toml")
     campaign = read_campaign([LOOPS], ratio=drive.ratio, mapping=drive.columns)
-    largest = float(np.max(np.abs(campaign.column("torque"))))
-    return drive, compare(make_backbone(drive, largest), campaign)
+    return drive, compare(make_backbone(drive, campaign.largest_torque_Nm), campaign)
 
 
 @cache

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from lostmotion.base import Backbone, run_plays
 from lostmotion.discover.backbone import Base
 from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_residual
 from lostmotion.discover.threads import one_thread
@@ -330,21 +331,12 @@ def compare(
     """
     given_as("compare", "drive", drive, Drive, Backbone)
     given_as("compare", "campaign", campaign, Campaign)
-    torque = campaign.column("torque")
-    if np.ptp(torque) == 0:
-        raise InputError(
-            campaign.runs[0].file,
-            "torque_Nm",
-            f"a constant {torque[0]:.6g} Nm",
-            "a torque that varies",
-        )
+    campaign.require_varying_torque()
     if isinstance(drive, Backbone):
         backbone = drive
     else:
-        backbone = make_backbone(drive, float(np.max(np.abs(torque))))
+        backbone = make_backbone(drive, campaign.largest_torque_Nm)
         if base is None and (drive.fit is not None or drive.effects):
-            from lostmotion.discover.ladder import make_base
-
             known = library() if effects is None else effects
             base = make_base(drive, campaign, backbone, known)
     with one_thread():

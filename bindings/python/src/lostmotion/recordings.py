@@ -246,6 +246,24 @@ class Campaign:
         """Offsets of the runs in the joined columns; the last entry is the number of rows."""
         return np.concatenate(([0], np.cumsum([len(run) for run in self.runs]))).astype(np.intp)
 
+    @property
+    def largest_torque_Nm(self) -> float:
+        """Largest torque in either direction."""
+        return max(float(np.max(np.abs(run.torque_Nm))) for run in self.runs)
+
+    def require_varying_torque(self) -> None:
+        """Refuse a campaign whose torque stands still.
+
+        Raises
+        ------
+        InputError
+            When it does.
+        """
+        torque = self.column("torque")
+        if np.ptp(torque) == 0:
+            found = f"a constant {torque[0]:.6g} Nm"
+            raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
+
     def quantities(self) -> tuple[str, ...]:
         """Quantities that every run has."""
         common = set(self.runs[0].columns)

@@ -381,7 +381,7 @@ def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
     """Take the sample of a campaign that is in memory; itself where it has few enough rows."""
     if campaign.rows <= rows:
         return campaign
-    largest = float(np.max(np.abs(campaign.column("torque"))))
+    largest = campaign.largest_torque_Nm
     runs = []
     for run, stride in zip(
         campaign.runs, strides_for([len(run) for run in campaign.runs], rows), strict=True

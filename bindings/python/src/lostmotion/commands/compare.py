@@ -5,16 +5,12 @@ from __future__ import annotations
 import argparse
 from typing import TextIO
 
-import numpy as np
-
 from lostmotion import units
+from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import Comparison, compare
-from lostmotion.discover.ladder import SAMPLES_LEAST, make_base
-from lostmotion.drives import read_drive
-from lostmotion.model import make_backbone
+from lostmotion.discover.drive_base import SAMPLES_LEAST, make_base
 from lostmotion.options import effects_of, whole_number
-from lostmotion.recordings import check_scale, parse_map, recording_files
-from lostmotion.sample import read_or_sample
+from lostmotion.recordings import recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_table
 
 SEED_MAX = 2**63 - 1
@@ -24,14 +20,7 @@ SEED_MAX = 2**63 - 1
 def run_compare(arguments: argparse.Namespace) -> None:
     """``lostmotion compare``."""
     seed = whole_number("--seed", arguments.seed, 0, SEED_MAX)
-    drive = read_drive(arguments.drive)
-    mapping = {**drive.columns, **parse_map(arguments.map)}
-    campaign = read_or_sample(
-        arguments.data, ratio=drive.ratio, mapping=mapping, dask=arguments.dask
-    )
-    largest = float(np.max(np.abs(campaign.column("torque"))))
-    backbone = make_backbone(drive, largest)
-    check_scale(campaign, backbone)
+    drive, campaign, backbone = read_inputs(arguments)
     fitted = drive.fit is not None or bool(drive.effects)
     with Progress("comparing", quiet=arguments.quiet) as progress:
         result = compare(

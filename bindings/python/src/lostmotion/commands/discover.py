@@ -11,7 +11,7 @@ from typing import Any, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.base import Backbone
+from lostmotion.commands.inputs import read_inputs
 from lostmotion.discover.campaign_evidence import load_body
 from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.diagnosis import (
@@ -39,7 +39,6 @@ from lostmotion.recordings import (
     STUCK_TURN_RAD,
     Campaign,
     Finding,
-    check_scale,
     parse_map,
     read_campaign,
     recording_files,
@@ -47,32 +46,11 @@ from lostmotion.recordings import (
 )
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
-from lostmotion.sample import read_or_sample
 from lostmotion.terminal import Progress, deliver
 from lostmotion.units import plain_number
 
 RATIO_MAX = 1e4
 """Largest ratio that `check` takes."""
-
-
-def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
-    """Read drive and recordings."""
-    drive = read_drive(arguments.drive)
-    mapping = {**drive.columns, **parse_map(arguments.map)}
-    campaign = read_or_sample(
-        [Path(path) for path in arguments.data],
-        ratio=drive.ratio,
-        mapping=mapping,
-        dask=arguments.dask,
-    )
-    torque = campaign.column("torque")
-    if np.ptp(torque) == 0:
-        raise InputError(
-            campaign.runs[0].file, "torque_Nm", f"a constant {torque[0]:.6g} Nm", "one that varies"
-        )
-    backbone = make_backbone(drive, float(np.max(np.abs(torque))))
-    check_scale(campaign, backbone)
-    return drive, campaign, backbone
 
 
 def run_diagnose(arguments: argparse.Namespace) -> None:
@@ -224,9 +202,9 @@ def run_forecast(arguments: argparse.Namespace) -> None:
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
     plan = read_plan(arguments.data, drive.ratio, mapping)
-    largest = float(np.max(np.abs(plan.column("torque"))))
     with one_thread():
-        answer = forecast(drive, plan, make_backbone(drive, largest), effects_of(arguments))
+        backbone = make_backbone(drive, plan.largest_torque_Nm)
+        answer = forecast(drive, plan, backbone, effects_of(arguments))
     deliver(answer, arguments, lambda out: show_forecast(answer, out))
 
 

@@ -16,6 +16,7 @@ from lostmotion.base import Backbone
 from lostmotion.discover.backbone import DEVIATIONS, Additive, Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
+from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
@@ -161,12 +162,10 @@ def diagnose(
     given_as("diagnose", "campaign", campaign, Campaign)
     chosen_from = dict(library() if effects is None else effects)
     if drive is not None:
-        from lostmotion.discover.ladder import make_base
-
         given_as("diagnose", "drive", drive, Drive)
         ratio = drive.ratio if ratio is None else ratio
         if backbone is None:
-            backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
+            backbone = make_backbone(drive, campaign.largest_torque_Nm)
         base = base or make_base(drive, campaign, backbone, chosen_from)
         rated_torque_Nm = drive.rated_torque_Nm
     if ratio is None or rated_torque_Nm is None:

@@ -1,7 +1,7 @@
 """Fit with effects added: how the error falls from the base to the last effect, and the file of it.
 
 The result is written into the drive file as ``[fit]`` (values, standard errors, covariance, data
-fingerprint) and ``[[effect]]`` tables, and read back by `restore`.
+fingerprint) and ``[[effect]]`` tables, and read back by `drive_base.restore`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ from lostmotion.discover.backbone import PLAYS, Base, Term, start_values
 from lostmotion.discover.candidates import (
     constant_columns,
     given_values,
-    missing_columns,
     tangent,
 )
-from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.diagnosis import noise_floor, not_fitted
+from lostmotion.discover.drive_base import effect_table, make_base, require
 from lostmotion.discover.effects import Effect, find_effect, library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_rms
 from lostmotion.discover.selection import free_values, noise_rms, term_of
@@ -38,7 +37,7 @@ from lostmotion.discover.study import (
 )
 from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive, row_names
 from lostmotion.errors import InputError, given_as
-from lostmotion.model import fit_values, make_backbone
+from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
 
@@ -46,9 +45,6 @@ FloatArray = npt.NDArray[np.float64]
 
 STEPS = 40
 """Evaluations of each rung's fit."""
-
-SAMPLES_LEAST = 50
-"""The base alone has some forty numbers: slopes, plays, offsets."""
 
 
 @dataclass
@@ -145,79 +141,6 @@ class FittedModel:
         return document
 
 
-def effect_table(term: Term) -> dict[str, Any]:
-    """An ``[[effect]]`` table."""
-    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
-    return {"name": term.effect.name, **values}
-
-
-def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
-    """Read an ``[[effect]]`` table."""
-    effect = find_effect(str(table["name"]), effects)
-    values = effect.typical.copy()
-    for i, value in enumerate(effect.values):
-        if value.name not in table:
-            raise InputError(file, f"effect.{effect.name}.{value.name}", "nothing", "a number")
-        values[i] = float(table[value.name])
-        if not value.low <= values[i] <= value.high:
-            raise InputError(
-                file,
-                f"effect.{effect.name}.{value.name}",
-                f"{values[i]:.6g}",
-                f"{value.low:.6g} to {value.high:.6g}",
-            )
-    return Term(effect, values, free_values(effect))
-
-
-def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
-    """Put the numbers of a fitted drive file into a base."""
-    base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
-    knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
-    if knots.size == 0 or radii.size != PLAYS:
-        return
-    base.knots_Nm, base.radius_Nm = knots, radii
-    base.slopes = fit_values(drive, SLOPE) / ARCSEC
-    base.shares = fit_values(drive, PLAY_SHARE)
-    outside = fit_values(drive, PLAY_OUTSIDE)
-    if outside.size:
-        base.outside = outside / ARCSEC
-    base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
-
-
-def make_base(
-    drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
-) -> Base:
-    """Make the base of a drive over a campaign, with what the file says of it already."""
-    require_samples(campaign)
-    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
-    restore(drive, base, effects)
-    for term in base.terms:
-        require(term.effect, base.conditions)
-    return base
-
-
-def require_samples(campaign: Campaign) -> None:
-    """Refuse a campaign that is too short for the base, or whose torque stands still."""
-    file = campaign.runs[0].file
-    if campaign.rows < SAMPLES_LEAST:
-        raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
-    torque = campaign.column("torque")
-    if np.ptp(torque) == 0:
-        raise InputError(file, "torque_Nm", f"a constant {torque[0]:.6g} Nm", "one that varies")
-
-
-def require(effect: Effect, conditions: Conditions) -> None:
-    """Refuse an effect whose columns are not there."""
-    missing = missing_columns(effect, conditions)
-    if missing:
-        raise InputError(
-            conditions.campaign.runs[0].file,
-            missing[0],
-            "no such column",
-            f"it, for the effect {effect.name}",
-        )
-
-
 def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Term:
     """Start an effect where the linearised evidence points."""
     candidate = tangent(effect, base, base.at(), ratio)
@@ -265,7 +188,7 @@ def fit_model(
     given_as("fit_model", "campaign", campaign, Campaign)
     effects = library() if effects is None else effects
     if backbone is None:
-        backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
+        backbone = make_backbone(drive, campaign.largest_torque_Nm)
     chosen = [find_effect(name, effects) for name in ([add] if isinstance(add, str) else add)]
     base = make_base(drive, campaign, backbone, effects)
     if friction == "inside":

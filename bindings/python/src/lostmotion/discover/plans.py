@@ -17,8 +17,8 @@ from lostmotion.discover.candidates import DERIVED, missing_columns, named_candi
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest, reduce
 from lostmotion.discover.diagnosis import RUNS_LEAST, TWIN_DEG, Diagnosis, detectable
+from lostmotion.discover.drive_base import require_samples, restore
 from lostmotion.discover.effects import Effect
-from lostmotion.discover.ladder import require_samples, restore
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.selection import noise_rms
 from lostmotion.discover.study import Settled, make_field
@@ -267,7 +267,7 @@ def begin_elsewhere(campaign: Campaign) -> list[int | str]:
 
     Friction remembers what lay between; the model takes it that the torque went straight there.
     """
-    least = ELSEWHERE * float(np.max(np.abs(campaign.column("torque"))))
+    least = ELSEWHERE * campaign.largest_torque_Nm
     return [
         run.label
         for before, run in pairwise(campaign.runs)

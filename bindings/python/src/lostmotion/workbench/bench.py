@@ -97,7 +97,7 @@ class Bench:
         drive = self.need_drive()
         names = {**drive.columns, **parse_map(mapping)}
         campaign = read_campaign(list(paths), ratio=drive.ratio, mapping=names)
-        backbone = make_backbone(drive, float(np.max(np.abs(campaign.column("torque")))))
+        backbone = make_backbone(drive, campaign.largest_torque_Nm)
         check_scale(campaign, backbone)
         with one_thread():
             result = compare(drive, campaign, effects=self.effects, progress=tick)

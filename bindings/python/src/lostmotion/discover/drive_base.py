@@ -1,0 +1,94 @@
+"""The base of a drive over its recordings, and the effects that a drive file carries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lostmotion.base import Backbone
+from lostmotion.discover.backbone import PLAYS, Base, Term
+from lostmotion.discover.candidates import missing_columns
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.effects import Effect, find_effect
+from lostmotion.discover.selection import free_values
+from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive
+from lostmotion.errors import InputError
+from lostmotion.model import fit_values
+from lostmotion.recordings import Campaign
+from lostmotion.units import ARCSEC
+
+SAMPLES_LEAST = 50
+"""The base alone has some forty numbers: slopes, plays, offsets."""
+
+
+def effect_table(term: Term) -> dict[str, Any]:
+    """An ``[[effect]]`` table."""
+    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+    return {"name": term.effect.name, **values}
+
+
+def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
+    """Read an ``[[effect]]`` table."""
+    effect = find_effect(str(table["name"]), effects)
+    values = effect.typical.copy()
+    for i, value in enumerate(effect.values):
+        if value.name not in table:
+            raise InputError(file, f"effect.{effect.name}.{value.name}", "nothing", "a number")
+        values[i] = float(table[value.name])
+        if not value.low <= values[i] <= value.high:
+            raise InputError(
+                file,
+                f"effect.{effect.name}.{value.name}",
+                f"{values[i]:.6g}",
+                f"{value.low:.6g} to {value.high:.6g}",
+            )
+    return Term(effect, values, free_values(effect))
+
+
+def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
+    """Put the numbers of a fitted drive file into a base."""
+    base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
+    knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
+    if knots.size == 0 or radii.size != PLAYS:
+        return
+    base.knots_Nm, base.radius_Nm = knots, radii
+    base.slopes = fit_values(drive, SLOPE) / ARCSEC
+    base.shares = fit_values(drive, PLAY_SHARE)
+    outside = fit_values(drive, PLAY_OUTSIDE)
+    if outside.size:
+        base.outside = outside / ARCSEC
+    base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
+
+
+def make_base(
+    drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
+) -> Base:
+    """Make the base of a drive over a campaign, with what the file says of it already."""
+    require_samples(campaign)
+    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    restore(drive, base, effects)
+    for term in base.terms:
+        require(term.effect, base.conditions)
+    return base
+
+
+def require_samples(campaign: Campaign) -> None:
+    """Refuse a campaign that is too short for the base, or whose torque stands still."""
+    file = campaign.runs[0].file
+    if campaign.rows < SAMPLES_LEAST:
+        raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
+    campaign.require_varying_torque()
+
+
+def require(effect: Effect, conditions: Conditions) -> None:
+    """Refuse an effect whose columns are not there."""
+    missing = missing_columns(effect, conditions)
+    if missing:
+        raise InputError(
+            conditions.campaign.runs[0].file,
+            missing[0],
+            "no such column",
+            f"it, for the effect {effect.name}",
+        )
