@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.export import Controller, Limits, Play, Watch, export
 from lostmotion.recordings import read_campaign
 from lostmotion.solve import bounded_least_squares, break_stick, stick_jacobian

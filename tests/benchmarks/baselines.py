@@ -25,7 +25,7 @@ from sklearn.ensemble import HistGradientBoostingRegressor
 from sklearn.inspection import permutation_importance
 from sklearn.linear_model import LassoCV
 
-from lostmotion.discover.backbone import Base
+from lostmotion.discover.base import Base
 from lostmotion.discover.candidates import named_candidates
 from lostmotion.discover.effects import library
 

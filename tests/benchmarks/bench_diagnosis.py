@@ -83,7 +83,7 @@ def run_rivals(truth_file: Path) -> Record:
     """Let other tools try one campaign."""
     from baselines import baselines
 
-    from lostmotion.discover.backbone import Base
+    from lostmotion.discover.base import Base
     from lostmotion.discover.conditions import Conditions
     from lostmotion.discover.study import clean_outliers
 

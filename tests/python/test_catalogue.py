@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conftest import DATA
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.catalogue import PARTS, Catalogue
 from lostmotion.drives import parse_drive
 from lostmotion.predict import predict

@@ -13,12 +13,12 @@ import numpy.typing as npt
 import pytest
 
 from conftest import DATA
-from lostmotion.base import Backbone
+from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.commands.compare import show_comparison
 from lostmotion.compare import Comparison, compare, directions, explained, zero_widths
 from lostmotion.discover import diagnose
-from lostmotion.discover.backbone import PLAY_RANGE, PLAYS
+from lostmotion.discover.base import PLAY_RANGE, PLAYS
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import library
 from lostmotion.discover.ladder import fit_model

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from conftest import needs_compiler
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
-from lostmotion.discover.backbone import Base, Term
+from lostmotion.discover.base import Base, Term
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from test_discover import RATED_NM, RATIO, campaign, torque_of
 
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.backbone import Base, Term
+from lostmotion.discover.base import Base, Term
 from lostmotion.discover.candidates import named_candidates
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from lostmotion.core import core
-from lostmotion.discover.backbone import PLAYS, Base, Term
+from lostmotion.discover.base import PLAYS, Base, Term
 from lostmotion.discover.conditions import RATE_WINDOW, Conditions
 from lostmotion.discover.drive_base import restore
 from lostmotion.discover.effects import library

@@ -7,7 +7,7 @@ import pytest
 from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap
 
 import lostmotion
-from lostmotion.base import Backbone
+from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.compare import compare
 from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model

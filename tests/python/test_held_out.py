@@ -9,7 +9,7 @@ import pytest
 from test_discover import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.discover import held_out, library
-from lostmotion.discover.backbone import Base, Term
+from lostmotion.discover.base import Base, Term
 from lostmotion.discover.candidates import named_candidates
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.held_out import held_out_residual

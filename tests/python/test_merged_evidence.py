@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import diagnose, fit_model
 from lostmotion.discover.campaign_evidence import Body, load_body

@@ -8,7 +8,7 @@ from nulls import most
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.backbone import Base
+from lostmotion.discover.base import Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.events import SCORE_LEAST, scan_run
 from lostmotion.discover.noise import PERSISTENCE_MAX, Noise, fit_noise

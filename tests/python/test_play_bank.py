@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import LibraryError
 from lostmotion.units import ARCMIN

@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import spearmanr
 from test_discover import DRIVE, campaign, gap, write
 
-from lostmotion.base import Backbone
+from lostmotion.backbone import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import Comparison, compare

@@ -1,6 +1,6 @@
 """Model against measurement: how well the base model fits, and where it fails.
 
-The base of `lostmotion.discover.backbone`, the one that `diagnose` starts from, is fitted to a
+The base of `lostmotion.discover.base`, the one that `diagnose` starts from, is fitted to a
 campaign, tested on runs that the fit has not seen, and set against the noise floor. What is left is
 then asked of every recorded quantity: how much of it hangs on that quantity, and could that be
 chance?
@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.base import Backbone, run_plays
-from lostmotion.discover.backbone import Base
+from lostmotion.backbone import Backbone, run_plays
+from lostmotion.discover.base import Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import Effect, library

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import structs
-from lostmotion.base import Backbone
+from lostmotion.backbone import Backbone
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE
 from lostmotion.core import Bits, core
 from lostmotion.drives import KNOT, SLOPE, Drive, numbered

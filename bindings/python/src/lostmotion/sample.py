@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.base import run_plays
+from lostmotion.backbone import run_plays
 from lostmotion.discover.threads import cores
 from lostmotion.errors import InputError, no_dask, one_line
 from lostmotion.recordings import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lostmotion.base import Backbone
+from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, check_scale, parse_map

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.backbone import Base, Point, Term, start_values
+from lostmotion.discover.base import Base, Point, Term, start_values
 from lostmotion.discover.conditions import Conditions, side_by_side
 from lostmotion.discover.effects import Effect
 from lostmotion.units import ARCSEC

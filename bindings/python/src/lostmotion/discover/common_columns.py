@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.backbone import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
+from lostmotion.discover.base import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
 from lostmotion.discover.campaign_evidence import Body
 from lostmotion.discover.candidates import LATENT, Candidate, missing_columns, tangent
 from lostmotion.discover.conditions import side_by_side

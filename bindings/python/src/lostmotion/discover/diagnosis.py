@@ -12,8 +12,8 @@ import numpy.typing as npt
 from scipy import special
 from scipy.optimize import brentq
 
-from lostmotion.base import Backbone
-from lostmotion.discover.backbone import DEVIATIONS, Additive, Base
+from lostmotion.backbone import Backbone
+from lostmotion.discover.base import DEVIATIONS, Additive, Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.drive_base import make_base

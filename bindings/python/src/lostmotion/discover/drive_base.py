@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion.base import Backbone
-from lostmotion.discover.backbone import PLAYS, Base, Term
+from lostmotion.backbone import Backbone
+from lostmotion.discover.base import PLAYS, Base, Term
 from lostmotion.discover.candidates import missing_columns
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.effects import Effect, find_effect

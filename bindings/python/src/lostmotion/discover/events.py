@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from lostmotion.discover.backbone import Base
+from lostmotion.discover.base import Base
 from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import columns_of

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion.discover.backbone import DEVIATIONS
+from lostmotion.discover.base import DEVIATIONS
 from lostmotion.discover.campaign_evidence import Body
 from lostmotion.discover.diagnosis import (
     ASK_WHAT_DIFFERED,

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.backbone import Base
+from lostmotion.discover.base import Base
 from lostmotion.solve import solve_within
 
 FloatArray = npt.NDArray[np.float64]

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.base import Backbone
+from lostmotion.backbone import Backbone
 from lostmotion.discover import shapes
-from lostmotion.discover.backbone import PLAYS, Base, Term, start_values
+from lostmotion.discover.base import PLAYS, Base, Term, start_values
 from lostmotion.discover.candidates import (
     constant_columns,
     given_values,

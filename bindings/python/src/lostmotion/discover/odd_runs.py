@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from lostmotion.discover.backbone import DEVIATIONS
+from lostmotion.discover.base import DEVIATIONS
 from lostmotion.discover.contest import Contest
 
 FloatArray = npt.NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import recordings, units
-from lostmotion.base import Backbone
-from lostmotion.discover.backbone import Base
+from lostmotion.backbone import Backbone
+from lostmotion.discover.base import Base
 from lostmotion.discover.candidates import DERIVED, missing_columns, named_candidates
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest, reduce

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.backbone import DEVIATIONS, Base
+from lostmotion.discover.base import DEVIATIONS, Base
 from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.contest import Contest, reduce
 from lostmotion.discover.shapes import usual_rates

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover import shapes as shape_room
-from lostmotion.discover.backbone import TOLERANCE, Additive, Base, Term
+from lostmotion.discover.base import TOLERANCE, Additive, Base, Term
 from lostmotion.discover.candidates import Candidate, named_candidates
 from lostmotion.discover.contest import FLIP_LEVEL, Result
 from lostmotion.discover.effects import Effect

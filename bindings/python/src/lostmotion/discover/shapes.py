@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.backbone import Base, Point
+from lostmotion.discover.base import Base, Point
 from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.conditions import side_by_side
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover import shapes
-from lostmotion.discover.backbone import DEVIATION_MAX, DEVIATIONS, Base, Point
+from lostmotion.discover.base import DEVIATION_MAX, DEVIATIONS, Base, Point
 from lostmotion.discover.candidates import Candidate, named_candidates
 from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.contest import Contest

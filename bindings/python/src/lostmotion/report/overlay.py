@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.backbone import Base
+from lostmotion.discover.base import Base
 from lostmotion.report.chart import Axes, limits, nice_step
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.base import Backbone, run_plays
+from lostmotion.backbone import Backbone, run_plays
 from lostmotion.core import core
 from lostmotion.discover.conditions import Conditions, side_by_side
 from lostmotion.discover.effects import Effect
