@@ -21,7 +21,7 @@ from lostmotion.discover.drive_base import require_samples, restore
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.selection import noise_rms
-from lostmotion.discover.study import Settled, make_field
+from lostmotion.discover.study import make_field, settle
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run, told
@@ -121,8 +121,7 @@ def forecast(
     restore(drive, base, effects)
     noise = usual_noise(base.conditions.runs)
     candidates, closed = named_candidates(effects, base, base.at(), drive.ratio)
-    settled = Settled(base, None, noise)  # type: ignore[arg-type]
-    stage = make_field(settled, candidates, closed)
+    stage = make_field(settle(base, noise, rounds=0), candidates, closed)
     contest = stage.contest
     scale = contest.evidence.scale[contest.evidence.scatter]
     contest.null_omega = (np.array(USUAL_SCATTER) * scale) ** 2
@@ -198,7 +197,7 @@ def next_runs(
     candidates, _ = named_candidates(
         {name: effects[name] for name in open_effects}, base, base.at(), ratio
     )
-    stage = make_field(Settled(base, None, extended), candidates, {})  # type: ignore[arg-type]
+    stage = make_field(settle(base, extended, rounds=0), candidates, {})
     contest = stage.contest
     contest.null_omega = (
         step.field.contest.null_omega

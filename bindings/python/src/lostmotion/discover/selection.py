@@ -199,31 +199,11 @@ def accepted(result: Result, count: int) -> bool:
     return (spread or few) and result.gain >= GAIN_LEAST
 
 
-class Projector:
-    """What a model with all that is in it leaves of other columns, in plain arc seconds."""
-
-    def __init__(self, base: Base) -> None:
-        fixed, _ = base.fixed_columns(base.at())
-        fixed -= fixed.mean(axis=0)
-        norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
-        norm[norm == 0] = 1.0
-        self.fixed = fixed / norm
-        self.normal = self.fixed.T @ self.fixed + 1e-9 * np.eye(norm.size)
-
-    def size(self, column: FloatArray) -> float:
-        """Root mean square of what is left of a column."""
-        column = column - column.mean()
-        taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
-        return float(np.sqrt(np.mean((column - taken) ** 2)))
-
-
 def size_of(stage: Field, result: Result) -> float:
     """Root mean square, arc seconds, of what a candidate explains beside the model as it stands."""
     evidence = stage.contest.evidence
     coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
-    if stage.projector is None:
-        stage.projector = Projector(stage.settled.base)
-    return float(stage.projector.size(columns_judged(stage, result) @ coefficients))
+    return stage.projector.size(columns_judged(stage, result) @ coefficients)
 
 
 def columns_judged(stage: Field, result: Result) -> FloatArray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -267,6 +267,24 @@ def take_step(
     base.deviations = np.clip(moved, -limit, limit)
 
 
+class Projector:
+    """What a model with all that is in it leaves of other columns, in plain arc seconds."""
+
+    def __init__(self, base: Base) -> None:
+        fixed, _ = base.fixed_columns(base.at())
+        fixed -= fixed.mean(axis=0)
+        norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
+        norm[norm == 0] = 1.0
+        self.fixed = fixed / norm
+        self.normal = self.fixed.T @ self.fixed + 1e-9 * np.eye(norm.size)
+
+    def size(self, column: FloatArray) -> float:
+        """Root mean square of what is left of a column."""
+        column = column - column.mean()
+        taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
+        return float(np.sqrt(np.mean((column - taken) ** 2)))
+
+
 @dataclass
 class Field:
     """All candidates over a settled base."""
@@ -275,7 +293,11 @@ class Field:
     contest: Contest
     candidates: dict[str, Candidate]
     closed: dict[str, str]
-    projector: Any = None
+
+    @cached_property
+    def projector(self) -> Projector:
+        """What the base leaves of other columns."""
+        return Projector(self.settled.base)
 
 
 def make_candidates(
