@@ -17,7 +17,7 @@ from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.commands.compare import show_comparison
 from lostmotion.compare import Comparison, compare, directions, explained, zero_widths
-from lostmotion.discover import diagnose
+from lostmotion.discover import Value, diagnose, effect
 from lostmotion.discover.base import PLAY_RANGE, PLAYS
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import library
@@ -263,6 +263,19 @@ def test_the_answer_has_every_promised_key_and_is_json() -> None:
     assert steps[-1] == (steps[-1][1], steps[-1][1])
     assert "wear" in answer["not_testable"]["cycles"]
     assert "temperature" not in answer["not_testable"]
+
+
+def test_every_effect_whose_column_lacks_is_told_also_an_own_one() -> None:
+    @effect(values=[Value("pull_rad_per_N", "linear", 1e-6, -1.0, 1.0)], needs=["axial_force_N"])
+    def pull(p: Any, at: Any) -> Any:
+        return p.pull_rad_per_N * at.axial_force_N
+
+    found = compare(backbone(), campaign(3), effects={**library(), "pull": pull}).not_testable
+    assert found["axial_force"] == ["axial_shift", "pull"]
+    assert found["tilt_moment"] == ["output_tilt"]
+    assert found["cycles"] == ["wear"]
+    assert {"viscous_friction", "lobe_eccentricity"} <= set(found["input_angle"])
+    assert set(found) == {"axial_force", "cycles", "input_angle", "tilt_moment"}
 
 
 def test_the_same_data_give_the_same_answer() -> None:

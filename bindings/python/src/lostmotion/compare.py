@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from lostmotion.backbone import Backbone, run_plays
 from lostmotion.discover.base import Base
+from lostmotion.discover.candidates import closed_by_columns
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import Effect, library
@@ -75,23 +76,6 @@ WIDTH_SHARE = 0.05
 
 WIDTH_SAMPLES = 5
 """Fewer samples of a branch about zero show no width."""
-
-NEEDS: dict[str, tuple[str, ...]] = {
-    "temperature": ("thermal_gap", "thermal_stiffness", "thermal_drift", "thermal_friction"),
-    "cycles": ("wear",),
-    "input_angle": (
-        "kinematic_error",
-        "kinematic_sideband",
-        "stiffness_modulation",
-        "lobe_eccentricity",
-        "viscous_friction",
-        "stribeck_friction",
-    ),
-    "output_angle": ("output_eccentricity", "kinematic_sideband", "inertia"),
-    "tilt_moment": ("output_tilt",),
-    "axial_force": ("axial_shift",),
-}
-"""Effects that cannot be tested without a column."""
 
 
 @dataclass(frozen=True)
@@ -311,7 +295,8 @@ def compare(
     base : Base, optional
         A base over this campaign that was made elsewhere.
     effects : mapping, optional
-        Where the effects of the drive's file are looked up; by default in the library.
+        Those that may be missing, and in which the effects of the drive's file are looked up; by
+        default those of the library.
     fit_on : sequence of run labels, optional
         Fit to these runs only and predict the others; by default all are fitted, and each is held
         out once.
@@ -332,21 +317,24 @@ def compare(
     given_as("compare", "drive", drive, Drive, Backbone)
     given_as("compare", "campaign", campaign, Campaign)
     campaign.require_varying_torque()
+    known = library() if effects is None else effects
     if isinstance(drive, Backbone):
         backbone = drive
     else:
         backbone = make_backbone(drive, campaign.largest_torque_Nm)
         if base is None and (drive.fit is not None or drive.effects):
-            known = library() if effects is None else effects
             base = make_base(drive, campaign, backbone, known)
     with one_thread():
-        return _compare(backbone, campaign, base, fit_on, seed, progress or (lambda *_: None))
+        return _compare(
+            backbone, campaign, base, known, fit_on, seed, progress or (lambda *_: None)
+        )
 
 
 def _compare(
     backbone: Backbone,
     campaign: Campaign,
     given: Base | None,
+    effects: Mapping[str, Effect],
     fit_on: Sequence[int | str] | None,
     seed: int,
     progress: Callable[[int, int], None],
@@ -397,11 +385,7 @@ def _compare(
         noise_floor(c, residual),
         1.0 - float(np.sum(residual**2)) / variance if variance > 0 else 0.0,
         where_it_fails(c, residual, seed),
-        {
-            column: list(effects)
-            for column, effects in NEEDS.items()
-            if column not in campaign.quantities()
-        },
+        closed_by_columns(effects, c),
     )
     progress(steps, steps)
     return result

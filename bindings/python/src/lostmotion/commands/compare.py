@@ -8,7 +8,7 @@ from typing import TextIO
 from lostmotion import units
 from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import Comparison, compare
-from lostmotion.discover.drive_base import SAMPLES_LEAST, make_base
+from lostmotion.discover.drive_base import SAMPLES_LEAST
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_table
@@ -20,13 +20,12 @@ SEED_MAX = 2**63 - 1
 def run_compare(arguments: argparse.Namespace) -> None:
     """``lostmotion compare``."""
     seed = whole_number("--seed", arguments.seed, 0, SEED_MAX)
-    drive, campaign, backbone = read_inputs(arguments)
-    fitted = drive.fit is not None or bool(drive.effects)
+    drive, campaign, _ = read_inputs(arguments)
     with Progress("comparing", quiet=arguments.quiet) as progress:
         result = compare(
-            backbone,
+            drive,
             campaign,
-            base=make_base(drive, campaign, backbone, effects_of(arguments)) if fitted else None,
+            effects=effects_of(arguments),
             fit_on=None if arguments.fit_on is None else arguments.fit_on.split(","),
             seed=seed,
             progress=progress,

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from lostmotion.discover.base import Base, Point, Term, start_values
 from lostmotion.discover.conditions import Conditions, side_by_side
 from lostmotion.discover.effects import Effect
-from lostmotion.units import ARCSEC
+from lostmotion.units import ARCSEC, split_unit
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -118,6 +118,17 @@ DERIVED = {
 def missing_columns(effect: Effect, conditions: Conditions) -> list[str]:
     """Columns that the effect needs and the recordings lack, by the name they are recorded by."""
     return sorted({RECORDED_AS.get(need, need) for need in effect.needs - conditions.known()})
+
+
+def closed_by_columns(
+    effects: Mapping[str, Effect], conditions: Conditions
+) -> dict[str, list[str]]:
+    """Effects that cannot be tested, by the quantity that the recordings lack."""
+    closed: dict[str, list[str]] = {}
+    for name, effect in effects.items():
+        for column in missing_columns(effect, conditions):
+            closed.setdefault(split_unit(column)[0], []).append(name)
+    return closed
 
 
 def constant_columns(effect: Effect, conditions: Conditions) -> list[str]:
