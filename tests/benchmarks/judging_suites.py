@@ -65,7 +65,7 @@ SUITES = {
     "outside": Suite("outside", 100),
     "pair": Suite("pair", 100),
     "aliased": Suite("aliased", 100),
-    "short": Suite("single", 12, after=400, more={"plan": "short", "only": UNDECIDED}),
+    "short": Suite("single", 36, after=400, more={"plan": "short", "only": UNDECIDED}),
     "clean_scatter": Suite("clean", 100, after=110, conditions={"scatter": 3.0}),
     **{
         f"single_{name}": Suite("single", 8, every=2, conditions=conditions, more=more)

@@ -15,7 +15,7 @@ from test_discover import DRIVE, campaign, gap, write
 
 from lostmotion.backbone import Backbone
 from lostmotion.cli import main
-from lostmotion.commands.discover import show_diagnosis
+from lostmotion.commands.discover import show_diagnosis, show_next
 from lostmotion.compare import Comparison, compare
 from lostmotion.discover.effects import find_effect, library, load
 from lostmotion.discover.plans import rank_correlation
@@ -227,3 +227,14 @@ def test_next_says_what_the_diagnosis_was(folder: Path, capsys: pytest.CaptureFi
     words = ("next", folder / "drive.toml", folder / "warm.csv", "--plan", folder / "warm.csv")
     printed = said(capsys, *words)
     assert printed.startswith("Missing: thermal_gap.\n\nto decide between thermal_gap, ")
+
+
+def test_evidence_of_any_size_is_written_without_a_power_of_ten() -> None:
+    answer = {
+        "diagnosis": {**step_answer(30.0), "verdict": "ambiguous", "effects": ["a", "b"]},
+        "between": ["a", "b"],
+        "runs": [{"run": "fast", "separation_nats": 48140.01, "per_minute": 96280.02}],
+    }
+    out = StringIO()
+    show_next(answer, out)
+    assert "run fast: 48100 nats, 96300 a minute" in out.getvalue()

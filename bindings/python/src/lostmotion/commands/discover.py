@@ -378,7 +378,7 @@ def show_next(answer: Mapping[str, Any], out: TextIO) -> None:
     print("expected evidence; 1 nat makes one 2.7 times as likely against the other:", file=out)
     for run in answer["runs"]:
         print(
-            f"  run {run['run']}: {run['separation_nats']:.2f} nats, "
-            f"{run['per_minute']:.3g} a minute",
+            f"  run {run['run']}: {plain_number(run['separation_nats'])} nats, "
+            f"{plain_number(run['per_minute'])} a minute",
             file=out,
         )
