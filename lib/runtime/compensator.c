@@ -365,6 +365,34 @@ lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters 
   return LM_OK;
 }
 
+#if LM_PROFILE == LM_PROFILE_GAP
+lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *fault) {
+  lm_play_memory *plays;
+  lm_real limit_rad;
+  lm_status status;
+  int32_t i;
+  if (!compensator) {
+    return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
+  }
+  plays = &compensator->memory.plays;
+  limit_rad = compensator->parameters->torque_limit_Nm;
+  status = lm_check_range(fault, "by_rad", by_rad, -limit_rad - plays->torque_Nm,
+                          limit_rad - plays->torque_Nm);
+  if (status != LM_OK) {
+    return status;
+  }
+  plays->torque_Nm += by_rad;
+  for (i = 0; i < LM_PLAYS_MAX; ++i) {
+    plays->z_Nm[i] += by_rad;
+  }
+  lm_settle_model(compensator->parameters, &compensator->memory);
+  /* What was swept beyond the limit counts as swept up to it. */
+  compensator->lowest_Nm = clamp(compensator->lowest_Nm + by_rad, -limit_rad, limit_rad);
+  compensator->highest_Nm = clamp(compensator->highest_Nm + by_rad, -limit_rad, limit_rad);
+  return LM_OK;
+}
+#endif
+
 /* First-order mean over the window; the backward step is stable for any ratio of the two times. */
 static void average(lm_real *mean, lm_real value, lm_real share) {
   *mean += share * (value - *mean);

@@ -264,6 +264,92 @@ static void the_watch_fades_a_gap_out_that_is_not_there(void) {
   TEST_ASSERT_TRUE(joint.gain == 0);
 }
 
+/* The command goes on for 500 turns within a limit of less than two, as the host takes each turn
+ * off it: the motion is the one of a joint that never left the first turn. */
+static void a_joint_that_turns_endlessly_keeps_its_gap(void) {
+  const lm_real turn = 2 * LM_PI;
+  lm_real angle = 0;
+  lm_real step = turn / 50;
+  lm_correction now = rest(LM_REAL(0.1), 500);
+  int turns = 0;
+  while (turns < 500) {
+    angle += step;
+    if (angle > turn) {
+      angle -= turn;
+      TEST_ASSERT_EQUAL(LM_OK, lm_shift_angle(&joint, -turn, &fault));
+      turns += 1;
+    }
+    now = go_to(angle);
+    TEST_ASSERT_TRUE(distance(now.lost_motion_rad, -HALF_GAP) < LM_REAL(1e-6));
+    TEST_ASSERT_TRUE(distance(now.correction_rad, HALF_GAP) < LM_REAL(1e-6));
+    TEST_ASSERT_FALSE(now.status & (LM_STATE_TORQUE_CLIPPED | LM_STATE_VELOCITY_LIMITED));
+  }
+  now = rest(angle - 2 * HALF_GAP, 500);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, -HALF_GAP) < LM_REAL(1e-6));
+}
+
+/* Within the gap, and while it is not known where in it, too. */
+static void a_shift_changes_nothing_but_the_reference(void) {
+  lm_real shift;
+  for (shift = -6; shift < 7; shift += 2) {
+    lm_real angle = LM_REAL(0.3) * HALF_GAP;
+    lm_real unsure;
+    lm_real behind;
+    lm_compensator moved;
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+    (void)rest(LM_REAL(1.2) * HALF_GAP, 5);
+    (void)rest(angle, 20);
+    unsure = lm_bound_uncertainty(&joint);
+    behind = joint.lost_motion_rad;
+    moved = joint;
+    TEST_ASSERT_EQUAL(LM_OK, lm_shift_angle(&moved, shift, &fault));
+    TEST_ASSERT_TRUE(moved.correction_rad == joint.correction_rad);
+    TEST_ASSERT_TRUE(moved.velocity_rad_s == joint.velocity_rad_s);
+    TEST_ASSERT_TRUE(unsure > 0 && unsure < HALF_GAP);
+    TEST_ASSERT_TRUE(distance(lm_bound_uncertainty(&moved), unsure) < LM_REAL(2e-6));
+    at.output_angle_rad = angle + shift;
+    TEST_ASSERT_TRUE(distance(lm_step_compensator(&moved, &at).lost_motion_rad, behind) <
+                     LM_REAL(2e-6));
+  }
+}
+
+static void what_was_swept_ends_at_the_limit(void) {
+  lm_saved saved;
+  (void)rest(-9, 1);
+  (void)rest(1, 1);
+  TEST_ASSERT_EQUAL(LM_OK, lm_shift_angle(&joint, -8, &fault));
+  TEST_ASSERT_TRUE(joint.lowest_Nm == -ANGLE_LIMIT && joint.highest_Nm == -7);
+  TEST_ASSERT_EQUAL(LM_OK, lm_shift_angle(&joint, 16, &fault));
+  TEST_ASSERT_TRUE(joint.lowest_Nm == 6 && joint.highest_Nm == 9);
+  TEST_ASSERT_EQUAL(LM_OK, lm_shift_angle(&joint, -6, &fault));
+  (void)rest(9, 1);
+  (void)rest(1, 1);
+  TEST_ASSERT_EQUAL(LM_OK, lm_shift_angle(&joint, 7, &fault));
+  TEST_ASSERT_TRUE(joint.lowest_Nm == 7 && joint.highest_Nm == ANGLE_LIMIT);
+  lm_save_compensator(&joint, &saved);
+  TEST_ASSERT_TRUE(saved.unknown);
+  TEST_ASSERT_EQUAL(LM_OK, lm_restore_compensator(&joint, &saved, &fault));
+  TEST_ASSERT_TRUE(lm_bound_uncertainty(&joint) == 0);
+}
+
+static void a_shift_without_meaning_is_refused(void) {
+  lm_real zero = 0;
+  lm_compensator before;
+  (void)rest(LM_REAL(0.5), 20);
+  before = joint;
+  TEST_ASSERT_EQUAL(LM_NULL, lm_shift_angle(0, 1, &fault));
+  TEST_ASSERT_EQUAL_STRING("compensator", fault.input);
+  TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_shift_angle(&joint, zero / zero, &fault));
+  TEST_ASSERT_EQUAL_STRING("by_rad", fault.input);
+  TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_shift_angle(&joint, 1 / zero, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_shift_angle(&joint, LM_REAL(9.6), &fault));
+  TEST_ASSERT_EQUAL_STRING("by_rad", fault.input);
+  TEST_ASSERT_TRUE(fault.found == LM_REAL(9.6) && fault.low == LM_REAL(-10.5) &&
+                   fault.high == LM_REAL(9.5));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_shift_angle(&joint, LM_REAL(-10.6), 0));
+  TEST_ASSERT_EQUAL_MEMORY(&before, &joint, sizeof before);
+}
+
 static void bad_parameters_do_not_start(void) {
   parameters.plays.slot[0].radius_Nm = -1;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_start_compensator(&joint, &parameters, 0, &fault));
@@ -287,6 +373,10 @@ int main(void) {
   RUN_TEST(the_binary_form_comes_back_and_a_curve_is_refused);
   RUN_TEST(a_change_of_parameters_makes_no_step);
   RUN_TEST(the_watch_fades_a_gap_out_that_is_not_there);
+  RUN_TEST(a_joint_that_turns_endlessly_keeps_its_gap);
+  RUN_TEST(a_shift_changes_nothing_but_the_reference);
+  RUN_TEST(what_was_swept_ends_at_the_limit);
+  RUN_TEST(a_shift_without_meaning_is_refused);
   RUN_TEST(bad_parameters_do_not_start);
   return UNITY_END();
 }

@@ -172,6 +172,16 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator);
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault);
 
+#if LM_PROFILE == LM_PROFILE_GAP
+/* For a joint that turns endlessly: takes the commanded angle `by_rad` further, and with it all
+ * that was learned of it, without a motion. To be called where the host takes turns off its command
+ * (by -2 pi, say): before the step that gets the new angle. The rounding of the two is a motion of
+ * some 1e-7 rad. (The other profiles take any turn of both angles: effects.h.)
+ * Errors: LM_NULL; LM_NOT_FINITE, LM_OUT_OF_RANGE ("by_rad": the angle would leave the limit of the
+ * parameters). Then nothing has changed. */
+lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *fault);
+#endif
+
 /* Tells the compensator what the lost motion really was at the last step: output_angle -
  * input_angle / ratio [rad], both measured and neither wrapped, any constant offset, `elapsed_s`
  * after the call before. At any rate slower than the tick.

@@ -47,8 +47,9 @@ typedef struct lm_conditions {
   lm_real torque_Nm;        /* external torque on the output shaft; torque.h says where from */
   lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD
                              * (254 turns) it counts as not known, and waves as those of zero */
-  lm_real output_angle_rad; /* of the output shaft; wrapped or not, the same. Gap profile: it alone
-                             * drives the model, as commanded and never wrapped (model.h) */
+  lm_real output_angle_rad; /* of the output shaft; wrapped or not, the same, and the same limit.
+                             * Gap profile: it alone drives the model, as commanded and never
+                             * wrapped (model.h; lm_shift_angle for endless turning) */
   lm_real input_velocity_rad_s;
   lm_real output_acceleration_rad_s2;
   lm_real temperature_C;

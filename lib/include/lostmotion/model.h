@@ -13,6 +13,7 @@
  * In the gap profile the model is one play driven by the commanded output angle:
  * angle = z - output_angle, which lies within +- the half gap. The angle goes on over turns: one
  * that is wrapped looks like a reversal. A float angle of 100 rad moves in steps of 1.6 arcsec.
+ * lm_shift_angle takes turns off.
  *
  * lm_evaluate_model is pure: it reads one memory and writes another; committing is copying the
  * struct. lm_step_model does both at once. Nothing here is static; any number of memories may share

@@ -150,6 +150,7 @@
 #define lm_settle_plays lm_settle_plays_f32
 #define lm_shape_curvature_amplitude lm_shape_curvature_amplitude_f32
 #define lm_shape_generator_force lm_shape_generator_force_f32
+#define lm_shift_angle lm_shift_angle_f32
 #define lm_sine lm_sine_f32
 #define lm_sine_and_cosine lm_sine_and_cosine_f32
 #define lm_sobol_points lm_sobol_points_f32
