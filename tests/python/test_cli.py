@@ -240,6 +240,8 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
             ("--json", "the place of --output, 'a.h'", "of its own"),
         ),
         (["compare", "{bought}", ""], ("no such file", "a recording or a folder")),
+        (["diagnose", "{bought}", ""], ("no such file", "a recording or a folder")),
+        (["check", ""], ("no such file", "a recording or a folder")),
         (["clearances", "{bought}"], ("bought.toml", "design", "the geometry")),
         (["clearances", "{drawn}", "--angles-deg", "1,,2"], ("--angles-deg", "''", "a number")),
         (["compare", "{bought}", "none.csv"], ("none.csv", "no such file")),

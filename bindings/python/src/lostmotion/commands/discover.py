@@ -142,7 +142,7 @@ def run_effects(arguments: argparse.Namespace) -> None:
 def run_check(arguments: argparse.Namespace) -> None:
     """``lostmotion check``."""
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
-    paths, mapping = [Path(path) for path in arguments.data], parse_map(arguments.map)
+    paths, mapping = arguments.data, parse_map(arguments.map)
     campaign = read_campaign(paths, ratio=1.0 if stated is None else stated, mapping=mapping)
     known = stated is not None or not any(np.ptp(angle) > 0 for angle in input_angles(campaign))
     if not known:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
@@ -16,7 +15,7 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
     """Read the drive and the recordings that the arguments name, and hold one against the other."""
     drive = read_drive(arguments.drive)
     campaign = read_or_sample(
-        [Path(path) for path in arguments.data],
+        arguments.data,
         ratio=drive.ratio,
         mapping={**drive.columns, **parse_map(arguments.map)},
         dask=arguments.dask,

@@ -271,7 +271,7 @@ def add_design(command: Command) -> None:
     """Add the design search."""
     added = command(
         "design",
-        "lostmotion.design.command:run_design",
+        "lostmotion.commands.design:run_design",
         "Search for a design with little lost motion.",
         "lostmotion design joint.toml -o joint",
     )
@@ -295,7 +295,7 @@ def add_workbench(command: Command) -> None:
     """Add the workbench."""
     added = command(
         "workbench",
-        "lostmotion.workbench.command:run_workbench",
+        "lostmotion.commands.workbench:run_workbench",
         "The other commands on a local page.",
         "lostmotion workbench drive.toml recordings/",
     )
