@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import gzip
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,14 @@ from hypothesis import strategies as st
 from conftest import DATA
 from lostmotion import recordings
 from lostmotion.errors import InputError
-from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, unwrap
+from lostmotion.recordings import (
+    Campaign,
+    FloatArray,
+    check_scale,
+    parse_map,
+    read_campaign,
+    unwrap,
+)
 from lostmotion.units import ARCMIN, convert
 
 Write = Callable[..., Path]
@@ -51,6 +59,14 @@ def test_a_plain_file_is_one_run_named_after_it(write: Write, reader: str) -> No
     np.testing.assert_allclose(run.torque_Nm, [0, 1, 2, 1])
     np.testing.assert_allclose(run.lost_motion_rad, [0, 1e-4, 2e-4, 1.2e-4])
     assert campaign.quantities() == ("time", "torque", "lost_motion")
+
+
+def test_a_folder_is_read_by_the_numbers_in_its_names(write: Write) -> None:
+    folder = write(f"{HEAD}\n{ROWS}", "run_10.csv").parent
+    for name in ("run_9.csv", "run_2.csv", "run_2b.csv", "note_11.csv", "run_1.csv"):
+        write(f"{HEAD}\n{ROWS}", name)
+    labels = [run.label for run in read_campaign(folder).runs]
+    assert labels == ["note_11", "run_1", "run_2", "run_2b", "run_9", "run_10"]
 
 
 def test_units_in_the_suffix_are_converted(write: Write, reader: str) -> None:
@@ -178,6 +194,16 @@ def test_a_map_reads_foreign_columns_and_can_turn_a_sign(write: Write, reader: s
     np.testing.assert_allclose(campaign.column("lost_motion"), [0, np.pi / 2, np.pi])
 
 
+def test_a_map_reads_the_counts_of_an_encoder(write: Write, reader: str) -> None:
+    text = "T,MOTOR,OUT,M\n0,4000,0.35,1\n1,4090,0.4292,2\n2,90,0.5137,3\n"
+    entries = ["T=time_s", "MOTOR=-input_angle_rev/4.096e3"]
+    entries += ["OUT=output_angle_deg", "M=torque_Nm"]
+    campaign = read_campaign(write(text, "a.csv"), mapping=parse_map(entries), ratio=-100)
+    turns = campaign.column("input_angle") / (-2 * np.pi)
+    np.testing.assert_allclose(turns, np.array([4000, 4090, 4186]) / 4096)
+    assert kinds(campaign) == {"wrap": 1}
+
+
 @pytest.mark.parametrize(
     ("entries", "part"),
     [
@@ -195,6 +221,9 @@ def test_a_wrong_map_entry_is_refused(entries: list[str], part: str) -> None:
     [
         ("torqe=torque_Nm", "no such column .*did you mean 'torque'"),
         ("torque=torque", "no unit"),
+        ("torque=torque_Nm/0", "'/0' in --map"),
+        ("torque=torque_Nm/1e999", "'/1e999' in --map"),
+        ("torque=torque_Nm/x", "unknown unit 'Nm/x'"),
         ("torque=torque_deg", "unit 'deg'"),
         ("torque=torqe_Nm", "did you mean 'torque_Nm'"),
     ],
@@ -405,6 +434,60 @@ def test_a_fast_recording_is_not_taken_for_wraps() -> None:
     back, wraps = unwrap(angle)
     assert wraps == 0
     assert back is angle
+
+
+def turning(turns: FloatArray, *, drop: Sequence[int] = (), lost_rad: float = 1e-3) -> str:
+    """Write a drive of ratio 100 that turns; its motor's encoder wraps, rows have no torque."""
+    rows = ["time_s,torque_Nm,input_angle_rev,output_angle_deg"]
+    for i, turn in enumerate(turns):
+        output = 3.6 * turn + math.degrees(lost_rad * math.sin(0.1 * i))
+        torque = "nan" if i in drop else f"{math.sin(0.1 * i)}"
+        rows.append(f"{i},{torque},{turn % 1.0},{output}")
+    return "\n".join(rows) + "\n"
+
+
+def test_no_turn_is_lost_where_rows_are_left_out(write: Write) -> None:
+    # Without the third row the step over the seam is longer than a quarter turn.
+    turns = 0.55 + 0.15 * np.arange(60)
+    campaign = read_campaign(write(turning(turns, drop=[3, 16, 30]), "a.csv"), ratio=100)
+    np.testing.assert_allclose(
+        campaign.column("lost_motion"),
+        1e-3 * np.sin(0.1 * np.delete(np.arange(60), [3, 16, 30])),
+        atol=1e-9,
+    )
+
+
+@pytest.mark.parametrize("speed", [0.3, -0.45, 0.5, 0.9, 1.7])
+def test_a_fast_motor_is_followed_by_the_output(write: Write, speed: float) -> None:
+    turns = 0.1 + speed * np.arange(80)
+    campaign = read_campaign(write(turning(turns), "a.csv"), ratio=100)
+    np.testing.assert_allclose(
+        campaign.column("lost_motion") - campaign.column("lost_motion")[0],
+        1e-3 * np.sin(0.1 * np.arange(80)),
+        atol=1e-9,
+    )
+    assert kinds(campaign)["wrap"] == np.count_nonzero(np.diff(np.floor(turns)))
+
+
+def test_another_ratio_does_not_make_turns(write: Write) -> None:
+    turns = 0.1 + 0.3 * np.arange(80)
+    campaign = read_campaign(write(turning(turns), "a.csv"), ratio=51)
+    (finding,) = (finding for finding in campaign.findings if finding.kind == "wrap")
+    assert "whole turns may be missing" in finding.action
+
+
+@pytest.mark.parametrize(
+    ("stated", "told"), [(-100, True), (101, True), (50, True), (100, False), (100.02, False)]
+)
+def test_a_wrong_ratio_is_said_where_the_drive_turns(
+    write: Write, stated: float, told: bool
+) -> None:
+    campaign = read_campaign(write(turning(0.05 * np.arange(900)), "a.csv"), ratio=stated)
+    wrong = [finding for finding in campaign.findings if finding.kind == "ratio"]
+    assert len(wrong) == told
+    if told:
+        assert "100 input turns for one output turn" in wrong[0].action
+        assert "sign" not in kinds(campaign)
 
 
 def test_a_turned_sign_is_suspected(write: Write) -> None:

@@ -243,7 +243,7 @@ def drive_file_page() -> str:
         "## [columns]",
         "",
         "A map from the columns of a foreign recording to `NAME_UNIT`; `-NAME_UNIT` turns the sign "
-        "round.",
+        "round, `NAME_UNIT/NUMBER` divides (`input_angle_rev/4096`: counts of an encoder).",
         "",
         "## [fit] and [[effect]]",
         "",

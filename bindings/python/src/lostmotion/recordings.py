@@ -91,12 +91,26 @@ RATIO_EXPECTED = (
 )
 """What a recording of two angles needs."""
 
+FOLLOWED_SLACK = WRAP_SLACK / 4
+"""How far a step of the input usually is from the output's times the ratio at most, in turns.
+
+13 arcmin of the output at a ratio of 100: another ratio, or another shaft, is further off."""
+
+OPEN_ACTION = (
+    "steps above a quarter turn, kept; whole turns may be missing that neither the ratio nor "
+    "the other encoder tells"
+)
+"""What is done about an encoder that turns too fast for its samples."""
+
 GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording."""
 
 
 BRACKETED = re.compile(r"\s*([^\[(]+?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 """A name with its unit in brackets, as plots and loggers label their columns."""
+
+DIVIDED = re.compile(r"(.+)/(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)")
+"""A name whose numbers are so many to the unit, as the counts of an encoder."""
 
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 """A number as it is written where a comma stands before the fraction."""
@@ -127,7 +141,7 @@ class Finding:
     ----------
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
-        ``sign``, ``scale``, ``ignored_column``, ``sampled``.
+        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``sampled``.
     file, column : str
         Where.
     run : int or str or None
@@ -313,7 +327,8 @@ class ColumnName:
 
     quantity: Quantity
     unit: units.Unit | None
-    sign: int = 1
+    factor: float = 1.0
+    """What the numbers are multiplied by before the unit is converted."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[str, str]:
@@ -356,13 +371,25 @@ def spelled_out(label: str) -> str:
     return f"{base}_{re.sub('[ ·*]', '', unit)}"
 
 
+def divisor(file: str, column: str, text: str) -> float:
+    """Read the number that a column is divided by."""
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise InputError(file, column, f"'/{text}' in --map", "a positive number behind the slash")
+    return value
+
+
 def parse_column(file: str, column: str, name: str) -> ColumnName | None:
     """Understand a column name; None when it names nothing that is known here.
 
-    A leading minus sign (in a map) turns the column round.
+    A leading minus sign (in a map) turns the column round, a number behind a slash divides it.
     """
-    sign = -1 if name.startswith("-") else 1
-    name = spelled_out(name.removeprefix("-"))
+    factor = -1.0 if name.startswith("-") else 1.0
+    name = name.removeprefix("-")
+    divided = DIVIDED.fullmatch(name)
+    if divided is not None:
+        name, factor = divided[1], factor / divisor(file, column, divided[2])
+    name = spelled_out(name)
     base, unit = units.split_unit(name)
     if name in QUANTITIES:
         base, unit = name, None
@@ -387,7 +414,7 @@ def parse_column(file: str, column: str, name: str) -> ColumnName | None:
         raise InputError(
             file, column, f"unit '{symbol}', {units.describe(found)}", expected_units(quantity)
         )
-    return ColumnName(quantity, unit, sign)
+    return ColumnName(quantity, unit, factor)
 
 
 def resolve_columns(
@@ -470,8 +497,14 @@ def _require(file: str, header: Sequence[str], chosen: Mapping[str, Any]) -> Non
         )
 
 
+def by_number(path: Path) -> list[tuple[int, str]]:
+    """Order of names in which numbers count as numbers: ``run_2`` before ``run_10``."""
+    parts = re.split(r"([0-9]+)", path.name)
+    return [(int(part) if i % 2 else 0, part) for i, part in enumerate(parts)]
+
+
 def recording_files(paths: Iterable[str | Path]) -> list[Path]:
-    """List the recordings that a set of files and folders stands for, folders in name order.
+    """List the recordings that a set of files and folders stands for, folders as `by_number` says.
 
     Raises
     ------
@@ -482,7 +515,7 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
     for given in paths:
         path = Path(given)
         try:
-            inside = sorted(path.iterdir()) if path.is_dir() and str(given) else None
+            inside = sorted(path.iterdir(), key=by_number) if path.is_dir() and str(given) else None
             there, regular = path.exists(), path.is_file()
         except OSError as error:
             wanted = "a recording or a folder of them"
@@ -515,11 +548,13 @@ def read_campaign(
     Parameters
     ----------
     paths : path or paths
-        Files and folders; folders in name order, files as given.
+        Files and folders; files as given, those of a folder by their names, ``run_2`` before
+        ``run_10``.
     ratio : float, optional
         Input turns for one output turn; needed where only the two angles were recorded.
     mapping : mapping, optional
-        From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round.
+        From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round,
+        ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts).
 
     Returns
     -------
@@ -542,6 +577,7 @@ def read_campaign(
         runs.extend(found)
     name_apart(runs)
     campaign = Campaign(runs, findings)
+    check_ratio(campaign, ratio)
     check_sign(campaign)
     for finding in findings:
         LOG.info("%s", finding)
@@ -602,7 +638,7 @@ def in_si(
     for quantity, (column, meaning) in chosen.items():
         if quantity == "run":
             continue
-        values = meaning.sign * numbers_of(file, column, table[column])
+        values = meaning.factor * numbers_of(file, column, table[column])
         if meaning.unit is not None:
             values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
         check_range(file, column, values, meaning.quantity)
@@ -696,6 +732,12 @@ def sound_run(
             note("nan", column, count, "kept; the column is not used for these rows")
     if not usable.any():
         return None
+    # Over all rows: where some are left out, a step is longer than the encoder made it.
+    angles = {name: columns[name] for name in ("input_angle", "output_angle") if name in columns}
+    wraps = {}
+    columns = dict(columns)
+    for quantity, values in angles.items():
+        columns[quantity], wraps[quantity] = unwrap_known(values)
     if not usable.all():
         columns = {quantity: values[usable] for quantity, values in columns.items()}
 
@@ -712,11 +754,18 @@ def sound_run(
             note("backward_time", "time_s", backward, BACKWARD_ACTION)
         if gaps:
             note("gap", "time_s", gaps, f"steps above {GAP_FACTOR * usual:.3g} s, kept")
-    for quantity in ("input_angle", "output_angle"):
-        if quantity in columns:
-            columns[quantity], wraps = unwrap(columns[quantity])
-            if wraps:
-                note("wrap", QUANTITIES[quantity].column, wraps, "whole turns put back")
+    if ratio is not None and {"input_angle", "output_angle"} <= columns.keys():
+        followed = follow_output(columns["input_angle"], columns["output_angle"], ratio)
+        if followed is not columns["input_angle"]:
+            lost = (followed - angles["input_angle"][usable]) / (2 * np.pi)
+            wraps["input_angle"] = int(np.count_nonzero(np.round(np.diff(lost))))
+            columns["input_angle"] = followed
+    for quantity, count in wraps.items():
+        column = QUANTITIES[quantity].column
+        if count:
+            note("wrap", column, count, "whole turns put back")
+        elif open_steps(columns[quantity]):
+            note("wrap", column, open_steps(columns[quantity]), OPEN_ACTION)
     if "lost_motion" not in columns:
         assert ratio is not None
         columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
@@ -778,6 +827,46 @@ def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
     return angle_rad - lost * turn, count
 
 
+def unwrap_known(angle_rad: FloatArray) -> tuple[FloatArray, int]:
+    """Unwrap the samples that have a number."""
+    known = np.isfinite(angle_rad)
+    whole = angle_rad.copy()
+    whole[known], wraps = unwrap(angle_rad[known])
+    return (whole, wraps) if wraps else (angle_rad, 0)
+
+
+def follow_output(input_rad: FloatArray, output_rad: FloatArray, ratio: float) -> FloatArray:
+    """Put back the turns of the input that only the output tells, where it moves too fast to tell.
+
+    Where the input usually makes more than a quarter turn from sample to sample every step is
+    looked at, otherwise those above a quarter turn: a tooth that is jumped is no wrap. The same
+    array is returned where there is nothing to do, or the output goes another way than the input
+    over the ratio.
+    """
+    turn = 2 * np.pi
+    step, expected = np.diff(input_rad), ratio * np.diff(output_rad)
+    if step.size == 0:
+        return input_rad
+    turns = np.round((step - expected) / turn)
+    off = np.abs(step - expected - turns * turn)
+    fast = np.median(np.abs(expected)) > WRAP_SLACK * turn
+    doubtful = np.ones(step.size, dtype=bool) if fast else np.abs(step) > WRAP_SLACK * turn
+    missed = doubtful & (turns != 0) & (off < WRAP_SLACK * turn)
+    if not np.any(missed) or np.median(off) > FOLLOWED_SLACK * turn:
+        return input_rad
+    return input_rad - turn * np.concatenate(([0.0], np.cumsum(np.where(missed, turns, 0.0))))
+
+
+def open_steps(angle_rad: FloatArray) -> int:
+    """Count the steps above a quarter turn where they are usual and the angle is within a turn."""
+    turn = 2 * np.pi
+    known = angle_rad[np.isfinite(angle_rad)]
+    step = np.abs(np.diff(known))
+    if step.size == 0 or np.ptp(known) > turn or np.median(step) <= WRAP_SLACK * turn:
+        return 0
+    return int(np.count_nonzero(step > WRAP_SLACK * turn))
+
+
 def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = None) -> int:
     """Length of the longest stretch of identical values during which the other channel moved on.
 
@@ -798,12 +887,45 @@ def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = N
     return longest
 
 
+RATIO_DOUBT_RAD = 5e-3
+"""Lost motion of 17 arcmin that grows with the output's turn is another ratio."""
+
+
+def check_ratio(campaign: Campaign, ratio: float | None) -> None:
+    """Note a campaign whose angles, where the drive turns, have another ratio than was stated."""
+    if ratio is None or any(finding.kind == "stuck" for finding in campaign.findings):
+        return
+    measured, swing = [], []
+    for run in campaign.runs:
+        if not {"input_angle", "output_angle"} <= run.columns.keys():
+            continue
+        put_in, out = run.columns["input_angle"], run.columns["output_angle"]
+        turned = float(np.ptp(out))
+        if turned < STUCK_TURN_RAD or np.ptp(put_in) < STUCK_TURN_RAD or open_steps(put_in):
+            continue
+        centred = out - out.mean()
+        measured.append(float(centred @ put_in) / float(centred @ centred))
+        swing.append(turned)
+    if not measured:
+        return
+    found = float(np.median(measured))
+    if abs(found / ratio - 1) * float(np.median(swing)) > RATIO_DOUBT_RAD:
+        action = (
+            f"{found:.4g} input turns for one output turn by the angles, {ratio:.4g} by the ratio: "
+            "look at the ratio, at its sign, and at the units and signs of the two angles"
+        )
+        file = campaign.runs[0].file
+        campaign.findings.append(
+            Finding("ratio", file, "input_angle_rad", None, campaign.rows, action)
+        )
+
+
 def check_sign(campaign: Campaign) -> None:
     """Note a campaign whose lost motion falls with growing torque: one sign is turned round.
 
-    Where a sensor is stuck the lost motion says nothing.
+    Where a sensor is stuck, or the ratio wrong, the lost motion says nothing.
     """
-    if any(finding.kind == "stuck" for finding in campaign.findings):
+    if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
         return
     torque = campaign.column("torque")
     centred = np.concatenate(
@@ -850,7 +972,7 @@ def check_scale(campaign: Campaign, expected: Callable[[FloatArray], FloatArray]
     expected : callable
         Lost motion in rad that the drive file gives at torques in N m.
     """
-    if any(finding.kind in ("sign", "stuck", "scale") for finding in campaign.findings):
+    if any(finding.kind in ("sign", "stuck", "scale", "ratio") for finding in campaign.findings):
         return
     measured, model = [], []
     for run in campaign.runs:

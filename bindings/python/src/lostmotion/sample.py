@@ -35,6 +35,7 @@ from lostmotion.recordings import (
     Finding,
     Run,
     arrow_errors,
+    check_ratio,
     check_sign,
     from_arrow,
     in_si,
@@ -331,6 +332,7 @@ def sample_campaign(
         raise InputError(files[0], "torque_Nm", "no row with numbers for torque and angle", "some")
     name_apart(runs)
     campaign = Campaign(runs, findings, sum(totals.values()))
+    check_ratio(campaign, ratio)
     check_sign(campaign)
     note_sample(campaign)
     return campaign

@@ -64,3 +64,11 @@ def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) 
 def fixed(value: float | None, digits: int = 3) -> str:
     """Format a number, or a dash for none."""
     return "-" if value is None else f"{value:.{digits}f}"
+
+
+def show_findings(findings: Sequence[str], out: TextIO) -> None:
+    """Print what is odd about the data."""
+    if findings:
+        print("\nabout the data:", file=out)
+    for finding in findings:
+        print(f"  {finding}", file=out)

@@ -11,7 +11,7 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.discover.drive_base import SAMPLES_LEAST
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import recording_files
-from lostmotion.terminal import Progress, deliver, fixed, show_table
+from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table
 
 SEED_MAX = 2**63 - 1
 """Largest seed of anything random."""
@@ -95,7 +95,4 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         print("\nnot testable with these columns:", file=out)
         for column, effects in answer["not_testable"].items():
             print(f"  without {column}: {', '.join(effects)}", file=out)
-    if answer["findings"]:
-        print("\nabout the data:", file=out)
-        for finding in answer["findings"]:
-            print(f"  {finding}", file=out)
+    show_findings(answer["findings"], out)

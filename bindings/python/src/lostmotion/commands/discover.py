@@ -46,7 +46,7 @@ from lostmotion.recordings import (
 )
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
-from lostmotion.terminal import Progress, deliver
+from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.units import plain_number
 
 RATIO_MAX = 1e4
@@ -186,7 +186,7 @@ def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:
     A ratio that is estimated from the angles takes the sign of the lost motion out of them. Without
     one, an output that stands still while the input turns may be locked.
     """
-    if finding.kind == "sign":
+    if finding.kind in ("sign", "ratio"):
         return True
     turning = [
         run.label
@@ -271,8 +271,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
                 known = ""
             print(f"  {candidate['name']}.{name} = {size:.4g}{known}", file=out)
     print(f"\nnext: {answer['next_experiment']}", file=out)
-    for finding in answer.get("findings", []):
-        print(f"  {finding}", file=out)
+    show_findings(answer.get("findings", []), out)
 
 
 def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
@@ -301,8 +300,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         print(f"{name:<48} {value:.5g}, not fitted", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
-    for finding in told(model.base.conditions.campaign.findings):
-        print(finding, file=out)
+    show_findings(told(model.base.conditions.campaign.findings), out)
     print(f"\nwritten: {file}", file=out)
 
 

@@ -367,7 +367,8 @@ def add_map(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="COLUMN=NAME_UNIT",
-        help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round",
+        help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round, "
+        "NAME_UNIT/NUMBER divides (counts: input_angle_rev/4096)",
     )
 
 

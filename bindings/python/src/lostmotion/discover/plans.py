@@ -69,7 +69,7 @@ def read_plan(
             if name.quantity.name == "run":
                 labels = table[header]
                 continue
-            values = name.sign * recordings.numbers_of(str(file), header, table[header])
+            values = name.factor * recordings.numbers_of(str(file), header, table[header])
             if name.unit is not None:
                 values = units.convert(values, name.unit.symbol, name.quantity.unit)
             recordings.check_range(str(file), header, values, name.quantity)
