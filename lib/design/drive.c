@@ -11,28 +11,6 @@
 #define DEGREE (LM_PI / LM_REAL(180))
 #define ARCMIN (DEGREE / LM_REAL(60))
 
-/* A key of the drive file and the range of its value. */
-typedef struct bound {
-  const char *key;
-  lm_real value;
-  lm_real low;
-  lm_real high;
-} bound;
-
-static lm_status check_bounds(const bound bounds[], int count, lm_fault *fault) {
-  int i;
-  for (i = 0; i < count; i++) {
-    const lm_status status =
-        check_range(fault, bounds[i].key, bounds[i].value, bounds[i].low, bounds[i].high);
-    if (status != LM_OK) {
-      return status;
-    }
-  }
-  return LM_OK;
-}
-
-#define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
-
 static lm_status check_teeth(const lm_teeth *t, lm_fault *fault) {
   const bound bounds[] = {
       {"teeth.deformation", LM_REAL((int)t->deformation), LM_REAL(LM_INTERNAL),
@@ -48,7 +26,7 @@ static lm_status check_teeth(const lm_teeth *t, lm_fault *fault) {
       {"teeth.tooth_height", t->tooth_height, LM_REAL(0.5), LM_REAL(3)},
       {"teeth.engagement_depth", t->engagement_depth, LM_REAL(0.2), LM_REAL(2.5)},
       {"teeth.face_width_mm", t->face_width_mm, LM_REAL(0.5), LM_REAL(400)}};
-  const lm_status status = check_bounds(bounds, COUNT(bounds), fault);
+  const lm_status status = check_bounds(fault, bounds, COUNT_OF(bounds));
   const int difference = t->deformation == LM_INTERNAL ? 2 : -2;
   if (status != LM_OK) {
     return status;
@@ -77,7 +55,7 @@ static lm_status check_generator(const lm_generator *g, const lm_teeth *t, lm_fa
       {"generator.eccentricity_angle_rad", g->eccentricity_angle_rad, LM_REAL(-10), LM_REAL(10)}};
   lm_status status = lm_make_shape(g->type, g->contact_half_angle_rad, &shape, fault);
   if (status == LM_OK) {
-    status = check_bounds(bounds, COUNT(bounds), fault);
+    status = check_bounds(fault, bounds, COUNT_OF(bounds));
   }
   if (status == LM_OK && (g->type == LM_RING) != (t->deformation == LM_EXTERNAL)) {
     status = refuse_contradiction(fault, "generator.type", LM_REAL((int)g->type),
@@ -174,7 +152,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
          LM_REAL(LM_TORSION_ELEMENTS_MAX)},
         {"tolerance", LM_REAL(drive->tolerance_count), LM_REAL(0),
          LM_REAL(LM_TOLERANCE_LINKS_MAX)}};
-    status = check_bounds(bounds, COUNT(bounds), fault);
+    status = check_bounds(fault, bounds, COUNT_OF(bounds));
   }
   if (status == LM_OK) {
     status = lm_check_radial_laws(drive->radial_laws, drive->radial_law_count, fault);

@@ -18,28 +18,6 @@
 #define CHAIN_MAX 64
 #define NMM_PER_NM LM_REAL(1000)
 
-#define COUNT_OF(array) ((int)(sizeof(array) / sizeof((array)[0])))
-
-typedef struct bound {
-  const char *input;
-  lm_real found;
-  lm_real low;
-  lm_real high;
-} bound;
-
-/* The first value outside its range decides. */
-static inline lm_status check_bounds(lm_fault *fault, const bound *bounds, int count) {
-  int i = 0;
-  for (i = 0; i < count; ++i) {
-    const lm_status status =
-        check_range(fault, bounds[i].input, bounds[i].found, bounds[i].low, bounds[i].high);
-    if (status != LM_OK) {
-      return status;
-    }
-  }
-  return LM_OK;
-}
-
 /* Refuse a chain that is missing or longer than CHAIN_MAX. */
 static inline lm_status check_chain(lm_fault *fault, const char *input, const void *array,
                                     int count) {

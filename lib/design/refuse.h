@@ -40,6 +40,29 @@ static inline lm_status check_range(lm_fault *fault, const char *input, lm_real 
   return refuse_range(fault, input, found, low, high);
 }
 
+#define COUNT_OF(array) ((int)(sizeof(array) / sizeof((array)[0])))
+
+/* An input and its range. */
+typedef struct bound {
+  const char *input;
+  lm_real found;
+  lm_real low;
+  lm_real high;
+} bound;
+
+/* The first value outside its range decides. */
+static inline lm_status check_bounds(lm_fault *fault, const bound *bounds, int count) {
+  int i = 0;
+  for (i = 0; i < count; ++i) {
+    const lm_status status =
+        check_range(fault, bounds[i].input, bounds[i].found, bounds[i].low, bounds[i].high);
+    if (status != LM_OK) {
+      return status;
+    }
+  }
+  return LM_OK;
+}
+
 /* Refuse a value that contradicts another one, and say what would agree. */
 static inline lm_status refuse_contradiction(lm_fault *fault, const char *input, lm_real found,
                                              lm_real low, lm_real high) {

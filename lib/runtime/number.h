@@ -15,6 +15,11 @@
 #define WITHOUT_FPU 0
 #endif
 
+/* Sizes that a stated number may have. What is below is taken for zero: inverses and products of it
+ * would leave float's range. */
+#define SMALLEST LM_REAL(1e-9)
+#define LARGEST LM_REAL(1e9)
+
 /* Infinity less itself and NaN less itself are NaN, which equals nothing; without an FPU the
  * exponent's bits tell it sooner. */
 static inline int is_finite(lm_real value) {

@@ -24,10 +24,6 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
   return ~crc;
 }
 
-/* Numbers below this are taken for zero: their inverses and products would leave float's range. */
-#define SMALLEST LM_REAL(1e-9)
-#define LARGEST LM_REAL(1e9)
-
 /* One number of the parameters and its range; a table takes a third of the flash that as many calls
  * would. */
 typedef struct range {

@@ -2,10 +2,6 @@
 
 #include "runtime/number.h"
 
-/* Numbers below this are taken for zero: their inverses would leave float's range. */
-#define SMALLEST LM_REAL(1e-9)
-#define LARGEST LM_REAL(1e9)
-
 lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault) {
   lm_status status;
   if (!motor) {
