@@ -183,12 +183,13 @@ typedef struct builder {
   int lobes;
 } builder;
 
-/* Turn of the rigid gear's flank towards the pair by the eccentricity of a fixed generator:
- * one lobe comes nearer by what the other one recedes. */
-static lm_real eccentric_shift(const lm_generator *g, const lm_gap *gap, int side) {
+/* What the eccentricity of a fixed generator adds to the gap of a pair in one lobe and takes off it
+ * in the other. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it.
+ */
+static lm_real eccentric_shift(const lm_generator *g, lm_real sense, const lm_gap *gap, int side) {
   return g->eccentricity_mm *
          (LM_REAL(side) * real_sin(g->eccentricity_angle_rad) +
-          real_tan(gap->flank_angle_rad) * real_cos(g->eccentricity_angle_rad)) /
+          sense * real_tan(gap->flank_angle_rad) * real_cos(g->eccentricity_angle_rad)) /
          gap->radius_mm;
 }
 
@@ -196,8 +197,9 @@ static lm_status add_pair(builder *b, const lm_mesh *mesh, int section, int toot
                           lm_real angle_rad, const lm_gap *gap, int side, lm_fault *fault) {
   const lm_real c = real_cos(gap->flank_angle_rad);
   const lm_real give = give_at(b->give, mesh, angle_rad, gap->radius_mm) / (c * c);
-  const lm_real shift =
-      b->lobes == 2 ? eccentric_shift(&b->drive->generator, gap, side) : LM_REAL(0);
+  const lm_real shift = b->lobes == 2
+                            ? eccentric_shift(&b->drive->generator, mesh->line.sense, gap, side)
+                            : LM_REAL(0);
   int lobe;
   for (lobe = 0; lobe < b->lobes; lobe++) {
     lm_contact *contact = &b->contacts[b->count];

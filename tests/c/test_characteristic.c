@@ -269,6 +269,39 @@ static void eccentricity_of_a_fixed_generator(void) {
   ASSERT_NEAR(BOUND(1e-15, 1e-9), total, point[2].total_rad);
 }
 
+/* A flexspline that is moved along the flanks that carry forward slides on them: their gaps stay
+ * and the other flanks' change. Its teeth narrow outwards inside the rigid gear, inwards around it.
+ */
+static void eccentricity_along_a_flank_leaves_its_gaps(void) {
+  const lm_real torque[] = {1};
+  int d;
+  for (d = 0; d < 2; d++) {
+    lm_drive drive = completed(d == 0 ? reference_a() : reference_e());
+    const double shift = 0.005 / 25.8;
+    double lobe_gap[2] = {0, 0}; /* of one tooth's backward flank */
+    int i;
+    evaluate(&drive, 0, torque, 1);
+    drive.generator.floating = 0;
+    drive.generator.eccentricity_mm = LM_REAL(0.005);
+    drive.generator.eccentricity_angle_rad =
+        d == 0 ? -state.flank_angle_rad : state.flank_angle_rad;
+    evaluate(&drive, 0, torque, 1);
+    for (i = 0; i + 1 < state.pairs; i += 2) {
+      const lm_contact *c = &workspace.contacts[i];
+      TEST_ASSERT_EQUAL(0, c[0].lobe);
+      TEST_ASSERT_EQUAL(1, c[1].lobe);
+      if (c->side > 0) { /* flanks lean by up to 3 deg more or less than the first that touch */
+        ASSERT_NEAR(0.1 * shift, c[0].gap_rad, c[1].gap_rad);
+      } else {
+        lobe_gap[0] = (double)c[0].gap_rad;
+        lobe_gap[1] = (double)c[1].gap_rad;
+        TEST_ASSERT_TRUE(fabs(lobe_gap[0] - lobe_gap[1]) > 1.2 * shift);
+      }
+    }
+    TEST_ASSERT_TRUE(lobe_gap[0] != 0);
+  }
+}
+
 static void reversal_is_the_distance_of_both_branches(void) {
   const lm_drive drive = calibrated();
   const lm_real torque[] = {LM_REAL(-1.6), LM_REAL(1.6)};
@@ -589,6 +622,7 @@ int main(void) {
   RUN_TEST(radial_chain_adds_its_angle);
   RUN_TEST(friction_of_the_flanks_widens_the_loop);
   RUN_TEST(eccentricity_of_a_fixed_generator);
+  RUN_TEST(eccentricity_along_a_flank_leaves_its_gaps);
   RUN_TEST(reversal_is_the_distance_of_both_branches);
   RUN_TEST(a_similar_drive_has_the_same_angles);
   RUN_TEST(pairs_give_by_the_energy_integral);
