@@ -578,19 +578,19 @@ static void keep_rest(path *p) {
   }
 }
 
-/* Teeth of lobe 0 that carry on a flank, in any section. */
+/* Teeth that carry on a flank, in any section, of the lobe where more do. */
 static int count_teeth(const path *p, int side) {
-  unsigned char seen[LM_LOBE_TEETH_MAX] = {0};
-  int teeth = 0;
+  unsigned char seen[2][LM_LOBE_TEETH_MAX] = {{0}};
+  int teeth[2] = {0, 0};
   int i;
   for (i = 0; i < p->w->active_count; i++) {
     const lm_contact *c = &p->contacts[p->w->active[i]];
-    if (c->side == side && c->lobe == 0 && seen[c->tooth] == 0) {
-      seen[c->tooth] = 1;
-      teeth++;
+    if (c->side == side && seen[c->lobe][c->tooth] == 0) {
+      seen[c->lobe][c->tooth] = 1;
+      teeth[c->lobe]++;
     }
   }
-  return teeth;
+  return teeth[0] > teeth[1] ? teeth[0] : teeth[1];
 }
 
 /* Share of the twist: sum over the sections of turn times torque, both since rest. */

@@ -33,7 +33,7 @@ typedef struct lm_contributions {
   lm_real tooth_bending_rad;
   lm_real stiffness_Nm_per_rad; /* dT / dphi, away from zero torque; infinite for a rigid drive */
   lm_real friction_half_width_rad; /* half the width of the loop that friction of the flanks adds */
-  int forward_teeth;               /* of one lobe, that carry */
+  int forward_teeth;               /* that carry, of the lobe where more do */
   int backward_teeth;
 } lm_contributions;
 

@@ -94,7 +94,7 @@ typedef struct lm_take_up {
   lm_real ring_rad;             /* rim and generator foundation: local part of eq (2) - (4) */
   lm_real twist_rad;            /* rim between axial sections: part of eq (5) */
   lm_real stiffness_Nm_per_rad; /* dT / dangle of the mesh, on the side away from rest */
-  int forward_teeth;            /* of one lobe, that carry on this flank in any section */
+  int forward_teeth; /* that carry on this flank in any section, of the lobe where more do */
   int backward_teeth;
 } lm_take_up;
 
