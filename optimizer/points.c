@@ -26,7 +26,7 @@ typedef struct key_entry {
 static const key_entry keys[LM_KEY_GRADE + 1] = {
     {"teeth.deformation", 0, 0, 1},
     {"teeth.module_mm", 0, 0.05, 10},
-    {"teeth.flexspline_teeth", 0, 30, 600},
+    {"teeth.flexspline_teeth", 0, LM_FLEXSPLINE_TEETH_MIN, LM_FLEXSPLINE_TEETH_MAX},
     {"teeth.pressure_angle_deg", 20, 10, 35},
     {"teeth.flexspline_shift", 3, -2, 12},
     {"teeth.rigid_shift", 3, -2, 12},
@@ -407,7 +407,7 @@ lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double
     return refuse_number(fault, LM_TOO_SMALL, "search.choice", LM_CHOICE_MAX + 1.0, 0,
                          LM_CHOICE_MAX);
   }
-  for (z = 30; z <= 600; z += 2) {
+  for (z = LM_FLEXSPLINE_TEETH_MIN; z <= LM_FLEXSPLINE_TEETH_MAX; z += 2) {
     const int turning = problem->rigid_gear_turns ? (external ? z - 2 : z + 2) : z;
     if (turning / 2.0 >= ratio_low && turning / 2.0 <= ratio_high) {
       if (count == LM_CHOICE_VALUES_MAX) {
@@ -418,7 +418,8 @@ lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double
     }
   }
   if (count == 0) {
-    return refuse_number(fault, LM_OUT_OF_RANGE, "limits.ratio", ratio_low, 15, 301);
+    return refuse_number(fault, LM_OUT_OF_RANGE, "limits.ratio", ratio_low,
+                         LM_FLEXSPLINE_TEETH_MIN / 2, LM_FLEXSPLINE_TEETH_MAX / 2 + 1);
   }
   choice->key = LM_KEY_FLEXSPLINE_TEETH;
   choice->count = count;

@@ -193,8 +193,9 @@ static lm_real eccentric_shift(const lm_generator *g, lm_real sense, const lm_ga
          gap->radius_mm;
 }
 
-static lm_status add_pair(builder *b, const lm_mesh *mesh, int section, int tooth,
-                          lm_real angle_rad, const lm_gap *gap, int side, lm_fault *fault) {
+/* There is room for both flanks of every tooth of both lobes in all sections. */
+static void add_pair(builder *b, const lm_mesh *mesh, int section, int tooth, lm_real angle_rad,
+                     const lm_gap *gap, int side) {
   const lm_real c = real_cos(gap->flank_angle_rad);
   const lm_real give = give_at(b->give, mesh, angle_rad, gap->radius_mm) / (c * c);
   const lm_real shift = b->lobes == 2
@@ -203,9 +204,6 @@ static lm_status add_pair(builder *b, const lm_mesh *mesh, int section, int toot
   int lobe;
   for (lobe = 0; lobe < b->lobes; lobe++) {
     lm_contact *contact = &b->contacts[b->count];
-    if (b->count == LM_CONTACTS_MAX) {
-      return refuse_capacity(fault, "LM_CONTACTS_MAX", LM_CONTACTS_MAX, LM_CONTACTS_MAX + 1);
-    }
     contact->arm_mm = gap->radius_mm;
     contact->wedge = real_tan(gap->flank_angle_rad);
     contact->gap_rad = gap->gap_rad + (lobe == 0 ? shift : -shift);
@@ -216,32 +214,26 @@ static lm_status add_pair(builder *b, const lm_mesh *mesh, int section, int toot
     contact->side = side;
     b->count++;
   }
-  return LM_OK;
 }
 
 /* Pairs whose gap is wider than the nearest one by more than the limit never carry. */
-static lm_status add_section(builder *b, const lm_mesh *mesh, int section,
-                             const lm_clearance clearances[], int count, const nearest *forward,
-                             const nearest *backward, lm_fault *fault) {
+static void add_section(builder *b, const lm_mesh *mesh, int section,
+                        const lm_clearance clearances[], int count, const nearest *forward,
+                        const nearest *backward) {
   const lm_support *support = &b->drive->support;
   int i;
   for (i = 0; i < count; i++) {
     const lm_clearance *c = &clearances[i];
-    lm_status status = LM_OK;
     if (real_fabs(c->angle_rad) > support->engagement_limit_rad + EDGE) {
       continue;
     }
     if (c->forward.gap_rad - forward->gap_rad <= support->gap_limit_rad) {
-      status = add_pair(b, mesh, section, i, c->angle_rad, &c->forward, 1, fault);
+      add_pair(b, mesh, section, i, c->angle_rad, &c->forward, 1);
     }
-    if (status == LM_OK && c->backward.gap_rad - backward->gap_rad <= support->gap_limit_rad) {
-      status = add_pair(b, mesh, section, i, c->angle_rad, &c->backward, -1, fault);
-    }
-    if (status != LM_OK) {
-      return status;
+    if (c->backward.gap_rad - backward->gap_rad <= support->gap_limit_rad) {
+      add_pair(b, mesh, section, i, c->angle_rad, &c->backward, -1);
     }
   }
-  return LM_OK;
 }
 
 /* Rim between the axial sections: each turns by the torque that passes through it, counted from the
@@ -317,7 +309,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
     status = refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
   }
   for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
-    status = add_section(&b, &w->meshes[i], i, w->clearances[i], count, &forward, &backward, fault);
+    add_section(&b, &w->meshes[i], i, w->clearances[i], count, &forward, &backward);
   }
   if (status == LM_OK) {
     status = lm_beam_yield(drive->support.foundation_N_per_mm2, drive->support.ring_stiffness_N_mm2,

@@ -3,7 +3,7 @@
 #include "real_math.h"
 #include "refuse.h"
 
-#define SPRINGS_MAX 1204 /* both flanks of both lobes of the largest drive */
+#define SPRINGS_MAX (4 * LM_LOBE_TEETH_MAX) /* both flanks of both lobes of the largest drive */
 #define MM_PER_M LM_REAL(1000)
 
 /* Numbers of any drive, with orders of magnitude to spare, whose products float32 still holds. */

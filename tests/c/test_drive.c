@@ -190,7 +190,7 @@ static void a_completed_drive_is_accepted_and_has_a_mesh(void) {
   int round;
   for (round = 0; round < 300; round++) {
     const int external = round % 5 == 4;
-    const int teeth = round % 7 == 0 ? 600 : 2 * (int)draw(&seed, 25, 300);
+    const int teeth = round % 7 == 0 ? 640 : 2 * (int)draw(&seed, 25, 300);
     const double module = round % 11 == 0 ? 10 : draw(&seed, 0.05, 10);
     lm_status status;
     drive = external ? reference_e() : reference_a();
@@ -363,8 +363,8 @@ static void whole_numbers_out_of_range_are_refused(void) {
     drive = before;                                                           \
   }
   WRONG(teeth.deformation, "teeth.deformation", (lm_deformation)2, 0, 1)
-  WRONG(teeth.flexspline_teeth, "teeth.flexspline_teeth", 28, 30, 600)
-  WRONG(teeth.flexspline_teeth, "teeth.flexspline_teeth", 602, 30, 600)
+  WRONG(teeth.flexspline_teeth, "teeth.flexspline_teeth", 28, 30, 640)
+  WRONG(teeth.flexspline_teeth, "teeth.flexspline_teeth", 642, 30, 640)
   WRONG(generator.type, "generator.type", (lm_generator_type)7, 0, 4)
   WRONG(generator.floating, "generator.floating", 2, 0, 1)
   WRONG(generator.floating, "generator.floating", -1, 0, 1)

@@ -437,7 +437,7 @@ static int list(double phase_rad) {
 }
 
 static void a_lobe_lists_every_tooth_in_its_order(void) {
-  static const int teeth[] = {30, 32, 200, 598, 600};
+  static const int teeth[] = {30, 32, 200, 638, 640};
   int k;
   for (k = 0; k < 5; k++) {
     lm_drive drive = reference_a();
@@ -650,14 +650,17 @@ static void lists_refuse_nonsense_and_write_nothing(void) {
   make(&drive, 1);
   memset(lobe, 0x55, sizeof lobe);
   memcpy(before, lobe, sizeof lobe);
-  assert_refused(LM_NULL, "mesh", lm_lobe_clearances(0, 0, lobe, 301, &count, &fault));
-  assert_refused(LM_NULL, "clearances", lm_lobe_clearances(&mesh, 0, 0, 301, &count, &fault));
-  assert_refused(LM_NULL, "count", lm_lobe_clearances(&mesh, 0, lobe, 301, 0, &fault));
+  assert_refused(LM_NULL, "mesh",
+                 lm_lobe_clearances(0, 0, lobe, LM_LOBE_TEETH_MAX, &count, &fault));
+  assert_refused(LM_NULL, "clearances",
+                 lm_lobe_clearances(&mesh, 0, 0, LM_LOBE_TEETH_MAX, &count, &fault));
+  assert_refused(LM_NULL, "count",
+                 lm_lobe_clearances(&mesh, 0, lobe, LM_LOBE_TEETH_MAX, 0, &fault));
   assert_refused(LM_NOT_FINITE, "phase_rad",
-                 lm_lobe_clearances(&mesh, nan, lobe, 301, &count, &fault));
+                 lm_lobe_clearances(&mesh, nan, lobe, LM_LOBE_TEETH_MAX, &count, &fault));
   assert_fault_range(nan, -inf, inf);
   assert_refused(LM_NOT_FINITE, "phase_rad",
-                 lm_lobe_clearances(&mesh, -inf, lobe, 301, &count, &fault));
+                 lm_lobe_clearances(&mesh, -inf, lobe, LM_LOBE_TEETH_MAX, &count, &fault));
   assert_fault_range(-inf, -inf, inf);
   assert_refused(LM_TOO_SMALL, "capacity", lm_lobe_clearances(&mesh, 0, lobe, 100, &count, &fault));
   assert_fault_range(100, 101, inf);

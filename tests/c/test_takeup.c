@@ -110,10 +110,10 @@ static void stage_increments_refuse_nonsense_and_write_nothing(void) {
   assert_refused(LM_NULL, pointers, lm_stage_increments(clearance, radius, 2, 0, order, &fault));
   assert_refused(LM_NULL, pointers,
                  lm_stage_increments(clearance, radius, 2, increment, 0, &fault));
-  assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, 1204,
+  assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, 1284,
                        lm_stage_increments(clearance, radius, 0, increment, order, &fault));
-  assert_refused_range(LM_OUT_OF_RANGE, "count", 1205, 1, 1204,
-                       lm_stage_increments(clearance, radius, 1205, increment, order, &fault));
+  assert_refused_range(LM_OUT_OF_RANGE, "count", 1285, 1, 1284,
+                       lm_stage_increments(clearance, radius, 1285, increment, order, &fault));
   clearance[1] = nan;
   assert_refused_range(LM_NOT_FINITE, "clearance_mm", nan, -most, most,
                        lm_stage_increments(clearance, radius, 2, increment, order, &fault));
@@ -308,23 +308,23 @@ static void the_smallest_torque_keeps_to_its_side_of_the_play(void) {
 
 /* Both flanks of both lobes of the largest drive. */
 static void as_many_springs_as_a_drive_has_are_accepted(void) {
-  static lm_spring springs[1204];
-  static lm_real clearance[1204];
-  static lm_real radius[1204];
-  static lm_real increment[1204];
-  static int order[1204];
+  static lm_spring springs[1284];
+  static lm_real clearance[1284];
+  static lm_real radius[1284];
+  static lm_real increment[1284];
+  static int order[1284];
   lm_real angle;
   int engaged;
   int i;
-  for (i = 0; i < 1204; i++) {
-    put_spring(&springs[i], 1000, 1e-7 * (1204 - i), 1);
-    clearance[i] = LM_REAL(1204 - i);
+  for (i = 0; i < 1284; i++) {
+    put_spring(&springs[i], 1000, 1e-7 * (1284 - i), 1);
+    clearance[i] = LM_REAL(1284 - i);
     radius[i] = 1;
   }
-  TEST_ASSERT_EQUAL(LM_OK, lm_independent_take_up(springs, 1204, 1000, &angle, &engaged, &fault));
-  TEST_ASSERT_EQUAL(1204, engaged);
-  TEST_ASSERT_EQUAL(LM_OK, lm_stage_increments(clearance, radius, 1204, increment, order, &fault));
-  TEST_ASSERT_EQUAL(1203, order[0]);
+  TEST_ASSERT_EQUAL(LM_OK, lm_independent_take_up(springs, 1284, 1000, &angle, &engaged, &fault));
+  TEST_ASSERT_EQUAL(1284, engaged);
+  TEST_ASSERT_EQUAL(LM_OK, lm_stage_increments(clearance, radius, 1284, increment, order, &fault));
+  TEST_ASSERT_EQUAL(1283, order[0]);
 }
 
 static void springs_refuse_nonsense_and_write_nothing(void) {
@@ -345,8 +345,8 @@ static void springs_refuse_nonsense_and_write_nothing(void) {
                  lm_independent_take_up(springs, 2, 1, 0, &engaged, &fault));
   assert_refused(LM_NULL, "springs, angle_rad, engaged",
                  lm_independent_take_up(springs, 2, 1, &angle, 0, &fault));
-  assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, 1204, TAKE_UP(0, 1));
-  assert_refused_range(LM_OUT_OF_RANGE, "count", 1205, 1, 1204, TAKE_UP(1205, 1));
+  assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, 1284, TAKE_UP(0, 1));
+  assert_refused_range(LM_OUT_OF_RANGE, "count", 1285, 1, 1284, TAKE_UP(1285, 1));
   assert_refused_range(LM_NOT_FINITE, "torque_Nm", nan, -most, most, TAKE_UP(2, nan));
   assert_refused_range(LM_NOT_FINITE, "torque_Nm", -inf, -most, most, TAKE_UP(2, -inf));
   springs[1].stiffness_Nm_per_rad = 0;
@@ -415,8 +415,8 @@ static void the_beam_refuses_nonsense_and_writes_nothing(void) {
                        lm_beam_yield(1, 1, 1, -1, 2, yield, &fault));
   assert_refused_range(LM_OUT_OF_RANGE, "teeth", 0, 1, LM_LOBE_TEETH_MAX,
                        lm_beam_yield(1, 1, 1, 1, 0, yield, &fault));
-  assert_refused_range(LM_OUT_OF_RANGE, "teeth", 302, 1, LM_LOBE_TEETH_MAX,
-                       lm_beam_yield(1, 1, 1, 1, 302, yield, &fault));
+  assert_refused_range(LM_OUT_OF_RANGE, "teeth", LM_LOBE_TEETH_MAX + 1, 1, LM_LOBE_TEETH_MAX,
+                       lm_beam_yield(1, 1, 1, 1, LM_LOBE_TEETH_MAX + 1, yield, &fault));
   TEST_ASSERT_TRUE(yield[0] == -7 && yield[1] == -7);
 }
 
@@ -1075,8 +1075,8 @@ static void coupled_pairs_refuse_counts_and_torques(void) {
   two_pairs();
   assert_refused_range(LM_OUT_OF_RANGE, "count", 0, 1, LM_CONTACTS_MAX,
                        refused_take_up(0, torque, 3));
-  assert_refused_range(LM_OUT_OF_RANGE, "count", 1537, 1, LM_CONTACTS_MAX,
-                       refused_take_up(1537, torque, 3));
+  assert_refused_range(LM_OUT_OF_RANGE, "count", LM_CONTACTS_MAX + 1, 1, LM_CONTACTS_MAX,
+                       refused_take_up(LM_CONTACTS_MAX + 1, torque, 3));
   assert_refused_range(LM_TOO_SMALL, "torques", 0, 1, inf, refused_take_up(2, torque, 0));
   torque[2] = nan;
   assert_refused_range(LM_NOT_FINITE, "torque_Nm", nan, -most, most, refused_take_up(2, torque, 3));

@@ -324,6 +324,39 @@ def test_teeth_that_run_to_a_point_are_refused_by_their_height(drawn: Document) 
         predict(parse_drive(drawn), [1.0])
 
 
+def test_shifts_that_leave_a_tooth_no_root_are_named(drawn: Document) -> None:
+    drawn["design"]["teeth"]["flexspline_shift"] = -2
+    found = r"design\.teeth: found shifts of -2 and 2\.957 \(flexspline, rigid gear\), expected"
+    with pytest.raises(InputError, match=found):
+        predict(parse_drive(drawn), [1.0])
+
+
+def test_more_pairs_than_there_is_room_for_are_called_that(drawn: Document) -> None:
+    drawn["design"]["axial_sections"] = 7
+    drawn["design"]["generator"] |= {"floating": False, "eccentricity_um": 5}
+    drawn["design"]["support"] = {"gap_limit_arcmin": 60}
+    with pytest.raises(InputError, match=r"design: found more than 384 pairs .* smaller torque"):
+        predict(parse_drive(drawn), [-1e6, 1e6])
+
+
+def test_the_largest_catalogue_ratio_is_taken_in_both_forms(
+    drawn: Document, bought: Document
+) -> None:
+    bought["drive"]["ratio"] = 320
+    assert predict(parse_drive(bought), [1.0])["total_arcmin"][0] > 0
+    drawn["drive"]["ratio"] = 320
+    drawn["design"]["teeth"] |= {
+        "module_mm": 50 / 640,
+        "flexspline_teeth": 640,
+        "rigid_teeth": 642,
+    }
+    drawn["design"]["generator"]["deflection_mm"] = 0.95 * 50 / 640
+    for sections in (1, 7):
+        drawn["design"]["axial_sections"] = sections
+        total = predict(parse_drive(drawn), [-80, -1, 0, 1, 80])["total_arcmin"]
+        assert total == sorted(set(total))
+
+
 def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Document) -> None:
     model = design_model(parse_drive(drawn))
     defaults = model.defaults()

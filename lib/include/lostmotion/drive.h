@@ -31,6 +31,10 @@ LM_BEGIN_DECLS
 #define LM_TOLERANCE_LINKS_MAX LM_TOLERANCE_CHAIN_MAX
 #define LM_SECTIONS_MAX 7
 
+/* Teeth of the flexspline: ratios of 15 to 320, the largest in catalogues. */
+#define LM_FLEXSPLINE_TEETH_MIN 30
+#define LM_FLEXSPLINE_TEETH_MAX 640
+
 typedef enum lm_deformation {
   LM_INTERNAL = 0, /* external teeth on the flexspline, wave generator inside */
   LM_EXTERNAL = 1  /* internal teeth on the flexspline, ring generator outside */
@@ -48,7 +52,7 @@ typedef enum lm_generator_type {
 typedef struct lm_teeth {
   lm_deformation deformation;
   lm_real module_mm;          /* 0.05 .. 10 */
-  int flexspline_teeth;       /* even, 30 .. 600 */
+  int flexspline_teeth;       /* even, 30 .. 640 */
   int rigid_teeth;            /* flexspline_teeth + 2 (internal) or - 2 (external) */
   lm_real pressure_angle_rad; /* of the rack, 0.17 .. 0.62 (10 .. 35 deg) */
   lm_real flexspline_shift;   /* x1, -2 .. 12 */

@@ -22,7 +22,7 @@ LM_BEGIN_DECLS
  * the k-th smallest gap. clearance_mm[] (-1e6 .. 1e6), radius_mm[] (1e-3 .. 1e6), increment_rad[],
  * order[]: length count; order[k] is the pair that closes at stage k. Ties keep their order.
  * O(count^2), for reports.
- * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("clearance_mm", "radius_mm", "count" 1 .. 1204). */
+ * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("clearance_mm", "radius_mm", "count" 1 .. 1284). */
 lm_status lm_stage_increments(const lm_real clearance_mm[], const lm_real radius_mm[], int count,
                               lm_real increment_rad[], int order[], lm_fault *fault);
 
@@ -41,7 +41,7 @@ typedef struct lm_spring {
  * to carry. The rotation is absolute (same zero as the gaps); inside a free play, at torque 0, it
  * is the middle of the play. `engaged` is the number of springs that carry. torque_Nm: -1e9 .. 1e9.
  * LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("stiffness_Nm_per_rad", "gap_rad", "side", "torque_Nm",
- * "count" 1 .. 1204), LM_NO_CONTACT when no spring can carry a torque of that sign. O(count^2) the
+ * "count" 1 .. 1284), LM_NO_CONTACT when no spring can carry a torque of that sign. O(count^2) the
  * first time, O(count) when sorted. */
 lm_status lm_independent_take_up(lm_spring springs[], int count, lm_real torque_Nm,
                                  lm_real *angle_rad, int *engaged, lm_fault *fault);
@@ -61,8 +61,9 @@ typedef struct lm_contact {
   int side;    /* +1 forward, -1 backward */
 } lm_contact;
 
-#define LM_CONTACTS_MAX 1536 /* candidates of all sections and lobes */
-#define LM_ACTIVE_MAX 384    /* pairs that carry at the same time */
+/* Candidates: both flanks of every tooth of both lobes in all sections. */
+#define LM_CONTACTS_MAX (4 * LM_SECTIONS_MAX * LM_LOBE_TEETH_MAX)
+#define LM_ACTIVE_MAX 384 /* pairs that carry at the same time */
 #define LM_STAGES_MAX 512
 
 /* What couples the pairs: each lobe rests on the generator as one rim, on which the forces of all

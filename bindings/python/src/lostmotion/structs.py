@@ -333,6 +333,10 @@ def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
     except LibraryError as error:
         lib = c.lib
         of_design = (lib.LM_NOT_FINITE, lib.LM_OUT_OF_RANGE, lib.LM_INCONSISTENT, lib.LM_NO_CONTACT)
+        if (error.status, error.key) == (lib.LM_TOO_SMALL, "LM_ACTIVE_MAX"):
+            found = f"more than {lib.LM_ACTIVE_MAX} pairs of teeth that carry at one of the torques"
+            expected = "a smaller torque, or fewer axial_sections"
+            raise InputError(design.file, "design", found, expected) from None
         if error.status not in of_design or error.key in ARGUMENTS:
             raise
         raise _refused(design, error) from None
@@ -344,6 +348,11 @@ def _refused(design: Design, error: LibraryError) -> InputError:
     if error.status == core().lib.LM_NO_CONTACT:
         found, expected = "teeth that cannot touch", "teeth that reach into each other somewhere"
         return InputError(design.file, "design", found, expected)
+    if error.key == NO_ROOT:
+        shifts = " and ".join(f"{design.values[f'teeth.{gear}_shift'].value:g}" for gear in GEARS)
+        found = f"shifts of {shifts} (flexspline, rigid gear)"
+        expected = "shifts that leave the teeth of both some thickness at the root"
+        return InputError(design.file, "design.teeth", found, expected)
     if value is None and not re.fullmatch(r"[\w.\[\]]+", error.key):
         found = f"{error.found:.6g} as the {error.key}"
         return InputError(design.file, "design", found, _range(error, 1.0))
@@ -396,6 +405,9 @@ def _no_tip(design: Design, error: LibraryError) -> tuple[str, str]:
 
 
 GEARS = ("flexspline", "rigid")
+
+NO_ROOT = "tooth thickness at root_radius_mm"
+"""What the library calls a tooth whose flanks meet below its root."""
 
 CONTRADICTIONS: dict[str, Callable[[Design, LibraryError], tuple[str, str]]] = {
     "teeth.flexspline_teeth": _odd_teeth,

@@ -80,7 +80,7 @@ SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
 NAMED = {"generator.type": GENERATORS, "teeth.deformation": DEFORMATIONS}
 """Keys whose values are names."""
 
-TOOTH_COUNTS = (30, 600)
+TOOTH_COUNTS = (30, 640)
 """Teeth that a flexspline may have."""
 
 DEFAULT_TEETH = 200
@@ -250,7 +250,7 @@ class _Reader:
             self.say("drive.ratio", "ratio_sign", -1)
 
     def read_ratio(self, value: Any) -> tuple[float, float]:
-        expected = "[lowest, highest], both of one sign, between 15 and 301 turns"
+        expected = "[lowest, highest], both of one sign, between 15 and 321 turns"
         if not _is_pair(value) or not value[0] <= value[1] or value[0] * value[1] <= 0:
             raise self.refuse("search.limits.ratio", show(value), expected)
         low, high = sorted(abs(float(v)) for v in value)
