@@ -335,7 +335,7 @@ def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[fl
     for index, table in enumerate(drive.effects):
         if table["name"] not in known:
             place = f"effect[{index}].name"
-            expected = "an effect of the library; export takes your own by --effects FILE"
+            expected = "an effect of the library, or your own by --effects FILE"
             raise InputError(drive.file, place, table["name"], expected)
         effect = known[table["name"]]
         keys = []
@@ -366,8 +366,10 @@ def library_effects(c: Core) -> dict[str, Any]:
 def own_effect(bits: Bits, effect: Effect) -> Any:
     """Make an `lm_effect` of a user's own effect, to be checked but not to be run.
 
-    It is kept: parameters point at it.
+    It is kept: parameters point at it. One in the controller's precision is taken as it is.
     """
+    if bits == 32 and effect.controller is not None:
+        return effect.controller
     made = core(bits).ffi.new("lm_effect *")
     made.id = zlib.crc32(effect.name.encode())
     made.kind = KINDS.index(effect.kind)

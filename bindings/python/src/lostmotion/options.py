@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lostmotion.errors import InputError
 
 if TYPE_CHECKING:
+    from lostmotion.core import Bits
     from lostmotion.discover.effects import Effect
 
 
@@ -19,13 +20,13 @@ def effects_of(arguments: argparse.Namespace) -> dict[str, Effect]:
     return {**library(), **own_effects(arguments)}
 
 
-def own_effects(arguments: argparse.Namespace) -> dict[str, Effect]:
-    """Return the user's own effects."""
+def own_effects(arguments: argparse.Namespace, bits: Bits = 64) -> dict[str, Effect]:
+    """Return the user's own effects, those in C compiled in a precision."""
     found: dict[str, Effect] = {}
     for file in arguments.effects:
         from lostmotion.discover.effects import library, load
 
-        for name, effect in load(file).items():
+        for name, effect in load(file, bits).items():
             if name in library() or name in found:
                 raise InputError(file, name, "the name of another effect", "a name of its own")
             found[name] = effect

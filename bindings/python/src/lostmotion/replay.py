@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +21,13 @@ import numpy.typing as npt
 from lostmotion.core import Core, core
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LibraryError
-from lostmotion.export import Profile, build, library_effects, make_controller
+from lostmotion.export import Profile, build, known_effects, make_controller
 from lostmotion.files import read_bytes
 from lostmotion.recordings import Campaign, Run
 from lostmotion.units import ARCSEC
+
+if TYPE_CHECKING:
+    from lostmotion.discover.effects import Effect
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -171,9 +174,21 @@ def _rms(values: FloatArray) -> float:
 
 
 def read_parameters(
-    file: str | Path, settings: Mapping[str, float], profile: Profile = "full"
+    file: str | Path,
+    settings: Mapping[str, float],
+    profile: Profile = "full",
+    own: Mapping[str, Effect] | None = None,
 ) -> tuple[Any, float | None, dict[str, str]]:
     """Read a blob, or a drive file as `make_controller` reduces it.
+
+    Parameters
+    ----------
+    file : str or Path
+    settings : mapping
+        From `read_settings`.
+    profile : str
+    own : mapping, optional
+        The user's own effects by name; those at work must be compiled as the controller's.
 
     Returns
     -------
@@ -192,13 +207,21 @@ def read_parameters(
     path = Path(file)
     if path.suffix != ".bin":
         drive = read_drive(path)
-        return build(make_controller(drive, settings, profile=profile)), drive.ratio, drive.columns
+        controller = make_controller(drive, settings, profile=profile, own=own)
+        for effect in controller.own.values():
+            if effect.controller is None:
+                found = "a formula" if effect.formula else "a Python function"
+                source = "the file that export writes of it" if effect.formula else "one in C"
+                expected = f"a shared object: compile {source} with LM_REAL_BITS=32"
+                raise InputError("--effects", effect.name, found, expected)
+        return build(controller), drive.ratio, drive.columns
     if settings:
         raise InputError("--set", "", f"it with {path.name}", "a drive file: a blob is complete")
-    return load(read_bytes(path, "parameters by lostmotion export"), str(path)), None, {}
+    blob = read_bytes(path, "parameters by lostmotion export")
+    return load(blob, str(path), own or {}), None, {}
 
 
-def load(blob: bytes, file: str = "blob") -> Any:
+def load(blob: bytes, file: str = "blob", own: Mapping[str, Effect] | None = None) -> Any:
     """Load the binary form as the controller does.
 
     Raises
@@ -208,13 +231,18 @@ def load(blob: bytes, file: str = "blob") -> Any:
     """
     c = core(32)
     made = c.ffi.new("lm_parameters *")
-    effects = list(library_effects(c).values())
+    runs = {name: effect for name, effect in (own or {}).items() if effect.controller is not None}
+    effects = list(known_effects(c, runs).values())
     table = c.ffi.new("lm_effect *[]", effects)
     fault = c.fault()
     status = c.lib.lm_load_parameters(made, blob, len(blob), table, len(effects), fault)
     try:
         c.check(status, fault)
     except LibraryError as error:
+        if error.key == "effect":
+            found = "one that is not known here"
+            expected = "an effect of the library, or your own by --effects FILE"
+            raise InputError(file, error.key, found, expected) from None
         raise InputError(
             file, error.key, f"{error.found:.6g}", f"parameters by lostmotion export: {error}"
         ) from None

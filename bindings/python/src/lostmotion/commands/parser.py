@@ -150,6 +150,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_drive(added, "drive file, or a blob by export")
     add_data(added, "LOG")
     added.add_argument("--table", metavar="FILE.csv", help="write every tick")
+    add_effects(added, "your own effects in C: a shared object compiled with LM_REAL_BITS=32")
     add_settings(added)
 
     add_workbench(command)
@@ -340,14 +341,17 @@ def add_dask(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_effects(parser: argparse.ArgumentParser) -> None:
+def add_effects(
+    parser: argparse.ArgumentParser,
+    what: str = "your own effects: a Python file, or a shared object made from C",
+) -> None:
     """Add the option for the user's own effects."""
     parser.add_argument(
         "--effects",
         action="append",
         default=[],
         metavar="FILE",
-        help="your own effects: a Python file, or a shared object made from C",
+        help=what,
     )
 
 

@@ -6,6 +6,7 @@ import argparse
 
 from lostmotion.export import read_settings
 from lostmotion.files import write_whole
+from lostmotion.options import own_effects
 from lostmotion.recordings import parse_map, read_campaign
 from lostmotion.replay import read_parameters, replay, show_replay
 from lostmotion.terminal import Progress, deliver
@@ -13,7 +14,9 @@ from lostmotion.terminal import Progress, deliver
 
 def run_replay(arguments: argparse.Namespace) -> None:
     """``lostmotion replay``."""
-    parameters, ratio, columns = read_parameters(arguments.drive, read_settings(arguments.set))
+    parameters, ratio, columns = read_parameters(
+        arguments.drive, read_settings(arguments.set), own=own_effects(arguments, 32)
+    )
     mapping = {**columns, **parse_map(arguments.map)}
     campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping)
     with Progress("replaying", quiet=arguments.quiet) as progress:

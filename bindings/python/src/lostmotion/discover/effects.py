@@ -10,8 +10,9 @@ import ctypes
 import importlib.util
 import os
 import sys
+import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import KINDS, NEEDS, Kind, core
+from lostmotion.core import KINDS, NEEDS, Bits, Kind, core
 from lostmotion.discover.conditions import CONDITIONS, NEUTRAL, Conditions
 from lostmotion.errors import InputError, did_you_mean, one_line
 
@@ -80,6 +81,8 @@ class Effect:
         The function as text, where it was made from one: it can be written as C.
     symbol : str
         Name of the constant in C, of an effect that came from a shared object.
+    controller : cdata or None
+        The ``lm_effect`` itself, of a shared object in the controller's precision.
     """
 
     name: str
@@ -95,6 +98,7 @@ class Effect:
     experiment: str = ""
     formula: str = ""
     symbol: str = ""
+    controller: Any = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Say what it is and what it takes; `vars` has all."""
@@ -185,7 +189,7 @@ def card(effect: Effect) -> dict[str, Any]:
     }
 
 
-def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArray]:
+def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
     """Make the function of an effect that is an `lm_effect` of the C library."""
     c = core(bits)
 
@@ -214,9 +218,13 @@ def run_in_c(effect: Any, bits: Literal[32, 64] = 64) -> Callable[..., FloatArra
     return function
 
 
-def from_c(effect: Any) -> Effect:
+def from_c(effect: Any, bits: Bits = 64) -> Effect:
     """Describe an `lm_effect` of the C library or of a user's own shared object."""
-    c = core(64)
+    c = core(bits)
+
+    def number(value: float) -> float:
+        """Give the number that was written in the source, which float32 has rounded."""
+        return float(str(np.float32(value))) if bits == 32 else float(value)
 
     def text(pointer: Any) -> str:
         return str(c.ffi.string(pointer).decode())
@@ -226,9 +234,9 @@ def from_c(effect: Any) -> Effect:
         Value(
             text(card.value[i].name),
             ROLES[int(card.value[i].role)],
-            float(card.value[i].typical),
-            float(effect.bound[i][0]),
-            float(effect.bound[i][1]),
+            number(card.value[i].typical),
+            number(effect.bound[i][0]),
+            number(effect.bound[i][1]),
         )
         for i in range(effect.value_count)
     )
@@ -239,7 +247,7 @@ def from_c(effect: Any) -> Effect:
         KINDS[int(effect.kind)],
         values,
         needs,
-        run_in_c(effect),
+        run_in_c(effect, bits),
         int(effect.memory_count),
         text(card.mechanism),
         text(card.equation),
@@ -370,13 +378,13 @@ def load_python(file: str | Path) -> dict[str, Effect]:
     return found
 
 
-def load_shared_object(file: str | Path) -> dict[str, Effect]:
+def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
     """Load a user's own effect in C: a shared object with an `lm_effect`.
 
-    Its name is lm_user_effect, or lm_effect_ and the name of the file. It must be compiled with
-    LM_REAL_BITS=64 and with its card; the same source goes to the controller.
+    Its name is lm_user_effect, or lm_effect_ and the name of the file (without a _f32 at its end).
+    It must be compiled with LM_REAL_BITS=64 and with its card; the same source goes to the
+    controller. With LM_REAL_BITS=32 it is what the controller runs, which `replay` wants.
     """
-    c = core(64)
     path = Path(file)
     if not os.path.isfile(path):
         raise InputError(path, "", "no such file", "a shared object")
@@ -384,23 +392,54 @@ def load_shared_object(file: str | Path) -> dict[str, Effect]:
         handle = ctypes.CDLL(str(path.resolve()))
     except OSError as error:
         raise InputError(path, "", one_line(str(error)), "a shared object") from None
-    symbols = ("lm_user_effect", f"lm_effect_{path.stem}")
+    symbols = ("lm_user_effect", f"lm_effect_{path.stem.removesuffix('_f32')}")
     symbol = next((name for name in symbols if hasattr(handle, name)), None)
     if symbol is None:
         raise InputError(path, " or ".join(symbols), "no such symbol", "const lm_effect")
     address = ctypes.addressof(ctypes.c_char.in_dll(handle, symbol))
-    pointer = c.ffi.cast("const lm_effect *", address)
-    if pointer.card == c.ffi.NULL:
+    found_bits = _precision(address)
+    if found_bits is None:
         raise InputError(path, symbol, "no card", "LM_EFFECT_CARDS not set to 0")
+    if found_bits != bits:
+        user = "the controller's, for replay" if bits == 32 else "32 is for replay alone"
+        raise InputError(
+            path, symbol, f"LM_REAL_BITS={found_bits}", f"LM_REAL_BITS={bits} ({user})"
+        )
+    c = core(bits)
+    pointer = c.ffi.cast("const lm_effect *", address)
+    found = replace(
+        from_c(pointer, bits), symbol=symbol, controller=pointer if bits == 32 else None
+    )
+    number = zlib.crc32(found.name.encode())
+    if pointer.id != number:
+        expected = f"{number:#x}, the CRC-32 of {found.name}: binary parameters call it by that"
+        raise InputError(path, f"{symbol}.id", f"{int(pointer.id):#x}", expected)
     KEPT.append(handle)
-    found = replace(from_c(pointer), symbol=symbol)
     return {found.name: found}
 
+
+def _precision(address: int) -> Bits | None:
+    """In which precision an `lm_effect` was compiled; None where it has no card.
+
+    The card lies in the same file as the effect. In the one layout a pointer to it stands where the
+    other has a bound, or nothing.
+    """
+    precisions: tuple[Bits, ...] = (32, 64)
+    for bits in precisions:
+        ffi = core(bits).ffi
+        card = ffi.cast("uintptr_t *", address + ffi.offsetof("lm_effect", "card"))[0]
+        if card and abs(card - address) < FILE_MAX:
+            return bits
+    return None
+
+
+FILE_MAX = 1 << 31
+"""Bytes of a shared object, at most."""
 
 KEPT: list[Any] = []
 """Shared objects stay loaded: their functions are called later."""
 
 
-def load(file: str | Path) -> dict[str, Effect]:
-    """Load a user's own effects from Python or from a shared object."""
-    return load_python(file) if str(file).endswith(".py") else load_shared_object(file)
+def load(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
+    """Load a user's own effects from Python or from a shared object of a precision."""
+    return load_python(file) if str(file).endswith(".py") else load_shared_object(file, bits)
