@@ -18,6 +18,7 @@ import pytest
 from conftest import DATA, needs_compiler
 from lostmotion.cli import main
 from lostmotion.core import NEEDS, core
+from lostmotion.discover import Value, formula
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import (
@@ -170,6 +171,16 @@ def test_header_names_the_conditions_that_the_host_fills_in(
     full = make_controller(read_drive(write(bought)), profile="full")
     fields = "torque_Nm, input_velocity_rad_s, temperature_C, elapsed_s"
     assert wanted(full) == f" * Every tick wants {fields}. */"
+    own = formula(
+        "cable",
+        "-stiffness_Nm_per_rad * output_angle_rad",
+        values=[Value("stiffness_Nm_per_rad", "linear", 0.5, -50.0, 50.0)],
+        kind="torque",
+    )
+    bought["effect"] = [{"name": "cable", "stiffness_Nm_per_rad": 1}]
+    bought["fit"] = {"values": {"cable.stiffness_Nm_per_rad": 1.0}}
+    mine = make_controller(read_drive(write(bought)), profile="full", own={"cable": own})
+    assert wanted(mine) == " * Every tick wants torque_Nm, output_angle_rad. */"
     # The bits are those of effects.h.
     text = (LIB / "include" / "lostmotion" / "effects.h").read_text()
     bits = re.findall(r"#define LM_NEEDS_(\w+) (\d+)u", text)
