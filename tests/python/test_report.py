@@ -33,7 +33,7 @@ from lostmotion.discover.ladder import FittedModel, fit_model
 from lostmotion.drives import Drive, parse_drive, read_drive
 from lostmotion.model import design_model, make_backbone
 from lostmotion.predict import predict
-from lostmotion.recordings import read_campaign
+from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.report import (
     comparison_section,
     diagnosis_section,
@@ -49,10 +49,11 @@ from lostmotion.report.mesh import (
     rigid_shape,
     touch_place,
 )
+from lostmotion.report.overlay import Overlay
 from lostmotion.report.page import NARROW, WIDE, Figure, Rows, Section, Table, rows_html
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import signs, simplify, text_width
-from lostmotion.units import ARCMIN
+from lostmotion.units import ARCMIN, ARCSEC
 
 DRIVES = DATA / "drives"
 LOOPS = DATA / "cycloidal_locked_output"
@@ -109,6 +110,8 @@ LABELS = {
         "left, arcsec",
         "temperature, °C",
     ),
+    "turning fitted": ("generator angle, °", "arcmin"),
+    "turning compared": ("4 runs, ", "torque on the output, N·m"),
 }
 """Texts that the pictures of each section must hold."""
 
@@ -136,7 +139,43 @@ def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
 
 
 @cache
+def turning() -> tuple[Drive, Campaign]:
+    """Loops, and runs that turn under a load, in files with the long names that loggers give."""
+    data = campaign(add=lambda columns, _: 6.0 * np.cos(2 * columns["input_angle"]))
+    random = np.random.default_rng(3)
+    for load in (-25.0, 0.0, 25.0, 40.0):
+        turned = np.concatenate((np.linspace(0, 90, 400), np.linspace(90, 0, 400)))
+        torque = load + 0.01 * random.normal(size=800)
+        seconds = (
+            7.0 * load
+            + 25.0 * np.tanh(load / 8.0)
+            + 6.0 * np.cos(2 * turned)
+            + random.normal(size=800)
+        )
+        columns = {
+            "time": 0.1 * np.arange(800),
+            "torque": torque,
+            "temperature": np.full(800, 22.0),
+            "input_angle": turned,
+            "output_angle": turned / 100,
+            "lost_motion": seconds * ARCSEC,
+        }
+        data.runs.append(Run("", "made.csv", columns))
+    for number, run in enumerate(data.runs):
+        run.label = f"2024-08-08__13-{number:02d}-25__torqueramp_onyx_80Nm"
+    return parse_drive(tomllib.loads(DRIVE)), data
+
+
+@cache
 def section_of(name: str) -> Section:
+    if name.startswith("turning"):
+        drive, data = turning()
+        drive = dataclasses.replace(drive, file=str(LOOPS / "drive.toml"))
+        if name == "turning fitted":
+            model = fit_model(drive, data, None, ["kinematic_error"], library())
+            return fit_section(drive, model, [])
+        backbone = make_backbone(drive, data.largest_torque_Nm)
+        return comparison_section(drive, compare(backbone, data), [])
     if name in ("found", "unexplained", "fitted"):
         drive, result = discovered(name)
         # A drive that was not read from a file has no fingerprint.
@@ -215,6 +254,28 @@ def test_every_axis_and_mark_is_labelled(name):
     text = " ".join(t for svg in [wide] for t in ET.fromstring(f"<all>{svg}</all>").itertext())
     for expected in LABELS[name]:
         assert expected in text
+
+
+def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> None:
+    drive, data = turning()
+    model = fit_model(drive, data, None, ["kinematic_error"], library())
+    before = model.base.copy()
+    before.terms, before.additives = [], []
+    overlay = Overlay(before, model.base, 1.0, "small")
+    names = [name for _, name in overlay.across]
+    assert names.count("generator angle, °") == 4
+    assert names.count("torque, N·m") == 2
+    for (angle, name), pieces, measured in zip(
+        overlay.across, overlay.pieces, overlay.measured, strict=True
+    ):
+        assert sorted(np.concatenate(pieces)) == list(range(measured.size))
+        if name == "generator angle, °":
+            # One piece a direction, each along the turn.
+            assert len(pieces) == 2
+            assert all(np.all(np.diff(angle[piece]) >= 0) for piece in pieces)
+            expected = 0.1 * np.cos(np.deg2rad(2 * angle))
+            rest = measured - measured.mean() - expected
+            assert np.std(rest) < 0.03
 
 
 def texts(svg: ET.Element) -> list[tuple[float, float, float, float]]:

@@ -17,6 +17,7 @@ from lostmotion.report.svg import (
     SMALL_SIZE,
     SOFT,
     Drawing,
+    shortened,
     text_width,
 )
 from lostmotion.report.wording import chance
@@ -31,8 +32,10 @@ GROUPS_SHOWN = 2
 """Sizes of loops that are drawn: the largest and the smallest."""
 
 LOOP_LEAST = 0.02
-"""Runs whose torque stays below this share of the largest are no loops (a drive that turns freely):
+"""Runs whose torque moves by less than this share of the largest are no loops (a drive that turns):
 they are drawn only when there is nothing else."""
+
+LOST_MOTION = "lost motion, arcmin"
 
 RUNS_SHOWN = 6
 """Runs of a size that are drawn."""
@@ -48,7 +51,8 @@ WHERE = {"inside": "inside", "both": "inside and outside"}
 def groups(result: Comparison) -> list[list[int]]:
     """Runs that are drawn together: loops of one size, the largest first."""
     sizes = [float(np.max(np.abs(run.torque_Nm))) for run in result.campaign.runs]
-    loops = [i for i, size in enumerate(sizes) if size >= LOOP_LEAST * max(sizes)]
+    swings = [float(np.ptp(run.torque_Nm)) for run in result.campaign.runs]
+    loops = [i for i, swing in enumerate(swings) if swing >= LOOP_LEAST * max(sizes)]
     order = sorted(loops, key=lambda i: -sizes[i])
     found: list[list[int]] = []
     for i in order:
@@ -131,6 +135,16 @@ def _key(drawing: Drawing, width: float) -> None:
         x -= 18
 
 
+def title_of(labels: Sequence[str], room: float) -> str:
+    """Name the runs of a panel, by the first and the last where there is no room for all."""
+    title = f"run{'s' * (len(labels) > 1)} {', '.join(labels)}"
+    if len(labels) == 1 or text_width(title, SMALL_SIZE) <= room:
+        return shortened(title, room)
+    count = f"{len(labels)} runs, "
+    each = (room - text_width(f"{count} to ", SMALL_SIZE)) / 2
+    return f"{count}{shortened(labels[0], each)} to {shortened(labels[-1], each)}"
+
+
 def _loop_panels(
     drawing: Drawing,
     result: Comparison,
@@ -152,15 +166,15 @@ def _loop_panels(
     axes = Axes(
         drawing, (x, y, width, height), across, limits([float(angles.min()), float(angles.max())])
     )
-    axes.frame("", "lost motion, arcmin", x_numbers=False)
+    axes.frame("", LOST_MOTION, x_numbers=False)
     axes.open()
     for t, m in zip(torque, measured, strict=True):
         axes.curve(t, m, MEASURED, 1.1, opacity=0.75)
     for t, m in zip(torque, modelled, strict=True):
         axes.curve(t, m, MODEL, 1.5, opacity=0.95)
     axes.close()
-    runs = ", ".join(str(result.campaign.runs[i].label) for i in group)
-    title = f"run {runs}" if len(group) == 1 else f"runs {runs}"
+    labels = [str(result.campaign.runs[i].label) for i in group]
+    title = title_of(labels, width - 1.1 * text_width(LOST_MOTION, SMALL_SIZE))
     drawing.text(x + width, y - 10, title, anchor="end", size=SMALL_SIZE, fill=SOFT)
 
     floor = result.noise.floor_rad / unit

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.base import Base
+from lostmotion.discover.conditions import Conditions
 from lostmotion.report.chart import Axes, limits, nice_step
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (
@@ -18,6 +19,7 @@ from lostmotion.report.svg import (
     SOFT,
     Array,
     Drawing,
+    shortened,
     text_width,
 )
 from lostmotion.units import ARCMIN, ARCSEC
@@ -29,6 +31,12 @@ POINTS_SHOWN = 2000
 """Samples of a run that are drawn and listed; tests use every sample."""
 
 BEFORE, AFTER = ORANGE, BLUE
+
+LOOP_LEAST = 0.02
+"""A run whose torque moves by less than this share of the largest is no loop."""
+
+TURN_LEAST_RAD = np.pi
+"""Turn of the generator from which such a run is drawn over its angle, otherwise over time."""
 
 
 def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
@@ -54,17 +62,24 @@ class Overlay:
         self.floor = floor_arcsec
         self.added = bool(after.terms or after.additives) and after is not before
         self.left = [before.residual()] + ([after.residual()] if self.added else [])
-        angle = [b.at().angle for b in (before, after)]
+        angle = before.at().angle
         self.shown = runs_to_show(self.left[0], self.left[-1], c.starts)
         self.labels = [str(c.labels[i]) for i in self.shown]
         slices = c.slices()
         self.torque, self.measured, self.model, self.residual = [], [], [], []
+        self.seconds: list[Array] = []
+        self.across: list[tuple[Array, str]] = []
+        self.pieces: list[list[IntArray]] = []
         for i in self.shown:
             at = np.arange(slices[i].start, slices[i].stop)
             at = at[:: max(1, -(-at.size // POINTS_SHOWN))]
-            zero = float(np.mean((before.measured - angle[-1])[slices[i]]))
+            zero = float(np.mean((before.measured - angle)[slices[i]]))
             measured = before.measured[at] - zero
             self.torque.append(c.torque[at])
+            self.seconds.append(c.time_s[at])
+            across, label, pieces = axis_of(c, slices[i], at)
+            self.across.append((across, label))
+            self.pieces.append(pieces)
             self.measured.append(measured * ARCSEC / ARCMIN)
             self.residual.append([left[at] for left in self.left])
             self.model.append([(measured - left[at]) * ARCSEC / ARCMIN for left in self.left])
@@ -74,7 +89,9 @@ class Overlay:
         """Return the numbers behind the picture."""
         columns: dict[str, list[object]] = {
             "run": [label for label, t in zip(self.labels, self.torque, strict=True) for _ in t],
+            "time_s": [x for t in self.seconds for x in t],
             "torque_Nm": [x for t in self.torque for x in t],
+            "drawn_over": [x for over, _ in self.across for x in over],
             "measured_arcmin": [x for m in self.measured for x in m],
         }
         for k, name in enumerate(("base", "base_and_effects")[: len(self.left)]):
@@ -83,11 +100,30 @@ class Overlay:
         return Table("runs", columns)
 
 
+def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[IntArray]]:
+    """Choose over what samples of a run are drawn, and what of them in one line.
+
+    A loop is drawn over its torque, a run that turns under one torque over the angle of the
+    generator, along the turn, each direction for itself, and what does neither over time.
+    """
+    whole = [np.arange(at.size)]
+    if np.ptp(c.torque[run]) >= LOOP_LEAST * float(np.max(np.abs(c.torque))):
+        return c.torque[at], "torque, N·m", whole
+    turned = c.columns.get("input_angle_rad")
+    if turned is None or np.ptp(turned[run]) < TURN_LEAST_RAD:
+        return c.time_s[at] - c.time_s[run.start], "time in the run, s", whole
+    angle = np.rad2deg(np.remainder(turned[at], 2 * np.pi))
+    back = c.columns["input_velocity_rad_s"][at] < 0
+    ways = [np.flatnonzero(way) for way in (~back, back)]
+    return angle, "generator angle, °", [way[np.argsort(angle[way])] for way in ways if way.size]
+
+
 def overlay_figure(before: Base, after: Base, floor_arcsec: float, name: str) -> Figure:
     """Make the figure of the runs in which most was explained."""
     data = Overlay(before, after, floor_arcsec, name)
-    caption = "Measured lost motion (grey) and the base (orange) against torque"
-    caption += ", and the base with what was added (blue). " if data.added else ". "
+    caption = "Measured lost motion (grey), the base (orange)"
+    caption += " and the base with what was added (blue)" if data.added else ""
+    caption += " against torque, or against the generator's angle where the torque stood still. "
     caption += (
         f"Beneath each what is left of it, in arcsec; the grey band is the noise floor, ±"
         f"{floor_arcsec:.3g} arcsec. "
@@ -147,30 +183,34 @@ def _panel(
 ) -> None:
     x, y, width = place
     high, strip = size
-    torque = data.torque[i]
-    across = limits([float(torque.min()), float(torque.max())], 0.03)
+    places, name = data.across[i]
+    across = limits([float(places.min()), float(places.max())], 0.03)
     every = np.concatenate([data.measured[i], *data.model[i]])
     axes = Axes(
         drawing, (x, y, width, high), across, limits([float(every.min()), float(every.max())])
     )
     axes.frame("", "arcmin", x_numbers=False, ticks=(width / 60, high / 45))
-    drawing.text(x + width, y - 10, f"run {data.labels[i]}", anchor="end", size=SMALL_SIZE)
+    title = shortened(f"run {data.labels[i]}", width - text_width("arcmin", SMALL_SIZE))
+    drawing.text(x + width, y - 10, title, anchor="end", size=SMALL_SIZE)
     axes.open()
-    axes.curve(torque, data.measured[i], SOFT, 1.1, opacity=0.7)
+    for piece in data.pieces[i]:
+        axes.curve(places[piece], data.measured[i][piece], SOFT, 1.1, opacity=0.7)
     for k, model in enumerate(data.model[i]):
-        axes.curve(torque, model, (BEFORE, AFTER)[k], 1.2)
+        for piece in data.pieces[i]:
+            axes.curve(places[piece], model[piece], (BEFORE, AFTER)[k], 1.2)
     axes.close()
     second = y + high + 30
     below = Axes(drawing, (x, second, width, strip), across, (-most, most))
     y0, y1 = float(below.y(data.floor)), float(below.y(-data.floor))
     drawing.rectangle(x, y0, width, y1 - y0, GRID)
     below.frame(
-        "torque, N·m",
+        name,
         "left, arcsec",
         y_step=nice_step(2 * most, 3.4),
         x_step=nice_step(across[1] - across[0], width / 60),
     )
     below.open()
     for k, left in enumerate(data.residual[i]):
-        below.curve(torque, left, (BEFORE, AFTER)[k], 0.9, opacity=0.85)
+        for piece in data.pieces[i]:
+            below.curve(places[piece], left[piece], (BEFORE, AFTER)[k], 0.9, opacity=0.85)
     below.close()

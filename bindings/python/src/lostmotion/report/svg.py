@@ -43,6 +43,15 @@ def text_width(text: str, size: float = TEXT_SIZE) -> float:
     return MEAN_CHARACTER * size * len(re.sub(r"[_{}]", "", text))
 
 
+def shortened(text: str, room: float, size: float = SMALL_SIZE) -> str:
+    """Leave out the middle of a text that is wider than its room."""
+    letters = int(room / (MEAN_CHARACTER * size))
+    if len(text) <= letters:
+        return text
+    keep = max(letters - 1, 2)
+    return f"{text[: keep - keep // 2]}…{text[len(text) - keep // 2 :]}"
+
+
 def number(value: float) -> str:
     """Write a coordinate: a tenth of a pixel is enough."""
     return f"{value:.1f}".removesuffix(".0").replace("-0.0", "0")
