@@ -490,6 +490,25 @@ def test_a_wrong_ratio_is_said_where_the_drive_turns(
         assert "sign" not in kinds(campaign)
 
 
+@pytest.mark.parametrize("ratio", [100, -50])
+def test_runs_of_an_encoder_of_one_turn_have_one_zero(write: Write, ratio: float) -> None:
+    # Both encoders know where they are within a turn; the drive was elsewhere before each run.
+    lost = 1e-3 * np.sin(0.1 * np.arange(60))
+    for number, begin in enumerate((0.3, 4.1, -2.2, 120.6)):
+        turns = begin + 0.001 * np.arange(60)
+        rows = "".join(
+            f"{i},{math.sin(0.1 * i)},{(turn + 0.4) % 1.0},{angle % 360}\n"
+            for i, (turn, angle) in enumerate(
+                zip(turns, 360 * turns / ratio + np.degrees(lost), strict=True)
+            )
+        )
+        file = write(f"time_s,torque_Nm,input_angle_rev,output_angle_deg\n{rows}", f"{number}.csv")
+    campaign = read_campaign(file.parent, ratio=ratio)
+    zeros = [run.lost_motion_rad - lost for run in campaign.runs]
+    np.testing.assert_allclose(zeros, zeros[0][0], atol=1e-9)
+    assert any("begins whole turns" in finding.action for finding in campaign.findings)
+
+
 def test_a_turned_sign_is_suspected(write: Write) -> None:
     campaign = read_campaign(write(f"{HEAD}\n0,0,0\n1,1,-1\n2,2,-2\n", "a.csv"))
     (finding,) = campaign.findings

@@ -578,6 +578,7 @@ def read_campaign(
     name_apart(runs)
     campaign = Campaign(runs, findings)
     check_ratio(campaign, ratio)
+    bring_together(campaign, ratio)
     check_sign(campaign)
     for finding in findings:
         LOG.info("%s", finding)
@@ -917,6 +918,35 @@ def check_ratio(campaign: Campaign, ratio: float | None) -> None:
         file = campaign.runs[0].file
         campaign.findings.append(
             Finding("ratio", file, "input_angle_rad", None, campaign.rows, action)
+        )
+
+
+def bring_together(campaign: Campaign, ratio: float | None) -> None:
+    """Put back the whole turns of the input by which runs begin apart from the first one.
+
+    An encoder that knows one turn begins every run within it, wherever the output stands. A run
+    whose lost motion was recorded, and not taken from the angles, is left alone.
+    """
+    if ratio is None or any(f.kind in ("stuck", "ratio") for f in campaign.findings):
+        return
+    turn = 2 * np.pi
+    first: float | None = None
+    for run in campaign.runs:
+        if not {"input_angle", "output_angle"} <= run.columns.keys():
+            continue
+        angle, out = run.columns["input_angle"], run.columns["output_angle"]
+        if open_steps(angle) or not np.array_equal(run.lost_motion_rad, out - angle / ratio):
+            continue
+        middle = float(np.median(run.lost_motion_rad))
+        first = middle if first is None else first
+        turns = round((middle - first) * ratio / turn)
+        if turns == 0:
+            continue
+        run.columns["input_angle"] = angle + turns * turn
+        run.columns["lost_motion"] = out - run.columns["input_angle"] / ratio
+        action = "begins whole turns from the first run, by the output: put back"
+        campaign.findings.append(
+            Finding("wrap", run.file, "input_angle_rad", run.label, abs(turns), action)
         )
 
 

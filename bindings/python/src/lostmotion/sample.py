@@ -35,6 +35,7 @@ from lostmotion.recordings import (
     Finding,
     Run,
     arrow_errors,
+    bring_together,
     check_ratio,
     check_sign,
     from_arrow,
@@ -333,6 +334,7 @@ def sample_campaign(
     name_apart(runs)
     campaign = Campaign(runs, findings, sum(totals.values()))
     check_ratio(campaign, ratio)
+    bring_together(campaign, ratio)
     check_sign(campaign)
     note_sample(campaign)
     return campaign
