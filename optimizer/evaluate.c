@@ -16,8 +16,9 @@
 /* A fit that is as tight as allowed, exactly, is so but for the rounding of its sums. */
 #define ROUNDING_MM LM_REAL(1e-9)
 
-/* Unit of the size share of cost, mm^3. */
+/* Unit of the size share of cost, mm^3, and the grade at which a link costs its weight. */
 #define COST_VOLUME LM_REAL(1e4)
+#define COST_GRADE 7
 
 static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
@@ -120,6 +121,12 @@ static void build_chains(const lm_problem *problem, lm_drive *drive) {
   }
 }
 
+/* Diameter on which a link's field hangs. */
+static lm_real diameter_of(const lm_graded_link *link, const lm_drive *drive) {
+  return link->diameter_mm > 0 ? LM_REAL(link->diameter_mm)
+                               : drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
+}
+
 static lm_status build_tolerances(const lm_problem *problem, const lm_real value[], lm_drive *drive,
                                   lm_fault *fault) {
   int i;
@@ -127,12 +134,9 @@ static lm_status build_tolerances(const lm_problem *problem, const lm_real value
   for (i = 0; i < problem->link_count; i++) {
     const lm_graded_link *graded = &problem->link[i];
     lm_tolerance_link *link = &drive->tolerances[i];
-    const lm_real diameter = graded->diameter_mm > 0
-                                 ? LM_REAL(graded->diameter_mm)
-                                 : drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
     lm_real field;
-    const lm_status status =
-        lm_it_tolerance_continuous(diameter, value[LM_KEY_GRADE + i], &field, fault);
+    const lm_status status = lm_it_tolerance_continuous(diameter_of(graded, drive),
+                                                        value[LM_KEY_GRADE + i], &field, fault);
     if (status != LM_OK) {
       return status;
     }
@@ -186,34 +190,43 @@ typedef struct tolerance_state {
 } tolerance_state;
 
 /* Quantile of the clipped gap over the fixed samples: between the two order statistics around
- * n p - 1/2. Insertion keeps the largest few, of which there are two for 256 samples. */
+ * n p - 1/2, here 2048 * 0.9973 - 0.5 = 2041.97, so that the seven largest are kept, in rising
+ * order. */
+#define KEPT 7
 static lm_real sampled_gap(const lm_problem *problem, const lm_drive *drive) {
-  lm_real largest = LM_REAL(0);
-  lm_real second = LM_REAL(0);
-  /* 256 * 0.9973 - 0.5 = 254.8088: between the last but one and the last. */
-  const lm_real share = LM_REAL(0.9973 * LM_LOOP_SAMPLES - 0.5 - (LM_LOOP_SAMPLES - 2));
+  const lm_real share = LM_REAL(0.9973 * LM_LOOP_SAMPLES - 0.5 - (LM_LOOP_SAMPLES - KEPT));
+  lm_real reach[LM_LINK_MAX]; /* what a link adds to its zone at the end of its field */
+  lm_real middle[LM_GAP_ZONES];
+  lm_real kept[KEPT];
   int s;
+  int i;
+  middle[LM_GENERATOR_GAP] = drive->gap.generator_mm;
+  middle[LM_TEETH_GAP] = drive->gap.teeth_mm;
+  for (i = 0; i < drive->tolerance_count; i++) {
+    const lm_tolerance_link *link = &drive->tolerances[i];
+    middle[link->zone] += link->influence * (link->lower_mm + link->upper_mm) / LM_REAL(2);
+    reach[i] = link->influence * (link->upper_mm - link->lower_mm) / LM_REAL(2);
+  }
+  for (i = 0; i < KEPT; i++) {
+    kept[i] = LM_REAL(0);
+  }
   for (s = 0; s < LM_LOOP_SAMPLES; s++) {
     lm_real zone[LM_GAP_ZONES];
     lm_real gap;
-    int i;
-    zone[LM_GENERATOR_GAP] = drive->gap.generator_mm;
-    zone[LM_TEETH_GAP] = drive->gap.teeth_mm;
+    zone[LM_GENERATOR_GAP] = middle[LM_GENERATOR_GAP];
+    zone[LM_TEETH_GAP] = middle[LM_TEETH_GAP];
     for (i = 0; i < drive->tolerance_count; i++) {
-      const lm_tolerance_link *link = &drive->tolerances[i];
-      zone[link->zone] += link->influence * ((link->lower_mm + link->upper_mm) / LM_REAL(2) +
-                                             (link->upper_mm - link->lower_mm) / LM_REAL(2) *
-                                                 LM_REAL(problem->deviate[s][i]));
+      zone[drive->tolerances[i].zone] += reach[i] * LM_REAL(problem->deviate[i][s]);
     }
     gap = larger(zone[LM_GENERATOR_GAP], LM_REAL(0)) + larger(zone[LM_TEETH_GAP], LM_REAL(0));
-    if (gap > largest) {
-      second = largest;
-      largest = gap;
-    } else if (gap > second) {
-      second = gap;
+    for (i = 0; i < KEPT && gap > kept[i]; i++) {
+      if (i > 0) {
+        kept[i - 1] = kept[i];
+      }
+      kept[i] = gap;
     }
   }
-  return second + share * (largest - second);
+  return kept[0] + share * (kept[1] - kept[0]);
 }
 
 static lm_status find_tolerance_state(const lm_problem *problem, const lm_drive *drive,
@@ -357,16 +370,20 @@ static lm_status measure_motion(const lm_problem *problem, const lm_layout *layo
 
 static lm_real cost_of(const lm_problem *problem, const lm_real value[], const lm_drive *drive) {
   const lm_cost_model *model = &problem->cost;
-  const lm_real diameter = drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
+  const lm_real pitch = drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
   const lm_real volume =
-      LM_PI / LM_REAL(4) * diameter * diameter * drive->teeth.face_width_mm / COST_VOLUME;
+      LM_PI / LM_REAL(4) * pitch * pitch * drive->teeth.face_width_mm / COST_VOLUME;
   lm_real cost = LM_REAL(model->generator[drive->generator.type]) + LM_REAL(model->size) * volume;
   int i;
   for (i = 0; i < problem->link_count; i++) {
-    /* T_IT7 / T = 10^((7 - IT) / 5) */
-    const lm_real power =
-        LM_REAL(model->tolerance_exponent) * (LM_REAL(7) - value[LM_KEY_GRADE + i]) / LM_REAL(5);
-    cost += LM_REAL(problem->link[i].cost_weight) * real_pow(LM_REAL(10), power);
+    /* A drive that could be built has fields. */
+    const lm_real diameter = diameter_of(&problem->link[i], drive);
+    lm_real field;
+    lm_real usual;
+    (void)lm_it_tolerance_continuous(diameter, value[LM_KEY_GRADE + i], &field, 0);
+    (void)lm_it_tolerance(diameter, COST_GRADE, &usual, 0);
+    cost += LM_REAL(problem->link[i].cost_weight) *
+            real_pow(usual / field, LM_REAL(model->tolerance_exponent));
   }
   return cost;
 }

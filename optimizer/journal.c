@@ -14,8 +14,9 @@
 #include "lostmotion/parameters.h"
 #include "spec.h"
 
-/* The number rises with the layout, and when the search plans other tasks for the same answers. */
-#define MAGIC "lostmotion journal 4\n"
+/* The number rises with the layout, when the search plans other tasks for the same answers, and
+ * when the same design gets other figures. */
+#define MAGIC "lostmotion journal 5\n"
 #define RECORD UINT32_C(0x4c4d414e)
 
 struct lm_journal {

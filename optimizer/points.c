@@ -335,7 +335,7 @@ static void draw_deviates(lm_problem *problem) {
   for (i = 0; i < problem->link_count; i++) {
     (void)lm_sobol_points(i, problem->seed + 1u + (uint32_t)i, LM_LOOP_SAMPLES, point, NULL);
     for (s = 0; s < LM_LOOP_SAMPLES; s++) {
-      problem->deviate[s][i] =
+      problem->deviate[i][s] =
           deviate_of(problem->link[i].distribution, ((double)point[s] + 0.5) / 4294967296.0);
     }
   }

@@ -67,8 +67,8 @@ typedef enum lm_key {
 #define LM_LINK_MAX 32          /* tolerance links */
 #define LM_CHAIN_MAX 8          /* members of the radial and of the torsion chain */
 #define LM_OBJECTIVE_MAX 4
-#define LM_PHASE_MAX 8      /* tooth phases of the generator */
-#define LM_LOOP_SAMPLES 256 /* sampled drives of the quantile inside the search */
+#define LM_PHASE_MAX 8       /* tooth phases of the generator */
+#define LM_LOOP_SAMPLES 2048 /* sampled drives of the quantile inside the search */
 #define LM_COMBINATION_MAX 20000
 
 /* A variable that moves between two bounds. */
@@ -190,7 +190,7 @@ typedef struct lm_problem {
   int evaluations;      /* budget in plain evaluations; a gradient counts as LM_GRADIENT_CHARGE */
   double damaged_share; /* share of evaluations answered by NaN, to test the search; 0 */
   /* made by lm_prepare_problem */
-  double deviate[LM_LOOP_SAMPLES][LM_LINK_MAX]; /* deviations in units of tau */
+  double deviate[LM_LINK_MAX][LM_LOOP_SAMPLES]; /* deviations in units of tau */
 } lm_problem;
 
 /* Where the side clearance is looked at: every flank and section at each of these angles. */

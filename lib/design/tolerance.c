@@ -17,64 +17,81 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm) {
   return hole_lower_mm - shaft_upper_mm;
 }
 
-static lm_status check_it_diameter(lm_real diameter_mm, const lm_real *tolerance_mm,
-                                   lm_fault *fault) {
-  const lm_status status =
-      check_range(fault, "diameter_mm", diameter_mm, LM_REAL(1e-3), LM_REAL(500));
-  return status == LM_OK && tolerance_mm == 0 ? refuse(fault, LM_NULL, "tolerance_mm") : status;
-}
-
 #define IT_FIRST 3
 #define IT_LAST 16
 #define IT_STEPS 13
 
-lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault) {
-  /* ISO 286-1: end of each step of diameters in mm, and the table in um from IT3 on. */
-  static const double end[IT_STEPS] = {3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500};
-  static const double field[IT_STEPS][IT_LAST - IT_FIRST + 1] = {
-      {2, 3, 4, 6, 10, 14, 25, 40, 60, 100, 140, 250, 400, 600},
-      {2.5, 4, 5, 8, 12, 18, 30, 48, 75, 120, 180, 300, 480, 750},
-      {2.5, 4, 6, 9, 15, 22, 36, 58, 90, 150, 220, 360, 580, 900},
-      {3, 5, 8, 11, 18, 27, 43, 70, 110, 180, 270, 430, 700, 1100},
-      {4, 6, 9, 13, 21, 33, 52, 84, 130, 210, 330, 520, 840, 1300},
-      {4, 7, 11, 16, 25, 39, 62, 100, 160, 250, 390, 620, 1000, 1600},
-      {5, 8, 13, 19, 30, 46, 74, 120, 190, 300, 460, 740, 1200, 1900},
-      {6, 10, 15, 22, 35, 54, 87, 140, 220, 350, 540, 870, 1400, 2200},
-      {8, 12, 18, 25, 40, 63, 100, 160, 250, 400, 630, 1000, 1600, 2500},
-      {10, 14, 20, 29, 46, 72, 115, 185, 290, 460, 720, 1150, 1850, 2900},
-      {12, 16, 23, 32, 52, 81, 130, 210, 320, 520, 810, 1300, 2100, 3200},
-      {13, 18, 25, 36, 57, 89, 140, 230, 360, 570, 890, 1400, 2300, 3600},
-      {15, 20, 27, 40, 63, 97, 155, 250, 400, 630, 970, 1550, 2500, 4000}};
+/* ISO 286-1: end of each step of diameters in mm, and the table in um from IT3 on. */
+static const double it_end_mm[IT_STEPS] = {3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500};
+static const double it_field_um[IT_STEPS][IT_LAST - IT_FIRST + 1] = {
+    {2, 3, 4, 6, 10, 14, 25, 40, 60, 100, 140, 250, 400, 600},
+    {2.5, 4, 5, 8, 12, 18, 30, 48, 75, 120, 180, 300, 480, 750},
+    {2.5, 4, 6, 9, 15, 22, 36, 58, 90, 150, 220, 360, 580, 900},
+    {3, 5, 8, 11, 18, 27, 43, 70, 110, 180, 270, 430, 700, 1100},
+    {4, 6, 9, 13, 21, 33, 52, 84, 130, 210, 330, 520, 840, 1300},
+    {4, 7, 11, 16, 25, 39, 62, 100, 160, 250, 390, 620, 1000, 1600},
+    {5, 8, 13, 19, 30, 46, 74, 120, 190, 300, 460, 740, 1200, 1900},
+    {6, 10, 15, 22, 35, 54, 87, 140, 220, 350, 540, 870, 1400, 2200},
+    {8, 12, 18, 25, 40, 63, 100, 160, 250, 400, 630, 1000, 1600, 2500},
+    {10, 14, 20, 29, 46, 72, 115, 185, 290, 460, 720, 1150, 1850, 2900},
+    {12, 16, 23, 32, 52, 81, 130, 210, 320, 520, 810, 1300, 2100, 3200},
+    {13, 18, 25, 36, 57, 89, 140, 230, 360, 570, 890, 1400, 2300, 3600},
+    {15, 20, 27, 40, 63, 97, 155, 250, 400, 630, 970, 1550, 2500, 4000}};
+
+/* Fields of a diameter, from IT3 on. */
+static lm_status find_it_fields(lm_real diameter_mm, lm_real grade, const lm_real *tolerance_mm,
+                                const double **field_um, lm_fault *fault) {
   int step = 0;
-  lm_status status =
-      check_range(fault, "grade", (lm_real)grade, LM_REAL(IT_FIRST), LM_REAL(IT_LAST));
+  lm_status status = check_range(fault, "grade", grade, LM_REAL(IT_FIRST), LM_REAL(IT_LAST));
   if (status == LM_OK) {
-    status = check_it_diameter(diameter_mm, tolerance_mm, fault);
+    status = check_range(fault, "diameter_mm", diameter_mm, LM_REAL(1e-3), LM_REAL(500));
+  }
+  if (status == LM_OK && tolerance_mm == 0) {
+    status = refuse(fault, LM_NULL, "tolerance_mm");
   }
   if (status != LM_OK) {
     return status;
   }
-  while (diameter_mm > LM_REAL(end[step])) { /* ends at 500, the largest diameter */
+  while (diameter_mm > LM_REAL(it_end_mm[step])) { /* ends at 500, the largest diameter */
     step++;
   }
-  *tolerance_mm = LM_REAL(field[step][grade - IT_FIRST]) * MM_PER_UM;
+  *field_um = it_field_um[step];
   return LM_OK;
+}
+
+lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault) {
+  const double *field_um;
+  const lm_status status =
+      find_it_fields(diameter_mm, (lm_real)grade, tolerance_mm, &field_um, fault);
+  if (status == LM_OK) {
+    *tolerance_mm = LM_REAL(field_um[grade - IT_FIRST]) * MM_PER_UM;
+  }
+  return status;
+}
+
+/* Logarithm of what the field grows by from the i-th to the next; beyond the table that of its last
+ * pair. */
+static lm_real log_growth(const double field_um[], int i) {
+  const int first = i < 0 ? 0 : (i > IT_LAST - IT_FIRST - 1 ? IT_LAST - IT_FIRST - 1 : i);
+  return real_log(LM_REAL(field_um[first + 1] / field_um[first]));
 }
 
 lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
                                      lm_fault *fault) {
-  lm_status status = check_range(fault, "grade", grade, LM_REAL(1), LM_REAL(18));
+  const double *field_um;
+  const lm_status status = find_it_fields(diameter_mm, grade, tolerance_mm, &field_um, fault);
   if (status == LM_OK) {
-    status = check_it_diameter(diameter_mm, tolerance_mm, fault);
+    /* Cubic in the logarithm; its slope at a whole grade is the mean of the growths beside it. */
+    const int i = (int)grade - IT_FIRST;
+    const lm_real beyond = grade - LM_REAL(i + IT_FIRST);
+    const lm_real short_of = LM_REAL(1) - beyond;
+    const lm_real growth = log_growth(field_um, i);
+    const lm_real bend = short_of * (log_growth(field_um, i - 1) - growth) -
+                         beyond * (log_growth(field_um, i + 1) - growth);
+    *tolerance_mm = LM_REAL(field_um[i]) *
+                    real_exp(beyond * (growth + short_of * bend / LM_REAL(2))) * MM_PER_UM;
   }
-  if (status != LM_OK) {
-    return status;
-  }
-  *tolerance_mm = LM_REAL(10) * real_pow(LM_REAL(10), (grade - LM_REAL(6)) / LM_REAL(5)) *
-                  MM_PER_UM *
-                  (LM_REAL(0.45) * real_pow(diameter_mm, LM_REAL(1) / LM_REAL(3)) +
-                   LM_REAL(0.001) * diameter_mm);
-  return LM_OK;
+  return status;
 }
 
 /* ---- Limits of a chain ---- */

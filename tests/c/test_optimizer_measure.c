@@ -127,6 +127,23 @@ static void test_a_link_without_a_diameter_has_the_flexsplines(void) {
 
 /* --- tolerances --- */
 
+/* ISO 286: IT6 of 50 mm is 16 um and of 0.25 mm 6 um, IT7 25 um and 10 um. */
+static void test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost(void) {
+  lm_drive drive;
+  double unpaid;
+  read_with(by_differences, "", "cost tolerance_exponent 2\n");
+  assert_evaluated(result);
+  unpaid = figure(result, LM_FIGURE_COST);
+  read_with(by_differences, links,
+            "cost tolerance_exponent 2\nfixed tolerance.0.grade 6\nfixed tolerance.1.grade 6\n");
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_point_drive(&problem, 0, middle, &drive, &fault));
+  ASSERT_NEAR(1e-15, 0.016, drive.tolerances[0].upper_mm - drive.tolerances[0].lower_mm);
+  ASSERT_NEAR(1e-15, 0.006, drive.tolerances[1].upper_mm - drive.tolerances[1].lower_mm);
+  assert_evaluated(result);
+  ASSERT_NEAR(1e-12, unpaid + (25.0 / 16) * (25.0 / 16) + 2 * (10.0 / 6) * (10.0 / 6),
+              figure(result, LM_FIGURE_COST));
+}
+
 /* At 64 nodes against the search's 24 the lost motion without any gap differs a little. */
 static void test_each_level_is_the_certificates(void) {
   static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
@@ -396,6 +413,7 @@ int main(void) {
   RUN_TEST(test_shift_and_deflection_are_told_in_two_ways);
   RUN_TEST(test_the_gear_that_turns_gives_the_ratio);
   RUN_TEST(test_a_link_without_a_diameter_has_the_flexsplines);
+  RUN_TEST(test_a_whole_grade_is_the_tables_in_the_drive_and_in_the_cost);
   RUN_TEST(test_each_level_is_the_certificates);
   RUN_TEST(test_the_probable_gap_is_never_above_the_worst);
   RUN_TEST(test_other_grades_alone_need_no_new_contacts);

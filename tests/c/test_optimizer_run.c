@@ -284,6 +284,7 @@ static const char bound_spec[] =
     "range teeth.shift_difference -0.3 0.3\n"
     "range generator.deflection_modules 0.88 1.05\n"
     "range tolerance.0.grade 5 9\n"
+    "fixed tolerance.1.grade 5\n"
     "link 0.5 48 0.5 0 1 normal generator\n"
     "link 1.37 0.25 0.5 0 2 uniform teeth\n"
     "limit tolerance_lost_motion_max_arcmin 2.5\n";

@@ -306,7 +306,7 @@ static void test_sampled_deviations_have_their_distributions(void) {
     double widest = 0;
     int s;
     for (s = 0; s < LM_LOOP_SAMPLES; s++) {
-      const double d = problem.deviate[s][i];
+      const double d = problem.deviate[i][s];
       mean += d / LM_LOOP_SAMPLES;
       square += d * d / LM_LOOP_SAMPLES;
       widest = fmax(widest, fabs(d));

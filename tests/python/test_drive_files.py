@@ -627,6 +627,13 @@ def test_keys_of_one_name_are_told_apart_by_their_dimension() -> None:
         assert message in str(caught.value)
 
 
+@given(st.floats(1e-6, 1e6))
+def test_a_value_in_the_keys_own_unit_keeps_every_bit(value: float) -> None:
+    keys = (Key("length", "mm"), Key("angle", "arcmin"))
+    read = read_table("drive.toml", "", {"length_mm": value, "angle_arcmin": value}, keys)
+    assert [read["length"].value, read["angle"].value] == [value, value]
+
+
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_of_the_library_can_be_exported_from_a_drive_file(
     tmp_path: Path, bought: dict[str, Any], name: str

@@ -74,10 +74,9 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm);
  * it. */
 lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault);
 
-/* The rule behind the table, continuous in grade (1 .. 18) and diameter for an optimiser: 10 i
- * 10^((IT - 6) / 5) with i = 0.45 D^(1/3) + 0.001 D um (D mm). The standard puts the geometric mean
- * of a step for D and rounds: above 6 mm and from IT6 on the table is within 15 % of this, and IT5
- * of the table is 10 % wider still. */
+/* The same table, continuous in grade (3 .. 16) for an optimiser: at a whole grade the table's field
+ * to the last bit, between two a cubic in its logarithm that always grows and has no corners. The
+ * steps of diameters stay: a diameter that moves over the end of one changes the field at once. */
 lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
                                      lm_fault *fault);
 

@@ -211,8 +211,9 @@ def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) 
         number = math.inf
     if not math.isfinite(number):
         raise InputError(file, at, show(value), "a finite number")
-    if unit is not None:
-        number = _kept(key).from_si(unit.to_si(number))
+    kept = _kept(key)
+    if unit is not None and unit != kept:  # in its own unit a value keeps every bit
+        number = kept.from_si(unit.to_si(number))
     if not (number > key.above and key.low <= number <= key.high):
         raise InputError(file, at, show(value), _range(key, unit))
     return number

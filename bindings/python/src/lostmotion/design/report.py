@@ -495,7 +495,7 @@ def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
         (1, 2),
         f"The search minimised {searched:.4f} arcmin (finer: {fine:.4f}) at the level of its spec. "
         + signs(f"That is {away:+.1f} % from the quantile of 8 × 2¹⁴ samples; ")
-        + "inside the search the quantile is taken over 256 fixed samples.",
+        + "inside the search the quantile is taken over 2048 fixed samples.",
     )
 
 

@@ -540,15 +540,24 @@ class _Reader:
         )
 
     def continuous_grade(self, place: str, nominal: float, width: float) -> float:
-        """Grade whose field has a given width."""
+        """Grade whose field has a given width; fields grow with the grade."""
         ffi, lib = engine()
         one = ffi.new("double *")
-        if lib.lm_it_tolerance_continuous(nominal, 7, one, ffi.NULL) != 0:
-            raise self.refuse(f"{place}.nominal_mm", show(nominal), "from 0 to 500 mm")
-        grade = 7 + 5 * math.log10(width / one[0])
-        if not 3 <= grade <= 12:
-            raise self.refuse(place, f"a field as wide as IT {grade:.1f}", "from IT 3 to IT 12")
-        return grade
+
+        def field(grade: float) -> float:
+            if lib.lm_it_tolerance_continuous(nominal, grade, one, ffi.NULL) != 0:
+                raise self.refuse(f"{place}.nominal_mm", show(nominal), "from 0.001 to 500 mm")
+            return float(one[0])
+
+        low, high = map(float, GRADES)
+        if not field(low) <= width <= field(high):
+            least, most = f"IT {low:g} ({field(low):.4g} mm)", f"IT {high:g} ({field(high):.4g} mm)"
+            expected = f"from {least} to {most}"
+            raise self.refuse(place, f"a field of {width:.4g} mm", expected)
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (low, middle) if field(middle) >= width else (middle, high)
+        return high
 
     def read_chains(self) -> None:
         """Members of the chains, as numbers of the drive in the middle of the ranges."""
@@ -631,11 +640,14 @@ _CHOICE = "{choose = [..]}"
 POSITIONS = {"hole": (1.0, 0.5), "shaft": (-1.0, -0.5), "link": (1.0, 0.0)}
 """Sign of the influence, and the middle of a field that starts at zero, in fields."""
 
+GRADES = (3, 12)
+"""Finest and coarsest ISO tolerance grade that a search takes."""
+
 TOLERANCE_KEYS = (
     Key("kind", kind="text"),
     Key("name", kind="text"),
     Key("zone", kind="choice", choices=ZONES, required=True),
-    Key("it_grade", low=3, high=12),
+    Key("it_grade", low=GRADES[0], high=GRADES[1]),
     Key("nominal", "mm", low=0, high=500),
     Key("lower", "mm", low=-10, high=10),
     Key("upper", "mm", low=-10, high=10),
