@@ -106,7 +106,7 @@ class Demonstration:
             },
             "designs": self.designs
             if isinstance(self.designs, str)
-            else {name: found.answer() for name, found in self.designs.items()},
+            else {name: without_folder(found) for name, found in self.designs.items()},
             "report": str(self.report),
         }
 
@@ -216,6 +216,11 @@ def search_designs(folder: Path) -> dict[str, Result] | str:
     except LostMotionError as error:
         return one_line(str(error))
     return found
+
+
+def without_folder(found: Result) -> dict[str, Any]:
+    """Answer of a search whose folder is gone."""
+    return {key: value for key, value in found.answer().items() if key != "folder"}
 
 
 def show_demonstration(found: Demonstration, out: TextIO) -> None:
