@@ -4,9 +4,16 @@
 # -ffp-contract=off: a fused multiply-add rounds once where the source rounds twice, so a compiler
 # that fuses gives other bits on a core that has FMA than on one that has not. GCC fuses by default
 # in its gnu dialects. Off, every target computes the same bits.
+#
+# Position-independent code is for shared libraries. On a controller, which has none, it would put
+# constant tables into RAM.
 function(lm_compile target)
   set_target_properties(${target} PROPERTIES
-    C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+    C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
+  get_property(shared GLOBAL PROPERTY TARGET_SUPPORTS_SHARED_LIBS)
+  if(shared)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  endif()
   if(NOT CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     return()
   endif()

@@ -1,0 +1,85 @@
+"""The way of a firmware engineer: installed with the project's own toolchain file, then found."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from measure import M4F, ROOT
+from needs import need
+from test_packages import run
+
+TOOLCHAIN = """
+set(CMAKE_SYSTEM_NAME Generic)
+set(CMAKE_SYSTEM_PROCESSOR arm)
+set(CMAKE_C_COMPILER arm-none-eabi-gcc)
+set(CMAKE_CXX_COMPILER arm-none-eabi-g++)
+set(flags "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -fdata-sections")
+set(CMAKE_C_FLAGS_INIT "${flags} -ffunction-sections")
+set(CMAKE_CXX_FLAGS_INIT "${flags} -ffunction-sections -fno-exceptions -fno-rtti")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles --specs=nosys.specs -Wl,--gc-sections,-e,main")
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+"""
+PROJECT = """
+cmake_minimum_required(VERSION 3.20)
+project(joint LANGUAGES C CXX)
+find_package(lostmotion 0.1 REQUIRED)
+foreach(language c cpp)
+  add_executable(joint_${language} joint.${language})
+  target_link_libraries(joint_${language} PRIVATE lostmotion::lostmotion_runtime)
+  target_compile_options(joint_${language} PRIVATE -Wall -Wextra -Wconversion -Wpedantic -Werror)
+endforeach()
+"""
+JOINT = """
+#include "lostmotion/runtime.h"
+static lm_parameters parameters;
+static lm_compensator joint;
+#ifdef __cplusplus
+extern "C"
+#endif
+int main(void) {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  if (lm_start_compensator(&joint, &parameters, 0, 0) != LM_OK) {
+    return 1;
+  }
+  parameters.effect[0].effect = &lm_effect_thermal_gap;
+  return lm_step_compensator(&joint, &at).status != 0u;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the toolchain file and the library installed by it, with room for two effects."""
+    need(M4F)
+    for program in ("cmake", "arm-none-eabi-g++"):
+        if shutil.which(program) is None:
+            pytest.skip(f"no {program}")
+    folder = tmp_path_factory.mktemp("cmake")
+    (folder / "arm.cmake").write_text(TOOLCHAIN)
+    configure(folder, ROOT, "build", "-DLM_RUNTIME_DEFINITIONS=LM_EFFECTS_MAX=2;LM_EFFECT_CARDS=0")
+    run(["cmake", "--build", folder / "build"])
+    run(["cmake", "--install", folder / "build", "--prefix", folder / "prefix"])
+    return folder
+
+
+def configure(folder: Path, source: Path, build: str, *options: str) -> None:
+    """Configure a project for the controller, with nothing said but the toolchain."""
+    toolchain = f"-DCMAKE_TOOLCHAIN_FILE={folder / 'arm.cmake'}"
+    run(["cmake", "-S", source, "-B", folder / build, toolchain, *options])
+
+
+@pytest.mark.parametrize("language", ["c", "cpp"])
+def test_an_installed_runtime_needs_no_ram_of_its_own(installed: Path, language: str) -> None:
+    source = installed / "source"
+    source.mkdir(exist_ok=True)
+    (source / "CMakeLists.txt").write_text(PROJECT)
+    for suffix in ("c", "cpp"):
+        (source / f"joint.{suffix}").write_text(JOINT)
+    configure(installed, source, "joint", f"-DCMAKE_PREFIX_PATH={installed / 'prefix'}")
+    run(["cmake", "--build", installed / "joint", "--target", f"joint_{language}"])
+    objects = run(["arm-none-eabi-size", "-A", installed / "prefix/lib/liblostmotion_runtime.a"])
+    ram = re.findall(r"^(\.(?:data|bss|got)\S*)\s+([1-9]\d*)", objects, re.MULTILINE)
+    assert ram == []
