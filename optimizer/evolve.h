@@ -4,7 +4,8 @@
 #ifndef LOSTMOTION_OPTIMIZER_EVOLVE_H
 #define LOSTMOTION_OPTIMIZER_EVOLVE_H
 
-#include "solve.h"
+#include "points.h"
+#include "task.h"
 
 #ifdef __cplusplus
 extern "C" {

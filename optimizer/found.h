@@ -2,7 +2,7 @@
 #ifndef LOSTMOTION_OPTIMIZER_FOUND_H
 #define LOSTMOTION_OPTIMIZER_FOUND_H
 
-#include "solve.h"
+#include "task.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,7 +1,8 @@
 /* Why there is no design: how far each limit must give. */
 #include <string.h>
 
-#include "solver.h"
+#include "solve.h"
+#include "subproblem.h"
 
 /* min sum of the slacks, one for each limit; they stand behind the moving variables. */
 static double elastic_objective(unsigned n, const double *x, double *gradient, void *data) {

@@ -24,32 +24,15 @@
 #ifndef LOSTMOTION_OPTIMIZER_SEARCH_H
 #define LOSTMOTION_OPTIMIZER_SEARCH_H
 
-#include "solve.h"
+#include "lostmotion/status.h"
+#include "stage.h"
+#include "task.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* How a combination ended. */
-typedef enum lm_fate {
-  LM_FATE_NOT_REACHED = 0, /* the budget did not reach it, or the search was stopped */
-  LM_FATE_PRUNED,          /* a limit excludes it before any search */
-  LM_FATE_DOMINATED,       /* screened or raced, behind others */
-  LM_FATE_SOLVED,          /* polished */
-  LM_FATE_COUNT
-} lm_fate;
-
 const char *lm_fate_name(int fate); /* "not reached", ... */
-
-typedef enum lm_search_stage {
-  LM_STAGE_SCREEN = 0,
-  LM_STAGE_EVOLVE,
-  LM_STAGE_RACE,
-  LM_STAGE_POLISH,
-  LM_STAGE_SPREAD, /* trade-off or restarts */
-  LM_STAGE_SETTLE,
-  LM_STAGE_DONE
-} lm_search_stage;
 
 typedef struct lm_progress {
   int stage;
@@ -64,8 +47,6 @@ typedef struct lm_progress {
   int fate[LM_FATE_COUNT]; /* combinations by fate; those still in the race count as not reached */
   int front_size;
 } lm_progress;
-
-typedef struct lm_search lm_search;
 
 /* A search of a prepared problem; null: out of memory. */
 lm_search *lm_open_search(const lm_problem *problem);

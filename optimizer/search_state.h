@@ -3,7 +3,9 @@
 #ifndef LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
 #define LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
 
-#include "search.h"
+#include "points.h"
+#include "stage.h"
+#include "task.h"
 
 #ifdef __cplusplus
 extern "C" {

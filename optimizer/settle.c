@@ -1,9 +1,9 @@
-/* Settling: whole grades, and no violation between the angles of the scan. */
+#include "settle.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "lostmotion/checks.h"
-#include "solver.h"
 
 /* Where the settling looks for angles that its scan lacks: steps a pitch, nodes of the line. */
 #define STEPS 8
@@ -101,8 +101,6 @@ static void fix_range(lm_solver *s, int range) {
   s->moving_count = moving;
 }
 
-/* Whole grades one after the other, each with the better of its neighbours while the rest moves;
- * links that cost most first. Then the gaps between the angles of the scan. */
 void lm_settle(lm_solver *s, const lm_task *task) {
   const lm_problem *p = s->problem;
   double unit[LM_FREE_MAX];

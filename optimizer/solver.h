@@ -1,11 +1,11 @@
-/* What one task works on: points evaluated with a memory of the last one, and the subproblem that a
- * local solver gets. The files that carry out tasks alone include this. */
+/* What one task works on: points evaluated with a memory of the last one. The files that carry out
+ * tasks alone include this. */
 #ifndef LOSTMOTION_OPTIMIZER_SOLVER_H
 #define LOSTMOTION_OPTIMIZER_SOLVER_H
 
 #include <nlopt.h>
 
-#include "solve.h"
+#include "task.h"
 #include "workspace.h"
 
 #ifdef __cplusplus
@@ -61,38 +61,6 @@ int lm_is_better(double value, double violation, double than_value, double than_
 
 /* A feasible design joins those of the answer. */
 void lm_keep_found(lm_solver *s, const double unit[], const double objective[], int settled);
-
-/* --- subproblem.c --- */
-
-/* A row is a place in the result; LM_RESULT_MAX + place: a branch of a figure against its limit or
- * the bound of the aim; the value and its derivatives by the ranges. */
-typedef struct lm_row_kind {
-  double scale; /* row = result / scale - shift, with the reserve */
-  double shift;
-} lm_row_kind;
-
-/* Limits on figures and bounds of the aim; then single rows; then the gaps, all or those near. */
-void lm_choose_rows(lm_solver *s, int all);
-
-/* Place in the result, and scale and shift of a row. */
-int lm_resolve_row(const lm_solver *s, int row, lm_row_kind *kind);
-
-/* The limit that a chosen row belongs to. */
-int lm_limit_of_row(const lm_solver *s, int row);
-
-/* The point of a solver's variables. */
-void lm_spread_unit(const lm_solver *s, const double x[], double unit[]);
-
-/* Gradients, on the epigraph of the aim. */
-void lm_run_slsqp(lm_solver *s, const double start[]);
-
-/* A method without derivatives, with the largest limits of each group. */
-void lm_run_plain(lm_solver *s, const double start[], nlopt_algorithm algorithm, double step,
-                  uint64_t seed);
-
-/* --- settle.c --- */
-
-void lm_settle(lm_solver *s, const lm_task *task);
 
 #ifdef __cplusplus
 }

@@ -1,8 +1,9 @@
+#include "subproblem.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "lostmotion/checks.h"
-#include "solver.h"
 
 /* Limits beyond this many are left out of the subproblem unless they come near. */
 #define NEAR_GAP_ARCMIN 2.0

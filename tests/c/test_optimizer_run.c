@@ -14,6 +14,7 @@
 
 #include "output.h"
 #include "run.h"
+#include "solve.h"
 #include "spec.h"
 #include "unity.h"
 

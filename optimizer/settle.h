@@ -1,0 +1,19 @@
+/* Settling: whole grades, and no violation between the angles of the scan. */
+#ifndef LOSTMOTION_OPTIMIZER_SETTLE_H
+#define LOSTMOTION_OPTIMIZER_SETTLE_H
+
+#include "subproblem.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Whole grades one after the other, in the order of the spec, each with the better of its
+ * neighbours while the rest moves. Then the gaps between the angles of the scan. */
+void lm_settle(lm_solver *s, const lm_task *task);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

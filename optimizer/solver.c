@@ -1,0 +1,125 @@
+#include "solver.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "found.h"
+#include "stop.h"
+
+void lm_open_solver(lm_solver *s, const lm_problem *problem, int combination, int budget,
+                    const lm_aim *aim, lm_answer *answer, lm_workspace *workspace,
+                    const volatile int *stop) {
+  int k;
+  memset(s, 0, sizeof *s);
+  s->problem = problem;
+  s->stop = stop;
+  s->workspace = workspace;
+  s->answer = answer;
+  s->aim = *aim;
+  s->combination = combination;
+  s->left = budget;
+  lm_default_scan(&s->scan);
+  lm_lay_out(problem, &s->scan, &s->layout);
+  s->moving_count = problem->range_count;
+  for (k = 0; k < problem->range_count; k++) {
+    s->moving[k] = k;
+  }
+  s->result = workspace->task_result;
+  s->slope = workspace->task_slope;
+}
+
+static void read_objectives(const lm_solver *s, double objective[]) {
+  int j;
+  for (j = 0; j < s->problem->objective_count; j++) {
+    objective[j] = lm_figure_of(&s->layout, s->result, s->problem->objective[j]);
+  }
+}
+
+/* Bounds of the aim count as limits. */
+static double with_aim(const lm_solver *s, const double objective[], double violation) {
+  double largest = violation;
+  int j;
+  for (j = 0; j < s->problem->objective_count; j++) {
+    const double over = (objective[j] - s->aim.most[j]) / s->aim.scale[j];
+    largest = over > largest ? over : largest;
+  }
+  return largest;
+}
+
+void lm_keep_found(lm_solver *s, const double unit[], const double objective[], int settled) {
+  lm_found found;
+  lm_fill_found(s->problem, &found, s->combination, unit, objective, s->violation);
+  found.settled = settled;
+  lm_insert_found(s->problem, s->answer->found, &s->answer->found_count, LM_FOUND_MAX, &found);
+}
+
+int lm_is_better(double value, double violation, double than_value, double than_violation) {
+  if (violation <= 0 && than_violation <= 0) {
+    return value < than_value;
+  }
+  return violation < than_violation;
+}
+
+static void keep_best(lm_solver *s, const double unit[]) {
+  lm_answer *a = s->answer;
+  int figure;
+  if (a->computed && !lm_is_better(s->value, s->violation, a->value, a->violation)) {
+    return;
+  }
+  a->computed = 1;
+  a->value = s->value;
+  a->violation = s->violation;
+  memcpy(a->unit, unit, (size_t)s->problem->range_count * sizeof unit[0]);
+  for (figure = 0; figure < LM_FIGURE_COUNT; figure++) {
+    a->figure[figure] = lm_figure_of(&s->layout, s->result, figure);
+  }
+}
+
+int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
+  const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
+  const int charge = slopes ? lm_slope_charge(s->problem) : 1;
+  double objective[LM_OBJECTIVE_MAX] = {0};
+  double broken;
+  lm_status status;
+  if (s->known && memcmp(unit, s->at, size) == 0 && (s->known_slopes || !slopes)) {
+    return s->violation < LM_REFUSED;
+  }
+  if (lm_is_stopped(s->stop)) {
+    s->interrupted = 1;
+  }
+  if ((s->interrupted || s->left < charge) && s->running != NULL) {
+    nlopt_force_stop(s->running);
+  }
+  if (s->capped && s->left < charge) {
+    return 0;
+  }
+  s->left -= charge;
+  memcpy(s->at, unit, size);
+  s->known = 1;
+  s->known_slopes = slopes;
+  if (slopes) {
+    s->answer->slopes++;
+    status = lm_evaluate_slopes(s->problem, &s->scan, &s->layout, s->combination, unit, s->result,
+                                s->slope, s->workspace, NULL);
+  } else {
+    s->answer->plain++;
+    status = lm_evaluate_point(s->problem, &s->scan, &s->layout, s->combination, unit, s->result,
+                               s->workspace, NULL);
+  }
+  if (status != LM_OK) {
+    s->answer->refused++;
+    s->value = LM_REFUSED;
+    s->violation = LM_REFUSED;
+    return 0;
+  }
+  read_objectives(s, objective);
+  s->value = lm_aim_value(s->problem, &s->aim, objective);
+  broken = lm_violation_of(s->problem, &s->layout, s->result);
+  s->violation = with_aim(s, objective, broken);
+  if (broken <= 0) {
+    s->answer->feasible++;
+    lm_keep_found(s, unit, objective, 0);
+  }
+  keep_best(s, unit);
+  return 1;
+}
