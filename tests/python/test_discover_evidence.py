@@ -208,6 +208,35 @@ def test_lobes_that_do_not_run_true_are_fitted_whatever_their_direction(directio
     assert contender.gain > 0.7 * result.gain > 10.0
 
 
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_coupling_falls_over_the_same_way_whichever_way_the_drive_turns(sense):
+    """The input of a drive of negative ratio turns against the output, and so does its drag."""
+    conditions = Conditions(turning_campaign())
+    for column in ("input_angle_rad", "input_velocity_rad_s"):
+        conditions.columns[column] = sense * conditions.columns[column]
+    base = Base(conditions, RATED_NM)
+    base.fit(steps=5)
+    effect = library()["input_coupling_play"]
+    drag = 0.05 * RATED_NM
+    values = np.array([0.008, RATIO, 0.01 * RATED_NM, sense * drag, 0.2])
+    true = base.copy()
+    true.terms = [Term(effect, values, free_values(effect))]
+    rng = np.random.default_rng(3)
+    power = float(np.sum((true.angle() - base.angle()) ** 2))
+    sigma = np.sqrt(power / 4e4)
+    base.measured = true.angle() + sigma * rng.normal(size=base.measured.size)
+    runs = base.conditions.runs
+    settled = settle(base, Noise([np.zeros(0)] * runs, np.full(runs, sigma)))
+    candidates, _ = named_candidates({effect.name: effect}, base, base.at(), sense * RATIO)
+    stage = make_field(settled, candidates, {})
+    contender = refit(stage, judge(stage, effect.name))
+    assert contender.gain > 50.0
+    assert contender.settled is not None
+    play, _, _, found_drag, _ = contender.settled.base.terms[-1].values
+    assert play > 0
+    assert sense * found_drag > 0
+
+
 def quick_campaign(seed: int, share: float) -> Campaign:
     """Sixteen runs, the last three of them quick, in which the drive is softer by `share`."""
     rng = np.random.default_rng(seed)

@@ -6,7 +6,8 @@ enum { PLAY_RAD, RATIO, TAKEUP_NM, DRAG_NM, BLEND_RAD_S, VALUES };
 
 /* Play of the coupling between motor and wave generator, seen through the ratio. The coupling
  * carries what the load asks for and what turning the generator takes: with the load against the
- * rotation, or at rest, its side is that of the load. */
+ * rotation, or at rest, its side is that of the load. The drag has the sign of the ratio: where
+ * that is negative, turning the input forward takes the coupling to its other side. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_real drag_Nm = value[DRAG_NM] * closed_share(at->input_velocity_rad_s, value[BLEND_RAD_S]);
@@ -38,6 +39,6 @@ const lm_effect lm_effect_input_coupling_play = {0x43d3d289u,
                                                  {{LM_REAL(-0.5), LM_REAL(0.5)},
                                                   {LM_REAL(1), LM_REAL(1000)},
                                                   {LM_REAL(1e-3), LM_REAL(1e4)},
-                                                  {LM_REAL(0), LM_REAL(1e4)},
+                                                  {LM_REAL(-1e4), LM_REAL(1e4)},
                                                   {LM_REAL(1e-4), LM_REAL(1e3)}},
                                                  LM_EFFECT_CARD(card)};

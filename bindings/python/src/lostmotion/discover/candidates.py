@@ -154,7 +154,8 @@ def grid(effect: Effect, index: int, base: Base) -> list[float]:
     if name == "takeup_Nm":
         starts = [share * base.rated_torque_Nm for share in TAKEUP_SHARES]
     elif name == "drag_Nm":
-        starts = [share * base.rated_torque_Nm for share in DRAG_SHARES]
+        sense = 1.0 if value.high > 0 else -1.0
+        starts = [sense * share * base.rated_torque_Nm for share in DRAG_SHARES]
     elif name == "threshold_Nm":
         starts = [share * base.largest for share in (0.7, 0.95)]
     elif name.endswith("_Nm"):
@@ -189,14 +190,16 @@ RESOLVED = ("stribeck_rad_s", "onset_s")
 an effect would follow the noise of a standing drive."""
 
 
-def resolved(effect: Effect, base: Base) -> Effect:
-    """The effect with the bounds of its inner values within what was recorded."""
+def resolved(effect: Effect, base: Base, ratio: float) -> Effect:
+    """The effect with the bounds of its inner values within what was recorded, and of the drive."""
     values = []
     for i, value in enumerate(effect.values):
         if value.name in RESOLVED:
             starts = grid(effect, i, base)
             if min(starts) < max(starts):  # runs of a few samples resolve one time and no range
                 value = replace(value, low=min(starts), high=max(starts))
+        elif value.name == "drag_Nm":  # on the output, which turns against the input or with it
+            value = replace(value, low=0.0) if ratio > 0 else replace(value, high=0.0)
         values.append(value)
     return replace(effect, values=tuple(values))
 
@@ -222,7 +225,7 @@ def start_points(effect: Effect, base: Base, ratio: float) -> list[FloatArray]:
 def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate:
     """Columns of an effect that is not in the model yet."""
     c = base.conditions
-    effect = resolved(effect, base)
+    effect = resolved(effect, base, ratio)
     elastic = point.elastic * ARCSEC
     columns: list[FloatArray] = []
     start_of: list[int] = []
