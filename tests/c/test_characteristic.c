@@ -269,6 +269,36 @@ static void eccentricity_of_a_fixed_generator(void) {
   ASSERT_NEAR(BOUND(1e-15, 1e-9), total, point[2].total_rad);
 }
 
+/* Eq (7): a pair gives delta / cos(alpha) along the tangent under P = F / cos(alpha); each of the
+ * sections has its share of the face width. Between sections the rim twists as a thin tube: a
+ * section by what passes through the rim from its inner edge, 0.27 arcmin over 10 mm at 40 N m and
+ * a radius of 25.6 mm. */
+static void sections_share_the_face_width_and_twist(void) {
+  const lm_real torque[] = {1};
+  lm_drive drive = calibrated();
+  int sections;
+  for (sections = 1; sections <= 3; sections += 2) {
+    int i;
+    int j;
+    drive.axial_sections = sections;
+    evaluate(&drive, 0, torque, 1);
+    TEST_ASSERT_TRUE(state.pairs > 0);
+    for (i = 0; i < state.pairs; i++) {
+      const lm_contact *c = &workspace.contacts[i];
+      const double secant2 = 1 + (double)c->wedge * (double)c->wedge;
+      ASSERT_NEAR(BOUND(1e-18, 1e-11), 3.5e-6 * secant2 * sections, c->compliance_mm_per_N);
+    }
+    for (i = 0; i < sections; i++) {
+      for (j = 0; j < sections; j++) {
+        const double mm = sections == 1 ? 0 : 5.0 * (i < j ? i : j);
+        const double turn = 0.27 / 10800 * 3.14159265 * mm / 10 * pow(25.6 / 25.1125, 3);
+        ASSERT_NEAR(0.02 * turn + 1e-12, turn,
+                    40e3 * (double)workspace.foundation.twist_rad_per_Nmm[i][j]);
+      }
+    }
+  }
+}
+
 /* A flexspline that is moved along the flanks that carry forward slides on them: their gaps stay
  * and the other flanks' change. Its teeth narrow outwards inside the rigid gear, inwards around it.
  */
@@ -628,6 +658,7 @@ int main(void) {
   RUN_TEST(radial_chain_adds_its_angle);
   RUN_TEST(friction_of_the_flanks_widens_the_loop);
   RUN_TEST(eccentricity_of_a_fixed_generator);
+  RUN_TEST(sections_share_the_face_width_and_twist);
   RUN_TEST(eccentricity_along_a_flank_leaves_its_gaps);
   RUN_TEST(reversal_is_the_distance_of_both_branches);
   RUN_TEST(a_similar_drive_has_the_same_angles);
