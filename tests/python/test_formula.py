@@ -56,6 +56,20 @@ def compiled(own: Effect, folder: Path) -> Effect:
 
 
 @needs_compiler
+def test_what_is_missing_beside_a_formula_is_named(tmp_path: Path) -> None:
+    source, made = tmp_path / "everything.c", tmp_path / "everything.so"
+    source.write_text(write_c(everything()))
+    command = ["cc", "-std=c99", "-ffp-contract=off", "-shared", "-fPIC", "-DLM_REAL_BITS=64"]
+    command += [f"-I{LIB / 'include'}", str(source), "-o", str(made)]
+    subprocess.run(command, check=True)
+    with pytest.raises(InputError, match=r"undefined symbol: lm_\w+, .*elementary\.c") as told:
+        load_shared_object(made)
+    missing, folder = str(told.value).split("together with ")[1].rstrip(")").split(" (-I ")
+    subprocess.run([*command, f"-I{folder}", missing], check=True)
+    assert set(load_shared_object(made)) == {"everything"}
+
+
+@needs_compiler
 def test_the_compiled_formula_is_the_evaluated_one(tmp_path: Path) -> None:
     own = everything()
     there = compiled(own, tmp_path)

@@ -391,7 +391,14 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
     try:
         handle = ctypes.CDLL(str(path.resolve()))
     except OSError as error:
-        raise InputError(path, "", one_line(str(error)), "a shared object") from None
+        found = one_line(str(error)).removeprefix(f"{path.resolve()}: ")
+        expected = "a shared object"
+        if "undefined symbol: lm_" in found:
+            from lostmotion.discover.template import include_folder
+
+            elementary = Path(include_folder()).parent / "runtime" / "elementary.c"
+            expected += f", compiled together with {elementary} (-I {elementary.parents[1]})"
+        raise InputError(path, "", found, expected) from None
     symbols = ("lm_user_effect", f"lm_effect_{path.stem.removesuffix('_f32')}")
     symbol = next((name for name in symbols if hasattr(handle, name)), None)
     if symbol is None:

@@ -304,7 +304,8 @@ def write_c(own: Effect) -> str:
  *
  *     {comment}
  *
- * The same file goes to the controller and, as a shared object of LM_REAL_BITS=64, to --effects.
+ * The same file goes to the controller and, as a shared object, to --effects: of LM_REAL_BITS=64,
+ * for replay of 32; where it calls sines and the like, together with lib/runtime/elementary.c.
  */
 #include "lostmotion/effects.h"
 
