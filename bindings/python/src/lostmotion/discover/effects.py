@@ -391,14 +391,14 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
     try:
         handle = ctypes.CDLL(str(path.resolve()))
     except OSError as error:
-        found = one_line(str(error)).removeprefix(f"{path.resolve()}: ")
+        said = one_line(str(error)).removeprefix(f"{path.resolve()}: ")
         expected = "a shared object"
-        if "undefined symbol: lm_" in found:
+        if "undefined symbol: lm_" in said:
             from lostmotion.discover.template import include_folder
 
             elementary = Path(include_folder()).parent / "runtime" / "elementary.c"
             expected += f", compiled together with {elementary} (-I {elementary.parents[1]})"
-        raise InputError(path, "", found, expected) from None
+        raise InputError(path, "", said, expected) from None
     symbols = ("lm_user_effect", f"lm_effect_{path.stem.removesuffix('_f32')}")
     symbol = next((name for name in symbols if hasattr(handle, name)), None)
     if symbol is None:
