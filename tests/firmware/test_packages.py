@@ -241,6 +241,45 @@ def default_sizes(profile: str) -> dict[str, int]:
     return {name: int(value) for name, value in re.findall(r"^(\w+) = (\d+)$", text, re.MULTILINE)}
 
 
+def test_the_gap_profile_has_no_room_for_effects(tmp_path: Path) -> None:
+    command = ["cc", "-fsyntax-only", f"-I{LIB / 'include'}", "-x", "c", "-"]
+    command += ["-DLM_PROFILE=LM_PROFILE_GAP", "-DLM_EFFECTS_MAX=2"]
+    program = '#include "lostmotion/runtime.h"\n'
+    done = subprocess.run(command, input=program, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "the gap profile has no effects" in done.stderr
+
+
+def test_kconfig_gives_the_gap_profile_no_effects(tmp_path: Path) -> None:
+    olddefconfig = tool("olddefconfig", "kconfiglib")
+    chosen = ["CONFIG_LOSTMOTION=y", "CONFIG_LOSTMOTION_PROFILE_GAP=y"]
+    chosen += ["CONFIG_LOSTMOTION_EFFECTS_MAX=2", ""]
+    (tmp_path / ".config").write_text("\n".join(chosen))
+    run([olddefconfig, LIB / "zephyr" / "Kconfig"], cwd=tmp_path)
+    assert "CONFIG_LOSTMOTION_EFFECTS_MAX=0\n" in (tmp_path / ".config").read_text()
+
+
+CXX_JOINT = """
+#include "lostmotion/runtime.h"
+lm_conditions unknown();
+lm_conditions unknown() {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  return at;
+}
+"""
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("standard", ["c++11", "c++20"])
+def test_a_strict_cplusplus_project_takes_the_headers(compiler: str, standard: str) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler}")
+    command = [compiler, f"-std={standard}", "-fsyntax-only", f"-I{LIB / 'include'}"]
+    command += ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+    command += ["-Wold-style-cast", "-Wzero-as-null-pointer-constant", "-Wcast-qual", "-Wundef"]
+    run([*command, "-x", "c++", "-"], input=CXX_JOINT)
+
+
 @pytest.mark.parametrize("profile", PROFILES)
 def test_kconfig_has_the_defaults_of_the_profiles(tmp_path: Path, profile: str) -> None:
     olddefconfig = tool("olddefconfig", "kconfiglib")

@@ -354,6 +354,8 @@ def test_the_c_template_compiles_and_is_loaded_without_rebuilding(tmp_path):
         str(made),
     ]
     subprocess.run(command, check=True)
+    # A firmware in C++ may compile it as such, and finds it by its name in C.
+    subprocess.run([*command[:1], "-x", "c++", *command[2:]], check=True)
     own = load_shared_object(made)["cable_pull"]
     conditions = Conditions(campaign(runs=2, rows=20))
     out = own.run(np.array([1e-6, 1.0]), conditions, conditions.torque, conditions.torque * 0)

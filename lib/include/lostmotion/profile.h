@@ -66,6 +66,9 @@
 #if LM_EFFECTS_MAX < 0 || LM_EFFECTS_MAX > 64
 #error "lostmotion: LM_EFFECTS_MAX must be 0 to 64"
 #endif
+#if LM_PROFILE == LM_PROFILE_GAP && LM_EFFECTS_MAX > 0
+#error "lostmotion: the gap profile has no effects: LM_EFFECTS_MAX must be 0"
+#endif
 
 #ifndef LM_EFFECT_MEMORY_MAX
 #if LM_PROFILE == LM_PROFILE_FULL

@@ -39,7 +39,11 @@ typedef float lm_real;
 #endif
 
 /* A literal in the number type at hand: LM_REAL(0.5). */
+#if defined(__cplusplus)
+#define LM_REAL(literal) (static_cast<lm_real>(literal))
+#else
 #define LM_REAL(literal) ((lm_real)(literal))
+#endif
 
 #define LM_PI LM_REAL(3.14159265358979323846)
 

@@ -105,10 +105,9 @@ static const lm_effect_card card = {{
      {{"closing_Nm", LM_VALUE_SHAPE, LM_REAL(1)}}}}}};
 #endif
 
-#ifdef __cplusplus
-extern "C"
-#endif
+LM_BEGIN_DECLS
 extern const lm_effect lm_user_effect;
+LM_END_DECLS
 const lm_effect lm_user_effect = {{
     {crc}u, /* CRC-32 of the name */
     LM_EFFECT_ANGLE,
