@@ -191,6 +191,23 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
   TEST_ASSERT_EQUAL_INT(0, answer->found_count);
 }
 
+/* SLSQP looks at a point that breaks its gaps with these closed, for what that may gain. A cost
+ * that nothing changes is as good at the first design as anywhere, and the looks end. */
+static void test_gaps_are_closed_only_where_that_may_gain(void) {
+  static const char *const objectives[] = {"objective lost_motion\n", "objective cost\n"};
+  int i;
+  for (i = 0; i < 2; i++) {
+    read_with("fixed generator.type discs\n", objectives[i], "");
+    make_task(LM_TASK_SLSQP, 400);
+    task.unit[1] = 0.2;
+    run();
+    check_answer();
+    TEST_ASSERT_TRUE(answer->violation <= 0);
+    TEST_ASSERT_GREATER_THAN_INT(1, answer->slopes);
+    TEST_ASSERT_TRUE(i == 0 ? answer->plain > 1 : answer->plain == 1);
+  }
+}
+
 /* One objective bounded at a level: the bound counts as a limit, with gradients and without. */
 static void test_a_bound_of_the_aim_is_kept(void) {
   static const int kinds[] = {LM_TASK_SLSQP, LM_TASK_COBYLA, LM_TASK_ISRES};
@@ -478,6 +495,7 @@ int main(void) {
   RUN_TEST(test_points_without_a_shift_leave_the_gaps);
   RUN_TEST(test_gradients_end_at_or_below_where_they_began);
   RUN_TEST(test_gradients_look_at_points_that_interfere_with_their_gaps_closed);
+  RUN_TEST(test_gaps_are_closed_only_where_that_may_gain);
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
   RUN_TEST(test_a_population_keeps_its_size);
