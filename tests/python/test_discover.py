@@ -106,6 +106,37 @@ def answer_of(data, **more):
     return diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM, **more).answer()
 
 
+def read_by_encoders(data, *, turned=True):
+    """The output's encoder, whose reading holds the lost motion and its noise."""
+    made = []
+    for run in data.runs:
+        columns = dict(run.columns)
+        columns["output_angle"] = columns["input_angle"] / RATIO + columns["lost_motion"]
+        if not turned:
+            del columns["input_angle"]
+        made.append(Run(run.label, run.file, columns))
+    return Campaign(made)
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_the_noise_of_the_encoder_is_no_acceleration(turned):
+    data = read_by_encoders(campaign(seed=3, warm=False), turned=turned)
+    found = answer_of(data)
+    assert (found["verdict"], found["effects"]) == ("complete", [])
+    by_name = {c["name"]: c for c in found["candidates"]}
+    assert not by_name["inertia"]["testable"]
+
+
+def test_an_output_that_was_measured_apart_stays_as_it_was_read():
+    data = campaign(seed=3, runs=6, rows=200, warm=False)
+    for run in data.runs:
+        del run.columns["input_angle"]
+        run.columns["output_angle"] = 1e-3 * np.sin(run.columns["time"])
+    np.testing.assert_array_equal(
+        Conditions(data).columns["output_angle_rad"], data.column("output_angle")
+    )
+
+
 def test_nothing_is_missing_when_nothing_is():
     found = answer_of(campaign(seed=2))
     assert found["verdict"] == "complete"

@@ -15,6 +15,10 @@ FloatArray = npt.NDArray[np.float64]
 RATE_WINDOW = 7
 """Samples over which a rate is the slope of a straight line: encoders have steps, clocks too."""
 
+QUIET_WINDOW = 3
+"""Samples over which the speed of an output without lost motion makes its acceleration: it has the
+noise of the input's encoder over the ratio, and a start is short."""
+
 SAME_ANGLE = 1e-9
 """Relative difference of two angles, far below any encoder, that is rounding."""
 
@@ -57,7 +61,7 @@ class Conditions:
     ----------
     columns : dict
         Arrays by the names of `CONDITIONS`; what was not measured is missing. The output angle is
-        where the output would be without lost motion, see `unwound`.
+        where the output would be without lost motion, see `unwound`, and its acceleration that.
     lost_motion : ndarray
         Arc seconds.
     starts, run_of : ndarray
@@ -87,10 +91,11 @@ class Conditions:
         if "input_angle_rad" in self.columns:
             self.columns["input_velocity_rad_s"] = self.rate(self.columns["input_angle_rad"])
         if "output_angle_rad" in self.columns:
-            self.columns["output_acceleration_rad_s2"] = self.rate(
-                self.rate(self.columns["output_angle_rad"])
-            )
-            self.columns["output_angle_rad"] = self.unwound()
+            reading = self.columns["output_angle_rad"]
+            place = self.unwound()
+            self.columns["output_angle_rad"] = place
+            samples = RATE_WINDOW if place is reading else QUIET_WINDOW
+            self.columns["output_acceleration_rad_s2"] = self.rate(self.rate(place), samples)
         elapsed = np.diff(self.time_s, prepend=self.time_s[0])
         elapsed[self.starts[:-1]] = 0.0
         self.columns["elapsed_s"] = np.maximum(elapsed, 0.0)
@@ -109,19 +114,25 @@ class Conditions:
     def unwound(self) -> FloatArray:
         """Output angle without lost motion, where the lost motion was taken from it.
 
-        The reading holds the lost motion and its noise then: as a place it would explain itself.
+        The reading holds the lost motion and its noise then: as a place, and twice over as an
+        acceleration, it would explain itself. Where the input was not recorded, the noise tells.
         """
         reading = self.columns["output_angle_rad"]
         turned = self.columns.get("input_angle_rad")
-        if turned is None:
-            return reading
         nominal = reading - self.lost_motion * ARCSEC
+        if turned is None:
+            return np.asarray(nominal) if self.rough(nominal) < self.rough(reading) else reading
         across = turned - self.run_mean(turned)[self.run_of]
         up = nominal - self.run_mean(nominal)[self.run_of]
         share = float(across @ up) / max(float(across @ across), 1e-300)
         rest = float(np.max(np.abs(up - share * across)))
         derived = rest <= SAME_ANGLE * max(1.0, float(np.max(np.abs(nominal))))
         return np.asarray(nominal) if derived else reading
+
+    def rough(self, values: FloatArray) -> float:
+        """How far a column leaves straight lines from sample to sample, mean square."""
+        bends = [np.diff(values[at], n=2) for at in self.slices()]
+        return float(np.mean(np.concatenate(bends) ** 2))
 
     def slices(self) -> list[slice]:
         """Rows of each run."""
@@ -142,10 +153,10 @@ class Conditions:
                 out[at] = np.interp(index, index[good], out[at][good])
         return out
 
-    def rate(self, values: FloatArray) -> FloatArray:
-        """Slope of a column over time: straight lines through `RATE_WINDOW` samples."""
+    def rate(self, values: FloatArray, samples: int = RATE_WINDOW) -> FloatArray:
+        """Slope of a column over time: straight lines through so many samples."""
         out = np.zeros_like(values)
-        half = RATE_WINDOW // 2
+        half = samples // 2
         for at in self.slices():
             t, x = self.time_s[at], values[at]
             n = t.size
