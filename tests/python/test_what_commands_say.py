@@ -17,6 +17,7 @@ from lostmotion.backbone import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis, show_next
 from lostmotion.compare import Comparison, compare
+from lostmotion.discover.drive_base import term_from
 from lostmotion.discover.effects import find_effect, library, load
 from lostmotion.discover.plans import rank_correlation
 from lostmotion.errors import InputError
@@ -238,3 +239,23 @@ def test_evidence_of_any_size_is_written_without_a_power_of_ten() -> None:
     out = StringIO()
     show_next(answer, out)
     assert "run fast: 48100 nats, 96300 a minute" in out.getvalue()
+
+
+def test_an_effect_that_a_file_names_and_nobody_knows_is_told_with_the_file() -> None:
+    with pytest.raises(InputError, match=r"own\.toml: flange: found no such effect, .*--effects"):
+        term_from({"name": "flange", "bend_rad": 1e-6}, library(), "own.toml")
+
+
+def test_a_forecast_of_few_runs_says_so(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = (folder / "warm.csv").read_text().splitlines()
+    place = rows[0].split(",").index("run")
+    first = {row.split(",")[place] for row in rows[1:]}
+    kept = sorted(first, key=float)[:3]
+    few = tmp_path / "few.csv"
+    few.write_text("\n".join([rows[0], *(r for r in rows[1:] if r.split(",")[place] in kept), ""]))
+    assert main(["forecast", str(folder / "drive.toml"), str(few)]) == 0
+    assert "fewer than 6 runs" in capsys.readouterr().out
+    assert main(["forecast", str(folder / "drive.toml"), str(folder / "warm.csv")]) == 0
+    assert "fewer than" not in capsys.readouterr().out

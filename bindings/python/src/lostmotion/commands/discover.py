@@ -329,8 +329,7 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
         print(f"  {finding}", file=out)
     if not answer["ratio_known"]:
         print("the sign of the lost motion was not looked at: state --ratio", file=out)
-    if not answer["enough_runs"]:
-        print(f"fewer than {RUNS_LEAST} runs: diagnose can name no effect", file=out)
+    show_runs_lacking(answer, out)
     elsewhere = [str(label) for label in answer["begin_elsewhere"]]
     if elsewhere:
         shown = ", ".join(elsewhere[:RUNS_LISTED]) + (" ..." * (len(elsewhere) > RUNS_LISTED))
@@ -350,8 +349,15 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
         print(f"{name}: {why}", file=out)
 
 
+def show_runs_lacking(answer: Mapping[str, Any], out: TextIO) -> None:
+    """Say it where there are too few runs to name anything."""
+    if not answer["enough_runs"]:
+        print(f"fewer than {RUNS_LEAST} runs: diagnose can name no effect", file=out)
+
+
 def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a forecast."""
+    show_runs_lacking(answer, out)
     print("the smallest size that this plan would find, and what it does to the output:", file=out)
     for effect in answer["effects"]:
         if effect["testable"]:

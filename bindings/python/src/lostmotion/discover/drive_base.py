@@ -31,7 +31,7 @@ def effect_table(term: Term) -> dict[str, Any]:
 
 def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
     """Read an ``[[effect]]`` table."""
-    effect = find_effect(str(table["name"]), effects)
+    effect = find_effect(str(table["name"]), effects, file)
     values = effect.typical.copy()
     for i, value in enumerate(effect.values):
         if value.name not in table:

@@ -335,11 +335,11 @@ def effect(
     return make
 
 
-def find_effect(name: str, effects: Mapping[str, Effect]) -> Effect:
-    """Find an effect by name, or say which there are."""
+def find_effect(name: str, effects: Mapping[str, Effect], file: str = "effect") -> Effect:
+    """Find an effect by the name that a file has, or a command; or say which there are."""
     if name not in effects:
         raise InputError(
-            "effect",
+            file,
             name,
             "no such effect",
             "one of "
