@@ -54,9 +54,10 @@ int main(void) {
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the toolchain file and the library installed by it, with room for two effects."""
     need(M4F)
-    for program in ("cmake", "arm-none-eabi-g++"):
-        if shutil.which(program) is None:
-            pytest.skip(f"no {program}")
+    if shutil.which("cmake") is None:
+        pytest.skip("no cmake: apt install cmake")
+    if shutil.which("arm-none-eabi-g++") is None:
+        pytest.skip("no arm-none-eabi-g++: apt install gcc-arm-none-eabi")
     folder = tmp_path_factory.mktemp("cmake")
     (folder / "arm.cmake").write_text(TOOLCHAIN)
     configure(folder, ROOT, "build", "-DLM_RUNTIME_DEFINITIONS=LM_EFFECTS_MAX=2;LM_EFFECT_CARDS=0")

@@ -273,7 +273,7 @@ lm_conditions unknown() {
 @pytest.mark.parametrize("standard", ["c++11", "c++20"])
 def test_a_strict_cplusplus_project_takes_the_headers(compiler: str, standard: str) -> None:
     if shutil.which(compiler) is None:
-        pytest.skip(f"no {compiler}")
+        pytest.skip(f"no {compiler}: apt install {compiler.replace('clang++', 'clang')}")
     command = [compiler, f"-std={standard}", "-fsyntax-only", f"-I{LIB / 'include'}"]
     command += ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
     command += ["-Wold-style-cast", "-Wzero-as-null-pointer-constant", "-Wcast-qual", "-Wundef"]
