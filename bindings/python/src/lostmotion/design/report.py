@@ -16,7 +16,7 @@ from urllib.parse import quote
 import numpy as np
 
 from lostmotion.catalogue import PARTS
-from lostmotion.design.engine import figures
+from lostmotion.design.engine import engine, figures
 from lostmotion.design.result import Result, relaxation
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
@@ -488,6 +488,7 @@ def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
         ),
     ]
     away = 100 * (searched / lost["quantile_9973"] - 1) if lost["quantile_9973"] else 0.0
+    samples = engine()[1].LM_LOOP_SAMPLES
     return Rows(
         "Lost motion of a reversal over the tolerances, arcmin",
         ("level", "arcmin", "standard error"),
@@ -495,7 +496,7 @@ def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
         (1, 2),
         f"The search minimised {searched:.4f} arcmin (finer: {fine:.4f}) at the level of its spec. "
         + signs(f"That is {away:+.1f} % from the quantile of 8 × 2¹⁴ samples; ")
-        + "inside the search the quantile is taken over 2048 fixed samples.",
+        + f"inside the search the quantile is taken over {samples} fixed samples.",
     )
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion import units
+from lostmotion.core import core
 from lostmotion.design.engine import engine, figures, keys, limits, text_of
 from lostmotion.drives import parse_drive, read_toml
 from lostmotion.errors import InputError, did_you_mean
@@ -80,9 +81,6 @@ SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
 NAMED = {"generator.type": GENERATORS, "teeth.deformation": DEFORMATIONS}
 """Keys whose values are names."""
 
-TOOTH_COUNTS = (30, 640)
-"""Teeth that a flexspline may have."""
-
 DEFAULT_TEETH = 200
 DEFAULT_DIFFERENCE = (-0.4, 0.6)
 """Range of x2 - x1 that holds every interference-free pair from w0/m = 0.85 to 1.2."""
@@ -145,6 +143,12 @@ def read_spec(file: str | Path) -> Spec:
 def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
     """Understand the tables of a search spec; `file` is for messages."""
     return _Reader(file, document).read()
+
+
+def tooth_counts() -> tuple[int, int]:
+    """Fewest and most teeth that a flexspline may have."""
+    lib = core().lib
+    return int(lib.LM_FLEXSPLINE_TEETH_MIN), int(lib.LM_FLEXSPLINE_TEETH_MAX)
 
 
 class _Reader:
@@ -250,7 +254,9 @@ class _Reader:
             self.say("drive.ratio", "ratio_sign", -1)
 
     def read_ratio(self, value: Any) -> tuple[float, float]:
-        expected = "[lowest, highest], both of one sign, between 15 and 321 turns"
+        fewest, most = tooth_counts()
+        window = f"between {fewest // 2} and {most // 2 + 1} turns"
+        expected = f"[lowest, highest], both of one sign, {window}"
         if not _is_pair(value) or not value[0] <= value[1] or value[0] * value[1] <= 0:
             raise self.refuse("search.limits.ratio", show(value), expected)
         low, high = sorted(abs(float(v)) for v in value)
@@ -405,7 +411,8 @@ class _Reader:
                 self.assume(TEETH, DEFAULT_TEETH)
                 self.choose("search.fixed", TEETH, [float(DEFAULT_TEETH)])
             else:
-                numbers = [float(z) for z in range(TOOTH_COUNTS[0], TOOTH_COUNTS[1] + 1, 2)]
+                fewest, most = tooth_counts()
+                numbers = [float(z) for z in range(fewest, most + 1, 2)]
                 place = "search.limits.ratio" if "ratio" in self.table("limits") else "drive.ratio"
                 self.choose(place, TEETH, self.teeth_in_window(place, numbers))
         if RIGID not in self.values and DIFFERENCE not in self.values:

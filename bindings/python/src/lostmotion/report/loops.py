@@ -33,7 +33,7 @@ GROUPS_SHOWN = 2
 
 LOOP_LEAST = 0.02
 """Runs whose torque moves by less than this share of the largest are no loops (a drive that turns):
-they are drawn only when there is nothing else."""
+here they are drawn only when there is nothing else."""
 
 LOST_MOTION = "lost motion, arcmin"
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from lostmotion.discover.base import Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.report.chart import Axes, limits, nice_step
+from lostmotion.report.loops import LOOP_LEAST
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (
     BLUE,
@@ -32,11 +33,8 @@ POINTS_SHOWN = 2000
 
 BEFORE, AFTER = ORANGE, BLUE
 
-LOOP_LEAST = 0.02
-"""A run whose torque moves by less than this share of the largest is no loop."""
-
 TURN_LEAST_RAD = np.pi
-"""Turn of the generator from which such a run is drawn over its angle, otherwise over time."""
+"""Turn of the generator from which a run that is no loop is drawn over its angle, not over time."""
 
 
 def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
