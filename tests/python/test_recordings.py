@@ -23,6 +23,7 @@ from lostmotion.recordings import (
     read_campaign,
     unwrap,
 )
+from lostmotion.sample import sample_campaign
 from lostmotion.units import ARCMIN, convert
 
 Write = Callable[..., Path]
@@ -110,7 +111,21 @@ def test_lost_motion_is_output_minus_input_over_ratio(write: Write) -> None:
             "time_s,lost_motion_rad",
             ("torque_Nm", "no such column (there are time_s, lost_motion_rad)"),
         ),
-        ("time_s,torque_Nm", ("lost_motion_rad", "no angle column", "input_angle_rad and")),
+        (
+            "time_s,torque_Nm",
+            ("lost_motion_rad: found no such column (there are time_s", "input_angle_rad and"),
+        ),
+        (
+            "t,temperature_C",
+            (
+                "time_s, torque_Nm, lost_motion_rad: found no such column (there are t, temp",
+                "expected time_s, or --map COLUMN=time_s; torque_Nm, or --map COLUMN=torque_Nm; input_",
+            ),
+        ),
+        (
+            "time,torque,angle_rad",
+            ("time, torque, lost_motion_rad: found time: no unit; torque: no unit; lost_motion_r",),
+        ),
         ("time_s,torque_Nm,input_angle_rad", ("lost_motion_rad", "only input_angle")),
         ("time_s,torque,lost_motion_rad", ("torque:", "no unit", "--map torque=torque_Nm")),
         ("time_s,torque_rad,lost_motion_rad", ("torque_rad", "unit 'rad'", "an angle", "a torque")),
@@ -232,6 +247,59 @@ def test_a_map_to_nothing_known_is_refused(write: Write, entry: str, part: str) 
     file = write("time_s,torque,lost_motion_rad\n0,1,2\n", "a.csv")
     with pytest.raises(InputError, match=part):
         read_campaign(file, mapping=parse_map([entry]))
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+def test_a_map_counts_in_the_files_that_have_its_column(
+    write: Write, read: Callable[..., Campaign]
+) -> None:
+    folder = write(f"{HEAD}\n0,1,1e-4\n1,2,2e-4\n", "a.csv").parent
+    write("time_s,TRQ,lost_motion_rad\n0,3000,3e-4\n1,4000,4e-4\n", "b.csv")
+    write("time_s,M,lost_motion_rad\n0,-5,5e-4\n1,-6,6e-4\n", "c.csv")
+    mapping = parse_map(["TRQ=torque_mNm", "M=-torque_Nm"])
+    campaign = read([folder], mapping=mapping)
+    np.testing.assert_allclose(campaign.column("torque"), [1, 2, 3, 4, 5, 6])
+    assert campaign.findings == []
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+def test_a_map_of_a_column_that_no_file_has_is_refused(
+    write: Write, read: Callable[..., Campaign]
+) -> None:
+    folder = write(f"{HEAD},temp\n{ROWS.replace(chr(10), ',20' + chr(10))}", "a.csv").parent
+    write(f"{HEAD}\n{ROWS}", "b.csv")
+    with pytest.raises(InputError) as caught:
+        read([folder], mapping=parse_map(["temo=temperature_C"]))
+    assert str(caught.value) == (
+        f"{folder / 'a.csv'} and 1 more file: temo: found no such column (there are time_s, "
+        "torque_Nm, lost_motion_rad, temp), expected the column that the map temo=temperature_C "
+        "names (did you mean 'temp'?)"
+    )
+
+
+def test_a_file_with_neither_the_column_nor_the_map_s_source_is_refused(write: Write) -> None:
+    folder = write("time_s,TRQ,lost_motion_rad\n0,3,3e-4\n1,4,4e-4\n", "a.csv").parent
+    write("time_s,TORQ,lost_motion_rad\n0,3,3e-4\n1,4,4e-4\n", "b.csv")
+    with pytest.raises(InputError) as caught:
+        read_campaign(folder, mapping={"TRQ": "torque_Nm"})
+    assert str(caught.value) == (
+        f"{folder / 'b.csv'}: torque_Nm: found no such column (there are time_s, TORQ, "
+        "lost_motion_rad), expected torque_Nm, TRQ by the map, or --map TORQ=torque_Nm"
+    )
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+def test_a_quantity_that_only_some_runs_have_is_told(
+    write: Write, read: Callable[..., Campaign]
+) -> None:
+    folder = write(f"{HEAD},temperature_C\n0,1,1e-4,20\n1,2,2e-4,21\n", "a.csv").parent
+    write(f"{HEAD}\n{ROWS}", "b.csv")
+    campaign = read([folder])
+    assert campaign.quantities() == ("time", "torque", "lost_motion")
+    assert list(map(str, campaign.findings)) == [
+        f"{folder / 'b.csv'}: temperature_C (run b): missing x 4: only other runs have the column; "
+        "not used"
+    ]
 
 
 def test_a_map_wins_over_a_column_of_that_name(write: Write) -> None:

@@ -16,7 +16,7 @@ import logging
 import math
 import re
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -126,6 +126,9 @@ STEP_LEAST_S = 1e-9
 UNUSED = "not used"
 """What is done about a column that names nothing known."""
 
+MISSING_ACTION = "only other runs have the column; not used"
+"""What is done about a quantity that some runs have."""
+
 RUNS_LISTED = 8
 """More runs than this are not listed one by one."""
 
@@ -141,7 +144,7 @@ class Finding:
     ----------
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
-        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``sampled``.
+        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``.
     file, column : str
         Where.
     run : int or str or None
@@ -420,7 +423,7 @@ def parse_column(file: str, column: str, name: str) -> ColumnName | None:
 def resolve_columns(
     file: str, header: Sequence[str], mapping: Mapping[str, str]
 ) -> tuple[dict[str, tuple[str, ColumnName]], list[str]]:
-    """Decide which column of a file is which quantity.
+    """Decide which column of a file is which quantity; a map counts where its column is.
 
     Returns
     -------
@@ -429,14 +432,6 @@ def resolve_columns(
     ignored : list of str
         Columns that name nothing known.
     """
-    for column, target in mapping.items():
-        if column not in header:
-            raise InputError(
-                file,
-                column,
-                f"no such column (there are {', '.join(header)})",
-                f"the column that --map {column}={target} names" + did_you_mean(column, header),
-            )
     chosen: dict[str, tuple[str, ColumnName]] = {}
     doubtful: list[tuple[str, InputError]] = []
     ignored: list[str] = []
@@ -468,32 +463,91 @@ def resolve_columns(
             )
         else:
             chosen[name.quantity.name] = (column, name)
+    faults: list[InputError] = []
+    there = set(chosen)
     for column, doubt in doubtful:
         # A column such as torque_raw beside torque_Nm is not meant; alone it has no known unit.
-        if any(column == q or column.startswith(f"{q}_") for q in chosen):
+        meant = {q for q in QUANTITIES if f"{spelled_out(column)}_".startswith(f"{q}_")}
+        if meant & set(chosen):
             ignored.append(column)
         else:
-            raise doubt
-    _require(file, header, chosen)
+            faults.append(doubt)
+            there |= meant
+    refuse_faults(file, faults + lacking(file, header, mapping, there))
     return chosen, ignored
 
 
-def _require(file: str, header: Sequence[str], chosen: Mapping[str, Any]) -> None:
+def lacking(
+    file: str, header: Sequence[str], mapping: Mapping[str, str], there: Collection[str]
+) -> list[InputError]:
+    """Say which quantities a recording needs and a file has not."""
+    faults = []
+    nothing = f"no such column (there are {', '.join(header)})"
+
+    def named(name: str) -> str:
+        """Say how a column of the quantity may be called."""
+        foreign = [
+            c for c, t in mapping.items() if f"{t.removeprefix('-')}_".startswith(f"{name}_")
+        ]
+        return ", ".join([QUANTITIES[name].column, *(f"{c} by the map" for c in foreign)])
+
     for name in ("time", "torque"):
-        if name not in chosen:
+        if name not in there:
             column = QUANTITIES[name].column
-            found = f"no such column (there are {', '.join(header)})"
             near = {h.lower(): h for h in header}
             close = difflib.get_close_matches(name, near, n=1)
             meant = near[close[0]] if close else "COLUMN"
-            raise InputError(file, column, found, f"{column}, or --map {meant}={column}")
-    if "lost_motion" not in chosen and not {"input_angle", "output_angle"} <= set(chosen):
-        have = [name for name in ("input_angle", "output_angle") if name in chosen]
+            faults.append(
+                InputError(file, column, nothing, f"{named(name)}, or --map {meant}={column}")
+            )
+    if "lost_motion" not in there and not {"input_angle", "output_angle"} <= set(there):
+        have = [name for name in ("input_angle", "output_angle") if name in there]
+        found = f"only {have[0]} among {', '.join(header)}" if have else nothing
+        expected = f"{named('input_angle')} and {named('output_angle')}, or {named('lost_motion')}"
+        faults.append(InputError(file, "lost_motion_rad", found, expected))
+    return faults
+
+
+def refuse_faults(file: str, faults: Sequence[InputError]) -> None:
+    """Raise all that is wrong with the columns of a file as one error of one line."""
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        columns = ", ".join(fault.key for fault in faults)
+        alike = len({fault.found for fault in faults}) == 1
+        found = [fault.found if alike else f"{fault.key}: {fault.found}" for fault in faults]
+        expected = "; ".join(fault.expected for fault in faults)
+        raise InputError(file, columns, "; ".join(dict.fromkeys(found)), expected)
+
+
+def header_of(file: Path) -> list[str]:
+    """Read the names of a file's columns."""
+    if file.name.lower().endswith(".parquet"):
+        return list(open_parquet(file).schema_arrow.names)
+    return _open_csv(file)[0]
+
+
+def check_map(files: Sequence[Path], mapping: Mapping[str, str]) -> None:
+    """Refuse a map of a column that no file has; files of one campaign may name theirs apart.
+
+    Raises
+    ------
+    InputError
+        Names the column and those that there are.
+    """
+    headers: dict[str, None] = {}
+    unread = list(files)
+    for column, target in mapping.items():
+        while column not in headers and unread:
+            headers.update(dict.fromkeys(header_of(unread.pop(0))))
+        if column in headers:
+            continue
+        more = f" and {len(files) - 1} more file{'s' * (len(files) > 2)}" if len(files) > 1 else ""
         raise InputError(
-            file,
-            "lost_motion_rad",
-            (f"only {have[0]}" if have else "no angle column") + f" among {', '.join(header)}",
-            "input_angle_rad and output_angle_rad, or lost_motion_rad",
+            f"{files[0]}{more}",
+            column,
+            f"no such column (there are {', '.join(headers)})",
+            f"the column that the map {column}={target} names" + did_you_mean(column, headers),
         )
 
 
@@ -554,7 +608,8 @@ def read_campaign(
         Input turns for one output turn; needed where only the two angles were recorded.
     mapping : mapping, optional
         From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round,
-        ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts).
+        ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts). It counts in the files that
+        have the column, where it goes before a column that has the name already.
 
     Returns
     -------
@@ -569,6 +624,7 @@ def read_campaign(
     if isinstance(paths, (str, Path)):
         paths = [paths]
     files = recording_files(paths)
+    check_map(files, mapping or {})
     findings: list[Finding] = []
     runs: list[Run] = []
     for file in files:
@@ -577,6 +633,7 @@ def read_campaign(
         runs.extend(found)
     name_apart(runs)
     campaign = Campaign(runs, findings)
+    note_missing(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
@@ -645,6 +702,18 @@ def in_si(
         check_range(file, column, values, meaning.quantity)
         numbers[quantity] = np.ascontiguousarray(values)
     return numbers
+
+
+def note_missing(campaign: Campaign) -> None:
+    """Note the quantities that were recorded in some runs only, in which nothing can use them."""
+    for name, quantity in QUANTITIES.items():
+        without = [run for run in campaign.runs if name not in run.columns]
+        if len(without) == len(campaign.runs):
+            continue
+        for run in without:
+            campaign.findings.append(
+                Finding("missing", run.file, quantity.column, run.label, len(run), MISSING_ACTION)
+            )
 
 
 def name_apart(runs: Sequence[Run]) -> None:
@@ -1125,7 +1194,8 @@ def from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
     return columns
 
 
-def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
+def _open_csv(file: Path) -> tuple[list[str], list[str], str]:
+    """Read a CSV file as its header, its other lines, and what separates columns."""
     raw = read_bytes(file, "a CSV file")
     try:
         if file.name.lower().endswith(".gz"):
@@ -1145,14 +1215,19 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
     delimiter = next((d for d in ",;\t" if d in header_line), ",")
     header = [name.strip() for name in _fields(file, [header_line], delimiter)[0]]
     refuse_twins(file, header)
+    return header, lines[skip + 1 :], delimiter
+
+
+def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
+    header, lines, delimiter = _open_csv(file)
     try:
         import pyarrow
         import pyarrow.csv
     except ImportError:
-        return _with_points(_parse_csv(file, header, lines[skip + 1 :], delimiter), delimiter)
+        return _with_points(_parse_csv(file, header, lines, delimiter), delimiter)
     try:
         table = pyarrow.csv.read_csv(
-            io.BytesIO("\n".join(lines[skip + 1 :]).encode()),
+            io.BytesIO("\n".join(lines).encode()),
             read_options=pyarrow.csv.ReadOptions(column_names=header),
             parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter),
             convert_options=pyarrow.csv.ConvertOptions(
@@ -1162,7 +1237,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
         )
     except pyarrow.ArrowException:
         # The plain reader finds the row at fault, or copes.
-        return _with_points(_parse_csv(file, header, lines[skip + 1 :], delimiter), delimiter)
+        return _with_points(_parse_csv(file, header, lines, delimiter), delimiter)
     return _with_points(from_arrow(table), delimiter)
 
 

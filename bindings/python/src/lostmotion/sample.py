@@ -36,11 +36,13 @@ from lostmotion.recordings import (
     Run,
     arrow_errors,
     bring_together,
+    check_map,
     check_ratio,
     check_sign,
     from_arrow,
     in_si,
     name_apart,
+    note_missing,
     open_parquet,
     read_campaign,
     read_table,
@@ -293,6 +295,7 @@ def sample_campaign(
     """
     files = recording_files(paths)
     names = dict(mapping or {})
+    check_map(files, names)
     pieces = pieces_of(files)
     counted = run_pieces(count_piece, [(piece, names) for piece in pieces], dask)
     if progress is not None:
@@ -333,6 +336,7 @@ def sample_campaign(
         raise InputError(files[0], "torque_Nm", "no row with numbers for torque and angle", "some")
     name_apart(runs)
     campaign = Campaign(runs, findings, sum(totals.values()))
+    note_missing(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)

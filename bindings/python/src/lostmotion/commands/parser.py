@@ -372,7 +372,8 @@ def add_map(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="COLUMN=NAME_UNIT",
         help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round, "
-        "NAME_UNIT/NUMBER divides (counts: input_angle_rev/4096)",
+        "NAME_UNIT/NUMBER divides (counts: input_angle_rev/4096); it counts in the files that have "
+        "the column",
     )
 
 

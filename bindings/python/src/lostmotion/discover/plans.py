@@ -78,10 +78,14 @@ def read_plan(
                 found = f"{values[unknown[0]]} in row {unknown[0] + 1}"
                 raise InputError(file, header, found, "a number: a plan is known in full")
             columns[name.quantity.name] = values
-        for needed in ("time", "torque"):
-            if needed not in columns:
-                column = recordings.QUANTITIES[needed].column
-                raise InputError(file, column, "no such column", column)
+        lacking = [
+            recordings.QUANTITIES[needed].column
+            for needed in ("time", "torque")
+            if needed not in columns
+        ]
+        if lacking:
+            nothing = f"no such column (there are {', '.join(table)})"
+            raise InputError(file, ", ".join(lacking), nothing, " and ".join(lacking))
         rows = columns["torque"].size
         if "input_angle" in columns and "output_angle" not in columns:
             columns["output_angle"] = columns["input_angle"] / ratio
