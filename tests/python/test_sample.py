@@ -204,6 +204,74 @@ def test_the_verdict_of_a_sample_is_that_of_all_rows(
     assert size == pytest.approx(true, rel=0.1)
 
 
+def table(**columns: pa.Array) -> pa.Table:
+    """A recording of 900 rows, with other columns put in."""
+    n = np.arange(900)
+    turn = np.sin(0.01 * n)
+    known = {"time_s": n * 0.01, "torque_Nm": turn, "lost_motion_rad": 1e-4 * turn}
+    return pa.table({**known, **columns})
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+def test_nulls_in_parquet_are_rows_without_numbers(
+    tmp_path: Path, read: Callable[..., Campaign]
+) -> None:
+    torque: list[float | None] = np.sin(0.01 * np.arange(900)).tolist()
+    torque[7] = torque[700] = None
+    cycles = pa.array([None if k == 3 else k for k in range(900)], pa.int32())
+    pq.write_table(table(torque_Nm=pa.array(torque), cycles=cycles), tmp_path / "a.parquet", 256)
+    found = read([tmp_path / "a.parquet"])
+    assert [(f.kind, f.column, f.count) for f in found.findings] == [
+        ("nan", "torque_Nm", 2),
+        ("nan", "cycles", 1),
+    ]
+    assert found.rows == 898
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+@pytest.mark.parametrize(
+    ("kind", "found"),
+    [
+        ("timestamp[ns]", "found '2023-11-14 22:13:20.000000123' in row 1"),
+        ("timestamp[us]", "found '2023-11-14 22:13:20.000000' in row 1"),
+        ("duration[ns]", "found '1700000000000000123 ns' in row 1"),
+    ],
+)
+def test_times_of_day_in_parquet_are_no_numbers(
+    tmp_path: Path, read: Callable[..., Campaign], kind: str, found: str
+) -> None:
+    made = {"timestamp[ns]": pa.timestamp("ns"), "timestamp[us]": pa.timestamp("us")}
+    ticks = 1_700_000_000_000_000_123 + 10_000_001 * np.arange(900)
+    times = pa.array(ticks // (1000 if "us" in kind else 1), pa.int64())
+    column = times.cast(made.get(kind, pa.duration("ns")))
+    pq.write_table(table(time_s=column), tmp_path / "a.parquet")
+    with pytest.raises(InputError, match=f"a.parquet: time_s: {found}, expected a number"):
+        read([tmp_path / "a.parquet"])
+
+
+@pytest.mark.parametrize("read", [read_campaign, sample_campaign])
+def test_a_parquet_file_without_rows_is_refused(
+    tmp_path: Path, read: Callable[..., Campaign]
+) -> None:
+    pq.write_table(table(), tmp_path / "a.parquet")
+    pq.write_table(table().slice(0, 0), tmp_path / "b.parquet")
+    with pytest.raises(InputError, match=r"b.parquet: found no rows"):
+        read([tmp_path])
+
+
+def test_a_sample_tells_of_clocks_and_columns_what_the_reader_tells(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(900)
+    time[[100, 256, 301]] = time[[99, 255, 300]]
+    time[512:] -= 1.0
+    made = table(time_s=pa.array(time), note=pa.array(["x"] * 900))
+    pq.write_table(made, tmp_path / "a.parquet", row_group_size=256)
+    told = [str(finding) for finding in read_campaign(tmp_path).findings]
+    assert [str(finding) for finding in sample_campaign([tmp_path]).findings] == told
+    assert ["note" in one for one in told] == [True, False, False]
+    thin = sample_campaign([tmp_path], rows=90).findings
+    assert [str(one) for one in thin if one.kind != "sampled"] == told
+
+
 @pytest.mark.parametrize("read", [read_campaign, sample_campaign])
 def test_a_file_that_is_damaged_inside_is_refused_in_one_line(
     tmp_path: Path, read: Callable[..., Campaign]

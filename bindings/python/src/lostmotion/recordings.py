@@ -115,6 +115,7 @@ DIVIDED = re.compile(r"(.+)/(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 """A number as it is written where a comma stands before the fraction."""
 
+DUPLICATE_ACTION = "kept in the order of the file"
 BACKWARD_ACTION = (
     "kept in the order of the file; where another recording begins, a column run has to say so"
 )
@@ -819,7 +820,7 @@ def sound_run(
         usual = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
         gaps = int(np.count_nonzero(step > GAP_FACTOR * usual)) if usual > 0 else 0
         if duplicates:
-            note("duplicate_time", "time_s", duplicates, "kept in the order of the file")
+            note("duplicate_time", "time_s", duplicates, DUPLICATE_ACTION)
         if backward:
             note("backward_time", "time_s", backward, BACKWARD_ACTION)
         if gaps:
@@ -1183,15 +1184,27 @@ def from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
     for name, column in zip(table.column_names, table.columns, strict=True):
         kind = str(column.type)
         if kind.startswith(("int", "uint")) and column.null_count == 0:
-            columns[name] = column.to_numpy()
+            columns[name] = column.to_numpy(zero_copy_only=False)
         elif kind.startswith(("int", "uint", "float", "double", "halffloat")):
-            columns[name] = column.cast("float64").to_numpy()
+            columns[name] = column.cast("float64").to_numpy(zero_copy_only=False)
         elif kind == "null":
             columns[name] = np.full(len(column), np.nan)
         else:
-            texts = ["" if value is None else str(value) for value in column.to_pylist()]
-            columns[name] = np.array(texts, dtype=np.str_)
+            columns[name] = np.array(arrow_texts(column), dtype=np.str_)
     return columns
+
+
+def arrow_texts(column: Any) -> list[str]:
+    """Read a column that holds no numbers as texts: Python's own times end at microseconds."""
+    kind = str(column.type)
+    if kind.startswith("duration"):
+        unit = kind.removeprefix("duration[").removesuffix("]")
+        return [
+            "" if value is None else f"{value} {unit}" for value in column.cast("int64").to_pylist()
+        ]
+    if kind.startswith("timestamp"):
+        column = column.cast("string")
+    return ["" if value is None else str(value) for value in column.to_pylist()]
 
 
 def _open_csv(file: Path) -> tuple[list[str], list[str], str]:

@@ -28,6 +28,8 @@ from lostmotion.backbone import run_plays
 from lostmotion.discover.threads import cores
 from lostmotion.errors import InputError, no_dask, one_line
 from lostmotion.recordings import (
+    BACKWARD_ACTION,
+    DUPLICATE_ACTION,
     QUANTITIES,
     RATIO_EXPECTED,
     WRAP_SLACK,
@@ -40,6 +42,7 @@ from lostmotion.recordings import (
     check_ratio,
     check_sign,
     from_arrow,
+    header_of,
     in_si,
     name_apart,
     note_missing,
@@ -50,6 +53,7 @@ from lostmotion.recordings import (
     resolve_columns,
     run_codes,
     sound_run,
+    unused,
     unwrap,
 )
 
@@ -93,9 +97,12 @@ class Part:
     missing : dict
         Rows without a number, by quantity.
     first, last, turns : dict
-        Of every angle: the first and last reading, and the whole turns put back within the piece.
+        Of every angle: the first and last reading, and the whole turns put back within the piece;
+        of the clock the readings alone.
     wraps : dict
         Number of wraps found.
+    duplicates, backward : int
+        Steps of the clock that are none, or go back.
     """
 
     label: Label
@@ -107,6 +114,8 @@ class Part:
     last: dict[str, float] = field(default_factory=dict)
     turns: dict[str, float] = field(default_factory=dict)
     wraps: dict[str, int] = field(default_factory=dict)
+    duplicates: int = 0
+    backward: int = 0
 
 
 @dataclass(frozen=True)
@@ -125,8 +134,10 @@ def pieces_of(files: Sequence[Path]) -> list[Piece]:
     found = []
     for file in files:
         if file.name.lower().endswith(".parquet"):
-            groups = open_parquet(file).num_row_groups
-            found += [Piece(str(file), group) for group in range(groups)]
+            opened = open_parquet(file)
+            if opened.metadata.num_rows == 0:
+                raise InputError(file, "", "no rows", "at least one sample")
+            found += [Piece(str(file), group) for group in range(opened.num_row_groups)]
         else:
             found.append(Piece(str(file), None))
     return found
@@ -205,6 +216,7 @@ def sample_piece(task: Task) -> list[Part]:
                 task.turn_Nm,
             )
             part.rows += columns["torque"].size
+            follow_clock(part, columns["time"])
             for name, values in columns.items():
                 missing = int(np.count_nonzero(~np.isfinite(values)))
                 part.missing[name] = part.missing.get(name, 0) + missing
@@ -249,6 +261,22 @@ def unwrap_on(part: Part, name: str, angle: FloatArray) -> FloatArray:
     part.last[name] = float(raw[-1])
     part.wraps[name] = part.wraps.get(name, 0) + wraps
     return out
+
+
+def follow_clock(part: Part, time_s: FloatArray) -> None:
+    """Count the steps of the clock that are none or go back, going on from the batch before."""
+    good = time_s[np.isfinite(time_s)]
+    if good.size == 0:
+        return
+    part.first.setdefault("time", float(good[0]))
+    count_steps(part, np.diff(good, prepend=part.last.get("time", np.nan)))
+    part.last["time"] = float(good[-1])
+
+
+def count_steps(part: Part, step: FloatArray) -> None:
+    """Add steps of a clock to what a part has counted."""
+    part.duplicates += int(np.count_nonzero(step == 0))
+    part.backward += int(np.count_nonzero(step < 0))
 
 
 def strides_for(rows: Sequence[int], budget: int) -> list[int]:
@@ -326,7 +354,7 @@ def sample_campaign(
     for piece, parts in zip(pieces, sampled, strict=True):
         for part in parts:
             found.setdefault((piece.file, part.label), []).append(part)
-    findings: list[Finding] = []
+    findings = [finding for file in files for finding in note_ignored(file, names)]
     runs = []
     for (file, label), parts in found.items():
         run = join_parts(file, label, parts, ratio, findings)
@@ -340,8 +368,18 @@ def sample_campaign(
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
-    note_sample(campaign)
+    if max(strides.values()) > 1:
+        note_sample(campaign)
     return campaign
+
+
+def note_ignored(file: Path, mapping: Mapping[str, str]) -> list[Finding]:
+    """Note the columns of a file that are not used."""
+    chosen, ignored = resolve_columns(str(file), header_of(file), mapping)
+    return [
+        Finding("ignored_column", str(file), column, None, 1, unused(column, chosen))
+        for column in ignored
+    ]
 
 
 def join_parts(
@@ -374,6 +412,14 @@ def join_parts(
         if missing:
             column = QUANTITIES[name].column
             findings.append(Finding("nan", file, column, label, missing, "not used for these rows"))
+    for one, other in pairwise([part for part in parts if "time" in part.first]):
+        count_steps(one, np.array([other.first["time"] - one.last["time"]]))
+    for kind, count, action in (
+        ("duplicate_time", sum(part.duplicates for part in parts), DUPLICATE_ACTION),
+        ("backward_time", sum(part.backward for part in parts), BACKWARD_ACTION),
+    ):
+        if count:
+            findings.append(Finding(kind, file, "time_s", label, count, action))
     joined = {name: np.concatenate(values) for name, values in columns.items()}
     if "lost_motion" not in joined and ratio is None:
         raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
