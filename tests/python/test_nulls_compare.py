@@ -69,6 +69,31 @@ def test_no_covariate_is_significant_more_often_than_its_p_says(
     assert max(alarms.values()) <= most(TRIALS, 0.05), alarms
 
 
+@pytest.mark.parametrize("shift", [0.0, 100.0])
+def test_a_zero_and_a_misfit_that_all_runs_share_are_no_difference_between_runs(
+    shift: float,
+) -> None:
+    # Runs of three amplitudes see three parts of one misfit: about its own mean each has another.
+    c = conditions(12)
+    rng = np.random.default_rng(6)
+    zeros = shift * rng.normal(size=12)[c.run_of]
+    shared = 5.0 * (c.torque > 20) + zeros
+    shared -= c.run_mean(shared)[c.run_of]
+    alarms, found = 0, 0
+    for trial in range(TRIALS):
+        for scatter in (0.0, 1.5)[: 1 + (trial < 10)]:
+            noise = left(c, rng, 0.5, scatter)
+            failures = where_it_fails(c, shared + noise, trial)
+            run = next(failure for failure in failures if failure.covariate == "run")
+            if scatter:
+                found += run.p <= 0.05
+            else:
+                alarms += run.p <= 0.05
+                assert run.share < 0.02
+    assert alarms <= most(TRIALS, 0.05)
+    assert found == 10
+
+
 def test_a_between_run_covariate_keeps_its_level_in_few_runs() -> None:
     # All signs of eight runs, not a sample of them.
     rng = np.random.default_rng(3)
