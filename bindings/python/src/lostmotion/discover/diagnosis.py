@@ -525,6 +525,8 @@ def not_fitted(effect: Effect) -> list[str]:
 
 def plausible(effect: Effect, values: FloatArray) -> bool:
     """Whether the values are such as drives have: within bounds, and not far beyond typical."""
+    if effect.against_its_name(values) is not None:
+        return False
     for value, x in zip(effect.values, values, strict=True):
         if value.role == "given":
             continue

@@ -57,6 +57,10 @@ SCALED_TOGETHER = {
 }
 """Values that scale an effect only together, with its linear ones."""
 
+FALLS_WITH_SPEED = {"stribeck_friction": ("coulomb_Nm", "breakaway_Nm")}
+"""Friction that stays, and what of it is lost with the speed: a fit in which it grows with the
+speed is one of drag, and not of this effect."""
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -123,6 +127,15 @@ class Effect:
             for known, x in zip(self.values, values, strict=True)
             if known.role != "given" and not known.low < x < known.high
         ]
+
+    def against_its_name(self, values: FloatArray) -> int | None:
+        """Place of a value that makes the effect another one, and ought to be nothing."""
+        if self.name not in FALLS_WITH_SPEED:
+            return None
+        names = [value.name for value in self.values]
+        stays, lost = (names.index(name) for name in FALLS_WITH_SPEED[self.name])
+        rises = abs(values[stays] + values[lost]) < abs(values[stays])
+        return lost if rises else None
 
     def run(
         self,

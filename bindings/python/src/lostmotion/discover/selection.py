@@ -267,6 +267,9 @@ def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -
     low = np.array([v.low for v in effect.values])
     high = np.array([v.high for v in effect.values])
     values = np.clip(values, low, high)
+    wrong = effect.against_its_name(values)
+    if wrong is not None:
+        values[wrong] = 0.0
     return Term(effect, values, free_values(effect))
 
 
@@ -299,6 +302,9 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
 
     def settled_from(base: Base) -> Contender:
         done = settle(base, settled.noise)
+        if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
+            done.base.fit(noise=sigma, steps=REFIT_STEPS)
+            done = settle(done.base, settled.noise)
         by_run = done.density - (reference or settled).density
         return Contender(result, candidate, done, float(by_run.sum()), by_run)
 
@@ -320,6 +326,16 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
     if stepped.gain >= PROMISE_KEPT * result.gain:
         return stepped
     return max(stepped, from_base(), key=lambda c: c.gain)
+
+
+def hold_to_name(term: Term) -> bool:
+    """Keep a value at nothing that makes an effect another one; whether there was one."""
+    wrong = term.effect.against_its_name(term.values)
+    if wrong is None:
+        return False
+    term.values[wrong] = 0.0
+    term.free = [place for place in term.free if place != wrong]
+    return True
 
 
 def step_to(base: Base, stage: Field, result: Result) -> None:
