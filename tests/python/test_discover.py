@@ -17,6 +17,7 @@ from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
 from lostmotion.discover.base import Base, Term
 from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.diagnosis import plausible
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object
 from lostmotion.discover.ladder import fit_model
@@ -196,6 +197,49 @@ def test_the_answer_has_every_key_of_the_interface(warm_gap):
 
 def test_the_same_recordings_give_the_same_answer(warm_gap):
     assert answer_of(campaign(add=gap)) == warm_gap.answer()
+
+
+def turned_against(friction_Nm):
+    """Runs in which the input turns there and back, at three speeds, against friction."""
+    data = campaign(seed=5, warm=False)
+    rng = np.random.default_rng(5)
+    for r, run in enumerate(data.runs):
+        t = run.columns["time"]
+        speed = (2.0, 6.0, 10.0)[r % 3] * np.tanh(20.0 * np.cos(0.5 * t))
+        wound = run.columns["torque"]
+        slope = 7.0 + 25.0 / 8.0 / np.cosh(wound / 8.0) ** 2
+        run.columns["input_angle"] = np.cumsum(speed) * 0.1
+        run.columns["input_velocity"] = speed + 1e-3 * rng.normal(size=t.size)
+        run.columns["lost_motion"] = (
+            run.columns["lost_motion"] - slope * friction_Nm(speed) * ARCSEC
+        )
+    return data
+
+
+@pytest.mark.parametrize(
+    ("friction_Nm", "name"),
+    [
+        (lambda speed: 0.02 * speed, "viscous_friction"),
+        (
+            lambda speed: 0.4 * np.tanh(speed) * (1 + np.exp(-np.abs(speed / 6))),
+            "stribeck_friction",
+        ),
+    ],
+)
+def test_friction_that_rises_with_speed_is_drag_and_what_falls_is_stribecks(friction_Nm, name):
+    found = answer_of(turned_against(friction_Nm))
+    assert (found["verdict"], found["effects"]) == ("missing-effect", [name])
+
+
+def test_values_that_make_an_effect_another_are_told():
+    stribeck = library()["stribeck_friction"]
+    lost = [value.name for value in stribeck.values].index("breakaway_Nm")
+    for coulomb, breakaway, told in ((0.6, -0.1, lost), (0.6, 0.1, None), (-0.6, -0.1, None)):
+        values = stribeck.typical.copy()
+        values[:2] = coulomb, breakaway
+        assert stribeck.against_its_name(values) == told
+        assert plausible(stribeck, values) == (told is None)
+    assert library()["viscous_friction"].against_its_name(np.array([-1.0])) is None
 
 
 def test_what_no_effect_explains_is_said_to_hang_on_torque():
