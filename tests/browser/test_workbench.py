@@ -172,7 +172,7 @@ class View:
         return float(self.text("#rms"))
 
     def floor(self) -> float:
-        return float(re.search(r"noise floor\s+([\d.]+)", self.text(".rail"))[1])  # type: ignore[index]
+        return float(re.search(r"(?:noise floor|repeatability)\s+([\d.]+)", self.text(".rail"))[1])  # type: ignore[index]
 
 
 @pytest.fixture

@@ -179,7 +179,7 @@ def test_compare_reads_foreign_recordings_by_the_map_of_the_drive(
     assert main([*argv, "--json", str(out)]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""  # no progress bar in a pipe
-    for words in ("fitted", "held out by run", "noise floor", "where it fails", "not testable"):
+    for words in ("fitted", "held out by run", "repeatability", "where it fails", "not testable"):
         assert words in captured.out
     found = json.loads(out.read_text())
     assert found["explained_share"] > 0.99

@@ -16,6 +16,7 @@ from conftest import DATA
 from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.commands.compare import show_comparison
+from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import Comparison, compare, directions, explained, zero_widths
 from lostmotion.discover import Value, diagnose, effect
 from lostmotion.discover.base import PLAY_RANGE, PLAYS
@@ -248,6 +249,32 @@ def test_recordings_without_torque_are_refused() -> None:
         run.columns["torque"] = np.zeros(len(run))
     with pytest.raises(InputError, match="torque_Nm: found a constant 0 Nm"):
         compare(backbone(), data)
+
+
+def test_recordings_whose_lost_motion_stands_still_are_refused() -> None:
+    data = campaign(3)
+    for i, run in enumerate(data.runs):
+        run.columns["lost_motion"] = np.round(run.lost_motion_rad, 1) + i
+    with pytest.raises(InputError, match="lost_motion_rad: found a constant 0 rad, expected a los"):
+        compare(backbone(), data)
+
+
+def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own() -> None:
+    data = campaign(6, gap_per_kelvin=2e-6)
+    out = io.StringIO()
+    show_comparison(compare(backbone(), data), out)
+    alone = "repeatability  .* arcsec  \\(noise within runs alone: no run repeats another\\)"
+    assert re.search(alone, out.getvalue())
+    for run in data.runs:
+        run.columns["temperature"][:] = 22.0
+    show_comparison(compare(backbone(), data), out)
+    assert "(noise within runs, and how far runs that repeat each other differ)" in out.getvalue()
+    assert "noise floor" not in out.getvalue()
+    found = io.StringIO()
+    show_diagnosis({**diagnose(data, ratio=100, rated_torque_Nm=40).answer()}, found)
+    said = r"noise floor [0-9.]+ arcsec: noise within runs, and the scatter of stiffness, friction"
+    assert re.search(said, found.getvalue())
+    assert "repeatability" not in found.getvalue()
 
 
 def test_the_answer_has_every_promised_key_and_is_json() -> None:

@@ -197,6 +197,7 @@ def test_the_optimizers_own_texts_are_those_of_the_specs(name: str) -> None:
 BAD: list[tuple[str, Any, tuple[str, ...]]] = [
     ("search.objectives", ["lost_moton"], ("search.objectives", "did you mean 'lost_motion'")),
     ("search.objectives", [], ("search.objectives",)),
+    ("search.objectives", [{"kind": "ball"}], ("search.objectives", "a table", "a list of one")),
     ("search.evaluations", 5, ("search.evaluations", "from 10")),
     ("search.seeed", 5, ("search.seeed", "did you mean 'seed'")),
     ("search.level", "best", ("search.level", "'worst', 'probable', 'quantile'")),

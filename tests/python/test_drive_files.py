@@ -112,6 +112,10 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         ("fit.values", "1 slopes and 1 knots", "one slope more than knots"),
     ),
     (
+        {"fit": {"values": {"knot_1_Nm": 1, "slope_1_rad_per_Nm": 1, "slope_2_rad_per_Nm": -1}}},
+        ("fit.values.slope_2_rad_per_Nm", "-1", "0 or more"),
+    ),
+    (
         {"fit": {"values": {"play_radius_1_Nm": 1.0}}},
         ("fit.values", "1 radii of plays, 0 shares, 0 outside", "a share for each radius"),
     ),

@@ -1,7 +1,8 @@
 """Model against measurement: how well the base model fits, and where it fails.
 
 The base of `lostmotion.discover.base`, the one that `diagnose` starts from, is fitted to a
-campaign, tested on runs that the fit has not seen, and set against the noise floor. What is left is
+campaign, tested on runs that the fit has not seen, and set against the repeatability of the
+recordings. What is left is
 then asked of every recorded quantity: how much of it hangs on that quantity, and could that be
 chance?
 """
@@ -31,6 +32,9 @@ from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+
+REPEATABILITY = "repeatability"
+"""What an error is set against here; `lostmotion.discover` has a noise floor instead."""
 
 STEPS = 25
 """Evaluations of a fit."""
@@ -98,7 +102,10 @@ class Failure:
 
 @dataclass
 class Noise:
-    """The noise floor and its parts, in rad.
+    """The repeatability of the recordings and its parts, in rad.
+
+    The noise floor of `lostmotion.discover` is another: there the model says what scatters between
+    runs. The JSON answers of both name it ``noise_floor_arcsec``.
 
     Attributes
     ----------
@@ -116,6 +123,13 @@ class Noise:
     def floor_rad(self) -> float:
         """What no model can explain."""
         return float(np.hypot(self.within_rad, self.between_rad or 0.0))
+
+    @property
+    def parts(self) -> str:
+        """Say of what it consists."""
+        if self.between_rad is None:
+            return "noise within runs alone: no run repeats another"
+        return "noise within runs, and how far runs that repeat each other differ"
 
 
 @dataclass
@@ -316,7 +330,7 @@ def compare(
     """
     given_as("compare", "drive", drive, Drive, Backbone)
     given_as("compare", "campaign", campaign, Campaign)
-    campaign.require_varying_torque()
+    campaign.require_variation()
     known = library() if effects is None else effects
     if isinstance(drive, Backbone):
         backbone = drive
@@ -483,7 +497,7 @@ def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray
 
 
 def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
-    """Estimate what no model can explain.
+    """Estimate what no model can explain, by the recordings alone.
 
     Within runs: white noise, from second differences of the residual, at least the rounding of the
     encoder. Between runs: where runs repeat the same torque path under the same conditions, the

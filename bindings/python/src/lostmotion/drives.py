@@ -389,6 +389,9 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
     if (knots or slopes) and len(slopes) != len(knots) + 1:
         found = f"{len(slopes)} slopes and {len(knots)} knots"
         raise InputError(file, "fit.values", found, "one slope more than knots")
+    for i, slope in enumerate(slopes):
+        if slope < 0:
+            raise InputError(file, f"fit.values.{SLOPE.format(i + 1)}", f"{slope:g}", "0 or more")
     if len(shares) != len(radii) or len(outside) not in (0, len(radii)):
         found = f"{len(radii)} radii of plays, {len(shares)} shares, {len(outside)} outside"
         raise InputError(file, "fit.values", found, "a share for each radius")

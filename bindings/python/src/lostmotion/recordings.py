@@ -74,6 +74,9 @@ QUANTITIES = {
     )
 }
 
+STILL_RAD = 1e-12
+"""Lost motion that moves by no more than this is what rounding leaves of a constant."""
+
 STUCK_SAMPLES = 50
 """Shortest stretch of identical values that can be called stuck."""
 
@@ -269,8 +272,8 @@ class Campaign:
         """Largest torque in either direction."""
         return max(float(np.max(np.abs(run.torque_Nm))) for run in self.runs)
 
-    def require_varying_torque(self) -> None:
-        """Refuse a campaign whose torque stands still.
+    def require_variation(self) -> None:
+        """Refuse a campaign whose torque stands still, or whose lost motion does in every run.
 
         Raises
         ------
@@ -281,6 +284,10 @@ class Campaign:
         if np.ptp(torque) == 0:
             found = f"a constant {torque[0]:.6g} Nm"
             raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
+        if all(np.ptp(run.lost_motion_rad) <= STILL_RAD for run in self.runs):
+            found = f"a constant {self.runs[0].lost_motion_rad[0]:.6g} rad"
+            expected = "a lost motion that varies, with all digits of its encoder"
+            raise InputError(self.runs[0].file, "lost_motion_rad", found, expected)
 
     def quantities(self) -> tuple[str, ...]:
         """Quantities that every run has."""

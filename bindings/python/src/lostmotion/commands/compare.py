@@ -7,7 +7,7 @@ from typing import TextIO
 
 from lostmotion import units
 from lostmotion.commands.inputs import read_inputs
-from lostmotion.compare import Comparison, compare
+from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.discover.drive_base import SAMPLES_LEAST
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import recording_files
@@ -62,7 +62,10 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
     else:
         held = f"held out by {answer['heldout_by']}"
         print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}", file=out)
-    print(f"noise floor         {shown(answer['noise_floor_arcsec'])}", file=out)
+    print(
+        f"{REPEATABILITY:<19} {shown(answer['noise_floor_arcsec'])}  ({result.noise.parts})",
+        file=out,
+    )
     if answer["samples"] < SAMPLES_LEAST:
         few = f"{answer['samples']} sample{'s' if answer['samples'] > 1 else ''}"
         print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; the first line holds", file=out)

@@ -46,6 +46,7 @@ from lostmotion.recordings import (
 )
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.units import plain_number
 
@@ -226,7 +227,8 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     print(verdict_sentence(answer), file=out)
     within = answer["noise"]["within_runs_arcsec"]
     print(
-        f"\nnoise floor {answer['noise_floor_arcsec']:.2f} arcsec ({within:.2f} within runs)",
+        f"\n{NOISE_FLOOR} {answer['noise_floor_arcsec']:.2f} arcsec: {NOISE_FLOOR_IS} "
+        f"({within:.2f} within runs)",
         file=out,
     )
     for rung in answer["ladder"]:
@@ -285,8 +287,8 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
             file=out,
         )
     print(
-        f"{'noise floor':<48} {model.noise_floor_arcsec:8.2f} arcsec  within runs "
-        f"{model.within_runs_arcsec:4.2f}\n",
+        f"{NOISE_FLOOR:<48} {model.noise_floor_arcsec:8.2f} arcsec  within runs "
+        f"{model.within_runs_arcsec:4.2f}\n({NOISE_FLOOR_IS})\n",
         file=out,
     )
     held = model.not_fitted()

@@ -20,7 +20,7 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
         mapping={**drive.columns, **parse_map(arguments.map)},
         dask=arguments.dask,
     )
-    campaign.require_varying_torque()
+    campaign.require_variation()
     backbone = make_backbone(drive, campaign.largest_torque_Nm)
     check_scale(campaign, backbone)
     return drive, campaign, backbone

@@ -215,7 +215,11 @@ class _Reader:
         found = self.search.get("objectives")
         if found is None:
             raise self.refuse("search.objectives", "nothing", expected)
-        if not isinstance(found, list) or not 1 <= len(found) <= 4 or len(set(found)) < len(found):
+        if (
+            not isinstance(found, list)
+            or not 1 <= len(found) <= 4
+            or len(set(map(repr, found))) < len(found)
+        ):
             raise self.refuse("search.objectives", show(found), expected)
         for name in found:
             if name not in names:

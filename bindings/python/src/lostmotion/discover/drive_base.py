@@ -79,7 +79,7 @@ def require_samples(campaign: Campaign) -> None:
     file = campaign.runs[0].file
     if campaign.rows < SAMPLES_LEAST:
         raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
-    campaign.require_varying_torque()
+    campaign.require_variation()
 
 
 def require(effect: Effect, conditions: Conditions) -> None:

@@ -19,6 +19,7 @@ from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import (
     AT_BOUND,
+    NOISE_FLOOR,
     NOT_FITTED,
     chance,
     grouped,
@@ -75,7 +76,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
             ("error of the base, rms", f"{answer['ladder'][0]['rms_arcsec']:.3g} arcsec"),
             ("with what was found, rms", f"{last['rms_arcsec']:.3g} arcsec"),
             ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
-            ("noise floor", f"{floor:.3g} arcsec"),
+            (NOISE_FLOOR, f"{floor:.3g} arcsec"),
             ("noise within runs", f"{answer['noise']['within_runs_arcsec']:.3g} arcsec"),
             ("samples", f"{grouped(str(answer['samples']))} in {answer['runs']} runs"),
         ],
@@ -221,7 +222,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
             ("error of the base, rms", f"{first['rms_arcsec']:.3g} arcsec"),
             ("with effects, rms", f"{last['rms_arcsec']:.3g} arcsec"),
             ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
-            ("noise floor", f"{floor:.3g} arcsec"),
+            (NOISE_FLOOR, f"{floor:.3g} arcsec"),
             ("noise within runs", f"{model.within_runs_arcsec:.3g} arcsec"),
             ("samples", f"{grouped(str(c.rows))} in {c.runs} runs"),
         ],

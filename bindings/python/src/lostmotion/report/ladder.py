@@ -8,6 +8,7 @@ from typing import Any
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import BLUE, FAINT, INK, ORANGE, SMALL_SIZE, SOFT, Drawing
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS
 
 FLOOR = "#e3e5e8"
 
@@ -29,7 +30,8 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
     return Figure(
         f"The error ladder of {name}",
         "rms of what the model leaves, after each step: bar fitted, ring on runs that the fit has "
-        "not seen. The grey band is the noise floor: noise within runs and scatter between them.",
+        "not seen. The grey band is the "
+        f"{NOISE_FLOOR}: {NOISE_FLOOR_IS}.",
         lambda width: draw_ladder(rungs, floor_arcsec, width),
         Table(
             "error_ladder",

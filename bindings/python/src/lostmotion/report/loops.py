@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lostmotion.compare import Comparison
+from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.report.chart import Axes, limits, nice_step
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (
@@ -80,8 +80,9 @@ def loops_figure(result: Comparison, name: str) -> Figure:
     left_out = len(result.campaign.runs) - drawn
     caption = (
         "Measured lost motion (grey) and the fitted base model (orange) against torque, each run "
-        "about its own zero; beneath, measured minus model on the same axis, with the noise floor "
-        f"of ±{result.noise.floor_rad / unit:.3g} {unit_name} as a grey band. "
+        "about its own zero; beneath, measured minus model on the same axis, with the "
+        f"{REPEATABILITY} of ±{result.noise.floor_rad / unit:.3g} {unit_name} as a grey band "
+        f"({result.noise.parts}). "
         f"rms {result.rms_rad / unit:.3g} {unit_name}, on runs that the fit has not seen "
         f"{result.heldout_rms_rad / unit:.3g} {unit_name}; friction "
         f"{WHERE[result.friction]} the elasticity."

@@ -70,10 +70,12 @@ class Residuals:
     labels: list[int | str]
     covariates: dict[str, FloatArray]
     floor_arcsec: float
+    against: str
+    """What the floor is."""
 
 
 def collect_residuals(
-    conditions: Conditions, residual_arcsec: FloatArray, floor_arcsec: float
+    conditions: Conditions, residual_arcsec: FloatArray, floor_arcsec: float, against: str
 ) -> Residuals:
     """Gather the residual of a campaign with everything that was recorded or follows from it."""
     c = conditions
@@ -93,6 +95,7 @@ def collect_residuals(
         list(c.labels),
         {name: values for name, values in found.items() if np.ptp(values) > 0},
         floor_arcsec,
+        against,
     )
 
 
@@ -181,7 +184,7 @@ def map_figure(data: Residuals, covariate: str) -> Figure:
         f"Residual over torque and {name}",
         "Mean of measured minus model in each cell: orange above the model, blue below. "
         "Beneath, the mean along the quantity for either sign of the torque; the grey band is the "
-        "noise floor.",
+        f"{data.against}.",
         lambda width: draw_map(of, width) + draw_profile(data, covariate, width),
         Table(
             f"residual_by_{covariate}",

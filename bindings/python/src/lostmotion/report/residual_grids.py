@@ -12,7 +12,7 @@ from lostmotion.compare import branch_blocks, directions
 from lostmotion.discover.conditions import Conditions
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
-from lostmotion.report.wording import written
+from lostmotion.report.wording import NOISE_FLOOR, angle_text, written
 
 IntArray = npt.NDArray[np.intp]
 
@@ -121,7 +121,11 @@ def bins_of(values: Array, edges: Array) -> IntArray:
 
 
 def grids_figure(
-    c: Conditions, residuals: Sequence[tuple[str, Array]], floor_arcsec: float, name: str
+    c: Conditions,
+    residuals: Sequence[tuple[str, Array]],
+    floor_arcsec: float,
+    name: str,
+    against: str = NOISE_FLOOR,
 ) -> Figure:
     """Make the figure of the maps.
 
@@ -131,6 +135,8 @@ def grids_figure(
         What the model leaves in arc seconds, under one or two models, with their names.
     floor_arcsec : float
         Against which a mean counts.
+    against : str
+        What that is.
     """
     grids = make_grids(c)
     made = [[grid.means(r, floor_arcsec) for _, r in residuals] for grid in grids]
@@ -144,8 +150,8 @@ def grids_figure(
     caption = (
         "Mean of what the model leaves, by torque (across) and another quantity (up), for falling "
         "and rising torque. Orange: more lost motion than the model says, blue: less; the darkest "
-        f"is {written(scale)} arcsec. Grey: no more than {CLEAR_T:g} standard errors, where a "
-        f"passage counts once with the noise floor of {written(floor_arcsec)} arcsec; white: no "
+        f"is {angle_text(scale)}. Grey: no more than {CLEAR_T:g} standard errors, where a "
+        f"passage counts once with the {against} of {angle_text(floor_arcsec)}; white: no "
         "samples."
     )
     rows: dict[str, list[object]] = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lostmotion.catalogue import PARTS
-from lostmotion.compare import Comparison
+from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
@@ -294,7 +294,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
         ("fitted, rms", shown(answer["rms_arcsec"])),
         (f"held out by {answer['heldout_by']}, rms", shown(answer["heldout_rms_arcsec"])),
-        ("noise floor, from repeats", shown(answer["noise_floor_arcsec"])),
+        (REPEATABILITY, shown(answer["noise_floor_arcsec"])),
         (
             "share of the variance explained",
             f"{100 * answer['explained_share']:.2f} %"
@@ -333,7 +333,9 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         section.blocks.append(failures_figure(result, drive.name))
     c = result.base.conditions
     left = [("fitted", result.residual_rad / ARCSEC)]
-    section.blocks.append(grids_figure(c, left, answer["noise_floor_arcsec"], drive.name))
+    section.blocks.append(
+        grids_figure(c, left, answer["noise_floor_arcsec"], drive.name, REPEATABILITY)
+    )
     section.blocks += _fitted_tables(answer)
     if answer["not_testable"]:
         lines = [

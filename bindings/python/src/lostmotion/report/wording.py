@@ -49,6 +49,12 @@ SPEEDS = {"rad_s": "rad_per_s"}
 """Suffixes of the library's effects that leave out the `per`."""
 
 
+NOISE_FLOOR = "noise floor"
+"""What `diagnose` and `fit` set an error against; `compare` has the repeatability instead."""
+
+NOISE_FLOOR_IS = "noise within runs, and the scatter of stiffness, friction and gap between them"
+
+
 def words(name: str) -> str:
     """Write a name as words."""
     return " ".join(PEOPLE.get(word, word) for word in name.split("_"))
@@ -112,6 +118,12 @@ def split_quantity(name: str, value: float) -> tuple[str, float, str]:
         if abs(value) < most:
             return parameter(stem), 1.0 / angle, unit_text(shown + per + rest)
     return parameter(stem), 1.0 / DEGREE, unit_text("deg" + per + rest)
+
+
+def angle_text(arcsec: float) -> str:
+    """Write an angle in the unit that its size asks for."""
+    _, factor, unit = split_quantity("angle_rad", arcsec * ARCSEC)
+    return f"{written(arcsec * ARCSEC * factor)} {unit}"
 
 
 def quantity(name: str, value: float) -> str:

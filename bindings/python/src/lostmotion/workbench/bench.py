@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion.compare import Comparison, compare
+from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.diagnosis import Diagnosis, count_pieces, diagnose
 from lostmotion.discover.effects import Effect, library
@@ -26,6 +26,7 @@ from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, recording_files
 from lostmotion.report import comparison_section, drive_section
 from lostmotion.report.maps import Residuals, collect_residuals
+from lostmotion.report.wording import NOISE_FLOOR
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.figures import Rendered, render_section
 
@@ -167,12 +168,13 @@ class Bench:
         if self.model is not None:
             base = self.model.base
             return collect_residuals(
-                base.conditions, base.residual(), self.model.noise_floor_arcsec
+                base.conditions, base.residual(), self.model.noise_floor_arcsec, NOISE_FLOOR
             )
         return collect_residuals(
             Conditions(self.need_campaign()),
             self.comparison.residual_rad / ARCSEC,
             self.comparison.noise.floor_rad / ARCSEC,
+            REPEATABILITY,
         )
 
     def compare_effects(self, a: str, b: str, tick: Tick) -> None:

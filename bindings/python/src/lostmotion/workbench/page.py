@@ -9,10 +9,12 @@ from pathlib import Path
 from nicegui import ui
 from nicegui.events import MultiUploadEventArguments
 
+from lostmotion.compare import REPEATABILITY
 from lostmotion.demo.inputs import find_inputs
 from lostmotion.drives import read_toml
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.report.ladder import draw_ladder
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import DesignPanel, Search
 from lostmotion.workbench.handing_out import ExportPanel
@@ -197,10 +199,14 @@ class Page:
         rms = last["rms_arcsec"] if last else answer["rms_arcsec"]
         held = last["rms_heldout_arcsec"] if last else answer["heldout_rms_arcsec"]
         floor = model.noise_floor_arcsec if model is not None else answer["noise_floor_arcsec"]
+        against, what = REPEATABILITY, bench.comparison.noise.parts
+        if model is not None:
+            against, what = NOISE_FLOOR, NOISE_FLOOR_IS
         ui.html(
             f'<div class="big"><span id="rms">{rms:.2f}</span><small>arcsec rms</small></div>'
             f'<div class="pair"><span>on runs not seen</span><b>{held:.2f} arcsec</b></div>'
-            f'<div class="pair"><span>noise floor</span><b>{floor:.2f} arcsec</b></div>'
+            f'<div class="pair"><span title="{what}">{against}</span>'
+            f"<b>{floor:.2f} arcsec</b></div>"
             '<div class="pair"><span>drive as it stands</span>'
             f"<b>{answer['unfitted_rms_arcsec']:.2f} arcsec</b></div>",
             sanitize=False,
