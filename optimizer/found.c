@@ -47,10 +47,40 @@ static double distance(const lm_problem *problem, const double a[], const double
   return sum;
 }
 
+/* Of a list that is longer, the best design of each objective is a small part. */
+#define ENDS_SHARE 8
+
+/* The place of what a full list gives up. Were the ends not kept, each design close to one would
+ * push it off, and the front would shrink from there. */
+static int choose_place(const lm_problem *problem, const lm_found list[], int count,
+                        const lm_found *found) {
+  int end[LM_OBJECTIVE_MAX] = {0};
+  double nearest = HUGE_VAL;
+  int place = 0;
+  int i;
+  int j;
+  for (i = 1; i < count; i++) {
+    for (j = 0; j < problem->objective_count; j++) {
+      end[j] = list[i].objective[j] < list[end[j]].objective[j] ? i : end[j];
+    }
+  }
+  for (i = 0; i < count; i++) {
+    const double apart = distance(problem, list[i].objective, found->objective);
+    int stays = 0;
+    for (j = 0; j < problem->objective_count; j++) {
+      stays |= end[j] == i && count > ENDS_SHARE * problem->objective_count;
+    }
+    if (apart < nearest && !stays) {
+      nearest = apart;
+      place = i;
+    }
+  }
+  return place;
+}
+
 void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
                      const lm_found *found) {
   int kept = 0;
-  int place;
   int i;
   for (i = 0; i < *count; i++) {
     if (lm_is_as_good(problem, list[i].objective, found->objective)) {
@@ -65,21 +95,8 @@ void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int
       kept++;
     }
   }
-  *count = kept;
-  place = kept;
-  if (kept == capacity) {
-    double nearest = HUGE_VAL;
-    for (i = 0; i < kept; i++) {
-      const double apart = distance(problem, list[i].objective, found->objective);
-      if (apart < nearest) {
-        nearest = apart;
-        place = i;
-      }
-    }
-  } else {
-    *count = kept + 1;
-  }
-  list[place] = *found;
+  *count = kept < capacity ? kept + 1 : kept;
+  list[kept < capacity ? kept : choose_place(problem, list, kept, found)] = *found;
 }
 
 static int in_order(const void *a, const void *b) {

@@ -17,7 +17,8 @@ void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, 
 int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]);
 
 /* Insert unless a design of the list is as good in everything; designs that the new one beats
- * leave. A full list gives up the design nearest to the new one. */
+ * leave. A full list gives up the design nearest to the new one; the best of each objective stays,
+ * where that is a small part of the list. */
 void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
                      const lm_found *found);
 

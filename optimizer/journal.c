@@ -5,6 +5,7 @@
 
 #include "journal.h"
 
+#include <errno.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +17,7 @@
 
 /* The number rises with the layout, when the search plans other tasks for the same answers, and
  * when the same design gets other figures. */
-#define MAGIC "lostmotion journal 5\n"
+#define MAGIC "lostmotion journal 6\n"
 #define RECORD UINT32_C(0x4c4d414e)
 
 struct lm_journal {
@@ -82,6 +83,7 @@ static lm_status wrap(FILE *file, lm_journal **journal) {
 
 lm_status lm_create_journal(const char *path, const char *spec, lm_journal **journal) {
   header h;
+  lm_status status = LM_CORRUPT;
   FILE *file;
   if (path == NULL || spec == NULL || journal == NULL) {
     return LM_NULL;
@@ -91,12 +93,18 @@ lm_status lm_create_journal(const char *path, const char *spec, lm_journal **jou
     return LM_CORRUPT;
   }
   fill_header(&h, spec);
-  if (fwrite(&h, sizeof h, 1, file) != 1 || fwrite(spec, 1, h.spec_length, file) != h.spec_length ||
-      flush(file) != LM_OK) {
+  if (fwrite(&h, sizeof h, 1, file) == 1 && fwrite(spec, 1, h.spec_length, file) == h.spec_length &&
+      flush(file) == LM_OK) {
+    status = wrap(file, journal);
+  } else {
     fclose(file);
-    return LM_CORRUPT;
   }
-  return wrap(file, journal);
+  if (status != LM_OK) {
+    const int why = errno;
+    (void)remove(path); /* a part of a header would pass for a search that was begun */
+    errno = why;
+  }
+  return status;
 }
 
 /* The places of found[] that hold nothing are not stored. */

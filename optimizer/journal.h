@@ -17,7 +17,8 @@ extern "C" {
 
 typedef struct lm_journal lm_journal;
 
-/* Begin a journal; an existing file is replaced. LM_NULL, LM_CORRUPT (cannot be written: errno). */
+/* Begin a journal; an existing file is replaced. LM_NULL; LM_CORRUPT (cannot be written: errno)
+ * and LM_TOO_SMALL leave none. */
 lm_status lm_create_journal(const char *path, const char *spec, lm_journal **journal);
 
 typedef struct lm_journal_report {

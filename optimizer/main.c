@@ -63,10 +63,11 @@ static int read_arguments(int count, char **argument, program *p) {
       p->resume = 1;
     } else if (strcmp(argument[i], "--workers") == 0) {
       char *end;
-      p->workers = (int)strtol(next, &end, 10);
-      if (*next == '\0' || *end != '\0' || p->workers < 1 || p->workers > LM_WORKERS_MAX) {
+      const long workers = strtol(next, &end, 10);
+      if (*next == '\0' || *end != '\0' || workers < 1 || workers > LM_WORKERS_MAX) {
         return usage("--workers needs a number from 1 to 256");
       }
+      p->workers = (int)workers;
       i++;
     } else if (strcmp(argument[i], "--progress") == 0) {
       if (strcmp(next, "json") != 0 && strcmp(next, "bar") != 0 && strcmp(next, "none") != 0) {
@@ -173,6 +174,7 @@ int main(int count, char **argument) {
   }
   memset(&action, 0, sizeof action);
   action.sa_handler = interrupt;
+  action.sa_flags = SA_RESTART; /* no write of the journal is cut short */
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
   status = lm_open_run(p.spec_path, spec, p.folder, p.resume, &p.run, note);

@@ -162,17 +162,18 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
   return -row;
 }
 
-void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
-                    lm_workspace *workspace) {
+int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
+                   lm_workspace *workspace) {
   const int count = lm_read_front(search, NULL, 0);
   lm_found *front = (lm_found *)malloc((size_t)(count + 1) * sizeof *front);
   double *result = (double *)malloc(LM_RESULT_MAX * sizeof *result);
   char key[LM_KEY_NAME_MAX];
   lm_layout layout;
   lm_scan scan;
+  const int enough = front != NULL && result != NULL;
   int n;
   int i;
-  if (front != NULL && result != NULL) {
+  if (enough) {
     fprintf(file, "settled");
     for (i = 0; i < problem->choice_count; i++) {
       lm_write_key(problem->choice[i].key, key);
@@ -219,6 +220,7 @@ void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *sear
   }
   free(front);
   free(result);
+  return enough;
 }
 
 void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search) {

@@ -24,9 +24,9 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
                     int limit);
 
 /* The trade-off, one design a row: combination, variables, figures, margins of all limits. Designs
- * that the model refuses are left out. */
-void lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
-                    lm_workspace *workspace);
+ * that the model refuses are left out. 0: no memory, nothing was written. */
+int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
+                   lm_workspace *workspace);
 
 /* Every combination: its choices, how it ended and what pruned it. */
 void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_search *search);

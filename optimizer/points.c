@@ -182,15 +182,21 @@ static lm_status check_number(lm_fault *fault, const char *input, double found, 
                        high);
 }
 
-static lm_status check_key(lm_fault *fault, int key, double found) {
-  const key_entry *entry = entry_of(key);
-  return check_number(fault, entry->name, found, entry->low, entry->high);
-}
-
 /* Keys of which a drive has one of few values, so that no value between them means anything. */
 static int is_discrete(int key) {
   return key == LM_KEY_DEFORMATION || key == LM_KEY_FLEXSPLINE_TEETH ||
          key == LM_KEY_GENERATOR_TYPE || key == LM_KEY_AXIAL_SECTIONS;
+}
+
+static lm_status check_key(lm_fault *fault, int key, double found) {
+  const key_entry *entry = entry_of(key);
+  const double step = key == LM_KEY_FLEXSPLINE_TEETH ? 2 : 1;
+  const lm_status status = check_number(fault, entry->name, found, entry->low, entry->high);
+  if (status == LM_OK && is_discrete(key) && fmod(found, step) != 0) {
+    const double low = step * floor(found / step);
+    return refuse_number(fault, LM_INCONSISTENT, entry->name, found, low, low + step);
+  }
+  return status;
 }
 
 static lm_status check_range(const lm_range *range, unsigned char seen[], lm_fault *fault) {

@@ -70,6 +70,7 @@ typedef enum lm_key {
 #define LM_PHASE_MAX 8       /* tooth phases of the generator */
 #define LM_LOOP_SAMPLES 2048 /* sampled drives of the quantile inside the search */
 #define LM_COMBINATION_MAX 20000
+#define LM_START_MAX 64 /* designs that a search begins with */
 
 /* A variable that moves between two bounds. */
 typedef struct lm_range {
@@ -159,6 +160,12 @@ typedef struct lm_cost_model {
   double generator[5];       /* by lm_generator_type: 4, 4, 3, 5, 3 */
 } lm_cost_model;
 
+/* A point that the search looks at first, such as a design of an earlier one. */
+typedef struct lm_start {
+  int combination;
+  double unit[LM_FREE_MAX];
+} lm_start;
+
 typedef struct lm_problem {
   /* the drive */
   double ratio_sign;                 /* +1 or -1: sense of rotation */
@@ -177,6 +184,8 @@ typedef struct lm_problem {
   lm_range range[LM_FREE_MAX];
   int choice_count;
   lm_choice choice[LM_CHOICE_MAX];
+  int start_count;
+  lm_start start[LM_START_MAX];
   /* what is wanted */
   int objective_count;
   int objective[LM_OBJECTIVE_MAX]; /* lm_figure; the first one leads */

@@ -39,11 +39,26 @@ void lm_start_screen(lm_search *search) {
   }
 }
 
+/* The designs to begin with, before anything else. */
+static void plan_starts(lm_search *search) {
+  const lm_problem *p = &search->problem;
+  for (; search->started < p->start_count; search->started++) {
+    const lm_start *start = &p->start[search->started];
+    if (search->state[start->combination].fate != LM_FATE_PRUNED) {
+      (void)lm_add_task(search, LM_TASK_LOOK, start->combination, POINT_CHARGE, start->unit);
+    }
+  }
+}
+
 void lm_plan_screen(lm_search *search) {
   const double share = SCREEN_SHARE * search->problem.evaluations;
   int waiting = 0;
   int points;
   int i;
+  plan_starts(search);
+  if (search->batch_count > 0) {
+    return;
+  }
   for (i = 0; i < search->combinations; i++) {
     waiting += search->state[i].fate != LM_FATE_PRUNED;
   }
@@ -62,8 +77,8 @@ void lm_plan_screen(lm_search *search) {
 }
 
 /* Designs spread over the front, its ends among them. */
-static void add_spread(lm_search *search) {
-  const int places = LM_ISLANDS_MAX * LM_PARENT_MAX - search->population_count;
+static void add_spread(lm_search *search, int islands) {
+  const int places = islands * LM_PARENT_MAX - search->population_count;
   const int count = search->archive_count < places ? search->archive_count : places;
   int n;
   for (n = 0; n < count; n++) {
@@ -84,10 +99,17 @@ static void add_champions(lm_search *search) {
   }
 }
 
-/* Islands start from the screened designs. */
+static int count_islands(const lm_search *search) {
+  return search->problem.evaluations < FEW_EVALUATIONS ? LM_ISLANDS_MAX / 2 : LM_ISLANDS_MAX;
+}
+
+/* Islands start from the screened designs, and from the front of an earlier search. */
 void lm_start_population(lm_search *search) {
   search->population_count = 0;
   add_champions(search);
+  if (search->started > 0) {
+    add_spread(search, count_islands(search));
+  }
   search->epoch_end = search->problem.evaluations < FEW_EVALUATIONS ? search->problem.evaluations
                                                                     : search->used + EPOCH_BUDGET;
 }
@@ -102,7 +124,7 @@ static void start_epoch(lm_search *search, double share) {
   }
   search->epoch_end = search->problem.evaluations;
   add_champions(search);
-  add_spread(search);
+  add_spread(search, LM_ISLANDS_MAX);
 }
 
 /* Whether a kept design is the best of its combination in any objective. */
@@ -128,7 +150,8 @@ static int is_end(const lm_search *search, int place) {
  * combination's part, which are the hardest to reach, and to designs drawn along all that is kept,
  * where that is more than it holds. */
 static void recall_front(lm_search *search, int places) {
-  const int first = places / 2;
+  const int held = search->population_count;
+  const int first = held < places / 2 ? held : places / 2;
   int last = places;
   int n;
   if (search->epoch_end < search->problem.evaluations || search->archive_count < places) {
@@ -155,8 +178,7 @@ static int has_rest(const lm_search *search) {
 
 /* Islands exchange by dealing the population out anew, best first in turn. */
 void lm_plan_evolve(lm_search *search) {
-  const int islands =
-      search->problem.evaluations < FEW_EVALUATIONS ? LM_ISLANDS_MAX / 2 : LM_ISLANDS_MAX;
+  const int islands = count_islands(search);
   const int objectives = search->problem.objective_count;
   const int rest = has_rest(search);
   const double share = (rest             ? 1

@@ -60,17 +60,23 @@ static FILE *begin_file(const lm_run *run, const char *name) {
   return fopen(path, "w");
 }
 
-/* 1: the file is whole and in its place. */
-static int end_file(const lm_run *run, const char *name, FILE *file) {
+/* 1: the file is whole and in its place; otherwise nothing is left of it. */
+static int end_file(const lm_run *run, const char *name, FILE *file, int whole) {
   char path[PATH_MAX_CHARACTERS];
   char from[PATH_MAX_CHARACTERS];
   char part[80];
-  int failed = ferror(file);
+  int failed = !whole || ferror(file);
   snprintf(part, sizeof part, "%s.part", name);
   join(from, run, part);
   join(path, run, name);
   failed |= fclose(file);
-  return !failed && rename(from, path) == 0;
+  if (failed || rename(from, path) != 0) {
+    const int why = errno;
+    (void)remove(from);
+    errno = why;
+    return 0;
+  }
+  return 1;
 }
 
 const lm_problem *lm_run_problem(const lm_run *run) {
@@ -122,6 +128,7 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
   char path[PATH_MAX_CHARACTERS];
   lm_journal_report report;
   lm_status status;
+  int made;
   join(path, run, "journal.bin");
   errno = 0;
   if (!resume) {
@@ -131,24 +138,32 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
                  "folder",
                  path);
     }
-    if ((mkdir(run->folder, 0777) != 0 && errno != EEXIST) ||
-        lm_create_journal(path, spec, &run->journal) != LM_OK) {
-      return say(note, LM_EXIT_BAD_INPUT, "%s: found %s, expected a folder to write to",
-                 run->folder, strerror(errno));
+    made = mkdir(run->folder, 0777) == 0;
+    if ((!made && errno != EEXIST) || lm_create_journal(path, spec, &run->journal) != LM_OK) {
+      (void)say(note, 0, "%s: found %s, expected a folder to write to", run->folder,
+                strerror(errno));
+      if (made) {
+        (void)rmdir(run->folder);
+      }
+      return LM_EXIT_BAD_INPUT;
     }
     return LM_EXIT_DONE;
   }
   status = lm_resume_journal(path, spec, take_old, run, &run->journal, &report);
   if (status == LM_INCONSISTENT) {
     return say(note, LM_EXIT_BAD_INPUT,
-               "%s: found the journal of another spec, expected the one that began it", path);
+               "%s: found the journal of another spec, expected the one that began it; "
+               "start_from in [search] begins anew with its designs, in another folder",
+               path);
   }
   if (status != LM_OK) {
     return say(note, LM_EXIT_BAD_INPUT, "%s: found %s, expected the journal of a search", path,
                errno != 0 ? strerror(errno) : "no journal of this build of the program");
   }
   if (report.torn) {
-    return say(note, LM_EXIT_DONE, "%s: the last record was torn; its task is done again", path);
+    return say(note, LM_EXIT_DONE,
+               "%s: torn after %d answers; the tasks that follow are done again", path,
+               report.answers);
   }
   return LM_EXIT_DONE;
 }
@@ -172,8 +187,10 @@ int lm_open_run(const char *spec_name, const char *spec, const char *folder, int
     strcpy(r->folder, folder);
     r->search = lm_open_search(&r->problem);
     r->history = tmpfile();
-    if (r->search == NULL || r->history == NULL) {
+    if (r->search == NULL) {
       status = say(note, LM_EXIT_FAILED, "not enough memory");
+    } else if (r->history == NULL) {
+      status = say(note, LM_EXIT_FAILED, "no temporary file: %s", strerror(errno));
     } else {
       fprintf(r->history, "tasks,evaluations,best,front\n");
       status = open_journal(r, spec, resume, note);
@@ -264,13 +281,13 @@ static int write_best(lm_run *run, const lm_found *best, lm_workspace *workspace
     failed = file == NULL;
     if (file != NULL) {
       lm_write_drive(file, &certificate->drive, "best of the search");
-      failed |= !end_file(run, "best.toml", file);
+      failed |= !end_file(run, "best.toml", file, 1);
     }
     file = begin_file(run, "certificate.json");
     failed |= file == NULL;
     if (file != NULL) {
       lm_write_certificate(file, &run->problem, best->combination, certificate);
-      failed |= !end_file(run, "certificate.json", file);
+      failed |= !end_file(run, "certificate.json", file, 1);
     }
     if (!certificate->holds && best->settled) {
       (void)say(note, 0, "the best design does not hold on the fine check; see certificate.json");
@@ -311,12 +328,13 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
     return 1;
   }
   lm_write_relaxation(file, relax);
-  return !end_file(run, "infeasible.json", file);
+  return !end_file(run, "infeasible.json", file, 1);
 }
 
 /* The history is collected out of sight and appears whole. */
 static int write_history(lm_run *run) {
   FILE *file = begin_file(run, "history.csv");
+  const int whole = !(fflush(run->history) | ferror(run->history)); /* the disk may be full */
   int c;
   if (file == NULL) {
     return 1;
@@ -325,7 +343,7 @@ static int write_history(lm_run *run) {
   while ((c = getc(run->history)) != EOF) {
     putc(c, file);
   }
-  return !end_file(run, "history.csv", file);
+  return !end_file(run, "history.csv", file, whole);
 }
 
 int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
@@ -342,13 +360,13 @@ int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   failed = file == NULL;
   if (file != NULL) {
     lm_write_combinations(file, &run->problem, run->search);
-    failed |= !end_file(run, "combinations.csv", file);
+    failed |= !end_file(run, "combinations.csv", file, 1);
   }
   file = begin_file(run, "front.csv");
   failed |= file == NULL;
   if (file != NULL) {
-    lm_write_front(file, &run->problem, run->search, workspace);
-    failed |= !end_file(run, "front.csv", file);
+    const int whole = lm_write_front(file, &run->problem, run->search, workspace);
+    failed |= !end_file(run, "front.csv", file, whole);
   }
   failed |= write_history(run);
   if (lm_read_best(run->search, &best)) {

@@ -150,6 +150,11 @@ static void gather_members(lm_search *search, const lm_answer *answer) {
   }
 }
 
+static void insert_settled(lm_search *search, const lm_found *found) {
+  lm_insert_found(&search->problem, search->settled, &search->settled_count,
+                  LM_SETTLED_MAX + LM_START_MAX, found);
+}
+
 static void reduce_answer(lm_search *search, const lm_task *task, const lm_answer *answer) {
   const lm_problem *p = &search->problem;
   int i;
@@ -160,8 +165,7 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
   search->tasks_done++;
   if (task->kind == LM_TASK_SETTLE) {
     for (i = 0; i < answer->found_count; i++) {
-      lm_insert_found(p, search->settled, &search->settled_count, LM_SETTLED_MAX,
-                      &answer->found[i]);
+      insert_settled(search, &answer->found[i]);
     }
     return;
   }
@@ -172,6 +176,9 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
     lm_insert_found(p, search->archive, &search->archive_count, LM_ARCHIVE_MAX, found);
     lm_insert_found(p, state->pool, &state->pool_count, LM_POOL_MAX, found);
     improve_state(state, found->objective[0], 0, found->unit);
+    if (found->settled) {
+      insert_settled(search, found); /* one to begin with, which stays unless it is bettered */
+    }
   }
   gather_members(search, answer);
   if (answer->computed && answer->violation > 0) {
@@ -284,8 +291,9 @@ lm_status lm_accept_answer(lm_search *search, const lm_answer *answer) {
  */
 
 int lm_read_front(const lm_search *search, lm_found front[], int capacity) {
-  const lm_found *list = search->settled_count > 0 ? search->settled : search->archive;
-  const int count = search->settled_count > 0 ? search->settled_count : search->archive_count;
+  const int settled = search->stage == LM_STAGE_DONE && search->settled_count > 0;
+  const lm_found *list = settled ? search->settled : search->archive;
+  const int count = settled ? search->settled_count : search->archive_count;
   const int written = count < capacity ? count : capacity;
   if (written > 0) {
     memcpy(front, list, (size_t)written * sizeof list[0]);

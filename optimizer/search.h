@@ -9,14 +9,15 @@
  * order of its tasks when the last answer is in. So one thread, many, a cluster, and a search fed
  * from a journal end in the same bytes.
  *
- * Stages: bounds prune combinations without any evaluation; a screen looks at a few points of each;
- * populations over all combinations find the regions worth a visit, and with more than one
- * objective breed from the ends of the front that a local solver finds; a race halves them while it
- * doubles their budget; the last ones are polished; then the budget goes into the trade-off (two
- * objectives: levels of the second one; more: directions) or, for one objective, into restarts (of
- * a few thousand evaluations and more than one objective the populations have all of it instead);
- * in the end the designs of the front are settled (whole grades, no violation between the angles of
- * the scan), which is not charged to the budget.
+ * Stages: bounds prune combinations without any evaluation; designs to begin with are looked at,
+ * and join the first population; a screen looks at a few points of each; populations over all
+ * combinations find the regions worth a visit, and with more than one objective breed from the ends
+ * of the front that a local solver finds; a race halves them while it doubles their budget; the
+ * last ones are polished; then the budget goes into the trade-off (two objectives: levels of the
+ * second one; more: directions) or, for one objective, into restarts (of a few thousand evaluations
+ * and more than one objective the populations have all of it instead); in the end the designs of
+ * the front are settled (whole grades, no violation between the angles of the scan), which is not
+ * charged to the budget.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.
@@ -65,8 +66,9 @@ int lm_is_answered(const lm_search *search, int id);
 
 void lm_read_progress(const lm_search *search, lm_progress *progress);
 
-/* Designs none of which is better than another in every objective, rising in the first one; settled
- * ones alone as soon as there are any. Returns their number and writes at most `capacity`. */
+/* Designs none of which is better than another in every objective, rising in the first one; in the
+ * end settled ones alone where there are any. Returns their number and writes at most `capacity`.
+ */
 int lm_read_front(const lm_search *search, lm_found front[], int capacity);
 
 /* The design with the smallest first objective; 0 when there is none yet. */

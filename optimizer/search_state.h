@@ -42,6 +42,7 @@ struct lm_search {
   int aims;          /* of the trade-off, made so far */
   int ends_sought;   /* of the front, for the population */
   int epoch_end;     /* of the present population, in evaluations */
+  int started;       /* designs to begin with that were looked at */
   int cursor;        /* of the screen */
   int *order;        /* of the screen, then ranking of the race */
   int runners;       /* combinations in the race */
@@ -62,7 +63,7 @@ struct lm_search {
   int archive_count;
   lm_found population[LM_ISLANDS_MAX * LM_PARENT_MAX];
   int population_count;
-  lm_found settled[LM_SETTLED_MAX];
+  lm_found settled[LM_SETTLED_MAX + LM_START_MAX];
   int settled_count;
 };
 

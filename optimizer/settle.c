@@ -52,13 +52,12 @@ static void open_fine_gap(lm_solver *s) {
   }
 }
 
-/* Whether the answer's gaps hold between the angles of the scan as well, as the certificate asks.
- */
-static int holds_between(lm_solver *s) {
+/* Whether a point's gaps hold between the angles of the scan as well, as the certificate asks. */
+static int holds_between(lm_solver *s, const double unit[]) {
   double gap;
   double angle;
   return s->problem->bounds.gap_at_worst_corner ||
-         (find_gap(s, s->answer->unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) &&
+         (find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) &&
           gap >= s->problem->bounds.gap_min_arcmin);
 }
 
@@ -99,6 +98,26 @@ static void fix_range(lm_solver *s, int range) {
     }
   }
   s->moving_count = moving;
+}
+
+static int has_whole_grades(const lm_problem *p, const double unit[]) {
+  int k;
+  for (k = 0; k < p->range_count; k++) {
+    const lm_range *range = &p->range[k];
+    const double grade = range->low + (range->high - range->low) * unit[k];
+    if (range->whole && fabs(grade - round(grade)) > 1e-9) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
+void lm_mark_settled(lm_solver *s) {
+  int i;
+  for (i = 0; i < s->answer->found_count; i++) {
+    lm_found *found = &s->answer->found[i];
+    found->settled = has_whole_grades(s->problem, found->unit) && holds_between(s, found->unit);
+  }
 }
 
 void lm_settle(lm_solver *s, const lm_task *task) {
@@ -156,7 +175,7 @@ void lm_settle(lm_solver *s, const lm_task *task) {
   }
   /* Only the settled design counts: the others still have broken grades. */
   s->answer->found_count = 0;
-  if (s->answer->computed && s->answer->violation <= 0 && holds_between(s)) {
+  if (s->answer->computed && s->answer->violation <= 0 && holds_between(s, s->answer->unit)) {
     double objective[LM_OBJECTIVE_MAX] = {0};
     for (i = 0; i < p->objective_count; i++) {
       objective[i] = s->answer->figure[p->objective[i]];

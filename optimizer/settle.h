@@ -12,6 +12,9 @@ extern "C" {
  * neighbours while the rest moves. Then the gaps between the angles of the scan. */
 void lm_settle(lm_solver *s, const lm_task *task);
 
+/* Designs of the answer that need none of that are marked as settled. */
+void lm_mark_settled(lm_solver *s);
+
 #ifdef __cplusplus
 }
 #endif

@@ -6,6 +6,14 @@
 #include "found.h"
 #include "settle.h"
 
+/* A point, and once more with its gap closed. */
+static void look(lm_solver *s, double unit[]) {
+  if (lm_evaluate_solver(s, unit, 0) &&
+      lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
+    (void)lm_evaluate_solver(s, unit, 0);
+  }
+}
+
 /* Scattered points: a Sobol net turned by the seed, the shift that closes the gaps put right. */
 static void screen(lm_solver *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
@@ -21,10 +29,7 @@ static void screen(lm_solver *s, const lm_task *task) {
     }
   }
   for (i = 0; i < count && !s->interrupted; i++) {
-    if (lm_evaluate_solver(s, unit[i], 0) &&
-        lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit[i])) {
-      (void)lm_evaluate_solver(s, unit[i], 0);
-    }
+    look(s, unit[i]);
   }
 }
 
@@ -40,16 +45,14 @@ static void bridge(lm_solver *s, const lm_task *task) {
     for (k = 0; k < s->problem->range_count; k++) {
       unit[k] = task->unit[k] + share * (task->parent[0].unit[k] - task->unit[k]);
     }
-    if (lm_evaluate_solver(s, unit, 0) &&
-        lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
-      (void)lm_evaluate_solver(s, unit, 0);
-    }
+    look(s, unit);
   }
 }
 
 lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer *answer,
                       lm_workspace *workspace, const volatile int *stop) {
   lm_solver s;
+  double unit[LM_FREE_MAX];
   if (problem == NULL || task == NULL || answer == NULL || workspace == NULL) {
     return LM_NULL;
   }
@@ -70,6 +73,13 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
       break;
     case LM_TASK_ISRES:
       lm_run_plain(&s, task->unit, NLOPT_GN_ISRES, 0.3, task->seed);
+      break;
+    case LM_TASK_LOOK:
+      memcpy(unit, task->unit, sizeof unit);
+      if (lm_evaluate_solver(&s, unit, 0) && answer->found_count == 0) {
+        look(&s, unit);
+      }
+      lm_mark_settled(&s);
       break;
     case LM_TASK_BRIDGE:
       bridge(&s, task);

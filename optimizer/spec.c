@@ -323,6 +323,55 @@ static lm_status read_ratio(const statement *s, lm_problem *p, int line, lm_spec
   return LM_OK;
 }
 
+/* Of a range, what is beyond an end by rounding. */
+#define ROUNDING 1e-9
+
+/* Place of a value in a choice, or -1. */
+static int find_choice(const lm_choice *choice, double value) {
+  int i;
+  for (i = 0; i < choice->count; i++) {
+    if (choice->value[i] == value) {
+      return i;
+    }
+  }
+  return -1;
+}
+
+static lm_status read_start(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
+  lm_start *start = &p->start[p->start_count < LM_START_MAX ? p->start_count : 0];
+  int factor = 1;
+  int i;
+  if (s->count != 1 + p->choice_count + p->range_count || p->start_count == LM_START_MAX) {
+    return complain(error, line, "expected a value of every variable, or too many starts",
+                    s->word[0]);
+  }
+  start->combination = 0;
+  for (i = 0; i < p->choice_count + p->range_count; i++) {
+    const char *word = s->word[1 + i];
+    double value = 0;
+    if (!read_number(word, &value)) {
+      return complain(error, line, "expected a number", word);
+    }
+    if (i < p->choice_count) {
+      const int place = find_choice(&p->choice[i], value);
+      if (place < 0) {
+        return complain(error, line, "a start that is none of the choices", word);
+      }
+      start->combination += factor * place;
+      factor *= p->choice[i].count;
+    } else {
+      const lm_range *range = &p->range[i - p->choice_count];
+      const double unit = (value - range->low) / (range->high - range->low);
+      if (!(unit >= -ROUNDING && unit <= 1 + ROUNDING)) {
+        return complain(error, line, "a start outside its range", word);
+      }
+      start->unit[i - p->choice_count] = lm_clip(unit);
+    }
+  }
+  p->start_count++;
+  return LM_OK;
+}
+
 static lm_status read_single(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   const char *word = s->word[0];
   double *number = single_number(p, word);
@@ -353,6 +402,12 @@ static lm_status read_single(const statement *s, lm_problem *p, int line, lm_spe
 static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   const char *word = s->word[0];
   int name;
+  if (strcmp(word, "start") == 0) {
+    return read_start(s, p, line, error);
+  }
+  if (p->start_count > 0) {
+    return complain(error, line, "expected no other statement after a start", word);
+  }
   if (strcmp(word, "link") == 0) {
     return read_link(s, p, line, error);
   }

@@ -44,6 +44,7 @@ typedef enum lm_task_kind {
   LM_TASK_COBYLA,     /* no gradients, largest limits of each group */
   LM_TASK_ISRES,      /* population of 60 */
   LM_TASK_EVOLVE,     /* a population over all combinations */
+  LM_TASK_LOOK,       /* the start alone; where it breaks a limit, with its gap closed, too */
   LM_TASK_BRIDGE,     /* points between two designs of one combination, gaps closed */
   LM_TASK_SETTLE      /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;

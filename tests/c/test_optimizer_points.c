@@ -162,6 +162,35 @@ static void test_rounding_makes_no_front(void) {
   TEST_ASSERT_TRUE(list[0].objective[0] == 5.0 && list[0].objective[1] == 0);
 }
 
+/* A long list that is full: designs that come close to an end of the front, again and again, leave
+ * the end. In a short one the ends would be most of it. */
+static void test_a_full_list_keeps_its_ends(void) {
+  static const int places[] = {40, 8};
+  const double unit[LM_FREE_MAX] = {0};
+  lm_found list[40];
+  lm_found found;
+  int i;
+  int k;
+  read_reference();
+  problem.objective_count = 2;
+  for (k = 0; k < 2; k++) {
+    int count = 0;
+    int ends = 0;
+    for (i = 0; i < places[k] + 100; i++) {
+      const double share = i < places[k] ? i / (places[k] - 1.0) : 1e-4 * (i + 1 - places[k]);
+      const double one[LM_OBJECTIVE_MAX] = {1 + share, 2 - share};
+      const double other[LM_OBJECTIVE_MAX] = {2 - share, 1 + share};
+      lm_fill_found(&problem, &found, 0, unit, i < places[k] || i % 2 == 0 ? one : other, 0);
+      lm_insert_found(&problem, list, &count, places[k], &found);
+    }
+    TEST_ASSERT_EQUAL_INT(places[k], count);
+    for (i = 0; i < count; i++) {
+      ends += list[i].objective[0] == 1 || list[i].objective[1] == 1;
+    }
+    TEST_ASSERT_EQUAL_INT(k == 0, ends == 2);
+  }
+}
+
 /* What differs from the reference in one line, and the line that is named. */
 static void assert_refused(const char *line, int at, const char *word) {
   lm_spec_error error = {-1, ""};
@@ -267,6 +296,7 @@ int main(void) {
   RUN_TEST(test_closing_the_gap_leaves_the_reserve);
   RUN_TEST(test_closing_never_takes_too_much);
   RUN_TEST(test_rounding_makes_no_front);
+  RUN_TEST(test_a_full_list_keeps_its_ends);
   RUN_TEST(test_refusals_name_line_and_word);
   RUN_TEST(test_values_out_of_range_name_their_key);
   RUN_TEST(test_names_go_both_ways);

@@ -156,7 +156,7 @@ static void test_a_stopped_run_goes_on_to_the_same_bytes(void) {
   snprintf(command, sizeof command, "truncate -s -9 %s/journal.bin", folder);
   TEST_ASSERT_EQUAL_INT(0, system(command));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
-  assert_noted("torn");
+  assert_noted("torn after");
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, work_and_finish(0, &stop));
   for (i = 0; i < 4; i++) {
     char *again = content(names[i]);
@@ -197,6 +197,7 @@ static void test_another_specs_journal_is_refused(void) {
       LM_EXIT_BAD_INPUT,
       open_here("objective cost\nrated_torque_Nm 1\nrange teeth.module_mm 1 2\n", 1));
   assert_noted("another spec");
+  assert_noted("start_from");
 }
 
 static void test_limits_that_contradict_say_what_would_have_to_give(void) {
@@ -457,6 +458,7 @@ static void test_bad_usage_is_told_in_one_line(void) {
   assert_usage("a b --workers 0", "--workers needs");
   assert_usage("a b --workers 257", "--workers needs");
   assert_usage("a b --workers 2x", "--workers needs");
+  assert_usage("a b --workers 4294967297", "--workers needs");
   assert_usage("a b --progress loud", "--progress needs json, bar or none");
   assert_usage("none/spec b", "none/spec: No such file");
 }

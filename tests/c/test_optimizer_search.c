@@ -338,6 +338,67 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
   free(c);
 }
 
+/* The designs of a front as statements of a spec. */
+static void write_starts(const lm_found front[], int count, char *text, size_t size) {
+  size_t length = strlen(text);
+  int i;
+  int k;
+  for (i = 0; i < count; i++) {
+    length += (size_t)snprintf(text + length, size - length, "start");
+    for (k = 0; k < problem.choice_count; k++) {
+      length += (size_t)snprintf(text + length, size - length, " %.17g",
+                                 lm_chosen_value(&problem, front[i].combination, k));
+    }
+    for (k = 0; k < problem.range_count; k++) {
+      const lm_range *range = &problem.range[k];
+      length += (size_t)snprintf(text + length, size - length, " %.17g",
+                                 range->low + (range->high - range->low) * front[i].unit[k]);
+    }
+    length += (size_t)snprintf(text + length, size - length, "\n");
+  }
+}
+
+/* However little is spent after that: each design is there again, or one that is as good. A design
+ * with a broken grade, or one that breaks a limit, is a place to begin with like any other. */
+static void test_a_search_that_begins_with_a_front_loses_nothing_of_it(void) {
+  static char text[32768];
+  lm_found first[FRONT_MAX + 2];
+  lm_found front[FRONT_MAX];
+  int count;
+  int further;
+  int i;
+  int k;
+  read_spec(small_spec);
+  count = run_with(2, first);
+  first[count] = first[0];
+  first[count].unit[5] = 0.3;
+  first[count + 1] = first[0];
+  first[count + 1].unit[1] = 0.2;
+  snprintf(text, sizeof text, "%s", small_spec);
+  memcpy(strstr(text, "2400"), " 300", 4);
+  write_starts(first, count + 2, text, sizeof text);
+  read_spec(text);
+  TEST_ASSERT_EQUAL_INT(count + 2, problem.start_count);
+  further = run_with(2, front);
+  TEST_ASSERT_LESS_OR_EQUAL_INT(FRONT_MAX, further);
+  for (i = 0; i < count; i++) {
+    int kept = 0;
+    for (k = 0; k < further; k++) {
+      int j;
+      double worse = 0;
+      for (j = 0; j < problem.objective_count; j++) {
+        const double by = front[k].objective[j] / first[i].objective[j] - 1;
+        worse = by > worse ? by : worse;
+      }
+      kept |= worse < 1e-7;
+    }
+    TEST_ASSERT_TRUE(kept);
+  }
+  for (k = 0; k < further; k++) {
+    TEST_ASSERT_EQUAL_INT(1, front[k].settled);
+  }
+}
+
 /* One evaluation in twenty answers NaN. */
 static void test_damaged_evaluations_do_not_hurt(void) {
   lm_found front[FRONT_MAX];
@@ -417,6 +478,7 @@ int main(void) {
   RUN_TEST(test_every_combination_has_a_fate);
   RUN_TEST(test_the_budget_is_kept);
   RUN_TEST(test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grades);
+  RUN_TEST(test_a_search_that_begins_with_a_front_loses_nothing_of_it);
   RUN_TEST(test_damaged_evaluations_do_not_hurt);
   RUN_TEST(test_contradictory_limits_are_explained);
   RUN_TEST(test_a_stopped_task_says_so);

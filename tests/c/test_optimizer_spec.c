@@ -209,6 +209,64 @@ static void test_teeth_by_ratio_of_an_external_drive(void) {
   TEST_ASSERT_TRUE(problem.choice[0].value[0] == 198);
 }
 
+static lm_status read_starts(const char *lines) {
+  static char text[16384];
+  snprintf(text, sizeof text,
+           "choose generator.contact_half_angle_deg 25 30 35\nchoose teeth.tooth_height 1.6 1.8\n"
+           "range teeth.engagement_depth 0.9 1.3\n%s%s",
+           least_spec, lines);
+  return lm_read_spec(text, &problem, &error);
+}
+
+static void assert_start_refused(const char *lines, int line, const char *words) {
+  TEST_ASSERT_EQUAL_INT_MESSAGE(LM_CORRUPT, read_starts(lines), lines);
+  TEST_ASSERT_EQUAL_INT_MESSAGE(10 + line, error.line, error.text);
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, words), error.text);
+}
+
+/* A value of every choice, then of every range, in their order. */
+static void test_a_start_is_a_point(void) {
+  TEST_ASSERT_EQUAL_INT_MESSAGE(
+      LM_OK,
+      read_starts("start 25 1.6 0.9 4\nstart 35 1.8 1.2 2.5\nstart 30 1.6 1.3000000000001 2\n"),
+      error.text);
+  TEST_ASSERT_EQUAL_INT(3, problem.start_count);
+  TEST_ASSERT_EQUAL_INT(0, problem.start[0].combination);
+  TEST_ASSERT_TRUE(problem.start[0].unit[0] == 0 && problem.start[0].unit[1] == 1);
+  TEST_ASSERT_EQUAL_INT(2 + 3, problem.start[1].combination);
+  TEST_ASSERT_TRUE(lm_chosen_value(&problem, problem.start[1].combination, 0) == 35);
+  TEST_ASSERT_TRUE(lm_chosen_value(&problem, problem.start[1].combination, 1) == 1.8);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.75, problem.start[1].unit[0]);
+  TEST_ASSERT_TRUE(problem.start[1].unit[1] == 0.25);
+  TEST_ASSERT_TRUE(problem.start[2].unit[0] == 1); /* rounding */
+}
+
+static void test_a_start_that_is_no_point_is_refused(void) {
+  assert_start_refused("start 25 1.6 0.9\n", 1, "a value of every variable");
+  assert_start_refused("start 25 1.6 0.9 4 4\n", 1, "a value of every variable");
+  assert_start_refused("start 25 1.6 x 4\n", 1, "expected a number");
+  assert_start_refused("start 26 1.6 0.9 4\n", 1, "none of the choices");
+  assert_start_refused("start 25 1.6 0.9 4.1\n", 1, "outside its range");
+  assert_start_refused("start 25 1.6 0.8 4\n", 1, "outside its range");
+  assert_start_refused("start 25 1.6 nan 4\n", 1, "outside its range");
+  assert_start_refused("start 25 1.6 0.9 4\nseed 2\n", 2, "no other statement after a start");
+  assert_start_refused(repeat("start 25 1.6 0.9 %d\n", 2), 1, "outside its range");
+  assert_start_refused(repeat("start 25 1.6 0.9 3 # %d\n", LM_START_MAX + 1), LM_START_MAX + 1,
+                       "too many starts");
+}
+
+/* What only whole numbers mean anything of. */
+static void test_sections_teeth_and_kinds_are_whole(void) {
+  char text[1024];
+  assert_refused("fixed axial_sections 2.6\n", 0, "found 2.6, expected 2 to 3");
+  assert_refused("choose teeth.deformation 0.5\n", 0, "found 0.5, expected 0 to 1");
+  assert_read("fixed axial_sections 3\n");
+  strcpy(text, least_spec);
+  strstr(text, "200")[2] = '1';
+  TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT, lm_read_spec(text, &problem, &error));
+  TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.text, "found 201, expected 200 to 202"), error.text);
+}
+
 static void test_variables_that_contradict_are_refused(void) {
   assert_refused("range teeth.deformation 0 1\n", 0, "teeth.deformation");
   assert_refused("range axial_sections 1 3\n", 0, "axial_sections");
@@ -342,6 +400,9 @@ int main(void) {
   RUN_TEST(test_numbers_that_are_none_are_refused);
   RUN_TEST(test_ratios_that_no_teeth_give_are_refused);
   RUN_TEST(test_teeth_by_ratio_of_an_external_drive);
+  RUN_TEST(test_a_start_is_a_point);
+  RUN_TEST(test_a_start_that_is_no_point_is_refused);
+  RUN_TEST(test_sections_teeth_and_kinds_are_whole);
   RUN_TEST(test_variables_that_contradict_are_refused);
   RUN_TEST(test_a_key_has_one_value);
   RUN_TEST(test_more_combinations_than_the_search_holds_are_refused);

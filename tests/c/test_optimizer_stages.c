@@ -127,6 +127,10 @@ static void check_task(const lm_task *task) {
     TEST_ASSERT_TRUE(task->unit[k] >= 0 && task->unit[k] <= 1);
   }
   TEST_ASSERT_TRUE(task->parent_count >= 0 && task->parent_count <= LM_PARENT_MAX);
+  for (k = 0; k < task->parent_count; k++) {
+    /* a design that was found: no objective of this model is 0 */
+    TEST_ASSERT_TRUE(task->parent[k].objective[0] > 0);
+  }
   kinds[task->kind]++;
 }
 
@@ -359,6 +363,14 @@ static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
   TEST_ASSERT_GREATER_THAN_INT(LM_PARENT_MAX, dealt_combinations);
 }
 
+/* A front that is wide as soon as the screen is done, of fewer combinations than half the places of
+ * a population. */
+static void test_a_wide_front_of_few_combinations_fills_the_population(void) {
+  run_in(&plain, spec_of(4, 9000, 20, 1));
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+  TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
+}
+
 /* Of a large budget the trade-off gets so much that a round has many levels, no two of them in one
  * gap of the front. */
 static void test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries(void) {
@@ -484,6 +496,71 @@ static void test_pruned_combinations_stay_pruned(void) {
   TEST_ASSERT_EQUAL_INT(1, lm_read_nearest(search, &combination, unit, &violation));
 }
 
+/* Answers every batch of a search until a population is asked for; its number of parents. */
+static int deal_first_population(void) {
+  const lm_task *tasks;
+  int count = lm_next_tasks(search, &tasks);
+  while (tasks[0].kind != LM_TASK_EVOLVE) {
+    lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
+    int i;
+    memcpy(batch, tasks, (size_t)count * sizeof *batch);
+    for (i = 0; i < count; i++) {
+      make_up(&plain, &batch[i]);
+      TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
+    }
+    free(batch);
+    count = lm_next_tasks(search, &tasks);
+    TEST_ASSERT_GREATER_THAN_INT(0, count);
+  }
+  count_dealt(tasks, count);
+  return dealt;
+}
+
+/* Designs to begin with are looked at before anything else, and the first population breeds from
+ * what they leave on the front. */
+static void test_a_search_begins_with_its_starts(void) {
+  static const int budgets[] = {5000, 40000};
+  lm_spec_error error = {0, ""};
+  char spec[4096];
+  int i;
+  for (i = 0; i < 2; i++) {
+    const lm_task *tasks;
+    int parents;
+    lm_close_search(search);
+    TEST_ASSERT_EQUAL_INT(LM_OK, lm_read_spec(spec_of(2, budgets[i], 7, 1), &problem, &error));
+    search = lm_open_search(&problem);
+    parents = deal_first_population();
+    TEST_ASSERT_LESS_OR_EQUAL_INT(7, parents);
+    snprintf(spec, sizeof spec, "%sstart 0.203 150 2.5 0.88 1.3\nstart 0.2 150 4 0.965 1\n",
+             spec_of(2, budgets[i], 7, 1));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(spec, &problem, &error), error.text);
+    lm_close_search(search);
+    search = lm_open_search(&problem);
+    TEST_ASSERT_EQUAL_INT(2, lm_next_tasks(search, &tasks));
+    TEST_ASSERT_EQUAL_INT(LM_TASK_LOOK, tasks[0].kind);
+    TEST_ASSERT_EQUAL_INT(3, tasks[0].combination);
+    TEST_ASSERT_TRUE(tasks[0].unit[0] == 0.25 && tasks[0].unit[1] == 0 && tasks[0].unit[2] == 1);
+    TEST_ASSERT_EQUAL_INT(0, tasks[1].combination);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5, tasks[1].unit[1]);
+    TEST_ASSERT_GREATER_THAN_INT(7, deal_first_population());
+    run_in(&plain, spec);
+    TEST_ASSERT_EQUAL_INT(2, kinds[LM_TASK_LOOK]);
+    TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+    TEST_ASSERT_LESS_OR_EQUAL_INT(budgets[i], used());
+  }
+}
+
+static void test_a_start_that_a_bound_excludes_is_left_out(void) {
+  world infeasible = plain;
+  char spec[4096];
+  infeasible.feasible = 0;
+  snprintf(spec, sizeof spec, "%slimit outer_diameter_max_mm 10\nstart 0.203 150 2.5 0.88 1.3\n",
+           spec_of(2, 3000, 7, 1));
+  run_in(&infeasible, spec);
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_LOOK]);
+  TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
+}
+
 static void test_ids_and_fates_outside_are_refused(void) {
   lm_spec_error error = {0, ""};
   const lm_task *tasks;
@@ -521,6 +598,7 @@ int main(void) {
   RUN_TEST(test_a_budget_goes_where_the_stages_say);
   RUN_TEST(test_the_ends_of_the_front_are_sought_beside_the_population);
   RUN_TEST(test_a_front_of_many_combinations_is_recalled_in_part);
+  RUN_TEST(test_a_wide_front_of_few_combinations_fills_the_population);
   RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);
   RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
   RUN_TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told);
@@ -530,6 +608,8 @@ int main(void) {
   RUN_TEST(test_a_race_of_many_fits_the_batch);
   RUN_TEST(test_members_beyond_the_islands_are_let_go);
   RUN_TEST(test_pruned_combinations_stay_pruned);
+  RUN_TEST(test_a_search_begins_with_its_starts);
+  RUN_TEST(test_a_start_that_a_bound_excludes_is_left_out);
   RUN_TEST(test_ids_and_fates_outside_are_refused);
   return UNITY_END();
 }

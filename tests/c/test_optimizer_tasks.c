@@ -101,6 +101,24 @@ static void test_a_screen_looks_at_half_its_budget_of_points(void) {
   TEST_ASSERT_TRUE(answer->plain >= 256 && answer->plain <= 512);
 }
 
+/* The design itself, and where it interferes the same with its gap closed. */
+static void test_a_look_is_at_one_design(void) {
+  read_with("fixed generator.type discs\n", "objective lost_motion\n", "");
+  make_task(LM_TASK_LOOK, 2);
+  task.unit[1] = 0.4;
+  run();
+  check_answer();
+  TEST_ASSERT_EQUAL_INT(2, answer->plain);
+  TEST_ASSERT_EQUAL_INT(1, answer->computed);
+  TEST_ASSERT_TRUE(answer->unit[0] == 0.5 && answer->unit[2] == 0.5 && answer->unit[3] == 0.5);
+  TEST_ASSERT_TRUE(answer->unit[1] > 0.4);
+  task.unit[1] = 0.7;
+  run();
+  TEST_ASSERT_EQUAL_INT(1, answer->plain);
+  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+  TEST_ASSERT_EQUAL_MEMORY(task.unit, answer->unit, sizeof task.unit);
+}
+
 /* No range of this spec opens gaps: each point is looked at once. */
 static void test_points_without_a_shift_leave_the_gaps(void) {
   lm_spec_error error = {0, ""};
@@ -492,6 +510,7 @@ static void test_a_pool_needs_a_number_of_workers_that_it_has_room_for(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_screen_looks_at_half_its_budget_of_points);
+  RUN_TEST(test_a_look_is_at_one_design);
   RUN_TEST(test_points_without_a_shift_leave_the_gaps);
   RUN_TEST(test_gradients_end_at_or_below_where_they_began);
   RUN_TEST(test_gradients_look_at_points_that_interfere_with_their_gaps_closed);

@@ -6,6 +6,7 @@ it came from, so that what the optimizer refuses is told in the words of the fil
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -18,11 +19,18 @@ from lostmotion.core import core
 from lostmotion.design.engine import engine, figures, keys, limits, text_of
 from lostmotion.drives import parse_drive, read_toml
 from lostmotion.errors import InputError, did_you_mean
+from lostmotion.files import read_bytes
 from lostmotion.keys import Key, Value, read_table, show
 from lostmotion.structs import DEFORMATIONS, DISTRIBUTIONS, GENERATORS, ZONES, make_drive
 
 SECTIONS = ("drive", "design", "search")
 TABLES = ("fixed", "range", "limits", "cost", "start")
+
+FRONT = "front.csv"
+"""The designs that a search leaves."""
+
+ROUNDING = 1e-9
+"""Share of a range by which a written end of it may be off."""
 
 LEVELS = ("worst", "probable", "quantile")
 """Where in production the tolerance figure is taken."""
@@ -36,6 +44,7 @@ SEARCH_KEYS = (
     Key("phases", kind="integer", low=1, high=8),
     Key("level", kind="choice", choices=LEVELS),
     Key("rigid_gear_turns", kind="switch"),
+    Key("start_from", kind="text"),
     Key("damaged_share", low=0, high=1),
 )
 """Keys of [search] besides its tables and the list of objectives."""
@@ -58,6 +67,7 @@ SWITCH_LIMITS = ("free_assembly", "gap_at_worst_corner")
 TEETH, MODULE, WIDTH = "teeth.flexspline_teeth", "teeth.module_mm", "teeth.face_width_mm"
 RIGID, DIFFERENCE = "teeth.rigid_shift", "teeth.shift_difference"
 RIGID_TEETH = "teeth.rigid_teeth"
+AXIAL_SECTIONS = "axial_sections"
 DEFLECTION, DEFLECTION_MODULES = "generator.deflection_mm", "generator.deflection_modules"
 
 RIVALS = {
@@ -80,6 +90,9 @@ SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
 
 NAMED = {"generator.type": GENERATORS, "teeth.deformation": DEFORMATIONS}
 """Keys whose values are names."""
+
+WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
+"""Keys between whose values nothing lies."""
 
 DEFAULT_TEETH = 200
 DEFAULT_DIFFERENCE = (-0.4, 0.6)
@@ -203,6 +216,8 @@ class _Reader:
         self.read_cost()
         self.read_chains()
         self.read_start()
+        if "start_from" in head:
+            self.begin_with(head["start_from"].value)
         self.spec.text = "\n".join(self.lines) + "\n"
         self.check()
         return self.spec
@@ -329,6 +344,13 @@ class _Reader:
             raise self.refuse(place, show(value), "a finite number")
         return float(value) if scale == 1.0 else float(value) * scale
 
+    def one_value(self, place: str, name: str, scale: float, value: Any) -> float:
+        """Read a value that is not the end of a range."""
+        number = self.number(place, name, scale, value)
+        if name in WHOLE and number % WHOLE[name][1] != 0:
+            raise self.refuse(place, show(value), WHOLE[name][0])
+        return number
+
     def word(self, name: str, value: float) -> object:
         """Write a value as the optimizer reads it."""
         if name in NAMED:
@@ -342,8 +364,10 @@ class _Reader:
             if stated in self.said:
                 raise self.refuse(place, "a second value", f"one of this and {self.said[stated]}")
         self.said[name] = place
+        if table == "range" and name == AXIAL_SECTIONS:
+            raise self.refuse(place, show(value), "it in [search.fixed], for it cannot vary")
         if table == "fixed":
-            number = self.number(place, name, scale, value)
+            number = self.one_value(place, name, scale, value)
             self.values[name] = number
             self.say(place, "fixed", name, self.word(name, number))
         elif isinstance(value, Mapping):
@@ -355,7 +379,7 @@ class _Reader:
         found = value.get("choose")
         if set(value) != {"choose"} or not isinstance(found, list) or not found:
             raise self.refuse(place, show(found if found is not None else value), _CHOICE)
-        numbers = [self.number(place, name, scale, each) for each in found]
+        numbers = [self.one_value(place, name, scale, each) for each in found]
         if len(set(numbers)) < len(numbers):
             raise self.refuse(place, show(found), "each value once")
         if name == TEETH:
@@ -626,6 +650,43 @@ class _Reader:
             place = f"search.start.{written}"
             self.spec.start[name] = self.number(place, name, scale, value)
 
+    def begin_with(self, folder: str) -> None:
+        """Begin with the front of an earlier search, as far as it lies in this one's ranges."""
+        place = "search.start_from"
+        front = Path(self.file).parent / folder / FRONT
+        columns, rows = self.read_front(place, front)
+        statements = [line.split() for line in self.lines]
+        choices = [words[1:] for words in statements if words[0] == "choose"]
+        ranges = [words[1:] for words in statements if words[0] in ("range", "whole")]
+        for name, *_ in choices + ranges:
+            if name not in columns:
+                raise self.refuse(place, f"{front} without a column {name}", "the same variables")
+        starts = []
+        for row in rows:
+            words = [chosen(row[name], values) for name, *values in choices]
+            words += [inside(row[name], low, high) for name, low, high in ranges]
+            if None not in words:
+                starts.append(words)
+        if not starts:
+            found = f"no design of {front} in the ranges and choices"
+            raise self.refuse(place, found, "the folder of a search of such designs")
+        most = min(engine()[1].LM_START_MAX, len(starts))
+        for i in range(most):  # spread over the front, both ends among them
+            self.say(place, "start", *starts[i * (len(starts) - 1) // max(most - 1, 1)])
+
+    def read_front(self, place: str, front: Path) -> tuple[Sequence[str], list[dict[str, Any]]]:
+        expected = f"the folder of a search, with its {FRONT}"
+        try:
+            found = "no file" if not front.is_file() else ""
+            text = "" if found else read_bytes(front, expected).decode("utf-8-sig")
+            lines = csv.DictReader(text.splitlines())
+            rows = list(lines)
+        except (InputError, ValueError, csv.Error) as error:
+            found = error.found if isinstance(error, InputError) else str(error)
+        if found:
+            raise self.refuse(place, f"{show(str(front))} ({found})", expected)
+        return lines.fieldnames or (), rows
+
     def check(self) -> None:
         """Let the optimizer read the text."""
         ffi, lib = engine()
@@ -643,6 +704,33 @@ class _Reader:
         places = {name.replace(".0.", "."): place for name, place in self.said.items()}
         expected = f"{low} to {high}" if low != high else f"a value that fits ({sentence})"
         raise self.refuse(places.get(key, key), found, expected)
+
+
+def chosen(written: str | None, values: Sequence[str]) -> str | None:
+    """Find the word of a choice that has the value of a cell."""
+    number = _number_of(written)
+    for word in values:
+        if word == written or (number is not None and number == _number_of(word)):
+            return word
+    return None
+
+
+def inside(written: str | None, low: str, high: str) -> str | None:
+    """Return a cell as a value of a range; None outside."""
+    number = _number_of(written)
+    least, most = float(low), float(high)
+    beyond = ROUNDING * (most - least)
+    if number is None or not least - beyond <= number <= most + beyond:
+        return None
+    return repr(min(max(number, least), most))
+
+
+def _number_of(written: str | None) -> float | None:
+    try:
+        number = float(written or "")
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 _RANGE = "[low, high]"
