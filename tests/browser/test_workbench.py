@@ -379,6 +379,25 @@ def test_a_bad_file_gets_the_message_of_the_command_line(
     ]  # fmt: skip
 
 
+@needs_driver
+def test_what_is_loaded_stays_when_what_follows_cannot_be(
+    view: View, campaign: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "notes.txt").write_text("no recording\n")
+    with serving(tmp_path, campaign / "joint.toml", campaign / "joint.csv.gz") as address:
+        view.driver.get(address)
+        loaded = view.wait(lambda: view.text("#rms"), "the comparison")
+        view.type("recordings, files or folders", "nothing.csv")
+        view.press("Load")
+        view.wait(lambda: "nothing.csv: found no such file" in view.text(".message"), "the message")
+        view.idle()
+        assert view.text("#rms") == loaded
+        assert "11 runs, 16400 samples" in view.text(".top")
+        view.all("input[type=file]")[0].send_keys(str(tmp_path / "notes.txt"))
+        view.wait(lambda: "expected .toml, .csv, .gz, .parquet" in view.text(".message"), "a word")
+        assert view.text("#rms") == loaded
+
+
 NAMELESS = """
 return [...document.querySelectorAll('button, input:not([type=file]), a[href], [role=combobox],' +
     '[role=checkbox], [role=tab], [tabindex="0"]')].filter(e => {

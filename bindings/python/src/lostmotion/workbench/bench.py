@@ -92,10 +92,14 @@ class Bench:
         self._forget_recordings()
 
     def load_recordings(
-        self, paths: Sequence[str | Path], mapping: Sequence[str], tick: Tick
+        self,
+        paths: Sequence[str | Path],
+        mapping: Sequence[str],
+        tick: Tick,
+        file: str | Path | None = None,
     ) -> None:
-        """Read recordings of the drive and compare the model with them."""
-        drive = self.need_drive()
+        """Read recordings of the drive, or of that of a file, and compare the model with them."""
+        drive = self.need_drive() if file is None else read_drive(file)
         names = {**drive.columns, **parse_map(mapping)}
         campaign = read_campaign(list(paths), ratio=drive.ratio, mapping=names)
         backbone = make_backbone(drive, campaign.largest_torque_Nm)
@@ -103,6 +107,8 @@ class Bench:
         with one_thread():
             result = compare(drive, campaign, effects=self.effects, progress=tick)
         page = render_section(comparison_section(drive, result, recording_files(list(paths))))
+        if file is not None:
+            self.drive, self.drive_page = drive, render_section(drive_section(drive))
         self._forget_recordings()
         self.paths, self.mapping = [Path(path) for path in paths], list(mapping)
         self.campaign, self.comparison, self.comparison_page = campaign, result, page

@@ -38,6 +38,10 @@ DRIVE_SUFFIX = ".toml"
 """What is uploaded with this suffix is a drive file; all else is a recording."""
 
 
+DROPPED = (DRIVE_SUFFIX, ".csv", ".gz", ".parquet")
+"""Suffixes of what can be dropped."""
+
+
 class Page:
     """One view of the bench; a second tab of the browser shows the same bench."""
 
@@ -106,8 +110,11 @@ class Page:
                 auto_upload=True,
                 label="or drop files here: a drive, recordings, a search spec",
                 on_multi_upload=self.uploaded,
+                on_rejected=lambda: self.work.say(
+                    f"dropped files: found another kind, expected {', '.join(DROPPED)}"
+                ),
             )
-            self.drop.props('flat accept=".toml,.csv,.gz,.parquet"').mark("upload")
+            self.drop.props(f'flat accept="{",".join(DROPPED)}"').mark("upload")
         drive = self.bench.drive
         self.drive_path.value = drive.file if drive is not None else ""
         self.data_paths.value = shlex.join(map(str, self.bench.paths))
@@ -146,10 +153,13 @@ class Page:
         new = bool(drive) and (now is None or now.file != drive or bool(paths))
 
         def task() -> None:
-            if new:
+            # With recordings on the bench a drive comes with its own, or not at all.
+            together = bool(paths) and self.bench.campaign is not None
+            if new and not together:
                 self.bench.load_drive(drive)
             if paths:
-                self.bench.load_recordings(paths, mapping, self.work.tick)
+                file = drive if new and together else None
+                self.bench.load_recordings(paths, mapping, self.work.tick, file)
 
         if not drive and not paths:
             self.work.say("nothing to load: name a drive file, or drop one")
