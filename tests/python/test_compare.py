@@ -135,7 +135,7 @@ def test_the_state_before_the_first_sample_is_estimated() -> None:
     result = compare(backbone(), later)
     # It stood at 12 - 6 N m; the fall to 0 N m pulls it to the upper edge of its band.
     weights = result.base.shares / result.base.shares.sum()
-    assert float(weights @ result.base.start) > 0.8
+    assert float(weights @ result.base.start[0]) > 0.8
 
 
 def test_some_runs_are_fitted_and_the_others_predicted() -> None:

@@ -240,7 +240,7 @@ class Comparison:
             "play_radius_Nm": [float(x) for x in base.radius_Nm],
             "play_inside_share": [float(x) for x in base.shares],
             "play_outside_rad_per_Nm": [float(x) for x in outside * ARCSEC],
-            "start_state": [float(x) for x in base.start],
+            "start_state": [float(x) for x in base.start[0]],
         }
 
     @property

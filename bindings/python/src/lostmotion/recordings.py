@@ -208,6 +208,14 @@ def _told(group: Sequence[Finding]) -> str:
     return f"{place}: {first.column}{runs}: {kind} x {count}: {first.action}"
 
 
+SITTINGS_MAX = 24
+"""Sittings that have a friction memory of their own; each costs a fit eight numbers."""
+
+
+FINGERPRINT_DIGITS = 10
+"""Decimals of a lost motion in rad, below any encoder, that tell a run from others."""
+
+
 @dataclass
 class Run:
     """One uninterrupted recording. Columns are named by quantity, in SI (temperature: C)."""
@@ -215,6 +223,8 @@ class Run:
     label: int | str
     file: str
     columns: dict[str, FloatArray]
+    begins: bool = False
+    """Whether a sitting begins here: what the drive did since the run before is not known."""
 
     def __len__(self) -> int:
         return int(self.columns["torque"].size)
@@ -224,6 +234,17 @@ class Run:
         return (
             f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
         )
+
+    def fingerprint(self) -> str:
+        """SHA-256 of clock, torque and lost motion from its first sample on.
+
+        The same whatever campaign the run is read in: others may shift its zero.
+        """
+        lost = self.lost_motion_rad
+        digest = hashlib.sha256()
+        for values in (self.time_s, self.torque_Nm, np.round(lost - lost[0], FINGERPRINT_DIGITS)):
+            digest.update(np.ascontiguousarray(values + 0.0, dtype="<f8").tobytes())
+        return "sha256:" + digest.hexdigest()
 
     @property
     def time_s(self) -> FloatArray:
@@ -311,6 +332,11 @@ class Campaign:
             expected = f"one of {', '.join(have)}" + did_you_mean(name, have)
             raise InputError("campaign", name, "no such column", expected)
         return np.concatenate([run.columns[name] for run in self.runs])
+
+    def sittings(self) -> list[int]:
+        """Places of the runs at which a sitting begins, the first among them."""
+        begins = [i for i, run in enumerate(self.runs) if i == 0 or run.begins]
+        return begins[:SITTINGS_MAX]
 
     def table(self) -> dict[str, npt.NDArray[Any]]:
         """Columns of all runs, joined, under the names that a file has: what a data frame takes.
@@ -725,12 +751,20 @@ def note_missing(campaign: Campaign) -> None:
 
 
 def name_apart(runs: Sequence[Run]) -> None:
-    """Put the file before labels that several files use."""
+    """Put the file before labels that several files use.
+
+    Where a file numbers its runs anew, a sitting begins: the drive may have moved in between.
+    """
     labels = [run.label for run in runs]
     if len(set(labels)) != len(labels):
-        for run in runs:
-            if labels.count(run.label) > 1:
-                run.label = f"{Path(run.file).name.split('.')[0]}:{run.label}"
+        told: set[int | str] = set()
+        for before, run in zip((None, *runs), runs, strict=False):
+            if before is not None and before.file != run.file:
+                run.begins = run.label in told
+            told.add(run.label)
+        for run, label in zip(runs, labels, strict=True):
+            if labels.count(label) > 1:
+                run.label = f"{Path(run.file).name.split('.')[0]}:{label}"
 
 
 def check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:

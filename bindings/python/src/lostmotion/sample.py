@@ -442,7 +442,7 @@ def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
     ):
         keep = kept_rows(run.torque_Nm, 0, stride, TURN_SHARE * largest)
         columns = {name: values[keep] for name, values in run.columns.items()}
-        runs.append(Run(run.label, run.file, columns))
+        runs.append(Run(run.label, run.file, columns, run.begins))
     thinned = Campaign(runs, list(campaign.findings), campaign.rows)
     note_sample(thinned)
     return thinned

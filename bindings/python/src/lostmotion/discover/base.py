@@ -11,8 +11,9 @@ recordings ask for it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -123,7 +124,8 @@ class Base:
     widens : bool
         Whether all half widths may move together; campaigns that are to be merged share theirs.
     start : ndarray
-        Where each play stood before the first sample, in half widths from the torque there.
+        Where each play stood before the first sample, in half widths from the torque there; a row
+        for each sitting.
     deviations : ndarray
         Of each run: stiffness, friction (relative) and gap (arc seconds).
     """
@@ -157,7 +159,7 @@ class Base:
         self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
         self.shares = np.full(PLAYS, FIRST_SHARES[0])
         self.outside: FloatArray | None = None
-        self.start = np.zeros(PLAYS)
+        self.start = np.zeros((len(self.sittings), PLAYS))
         self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
         self.outlier = np.zeros(c.rows, dtype=bool)
         self.measured = y.copy()
@@ -167,33 +169,51 @@ class Base:
         if self.outside is None:
             self.outside = np.full(PLAYS, OUTSIDE_FIRST * self.mean_slope)
 
+    @property
+    def sittings(self) -> list[slice]:
+        """Rows within which friction's memory goes on."""
+        c = self.conditions
+        begins = [int(c.starts[run]) for run in c.campaign.sittings()]
+        return [slice(a, b) for a, b in pairwise([*begins, c.rows])]
+
     # --- the parts -------------------------------------------------------------------------------
 
     def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:
         """Differences ``z_i - T`` through the whole campaign; `width` scales the half widths."""
         c = core(64)
         out = c.zeros(torque.size, PLAYS)
-        c.lib.lm_run_plays(
-            c.pointer(c.array(self.radius_Nm)),
-            c.pointer(c.zeros(PLAYS)),
-            PLAYS,
-            c.pointer(c.array(np.full(PLAYS, torque[0])), write=True),
-            c.pointer(c.array(torque)),
-            c.pointer(c.array(width)),
-            torque.size,
-            c.pointer(out, write=True),
-        )
+        for at in self.sittings:
+            c.lib.lm_run_plays(
+                c.pointer(c.array(self.radius_Nm)),
+                c.pointer(c.zeros(PLAYS)),
+                PLAYS,
+                c.pointer(c.array(np.full(PLAYS, torque[at.start])), write=True),
+                c.pointer(c.array(torque[at])),
+                c.pointer(c.array(width[at])),
+                at.stop - at.start,
+                c.pointer(out[at], write=True),
+            )
         return out
 
-    def start_columns(self) -> FloatArray:
-        """Derivatives of the plays by where they stood before the first sample; first run only."""
-        torque = self.conditions.torque[: self.conditions.starts[1]]
-        out = np.zeros((torque.size, PLAYS))
-        for i, radius in enumerate(self.radius_Nm):
-            one = np.array([radius])
-            high = run_plays(one, torque, 0.5)[:, 0]
-            out[:, i] = high - run_plays(one, torque, -0.5)[:, 0]
-        return out
+    def start_columns(self) -> Iterator[tuple[slice, FloatArray]]:
+        """Rows of the first run of each sitting, and the plays' derivatives by where they stood."""
+        starts = self.conditions.starts
+        for sitting in self.sittings:
+            end = starts[np.searchsorted(starts, sitting.start, side="right")]
+            at = slice(sitting.start, int(end))
+            torque = self.conditions.torque[at]
+            out = np.zeros((torque.size, PLAYS))
+            for i, radius in enumerate(self.radius_Nm):
+                one = np.array([radius])
+                high = run_plays(one, torque, 0.5)[:, 0]
+                out[:, i] = high - run_plays(one, torque, -0.5)[:, 0]
+            yield at, out
+
+    def start_places(self, size: int) -> list[slice]:
+        """Places of each sitting's start states among `size` parameters: later ones are last."""
+        first, later = self.slopes.size + PLAYS, len(self.sittings) - 1
+        ends = [first + PLAYS, *(size - PLAYS * k for k in reversed(range(later)))]
+        return [slice(end - PLAYS, end) for end in ends]
 
     def ramps(self, wound: FloatArray) -> FloatArray:
         """Backbone of unit slope in each stretch, zero in the others."""
@@ -220,9 +240,9 @@ class Base:
                 width = width * term.effect.run(term.values, c, torque, zero)
         plays = self.play_columns(torque, width)
         wound = torque + plays @ self.shares
-        first = int(c.starts[1])
         if np.any(self.start):
-            wound[:first] += self.start_columns() @ (self.shares * self.start)
+            for (at, moved), start in zip(self.start_columns(), self.start, strict=True):
+                wound[at] += moved @ (self.shares * start)
         return torque, width, plays, wound
 
     def angles(
@@ -235,7 +255,8 @@ class Base:
         if self.outside is not None:
             elastic += plays @ self.outside
             if np.any(self.start):
-                elastic[: int(c.starts[1])] += self.start_columns() @ (self.outside * self.start)
+                for (at, moved), start in zip(self.start_columns(), self.start, strict=True):
+                    elastic[at] += moved @ (self.outside * start)
         angle = elastic.copy()
         for term in self.terms:
             if term.effect.kind == "angle":
@@ -280,7 +301,8 @@ class Base:
             names += [f"{shape.name}_{i}" for i in range(shape.columns.shape[1])]
         if self.outside is not None:
             names += [f"outside_{i}" for i in range(PLAYS)]
-        return names
+        later = range(1, len(self.sittings))
+        return [*names, *(f"start_{k}_{i}" for k in later for i in range(PLAYS))]
 
     def fixed_columns(self, point: Point, more: int = 0) -> tuple[FloatArray, list[str]]:
         """Derivatives by slopes, shares, start states and the values of the terms.
@@ -292,15 +314,8 @@ class Base:
         whole = np.empty((c.rows + more, len(names)), order="F")
         out = whole[: c.rows]
         n = self.slopes.size
-        first = int(c.starts[1])
-        moved = self.start_columns()
         np.multiply(point.ramps, (1.0 + self.deviations[:, 0])[c.run_of][:, None], out=out[:, :n])
         np.multiply(point.slope[:, None], point.plays, out=out[:, n : n + PLAYS])
-        starts = out[:, n + PLAYS : n + 2 * PLAYS]
-        starts[first:] = 0.0
-        starts[:first] = (point.slope[:first, None] * moved) * self.shares
-        if self.outside is not None:
-            starts[:first] += moved * self.outside
         at = n + 2 * PLAYS
         for term in self.terms:
             for i in term.free:
@@ -310,8 +325,15 @@ class Base:
             out[:, at : at + shape.columns.shape[1]] = shape.columns
             at += shape.columns.shape[1]
         if self.outside is not None:
-            out[:, at:] = point.plays
-            out[:first, at:] += moved * self.start
+            outside = out[:, at : at + PLAYS]
+            outside[:] = point.plays
+        for k, (rows, moved) in enumerate(self.start_columns()):
+            column = out[:, self.start_places(len(names))[k]]
+            column[:] = 0.0
+            column[rows] = (point.slope[rows, None] * moved) * self.shares
+            if self.outside is not None:
+                column[rows] += moved * self.outside
+                outside[rows] += moved * self.start[k]
         return whole, names
 
     def value_column(self, term: Term, index: int, point: Point) -> FloatArray:
@@ -367,7 +389,7 @@ class Base:
 
     def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Free parameters and their bounds."""
-        x = [self.slopes, self.shares, self.start]
+        x = [self.slopes, self.shares, self.start[0]]
         low = [np.zeros(self.slopes.size), np.zeros(PLAYS), np.full(PLAYS, -1.0)]
         high = [
             np.full(self.slopes.size, SLOPE_MAX * self.mean_slope),
@@ -386,6 +408,9 @@ class Base:
             x.append(self.outside)
             low.append(np.zeros(PLAYS))
             high.append(np.full(PLAYS, SLOPE_MAX * self.mean_slope))
+        x.append(self.start[1:].ravel())
+        low.append(np.full(x[-1].size, -1.0))
+        high.append(np.ones(x[-1].size))
         return np.concatenate(x), np.concatenate(low), np.concatenate(high)
 
     def set_vector(self, x: FloatArray) -> None:
@@ -396,7 +421,7 @@ class Base:
         total = float(self.shares.sum())
         if total > SHARE_MAX:
             self.shares *= SHARE_MAX / total
-        self.start = x[n + PLAYS : n + 2 * PLAYS].copy()
+        self.start = np.array([x[places] for places in self.start_places(x.size)])
         at = n + 2 * PLAYS
         for term in self.terms:
             term.values = term.values.copy()
@@ -410,10 +435,11 @@ class Base:
 
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
         """Weak prior: slopes within their own size of the sheet's, start states within one."""
-        n = self.slopes.size
-        sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(PLAYS)))
-        where = np.concatenate((np.arange(n), np.arange(n + PLAYS, n + 2 * PLAYS)))
-        mean = np.concatenate((self.prior_slopes, np.zeros(PLAYS)))
+        n, states = self.slopes.size, self.start.size
+        sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(states)))
+        starts = [np.arange(x.size)[places] for places in self.start_places(x.size)]
+        where = np.concatenate((np.arange(n), *starts))
+        mean = np.concatenate((self.prior_slopes, np.zeros(states)))
         rows = np.zeros((where.size, x.size))
         rows[np.arange(where.size), where] = scale / sd
         return scale * (x[where] - mean) / sd, rows
@@ -427,7 +453,8 @@ class Base:
         n = self.slopes.size
         out[:n] = 1.0 / np.maximum(self.prior_slopes, 0.1 * self.mean_slope) ** 2
         out[n : n + PLAYS] = 1.0
-        out[n + PLAYS : n + 2 * PLAYS] = 1.0
+        for places in self.start_places(count):
+            out[places] = 1.0
         at = n + 2 * PLAYS
         for term in self.terms:
             for i in term.free:

@@ -9,7 +9,7 @@ steps that were found in it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -87,11 +87,11 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
         evidence = gather(fixed, precision, scatter, blocks, response, how, c.starts)
         weight = 1.0 if how is noise else float(np.mean(noise.sigma)) ** 2
         evidence.precision = evidence.precision * weight
-        kept.append(without_start(evidence, base.slopes.size + PLAYS))
+        kept.append(without_start(evidence, base.start_places(base.vector()[0].size)))
     return Body(
         kept[0],
         kept[1],
-        base.vector()[0],
+        base.vector()[0][: base.vector()[0].size - (len(base.start) - 1) * PLAYS],
         np.array([noise.spread(r) for r in range(c.runs)]),
         np.diff(c.starts).astype(np.float64),
         {
@@ -115,6 +115,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
             "runs": [str(label) for label in c.labels],
             "events": [{**event, "run": str(event["run"])} for event in diagnosis.events],
             "data_fingerprints": [c.campaign.fingerprint()],
+            "run_fingerprints": [run.fingerprint() for run in c.campaign.runs],
             "alone": [{"verdict": diagnosis.verdict, "effects": diagnosis.effects}],
         },
     )
@@ -170,16 +171,30 @@ def common_candidates(
     return out, closed
 
 
-def without_start(evidence: Evidence, first: int) -> Evidence:
-    """Take the columns of the start states out of every run: they belong to one campaign."""
-    s = evidence.fixed[first : first + PLAYS]
+def without_start(evidence: Evidence, places: Sequence[slice]) -> Evidence:
+    """Take the columns of the start states out of every run: they belong to one campaign.
+
+    Those of the first sitting stay as zeros, the others go: every campaign has the same columns.
+    """
+    s = np.concatenate([evidence.fixed[at] for at in places])
+    prior = np.concatenate([evidence.precision[at] for at in places])
     gram = evidence.gram
-    inner = gram[:, s[:, None], s] + np.diag(
-        np.maximum(evidence.precision[first : first + PLAYS], 1e-12)
-    )
+    inner = gram[:, s[:, None], s] + np.diag(np.maximum(prior, 1e-12))
     taken = np.linalg.solve(inner, gram[:, s, :])
     gram = gram - np.einsum("rsi,rsj->rij", gram[:, s, :], taken, optimize=True)
     gram[:, s, :] = 0.0
     gram[:, :, s] = 0.0
-    evidence.gram = gram
-    return evidence
+    gone = s[PLAYS:]
+    keep = np.delete(np.arange(evidence.scale.size), gone)
+    moved = np.full(evidence.scale.size, -1)
+    moved[keep] = np.arange(keep.size)
+    stays = ~np.isin(evidence.fixed, gone)
+    return Evidence(
+        gram[:, keep[:, None], keep],
+        evidence.scale[keep],
+        moved[evidence.fixed[stays]],
+        moved[evidence.scatter],
+        {name: moved[block] for name, block in evidence.blocks.items()},
+        int(moved[evidence.response]),
+        evidence.precision[stays],
+    )

@@ -179,7 +179,7 @@ def next_runs(
     past = before.conditions.campaign
     names = set(past.quantities()) & set(options.quantities())
     runs = [
-        Run(run.label, run.file, {k: run.columns[k] for k in names})
+        Run(run.label, run.file, {k: run.columns[k] for k in names}, run.begins)
         for run in (*past.runs, *options.runs)
     ]
     joined = Campaign(runs)
