@@ -1,4 +1,4 @@
-"""Evidence of several campaigns put together at the linearisation of the first.
+"""Evidence of several campaigns put together at the linearisation of one of them.
 
 Moving a campaign from its own base to a common one adds a combination of the base's columns to the
 residual.
@@ -21,12 +21,12 @@ IntArray = npt.NDArray[np.intp]
 
 
 def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
-    """Combine evidence of several campaigns at the linearisation of the first.
+    """Combine evidence of several campaigns; their order changes the labels of the runs alone.
 
     Raises
     ------
     InputError
-        When a part is of another drive or of another grid.
+        When a part is of another drive or of another grid, or holds recordings of another part.
     """
     first = bodies[0]
     for body, file in zip(bodies[1:], files[1:], strict=True):
@@ -39,12 +39,30 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
         if body.about["effects"] != first.about["effects"]:
             found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
             raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
-    seen: set[str] = set()
-    for body, file in zip(bodies, files, strict=True):
-        for fingerprint in body.about["data_fingerprints"]:
-            if fingerprint in seen:
-                raise InputError(file, "data_fingerprints", "recordings a second time", "others")
-            seen.add(fingerprint)
+        if body.white.fixed.size != first.white.fixed.size:
+            more = body.white.fixed.size > first.white.fixed.size
+            one_side = ("inside the elasticity alone", "outside it as well")
+            found, wanted = one_side[more], one_side[not more]
+            raise InputError(file, "friction", found, f"{wanted}, as in {files[0]}")
+    seen = refuse_twice(bodies, files)
+    labels = [
+        {run: run if len(bodies) == 1 else f"{i + 1}:{run}" for run in body.about["runs"]}
+        for i, body in enumerate(bodies)
+    ]
+    events = [
+        {**event, "run": names[event["run"]]}
+        for body, names in zip(bodies, labels, strict=True)
+        for event in body.about["events"]
+    ]
+    alone = [
+        {"file": str(file), "runs": len(body.about["runs"]), **said}
+        for body, file in zip(bodies, files, strict=True)
+        for said in body.about["alone"]
+    ]
+    # Whatever the order: the same linearisation, and the same sums to the bit.
+    order = sorted(range(len(bodies)), key=lambda i: str(bodies[i].about["data_fingerprints"]))
+    bodies, labels = [bodies[i] for i in order], [labels[i] for i in order]
+    first = bodies[0]
     sizes = [{n: p.size for n, p in body.white.blocks.items()} for body in bodies]
     common = [name for name, size in sizes[0].items() if all(s.get(name) == size for s in sizes)]
     closed = {k: v for body in bodies for k, v in body.about["closed"].items()}
@@ -56,10 +74,6 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
         merge_grams([getattr(body, kind) for body in bodies], [b.point for b in bodies], common)
         for kind in ("white", "plain")
     )
-    labels = [
-        {run: run if len(bodies) == 1 else f"{i + 1}:{run}" for run in body.about["runs"]}
-        for i, body in enumerate(bodies)
-    ]
     return Body(
         white,
         plain,
@@ -71,19 +85,32 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
             "candidates": [k for k in first.about["candidates"] if k["name"] in common],
             "closed": closed,
             "runs": [name for names in labels for name in names.values()],
-            "events": [
-                {**event, "run": names[event["run"]]}
-                for body, names in zip(bodies, labels, strict=True)
-                for event in body.about["events"]
-            ],
+            "events": events,
             "data_fingerprints": sorted(seen),
-            "alone": [
-                {"file": str(file), "runs": len(body.about["runs"]), **said}
-                for body, file in zip(bodies, files, strict=True)
-                for said in body.about["alone"]
-            ],
+            "alone": alone,
         },
     )
+
+
+def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str]:
+    """Refuse what would count twice, a campaign or a run of one; returns the campaigns."""
+    seen: set[str] = set()
+    known: dict[str, str] = {}
+    for body, file in zip(bodies, files, strict=True):
+        for fingerprint in body.about["data_fingerprints"]:
+            if fingerprint in seen:
+                raise InputError(file, "data_fingerprints", "recordings a second time", "others")
+            seen.add(fingerprint)
+        # Evidence saved by an earlier version does not know its runs.
+        prints = body.about.get("run_fingerprints", [])
+        for run, fingerprint in zip(body.about["runs"], prints, strict=False):
+            if fingerprint in known:
+                raise InputError(file, f"run {run}", known[fingerprint], "each recording once")
+        known |= {
+            fingerprint: f"the recording of run {run} in {file}"
+            for run, fingerprint in zip(body.about["runs"], prints, strict=False)
+        }
+    return seen
 
 
 def merge_grams(
