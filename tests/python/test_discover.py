@@ -271,6 +271,14 @@ def test_runs_of_a_few_samples_get_an_answer():
     assert found["samples"] == 160
 
 
+def test_a_lost_motion_that_stands_still_is_refused():
+    still = campaign(runs=6, rows=200)
+    for run in still.runs:
+        run.columns["lost_motion"][:] = 1e-4
+    with pytest.raises(InputError, match="lost_motion_rad: found a constant 0.0001 rad"):
+        answer_of(still)
+
+
 def test_missing_columns_close_their_effects():
     data = campaign(seed=2)
     for run in data.runs:

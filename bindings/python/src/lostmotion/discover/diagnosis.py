@@ -16,7 +16,7 @@ from lostmotion.backbone import Backbone
 from lostmotion.discover.base import DEVIATIONS, Additive, Base
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
-from lostmotion.discover.drive_base import make_base
+from lostmotion.discover.drive_base import make_base, require_samples
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
@@ -160,6 +160,7 @@ def diagnose(
     Diagnosis
     """
     given_as("diagnose", "campaign", campaign, Campaign)
+    require_samples(campaign)
     chosen_from = dict(library() if effects is None else effects)
     if drive is not None:
         given_as("diagnose", "drive", drive, Drive)
