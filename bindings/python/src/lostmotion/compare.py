@@ -36,6 +36,10 @@ IntArray = npt.NDArray[np.intp]
 REPEATABILITY = "repeatability"
 """What an error is set against here; `lostmotion.discover` has a noise floor instead."""
 
+CALM_SHARE, CALM_VARIANCE = 0.99, 0.92476
+"""Share of the second differences that noise is told from, the smallest ones, and the share of the
+variance of normal noise that they have."""
+
 STEPS = 25
 """Evaluations of a fit."""
 
@@ -128,8 +132,8 @@ class Noise:
     def parts(self) -> str:
         """Say of what it consists."""
         if self.between_rad is None:
-            return "noise within runs alone: no run repeats another"
-        return "noise within runs, and how far runs that repeat each other differ"
+            return "white noise within runs alone: no run repeats another"
+        return "white noise within runs, and how far runs that repeat each other differ"
 
 
 @dataclass
@@ -510,8 +514,8 @@ def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
     within = 0.0
     if second.size:
         # The largest hundredth may hold slips and stick-slip jumps, which are not noise.
-        calm = np.sort(np.abs(second))[: max(1, int(0.99 * second.size))]
-        within = float(np.sqrt(np.mean(calm**2) / 6.0))
+        calm = np.sort(np.abs(second))[: max(1, int(CALM_SHARE * second.size))]
+        within = float(np.sqrt(np.mean(calm**2) / CALM_VARIANCE / 6.0))
     levels = np.unique(c.campaign.column("lost_motion"))
     if levels.size > 1:
         within = max(within, float(np.min(np.diff(levels))) / np.sqrt(12.0))
