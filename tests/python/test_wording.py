@@ -14,6 +14,7 @@ from lostmotion.report.wording import (
     words,
     written,
 )
+from lostmotion.terminal import fixed
 from lostmotion.units import ARCSEC, split_unit
 
 
@@ -99,3 +100,11 @@ def test_no_value_of_the_library_shows_its_key() -> None:
 def test_chance_and_signs_write_no_nothing() -> None:
     assert (chance(0.0), chance(0.0009), chance(0.023)) == ("p < 0.001", "p < 0.001", "p 0.023")
     assert signs("-0.0 nats, +0.00 and -0.4 to +0.1") == "0.0 nats, 0.00 and −0.4 to +0.1"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(-0.0001, "0.000"), (-0.0005001, "-0.001"), (12.34567, "12.346"), (None, "-")],
+)
+def test_a_number_that_is_nothing_in_its_digits_has_no_sign(value: float | None, text: str) -> None:
+    assert fixed(value) == text

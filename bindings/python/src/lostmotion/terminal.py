@@ -62,8 +62,8 @@ def show_table(head: Sequence[str], rows: Sequence[Sequence[str]], out: TextIO) 
 
 
 def fixed(value: float | None, digits: int = 3) -> str:
-    """Format a number, or a dash for none."""
-    return "-" if value is None else f"{value:.{digits}f}"
+    """Format a number, or a dash for none; nothing has no sign."""
+    return "-" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def show_findings(findings: Sequence[str], out: TextIO) -> None:
