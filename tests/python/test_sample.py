@@ -15,6 +15,7 @@ from distributed import LocalCluster
 from test_discover import DRIVE, campaign, gap
 
 from lostmotion.cli import main
+from lostmotion.cluster import connect
 from lostmotion.discover import diagnose
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, Run, read_campaign
@@ -180,6 +181,17 @@ def test_threads_dask_and_a_cluster_take_the_same_sample(folder: Path) -> None:
 def test_a_cluster_that_is_not_there_is_said() -> None:
     with pytest.raises(InputError, match="--dask"):
         run_pieces(len, [[1]], "8786")
+
+
+def test_a_cluster_without_workers_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        if "://" not in address:
+            pytest.skip("this Dask has no address to connect to: pip install 'distributed>=2024.1'")
+        with connect(address):
+            assert f"{address} has no workers yet; waiting for one" in caplog.text
+            cluster.scale(1)
+            assert run_pieces(len, [[1], [1, 2]], address) == [1, 2]
 
 
 def test_the_verdict_of_a_sample_is_that_of_all_rows(

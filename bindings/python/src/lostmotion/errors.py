@@ -35,11 +35,6 @@ class InputError(LostMotionError):
         super().__init__(one_line(f"{place}: found {shorten(found)}, expected {expected}"))
 
 
-def no_dask() -> InputError:
-    """Say that Dask was asked for and is not there."""
-    return InputError("--dask", "", "no Dask here", "pip install distributed pyarrow")
-
-
 class LibraryError(LostMotionError):
     """The C library refused an input or could not finish.
 

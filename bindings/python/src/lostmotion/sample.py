@@ -25,8 +25,9 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.backbone import run_plays
+from lostmotion.cluster import connect, no_dask
 from lostmotion.discover.threads import cores
-from lostmotion.errors import InputError, no_dask, one_line
+from lostmotion.errors import InputError, one_line
 from lostmotion.recordings import (
     BACKWARD_ACTION,
     DUPLICATE_ACTION,
@@ -500,16 +501,8 @@ def run_pieces(
             raise no_dask() from None
         made = [local.delayed(function, pure=False)(item) for item in items]
         return list(local.compute(*made, scheduler="threads", num_workers=workers))
-    if "://" not in dask:
-        raise InputError(
-            "--dask", "", f"'{dask}'", "the address of a scheduler, as tcp://host:8786"
-        )
-    try:
-        from distributed import Client
-    except ImportError:
-        raise no_dask() from None
-    try:
-        with Client(dask, set_as_default=False, timeout="10s") as client:
+    with connect(dask) as client:
+        try:
             return list(client.gather(client.map(function, items, pure=False)))
-    except (OSError, TimeoutError) as error:
-        raise InputError("--dask", dask, one_line(str(error)), "a Dask scheduler") from None
+        except (OSError, TimeoutError) as error:
+            raise InputError("--dask", dask, one_line(str(error)), "a Dask cluster") from None

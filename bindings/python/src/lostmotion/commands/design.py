@@ -9,10 +9,11 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
+from lostmotion.cluster import connect
 from lostmotion.design.result import Result, relaxation
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
-from lostmotion.errors import InputError, LostMotionError, no_dask, one_line
+from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.options import whole_number
 from lostmotion.terminal import deliver, show_table
 
@@ -37,7 +38,8 @@ def run_design(arguments: argparse.Namespace) -> None:
         raise InputError("--json", "", found, "a file")
     spec = read_spec(arguments.spec)
     address = arguments.dask or (None if workers is not None else spec.dask)
-    with shown(arguments) as progress, cluster(address) as executor:
+    cluster = contextlib.nullcontext() if address is None else connect(address)
+    with shown(arguments) as progress, cluster as executor:
         try:
             result = search(
                 arguments.spec,
@@ -59,28 +61,6 @@ def run_design(arguments: argparse.Namespace) -> None:
         raise LostMotionError(f"no feasible design; relax {wanted}" if wanted else result.note)
     if result.note and not arguments.quiet:
         print(f"lostmotion: {one_line(result.note)}", file=sys.stderr)
-
-
-@contextlib.contextmanager
-def cluster(address: str | None) -> Iterator[Any]:
-    """Connect to a Dask cluster, or to none."""
-    if address is None:
-        yield None
-        return
-    try:
-        from distributed import Client
-    except ImportError:
-        raise no_dask() from None
-    try:
-        client = Client(address, timeout="10s", set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(
-            "--dask", "", f"'{address}' ({error})", "a scheduler that answers"
-        ) from None
-    try:
-        yield client
-    finally:
-        client.close()
 
 
 @contextlib.contextmanager
