@@ -5,6 +5,10 @@
  * of work: a killed search has lost nothing, and after a power cut the tasks of the last second are
  * done again. A torn record at the end is dropped and its task done again. Bytes of this machine's
  * layout: a journal is for the build that wrote it.
+ *
+ * One process has a journal from its opening to its closing, or to its own end, however that comes.
+ * It must not open it once more meanwhile: POSIX refuses the lock to other processes only, and the
+ * first closing ends it. Windows, and a file system without locks, have none.
  */
 #ifndef LOSTMOTION_OPTIMIZER_JOURNAL_H
 #define LOSTMOTION_OPTIMIZER_JOURNAL_H
@@ -17,8 +21,8 @@ extern "C" {
 
 typedef struct lm_journal lm_journal;
 
-/* Begin a journal; an existing file is replaced. LM_NULL; LM_CORRUPT (cannot be written: errno)
- * and LM_TOO_SMALL leave none. */
+/* Begin a journal where no file is. LM_NULL; LM_CORRUPT (there is one: errno EEXIST; cannot be
+ * written: errno) and LM_TOO_SMALL leave none of their own. */
 lm_status lm_create_journal(const char *path, const char *spec, lm_journal **journal);
 
 typedef struct lm_journal_report {
@@ -27,8 +31,8 @@ typedef struct lm_journal_report {
 } lm_journal_report;
 
 /* Go on with a journal: every answer goes to the sink in the order of the file, then the journal
- * stands open for more. LM_NULL; LM_CORRUPT: no such file (errno), no journal, or of another build;
- * LM_INCONSISTENT: of another spec. */
+ * stands open for more. LM_NULL; LM_CORRUPT: no such file (errno), another process has it (errno
+ * EBUSY), no journal, or of another build; LM_INCONSISTENT: of another spec. */
 lm_status lm_resume_journal(const char *path, const char *spec,
                             void (*sink)(void *context, const lm_answer *answer), void *context,
                             lm_journal **journal, lm_journal_report *report);

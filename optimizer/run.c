@@ -132,14 +132,14 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
   join(path, run, "journal.bin");
   errno = 0;
   if (!resume) {
-    if (access(path, F_OK) == 0) {
-      return say(note, LM_EXIT_BAD_INPUT,
-                 "%s: found a search that was begun, expected --resume to go on with it or another "
-                 "folder",
-                 path);
-    }
     made = mkdir(run->folder, 0777) == 0;
     if ((!made && errno != EEXIST) || lm_create_journal(path, spec, &run->journal) != LM_OK) {
+      if (errno == EEXIST) {
+        return say(note, LM_EXIT_BAD_INPUT,
+                   "%s: found a search that was begun, expected --resume to go on with it or "
+                   "another folder",
+                   path);
+      }
       (void)say(note, 0, "%s: found %s, expected a folder to write to", run->folder,
                 strerror(errno));
       if (made) {
@@ -154,6 +154,11 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
     return say(note, LM_EXIT_BAD_INPUT,
                "%s: found the journal of another spec, expected the one that began it; "
                "start_from in [search] begins anew with its designs, in another folder",
+               path);
+  }
+  if (status != LM_OK && errno == EBUSY) {
+    return say(note, LM_EXIT_BAD_INPUT,
+               "%s: found a search at work on it, expected one that has ended, or another folder",
                path);
   }
   if (status != LM_OK) {

@@ -1,7 +1,7 @@
 /* Every call of the optimizer to the system that can fail, failed once: memory, files, threads; and
  * every call to the model. The linker puts the functions below in the place of both (--wrap). A run
  * must end with a status and a word, leak nothing and go on later to the same bytes. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700 /* locks */
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
@@ -82,6 +82,18 @@ WRAP(int, rename, (const char *from, const char *to), (from, to), -1)
 WRAP(int, pthread_create,
      (pthread_t * thread, const pthread_attr_t *attributes, void *(*work)(void *), void *data),
      (thread, attributes, work, data), EAGAIN)
+
+static int lock_error; /* != 0: why no file can be locked */
+
+int __real_lockf(int handle, int what, off_t length);
+int __wrap_lockf(int handle, int what, off_t length);
+int __wrap_lockf(int handle, int what, off_t length) {
+  if (lock_error != 0) {
+    errno = lock_error;
+    return -1;
+  }
+  return __real_lockf(handle, what, length);
+}
 
 static long cores; /* != 0: what the machine says */
 
@@ -268,6 +280,7 @@ void tearDown(void) {
   stop_left = -1;
   stop_flag = 0;
   cores = 0;
+  lock_error = 0;
   gap_short = 0;
   no_slope = 0;
   shell("rm -rf \"$PWD\"");
@@ -345,6 +358,27 @@ static void test_every_failure_of_a_new_run_is_told(void) {
 
 static void test_every_failure_of_a_resumed_run_is_told(void) {
   fail_each_call(1, 1);
+}
+
+/* POSIX lets a system say either when another process has the lock. A file system without locks is
+ * searched in all the same. */
+static void test_a_journal_that_another_process_has_is_refused(void) {
+  static const int held[] = {EACCES, EAGAIN};
+  char note[LM_NOTE_MAX];
+  int i;
+  lock_error = ENOLCK;
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, run_with_failure(-1, 0, 1, note));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, run_with_failure(-1, 1, 1, note));
+  shell("cp -r run .whole");
+  for (i = 0; i < 2; i++) {
+    lock_error = held[i];
+    TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, run_with_failure(-1, 1, 1, note));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(note, "journal.bin: found a search at work on it"), note);
+    shell("diff -r run .whole");
+  }
+  shell("rm -r run");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, run_with_failure(-1, 0, 1, note));
+  check_nothing_torn(1);
 }
 
 /* --- the model's failures --- */
@@ -643,6 +677,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_failure_of_a_new_run_is_told);
   RUN_TEST(test_every_failure_of_a_resumed_run_is_told);
+  RUN_TEST(test_a_journal_that_another_process_has_is_refused);
   RUN_TEST(test_every_refusal_of_the_model_ends_an_evaluation);
   RUN_TEST(test_every_refusal_of_the_model_ends_a_certificate);
   RUN_TEST(test_a_task_goes_on_past_every_refusal);

@@ -1,10 +1,12 @@
 /* The journal of a search: what is read back, and every way in which a file can be none. */
 #define _XOPEN_SOURCE 700 /* truncate */
+#include <errno.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "journal.h"
@@ -50,6 +52,7 @@ static void take(void *context, const lm_answer *found) {
 /* A journal with two answers, of 3 designs and of 2 members. */
 static void write_journal(void) {
   lm_journal *journal;
+  (void)remove(path);
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, spec, &journal));
   answer->id = 1;
   answer->found_count = 3;
@@ -170,6 +173,42 @@ static void test_a_header_of_something_else_is_refused(void) {
   TEST_ASSERT_EQUAL_INT(0, taken);
 }
 
+static void test_a_journal_that_is_there_is_not_replaced(void) {
+  lm_journal *journal = NULL;
+  write_journal();
+  TEST_ASSERT_EQUAL_INT(LM_CORRUPT, lm_create_journal(path, spec, &journal));
+  TEST_ASSERT_EQUAL_INT(EEXIST, errno);
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(2, taken);
+}
+
+/* 0: a process of its own could go on with the journal. It ends without a word to the runner. */
+static int errno_of_another_process(void) {
+  int status;
+  const pid_t child = fork();
+  TEST_ASSERT_TRUE(child >= 0);
+  if (child == 0) {
+    errno = 0;
+    _exit(resume_with(spec) == LM_OK ? 0 : errno);
+  }
+  TEST_ASSERT_EQUAL_INT(child, waitpid(child, &status, 0));
+  return WEXITSTATUS(status);
+}
+
+static void test_one_process_has_the_journal_until_it_closes_it(void) {
+  lm_journal *journal;
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, spec, &journal));
+  TEST_ASSERT_EQUAL_INT(EBUSY, errno_of_another_process());
+  lm_close_journal(journal);
+  TEST_ASSERT_EQUAL_INT(0, errno_of_another_process());
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_resume_journal(path, spec, take, NULL, &journal, &report));
+  TEST_ASSERT_EQUAL_INT(EBUSY, errno_of_another_process());
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(journal, answer));
+  lm_close_journal(journal);
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(1, taken);
+}
+
 static void test_nothing_is_refused(void) {
   lm_journal *journal;
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_create_journal(NULL, spec, &journal));
@@ -191,6 +230,8 @@ int main(void) {
   RUN_TEST(test_answers_come_back_in_their_order);
   RUN_TEST(test_a_record_that_is_none_ends_the_journal);
   RUN_TEST(test_a_header_of_something_else_is_refused);
+  RUN_TEST(test_a_journal_that_is_there_is_not_replaced);
+  RUN_TEST(test_one_process_has_the_journal_until_it_closes_it);
   RUN_TEST(test_nothing_is_refused);
   return UNITY_END();
 }

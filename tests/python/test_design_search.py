@@ -455,6 +455,56 @@ def test_a_search_that_was_killed_goes_on_to_the_same_bytes(
     assert left_by(tmp_path / "run") == expected
 
 
+IN_USE = "found a search at work on it, expected one that has ended, or another folder"
+
+
+def test_a_second_process_is_refused_and_the_first_loses_nothing(
+    reference: tuple[Path, Path, dict[str, bytes]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    spec, _, expected = reference
+    process = begin(spec, tmp_path / "run", "--workers", "1")
+    process.send_signal(signal.SIGSTOP)  # and keeps what it has locked
+    try:
+        assert process.poll() is None, "it was done before the second one began"
+        before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
+        assert main(["design", str(spec), "-o", str(tmp_path / "run"), "--resume", "-q"]) == 2
+        assert f"journal.bin: {IN_USE}\n" in capsys.readouterr().err
+        assert main(["design", str(spec), "-o", str(tmp_path / "run"), "-q"]) == 2
+        assert "found a search that was begun, expected --resume" in capsys.readouterr().err
+        assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
+    finally:
+        process.send_signal(signal.SIGCONT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    assert left_by(tmp_path / "run") == expected
+
+
+def test_a_process_that_searches_in_a_folder_is_refused_it_once_more(
+    reference: tuple[Path, Path, dict[str, bytes]], tmp_path: Path
+) -> None:
+    spec, _, expected = reference
+    (tmp_path / "name").symlink_to(tmp_path / "run")
+    codes = []
+
+    def again(_: dict[str, Any]) -> None:
+        if not codes:
+            for name in ("run", "name"):
+                with pytest.raises(InputError, match=IN_USE):
+                    design.search(spec, tmp_path / name, resume=True)
+            # what was refused here has not opened the folder to another process
+            command = [sys.executable, "-m", "lostmotion", "design", str(spec), "--resume"]
+            done = subprocess.run([*command, "-o", str(tmp_path / "run")], capture_output=True)
+            assert IN_USE.encode() in done.stderr
+            codes.append(done.returncode)
+
+    design.search(spec, tmp_path / "run", workers=1, progress=again)
+    assert codes == [2]
+    assert left_by(tmp_path / "run") == expected
+    assert design.search(spec, tmp_path / "run", resume=True).finished
+
+
 def test_an_interrupt_saves_the_best_so_far_and_exits_130(
     reference: tuple[Path, Path, dict[str, bytes]], tmp_path: Path
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
 import re
 import threading
@@ -22,6 +23,10 @@ from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import write_whole
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+
+AT_WORK: dict[str, object] = {}
+"""Run folders of this process by their real path. Its journal is locked against other processes
+only, and opening it once more would end the lock."""
 
 Progress = Callable[[dict[str, Any]], None]
 
@@ -107,8 +112,24 @@ class _Run:
         self.seen: dict[str, Any] | None = None  # last snapshot, not yet shown
         self.best_at: tuple[int, bytes] | None = None
         self.best: dict[str, Any] | None = None
+        self.place = os.path.realpath(folder)
 
     def __enter__(self) -> _Run:
+        if AT_WORK.setdefault(self.place, self) is not self:
+            raise InputError(
+                str(self.folder / "journal.bin"),
+                "",
+                "a search at work on it",
+                "one that has ended, or another folder",
+            )
+        try:
+            self.open()
+        except BaseException:
+            del AT_WORK[self.place]
+            raise
+        return self
+
+    def open(self) -> None:
         one = self.ffi.new("lm_run **")
         status = self.lib.lm_open_run(
             self.spec.file.encode(),
@@ -131,10 +152,10 @@ class _Run:
         self.search = self.lib.lm_run_search(self.run)
         self.designs = Designs(self.lib.lm_run_problem(self.run), self.spec)
         self.started = time.monotonic()
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.lib.lm_close_run(self.run)
+        del AT_WORK[self.place]
 
     def hear(self, said: str) -> None:
         if said:
