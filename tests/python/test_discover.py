@@ -275,7 +275,7 @@ def test_a_lost_motion_that_stands_still_is_refused():
     still = campaign(runs=6, rows=200)
     for run in still.runs:
         run.columns["lost_motion"][:] = 1e-4
-    with pytest.raises(InputError, match="lost_motion_rad: found a constant 0.0001 rad"):
+    with pytest.raises(InputError, match=r"lost_motion_rad: found a constant 0\.0001 rad"):
         answer_of(still)
 
 

@@ -119,7 +119,8 @@ def test_lost_motion_is_output_minus_input_over_ratio(write: Write) -> None:
             "t,temperature_C",
             (
                 "time_s, torque_Nm, lost_motion_rad: found no such column (there are t, temp",
-                "expected time_s, or --map COLUMN=time_s; torque_Nm, or --map COLUMN=torque_Nm; input_",
+                "expected time_s, or --map COLUMN=time_s; torque_Nm, or --map COLUMN=torque_Nm; "
+                "input_",
             ),
         ),
         (
