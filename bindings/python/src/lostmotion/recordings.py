@@ -11,7 +11,6 @@ import csv
 import difflib
 import gzip
 import hashlib
-import io
 import logging
 import math
 import re
@@ -1235,6 +1234,19 @@ def from_arrow(table: Any) -> dict[str, npt.NDArray[Any]]:
     return columns
 
 
+def native_bytes(text: bytes) -> Any:
+    """Put text into memory of Arrow's own, for its readers.
+
+    Their threads let go of it when they like, also while Python ends; of an object of Python they
+    could not, and would abort a command that has already answered.
+    """
+    import pyarrow
+
+    memory = pyarrow.allocate_buffer(len(text))
+    np.frombuffer(memory, dtype=np.uint8)[:] = np.frombuffer(text, dtype=np.uint8)
+    return pyarrow.BufferReader(memory)
+
+
 def arrow_texts(column: Any) -> list[str]:
     """Read a column that holds no numbers as texts: Python's own times end at microseconds."""
     kind = str(column.type)
@@ -1281,7 +1293,7 @@ def _read_csv(file: Path) -> dict[str, npt.NDArray[Any]]:
         return _with_points(_parse_csv(file, header, lines, delimiter), delimiter)
     try:
         table = pyarrow.csv.read_csv(
-            io.BytesIO("\n".join(lines).encode()),
+            native_bytes("\n".join(lines).encode()),
             read_options=pyarrow.csv.ReadOptions(column_names=header),
             parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter),
             convert_options=pyarrow.csv.ConvertOptions(
