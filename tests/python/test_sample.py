@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -165,16 +166,22 @@ def test_small_recordings_are_read_whole(folder: Path) -> None:
     assert read_or_sample([folder], ratio=RATIO, rows=5000).recorded_rows == 24000
 
 
+@contextmanager
+def cluster_here(workers: int) -> Iterator[LocalCluster]:
+    """A cluster within this process, by its address."""
+    with LocalCluster(
+        n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        if "://" not in cluster.scheduler_address:
+            pytest.skip("this Dask has no address to connect to: pip install 'distributed>=2024.1'")
+        yield cluster
+
+
 def test_threads_dask_and_a_cluster_take_the_same_sample(folder: Path) -> None:
     threads = sample_campaign([folder], ratio=RATIO, rows=3000).fingerprint()
     assert sample_campaign([folder], ratio=RATIO, rows=3000, dask="local").fingerprint() == threads
-    with LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
-    ) as cluster:
-        address = cluster.scheduler_address
-        if "://" not in address:
-            pytest.skip("this Dask has no address to connect to: pip install 'distributed>=2024.1'")
-        again = sample_campaign([folder], ratio=RATIO, rows=3000, dask=address)
+    with cluster_here(workers=1) as cluster:
+        again = sample_campaign([folder], ratio=RATIO, rows=3000, dask=cluster.scheduler_address)
     assert again.fingerprint() == threads
 
 
@@ -184,10 +191,8 @@ def test_a_cluster_that_is_not_there_is_said() -> None:
 
 
 def test_a_cluster_without_workers_is_told(caplog: pytest.LogCaptureFixture) -> None:
-    with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
+    with cluster_here(workers=0) as cluster:
         address = cluster.scheduler_address
-        if "://" not in address:
-            pytest.skip("this Dask has no address to connect to: pip install 'distributed>=2024.1'")
         with connect(address):
             assert f"{address} has no workers yet; waiting for one" in caplog.text
             cluster.scale(1)

@@ -75,6 +75,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     base = settle(start, noise).base.copy()
     base.terms, base.additives = base.terms[: len(first.terms)], []
     c = base.conditions
+    point, _, _ = base.vector()
     present = [term.effect.name for term in base.terms]
     candidates, closed = common_candidates(
         base, {name: effect for name, effect in effects.items() if name not in present}, ratio
@@ -87,11 +88,11 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
         evidence = gather(fixed, precision, scatter, blocks, response, how, c.starts)
         weight = 1.0 if how is noise else float(np.mean(noise.sigma)) ** 2
         evidence.precision = evidence.precision * weight
-        kept.append(without_start(evidence, base.start_places(base.vector()[0].size)))
+        kept.append(without_start(evidence, base.start_places(point.size)))
     return Body(
         kept[0],
         kept[1],
-        base.vector()[0][: base.vector()[0].size - (len(base.start) - 1) * PLAYS],
+        point[: point.size - (len(base.start) - 1) * PLAYS],
         np.array([noise.spread(r) for r in range(c.runs)]),
         np.diff(c.starts).astype(np.float64),
         {
