@@ -243,7 +243,8 @@ def drive_file_page() -> str:
         "## [columns]",
         "",
         "A map from the columns of a foreign recording to `NAME_UNIT`; `-NAME_UNIT` turns the sign "
-        "round, `NAME_UNIT/NUMBER` divides (`input_angle_rev/4096`: counts of an encoder).",
+        "round, `NAME_UNIT/NUMBER` divides (`input_angle_rev/4096`: counts of an encoder). It "
+        "counts in the files that have the column, and one that no file has is refused.",
         "",
         "## [fit] and [[effect]]",
         "",

@@ -46,7 +46,7 @@ from lostmotion.recordings import (
 )
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
-from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, NOT_FITTED
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.units import plain_number
 
@@ -262,7 +262,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             continue
         for name, size in candidate["parameters"].items():
             if name in candidate.get("not_fitted", ()):
-                known = ", not fitted"
+                known = f", {NOT_FITTED}"
             elif name in candidate.get("at_bound", ()):
                 known = ", at its bound"
             elif "standard_errors" in candidate:
@@ -299,7 +299,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
     for name, value in bound.items():
         print(f"{name:<48} {value:.5g}, at its bound", file=out)
     for name, value in held.items():
-        print(f"{name:<48} {value:.5g}, not fitted", file=out)
+        print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
     show_findings(told(model.base.conditions.campaign.findings), out)

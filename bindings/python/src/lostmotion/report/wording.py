@@ -136,8 +136,8 @@ AT_BOUND = "at its bound"
 """Said of a value that the recordings would have at or beyond the most or the least it may be."""
 
 
-NOT_FITTED = "not fitted"
-"""Said of a value that only picks where an effect has its limits, and is left as it is."""
+NOT_FITTED = "a limit, not fitted"
+"""Said of a value that only says how far an effect can go, and is left as it is."""
 
 
 def quantities(
