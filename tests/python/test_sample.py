@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -197,6 +198,22 @@ def test_a_cluster_without_workers_is_told(caplog: pytest.LogCaptureFixture) -> 
             assert f"{address} has no workers yet; waiting for one" in caplog.text
             cluster.scale(1)
             assert run_pieces(len, [[1], [1, 2]], address) == [1, 2]
+
+
+def test_a_cluster_that_loses_its_workers_is_told(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lostmotion.cluster.LOOK_S", 0.1)
+    with cluster_here(workers=1) as cluster:
+        address = cluster.scheduler_address
+        with connect(address):
+            time.sleep(0.5)
+            assert "no workers" not in caplog.text
+            cluster.scale(0)
+            until = time.monotonic() + 20
+            while "no workers" not in caplog.text and time.monotonic() < until:
+                time.sleep(0.1)
+            assert f"{address} has no workers any more; waiting for one" in caplog.text
 
 
 def test_the_verdict_of_a_sample_is_that_of_all_rows(

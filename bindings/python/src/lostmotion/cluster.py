@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,15 +15,32 @@ LOG = logging.getLogger(__name__)
 PATIENCE = "10s"
 """How long a scheduler may take to answer."""
 
+LOOK_S = 5.0
+"""Time between two looks at whether a cluster still has workers."""
+
 
 def no_dask() -> InputError:
     """Say that Dask was asked for and is not there."""
     return InputError("--dask", "", "no Dask here", "pip install distributed pyarrow")
 
 
+def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> None:
+    """Tell each time the last worker has gone: what was handed out would wait in silence."""
+    while not ended.wait(LOOK_S):
+        try:
+            workers = client.scheduler_info()["workers"]
+        except Exception:  # the scheduler has gone, which the work is told, or the work has ended
+            return
+        if working and not workers:
+            LOG.warning("%s has no workers any more; waiting for one", address)
+        working = bool(workers)
+
+
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[Any]:
     """Connect to a cluster; one without workers is told, and waited for: it may be starting some.
+
+    Also when the last one goes while there is work.
 
     Yields
     ------
@@ -45,9 +63,13 @@ def connect(address: str) -> Iterator[Any]:
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         found = f"'{address}' ({one_line(str(error))})"
         raise InputError("--dask", "", found, expected) from None
+    ended = threading.Event()
     try:
-        if not client.scheduler_info()["workers"]:
+        working = bool(client.scheduler_info()["workers"])
+        if not working:
             LOG.warning("%s has no workers yet; waiting for one", address)
+        threading.Thread(target=_watch, args=(client, address, working, ended), daemon=True).start()
         yield client
     finally:
+        ended.set()
         client.close()
