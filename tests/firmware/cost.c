@@ -1,6 +1,6 @@
 /* Instructions of one step, counted by a QEMU plugin between mark_begin and mark_end, and the stack
  * it uses. MEASURE: 0 nothing (what the marks themselves cost), 1 the model (curve and plays), 2
- * the whole compensator with limiter and status. */
+ * the whole compensator with limiter and status, 3 the change to parameters with another band. */
 #include "drive.h"
 #include "target.h"
 
@@ -17,6 +17,7 @@ __attribute__((noinline, used)) void mark_end(void) {
 }
 
 static lm_parameters parameters;
+static lm_parameters others;
 static lm_compensator compensator;
 static lm_memory memory;
 static lm_conditions at;
@@ -49,9 +50,12 @@ int main(void) {
   uint32_t seed = 1;
   int32_t deepest = 0;
   int32_t k;
+  int refused = 0;
   if (make_drive(&parameters) || lm_start_compensator(&compensator, &parameters, 0, 0) != LM_OK) {
     return 1;
   }
+  others = parameters;
+  others.plays.slot[0].radius_Nm *= LM_REAL(1.01);
   lm_start_model(&memory, 0);
   lm_settle_model(&parameters, &memory);
   for (k = 0; k < STEPS; ++k) {
@@ -66,12 +70,17 @@ int main(void) {
     sink = lm_step_model(&parameters, &memory, &at);
 #elif MEASURE == 2
     sink = lm_step_compensator(&compensator, &at).correction_rad;
+#elif MEASURE == 3
+    refused |= lm_change_parameters(&compensator, (k & 1) ? &parameters : &others, 0) != LM_OK;
 #endif
     mark_end();
     used = target_used_stack(sp);
     deepest = used > deepest ? used : deepest;
   }
   (void)sink;
+  if (refused) {
+    return 1;
+  }
   target_print("stack ");
   target_print_number(deepest);
   target_print("\n");

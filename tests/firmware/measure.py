@@ -165,7 +165,7 @@ EVERYTHING = [
     "lm_save_compensator",
     "lm_restore_compensator",
 ]
-MODEL, STEP = 1, 2
+MODEL, STEP, CHANGE = 1, 2, 3
 """What cost.c runs between the marks; 0 is nothing."""
 WINDOWS = 4000
 """Steps that cost.c makes."""
@@ -362,6 +362,7 @@ class Row:
     stack: int
     model: tuple[int, int]
     step: tuple[int, int]
+    change: int
     foreign: list[str]
 
     def faults(self) -> list[str]:
@@ -400,14 +401,14 @@ class Row:
         return (
             f"| {self.target.name} | {self.profile} | {self.flash[0]} | {self.flash[1]} |"
             f" {self.parameters} | {self.ram} | {self.variables} | {self.stack} |"
-            f" {' | '.join(spans)} | {', '.join(names) or 'none'} |"
+            f" {' | '.join(spans)} | {self.change} | {', '.join(names) or 'none'} |"
         )
 
 
 HEAD = """\
 | target | profile | flash | with the rest | parameters | RAM | .data + .bss | stack | model \
-| ratio | step | ratio | symbols |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
+| ratio | step | ratio | change | symbols |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
 
@@ -425,6 +426,7 @@ def measure_row(target: Target, name: str, plugin: Path, folder: Path) -> Row:
         small = compile_library(target, profile, "-Os", place / "small")
         marks, *_ = count(target, profile, 0, fast, plugin, place)
         spans = [count(target, profile, what, fast, plugin, place) for what in (MODEL, STEP)]
+        change = count(target, profile, CHANGE, fast, plugin, place)
         flash = [measure_flash(target, small, called, place) for called in (CORE, EVERYTHING)]
         sizes = sizes_of(target, profile, place)
         return Row(
@@ -437,6 +439,7 @@ def measure_row(target: Target, name: str, plugin: Path, folder: Path) -> Row:
             max(stack for *_, stack in spans),
             (spans[0][0] - marks, spans[0][1] - marks),
             (spans[1][0] - marks, spans[1][1] - marks),
+            change[1] - marks,
             foreign_symbols(target, small),
         )
 
@@ -462,8 +465,9 @@ a figure passes its limit.
 
 Instructions are counted in QEMU, from the least to the most of {WINDOWS} steps that reverse, jump,
 rest, leave the limits and bind every limit of the correction, at `-O2`. *model* is the curve and
-the plays (`lm_step_model`), *step* all of `lm_step_compensator` with limits and status. The stack
-is what one step overwrites, the compiler's soft-float helpers included. Flash is at `-Os`: check of
+the plays (`lm_step_model`), *step* all of `lm_step_compensator` with limits and status, *change*
+the most of as many calls of `lm_change_parameters`, which checks what it is given. The stack is
+what one step overwrites, the compiler's soft-float helpers included. Flash is at `-Os`: check of
 the parameters, start, step, mode and headroom; *with the rest* adds the uncertainty, the watch,
 change of parameters, save and restore. *parameters* is their constant struct, in flash as well;
 *RAM* one instance. All sizes are in bytes. *symbols* are what the objects want from elsewhere.
