@@ -46,7 +46,7 @@ from lostmotion.recordings import (
 )
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
-from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, NOT_FITTED
+from lostmotion.report.wording import AT_BOUND, NOISE_FLOOR, NOISE_FLOOR_IS, NOT_FITTED
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.units import plain_number
 
@@ -264,7 +264,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             if name in candidate.get("not_fitted", ()):
                 known = f", {NOT_FITTED}"
             elif name in candidate.get("at_bound", ()):
-                known = ", at its bound"
+                known = f", {AT_BOUND}"
             elif "standard_errors" in candidate:
                 if name not in candidate["standard_errors"]:
                     continue
@@ -297,7 +297,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         if "." in name and name not in bound:
             print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
     for name, value in bound.items():
-        print(f"{name:<48} {value:.5g}, at its bound", file=out)
+        print(f"{name:<48} {value:.5g}, {AT_BOUND}", file=out)
     for name, value in held.items():
         print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
     for pair in model.inseparable:
