@@ -6,17 +6,11 @@
 #include "found.h"
 #include "settle.h"
 
-/* The point that was just evaluated, once more with its gap closed. */
-static void close_and_evaluate(lm_solver *s, double unit[]) {
-  if (lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
-    (void)lm_evaluate_solver(s, unit, 0);
-  }
-}
-
 /* A point, and once more with its gap closed. */
 static void look(lm_solver *s, double unit[]) {
-  if (lm_evaluate_solver(s, unit, 0)) {
-    close_and_evaluate(s, unit);
+  if (lm_evaluate_solver(s, unit, 0) &&
+      lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
+    (void)lm_evaluate_solver(s, unit, 0);
   }
 }
 
@@ -83,7 +77,7 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
     case LM_TASK_LOOK:
       memcpy(unit, task->unit, sizeof unit);
       if (lm_evaluate_solver(&s, unit, 0) && answer->found_count == 0) {
-        close_and_evaluate(&s, unit);
+        look(&s, unit);
       }
       lm_mark_settled(&s);
       break;
