@@ -14,7 +14,9 @@ from lostmotion.discover.events import SCORE_LEAST, scan_run
 from lostmotion.discover.noise import PERSISTENCE_MAX, Noise, fit_noise
 from lostmotion.discover.plans import check
 from lostmotion.discover.study import clean_outliers
-from lostmotion.recordings import Campaign, Run, check_sign, longest_stuck, unwrap
+from lostmotion.recordings import Campaign, Run
+from lostmotion.recordings.encoders import unwrap
+from lostmotion.recordings.soundness import check_sign, longest_stuck
 
 ARCSEC = np.pi / 180 / 3600
 

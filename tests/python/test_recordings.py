@@ -15,14 +15,9 @@ from hypothesis import strategies as st
 from conftest import DATA
 from lostmotion import recordings
 from lostmotion.errors import InputError
-from lostmotion.recordings import (
-    Campaign,
-    FloatArray,
-    check_scale,
-    parse_map,
-    read_campaign,
-    unwrap,
-)
+from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign
+from lostmotion.recordings.campaign import FloatArray
+from lostmotion.recordings.encoders import unwrap
 from lostmotion.sample import sample_campaign
 from lostmotion.units import ARCMIN, convert
 

@@ -27,7 +27,8 @@ from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.model import make_backbone
-from lostmotion.recordings import TINY, Campaign, told
+from lostmotion.recordings import Campaign, told
+from lostmotion.recordings.scale import TINY
 from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]

@@ -28,34 +28,23 @@ from lostmotion.backbone import run_plays
 from lostmotion.cluster import connect, no_dask
 from lostmotion.discover.threads import cores
 from lostmotion.errors import InputError, one_line
-from lostmotion.recordings import (
+from lostmotion.recordings import QUANTITIES, Campaign, Finding, Run, read_campaign, recording_files
+from lostmotion.recordings.columns import check_map, in_si, resolve_columns, unused
+from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
+from lostmotion.recordings.reading import RATIO_EXPECTED, name_apart, note_missing, run_codes
+from lostmotion.recordings.soundness import (
     BACKWARD_ACTION,
     DUPLICATE_ACTION,
-    QUANTITIES,
-    RATIO_EXPECTED,
-    WRAP_SLACK,
-    Campaign,
-    Finding,
-    Run,
-    arrow_errors,
-    bring_together,
-    check_map,
     check_ratio,
     check_sign,
+    sound_run,
+)
+from lostmotion.recordings.tables import (
+    arrow_errors,
     from_arrow,
     header_of,
-    in_si,
-    name_apart,
-    note_missing,
     open_parquet,
-    read_campaign,
     read_table,
-    recording_files,
-    resolve_columns,
-    run_codes,
-    sound_run,
-    unused,
-    unwrap,
 )
 
 FloatArray = npt.NDArray[np.float64]

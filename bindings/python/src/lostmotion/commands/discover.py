@@ -34,16 +34,9 @@ from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, number
-from lostmotion.recordings import (
-    RUNS_LISTED,
-    STUCK_TURN_RAD,
-    Campaign,
-    Finding,
-    parse_map,
-    read_campaign,
-    recording_files,
-    told,
-)
+from lostmotion.recordings import Campaign, Finding, parse_map, read_campaign, recording_files, told
+from lostmotion.recordings.findings import RUNS_LISTED
+from lostmotion.recordings.soundness import STUCK_TURN_RAD
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
 from lostmotion.report.wording import AT_BOUND, NOISE_FLOOR, NOISE_FLOOR_IS, NOT_FITTED

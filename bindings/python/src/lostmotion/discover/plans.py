@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import recordings, units
+from lostmotion import units
 from lostmotion.backbone import Backbone
 from lostmotion.discover.base import Base
 from lostmotion.discover.candidates import DERIVED, missing_columns, named_candidates
@@ -24,7 +24,11 @@ from lostmotion.discover.selection import noise_rms
 from lostmotion.discover.study import make_field, settle
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
-from lostmotion.recordings import Campaign, Run, told
+from lostmotion.recordings import QUANTITIES, Campaign, Run, recording_files, told
+from lostmotion.recordings.columns import check_range, parse_column
+from lostmotion.recordings.reading import run_codes
+from lostmotion.recordings.soundness import check_steps
+from lostmotion.recordings.tables import numbers_of, read_table
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -58,30 +62,28 @@ def read_plan(
         As for recordings; time and torque must be there.
     """
     runs: list[Run] = []
-    for file in recordings.recording_files(paths):
-        table = recordings.read_table(file)
+    for file in recording_files(paths):
+        table = read_table(file)
         columns: dict[str, FloatArray] = {}
         labels = None
         for header in table:
-            name = recordings.parse_column(str(file), header, (mapping or {}).get(header, header))
+            name = parse_column(str(file), header, (mapping or {}).get(header, header))
             if name is None:
                 continue
             if name.quantity.name == "run":
                 labels = table[header]
                 continue
-            values = name.factor * recordings.numbers_of(str(file), header, table[header])
+            values = name.factor * numbers_of(str(file), header, table[header])
             if name.unit is not None:
                 values = units.convert(values, name.unit.symbol, name.quantity.unit)
-            recordings.check_range(str(file), header, values, name.quantity)
+            check_range(str(file), header, values, name.quantity)
             unknown = np.flatnonzero(~np.isfinite(values))
             if unknown.size:
                 found = f"{values[unknown[0]]} in row {unknown[0] + 1}"
                 raise InputError(file, header, found, "a number: a plan is known in full")
             columns[name.quantity.name] = values
         lacking = [
-            recordings.QUANTITIES[needed].column
-            for needed in ("time", "torque")
-            if needed not in columns
+            QUANTITIES[needed].column for needed in ("time", "torque") if needed not in columns
         ]
         if lacking:
             nothing = f"no such column (there are {', '.join(table)})"
@@ -94,10 +96,10 @@ def read_plan(
             codes = np.zeros(rows, dtype=np.intp)
             names: list[int | str] = [file.name.split(".")[0]]
         else:
-            codes, names = recordings.run_codes(str(file), "run", labels)
+            codes, names = run_codes(str(file), "run", labels)
         for code, label in enumerate(names):
             at = codes == code
-            recordings.check_steps(str(file), columns["time"][at])
+            check_steps(str(file), columns["time"][at])
             runs.append(Run(label, str(file), {k: v[at] for k, v in columns.items()}))
         if rows == 0:
             raise InputError(file, "", "no rows", "a planned run")

@@ -1,0 +1,167 @@
+"""Runs and the campaign that they make: columns by quantity, in SI units."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError, did_you_mean
+from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.quantities import QUANTITIES
+
+FloatArray = npt.NDArray[np.float64]
+
+STILL_RAD = 1e-12
+"""Lost motion that moves by no more than this is what rounding leaves of a constant."""
+
+SITTINGS_MAX = 24
+"""Sittings that have a friction memory of their own; each costs a fit eight numbers."""
+
+FINGERPRINT_DIGITS = 10
+"""Decimals of a lost motion in rad, below any encoder, that tell a run from others."""
+
+
+@dataclass
+class Run:
+    """One uninterrupted recording. Columns are named by quantity, in SI (temperature: C)."""
+
+    label: int | str
+    file: str
+    columns: dict[str, FloatArray]
+    begins: bool = False
+    """Whether a sitting begins here: what the drive did since the run before is not known."""
+
+    def __len__(self) -> int:
+        return int(self.columns["torque"].size)
+
+    def __repr__(self) -> str:
+        """Say what it is; the numbers of a recording fill screens."""
+        return (
+            f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
+        )
+
+    def fingerprint(self) -> str:
+        """SHA-256 of clock, torque and lost motion from its first sample on.
+
+        The same whatever campaign the run is read in: others may shift its zero.
+        """
+        lost = self.lost_motion_rad
+        digest = hashlib.sha256()
+        for values in (self.time_s, self.torque_Nm, np.round(lost - lost[0], FINGERPRINT_DIGITS)):
+            digest.update(np.ascontiguousarray(values + 0.0, dtype="<f8").tobytes())
+        return "sha256:" + digest.hexdigest()
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time stamps."""
+        return self.columns["time"]
+
+    @property
+    def torque_Nm(self) -> FloatArray:
+        """External torque on the output."""
+        return self.columns["torque"]
+
+    @property
+    def lost_motion_rad(self) -> FloatArray:
+        """Output angle minus input angle over the ratio."""
+        return self.columns["lost_motion"]
+
+
+@dataclass
+class Campaign:
+    """All recordings of one comparison, in the order in which they were made."""
+
+    runs: list[Run]
+    findings: list[Finding] = field(default_factory=list)
+    recorded_rows: int | None = None
+    """Rows that were recorded, where the runs hold a sample of them."""
+
+    def __repr__(self) -> str:
+        """Say what it is; the numbers of a campaign fill screens."""
+        return (
+            f"<Campaign: {self.rows} samples in {len(self.runs)} runs, "
+            f"{len(self.findings)} findings>"
+        )
+
+    @property
+    def rows(self) -> int:
+        """Number of usable samples."""
+        return sum(len(run) for run in self.runs)
+
+    @property
+    def starts(self) -> npt.NDArray[np.intp]:
+        """Offsets of the runs in the joined columns; the last entry is the number of rows."""
+        return np.concatenate(([0], np.cumsum([len(run) for run in self.runs]))).astype(np.intp)
+
+    @property
+    def largest_torque_Nm(self) -> float:
+        """Largest torque in either direction."""
+        return max(float(np.max(np.abs(run.torque_Nm))) for run in self.runs)
+
+    def require_variation(self) -> None:
+        """Refuse a campaign whose torque stands still, or whose lost motion does in every run.
+
+        Raises
+        ------
+        InputError
+            When it does.
+        """
+        torque = self.column("torque")
+        if np.ptp(torque) == 0:
+            found = f"a constant {torque[0]:.6g} Nm"
+            raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
+        if all(np.ptp(run.lost_motion_rad) <= STILL_RAD for run in self.runs):
+            found = f"a constant {self.runs[0].lost_motion_rad[0]:.6g} rad"
+            expected = "a lost motion that varies, with all digits of its encoder"
+            raise InputError(self.runs[0].file, "lost_motion_rad", found, expected)
+
+    def quantities(self) -> tuple[str, ...]:
+        """Quantities that every run has."""
+        common = set(self.runs[0].columns)
+        for run in self.runs[1:]:
+            common &= set(run.columns)
+        return tuple(name for name in QUANTITIES if name in common)
+
+    def column(self, name: str) -> FloatArray:
+        """One quantity of all runs, joined, by its name alone or as its column has it.
+
+        Raises
+        ------
+        InputError
+            When not every run has it.
+        """
+        by_column = {QUANTITIES[quantity].column: quantity for quantity in self.quantities()}
+        name = by_column.get(name, name)
+        if any(name not in run.columns for run in self.runs):
+            have = self.quantities()
+            expected = f"one of {', '.join(have)}" + did_you_mean(name, have)
+            raise InputError("campaign", name, "no such column", expected)
+        return np.concatenate([run.columns[name] for run in self.runs])
+
+    def sittings(self) -> list[int]:
+        """Places of the runs at which a sitting begins, the first among them."""
+        begins = [i for i, run in enumerate(self.runs) if i == 0 or run.begins]
+        return begins[:SITTINGS_MAX]
+
+    def table(self) -> dict[str, npt.NDArray[Any]]:
+        """Columns of all runs, joined, under the names that a file has: what a data frame takes.
+
+        ``pandas.DataFrame(campaign.table())``; quantities that not every run has are left out.
+        """
+        labels = [np.full(len(run), run.label, dtype=object) for run in self.runs]
+        joined = {QUANTITIES[name].column: self.column(name) for name in self.quantities()}
+        return {"run": np.concatenate(labels), **joined}
+
+    def fingerprint(self) -> str:
+        """SHA-256 of the numbers as they are used, whatever file format they came in."""
+        digest = hashlib.sha256()
+        for run in self.runs:
+            digest.update(f"run {run.label}\n".encode())
+            for name in sorted(run.columns):
+                digest.update(f"{name} {len(run)}\n".encode())
+                digest.update(np.ascontiguousarray(run.columns[name], dtype="<f8").tobytes())
+        return "sha256:" + digest.hexdigest()

@@ -1,0 +1,80 @@
+"""Findings: what is odd about recordings, and the sentences that say so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+UNUSED = "not used"
+"""What is done about a column that names nothing known."""
+
+RUNS_LISTED = 8
+"""More runs than this are not listed one by one."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about the data that the reader should know.
+
+    Attributes
+    ----------
+    kind : str
+        ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
+        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``.
+    file, column : str
+        Where.
+    run : int or str or None
+        The run, where the finding belongs to one.
+    count : int
+        How many rows or steps.
+    action : str
+        What was done about it.
+    """
+
+    kind: str
+    file: str
+    column: str
+    run: int | str | None
+    count: int
+    action: str
+
+    def __str__(self) -> str:
+        """Return the finding as one sentence."""
+        place = f"{self.file}: {self.column}" + (
+            f" (run {self.run})" if self.run is not None else ""
+        )
+        return f"{place}: {self.kind.replace('_', ' ')} x {self.count}: {self.action}"
+
+
+def told(findings: Iterable[Finding]) -> list[str]:
+    """Say findings in as few sentences as there are things to say: runs and columns together."""
+    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in findings:
+        column = "" if finding.action == UNUSED else finding.column
+        groups.setdefault((finding.kind, column, finding.action), []).append(finding)
+    return [_told(group) for group in groups.values()]
+
+
+def _told(group: Sequence[Finding]) -> str:
+    """Say findings of one kind, in one column or of columns that are not used."""
+    first = group[0]
+    if len(group) == 1:
+        return str(first)
+    files = list(dict.fromkeys(finding.file for finding in group))
+    place = files[0]
+    if len(files) > 1:
+        place += f" and {len(files) - 1} more file{'s' if len(files) > 2 else ''}"
+    if first.action == UNUSED:
+        columns = dict.fromkeys(finding.column for finding in group)
+        return f"{place}: {UNUSED}: the columns {', '.join(columns)}"
+    labels = [str(finding.run) for finding in group if finding.run is not None]
+    runs = ""
+    if labels and len(files) > 1:
+        runs = f" ({len(labels)} runs)"
+    elif len(labels) > RUNS_LISTED:
+        runs = f" ({len(labels)} runs, {labels[0]} to {labels[-1]})"
+    elif labels:
+        runs = f" (runs {', '.join(labels)})"
+    count = sum(finding.count for finding in group)
+    kind = first.kind.replace("_", " ")
+    return f"{place}: {first.column}{runs}: {kind} x {count}: {first.action}"

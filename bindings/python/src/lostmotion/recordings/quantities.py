@@ -1,0 +1,46 @@
+"""What is measured: quantities, the unit each is kept in, and the range it may have."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lostmotion import units
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measured quantity: its name, the unit it is kept in, and what its values may be.
+
+    The range is far beyond any drive: what lies outside it is another unit, a damaged file or a
+    number that arithmetic cannot bear.
+    """
+
+    name: str
+    unit: str
+    dimension: units.Dimension
+    low: float
+    high: float
+
+    @property
+    def column(self) -> str:
+        """Name of the column in the unit that it is kept in."""
+        return f"{self.name}_{self.unit}" if self.unit else self.name
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("run", "", units.DIMENSIONLESS, -math.inf, math.inf),
+        Quantity("time", "s", units.TIME, -1e12, 1e12),
+        Quantity("torque", "Nm", units.TORQUE, -1e6, 1e6),
+        Quantity("input_angle", "rad", units.ANGLE, -1e9, 1e9),
+        Quantity("output_angle", "rad", units.ANGLE, -1e9, 1e9),
+        Quantity("lost_motion", "rad", units.ANGLE, -1e9, 1e9),
+        Quantity("temperature", "C", units.TEMPERATURE, -units.ZERO_CELSIUS_K, 1e4),
+        Quantity("cycles", "", units.DIMENSIONLESS, 0.0, 1e15),
+        Quantity("tilt_moment", "Nm", units.TORQUE, -1e6, 1e6),
+        Quantity("axial_force", "N", units.FORCE, -1e9, 1e9),
+        Quantity("direction", "", units.DIMENSIONLESS, -1e6, 1e6),
+    )
+}

@@ -1,0 +1,72 @@
+"""Scale: a lost motion that has the shape of the drive file's, but not its size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.recordings.campaign import Campaign
+from lostmotion.recordings.findings import Finding
+
+FloatArray = npt.NDArray[np.float64]
+
+SCALE_DOUBT = 10.0
+"""A drive that gives way this many times more, or less, than its file says is another drive."""
+
+SCALE_SHARE = 0.5
+"""Least share of the lost motion that its own curve must explain, for its scale to say anything."""
+
+TINY = float(np.finfo(np.float64).tiny)
+"""Below it a ratio of two sums says nothing more."""
+
+MISTAKEN = (
+    (math.pi / 180, "degrees taken for radians"),
+    (math.pi / 10_800, "arc minutes taken for radians"),
+    (math.pi / 648_000, "arc seconds taken for radians"),
+    (1e-3, "N mm taken for N m, or mrad for rad"),
+)
+"""Units that are mistaken for others: their size in what they are taken for."""
+
+
+def check_scale(campaign: Campaign, expected: Callable[[FloatArray], FloatArray]) -> None:
+    """Note a campaign of which the drive file explains the shape, but not nearly the size.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Gets a finding.
+    expected : callable
+        Lost motion in rad that the drive file gives at torques in N m.
+    """
+    if any(finding.kind in ("sign", "stuck", "scale", "ratio") for finding in campaign.findings):
+        return
+    measured, model = [], []
+    for run in campaign.runs:
+        curve = expected(run.torque_Nm)
+        model.append(curve - float(np.mean(curve)))
+        measured.append(run.lost_motion_rad - float(np.mean(run.lost_motion_rad)))
+    x, y = np.concatenate(model), np.concatenate(measured)
+    both, across, up = float(x @ y), float(x @ x), float(y @ y)
+    if across == 0 or both <= 0 or both * both < SCALE_SHARE * across * up:
+        return
+    times = max(both / across, TINY)
+    if 1 / SCALE_DOUBT < times < SCALE_DOUBT:
+        return
+    # A torque in N mm makes the model's curve larger, an angle in degrees the measured one.
+    off = abs(math.log(times))
+    size, name = min(MISTAKEN, key=lambda one: abs(off + math.log(one[0])))
+    hint = f", about the factor of {name}" if abs(off + math.log(size)) < math.log(2) else ""
+    campaign.findings.append(
+        Finding(
+            "scale",
+            campaign.runs[0].file,
+            "lost_motion_rad",
+            None,
+            campaign.rows,
+            f"{times:.3g} times what the drive file says at these torques{hint}: "
+            "look at the units of the columns and of the file",
+        )
+    )

@@ -1,0 +1,223 @@
+"""Soundness: clocks, dead sensors, ratio and sign, looked over and told as findings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError
+from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.encoders import follow_output, open_steps, unwrap_known
+from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.quantities import QUANTITIES
+
+FloatArray = npt.NDArray[np.float64]
+
+STUCK_SAMPLES = 50
+"""Shortest stretch of identical values that can be called stuck."""
+
+STUCK_SWING = 0.25
+"""Share of its own range by which the other channel must move meanwhile."""
+
+STUCK_TURN_RAD = 0.2
+"""Turn of the output that no drive takes up as wind-up: both encoders must see it."""
+
+OPEN_ACTION = (
+    "steps above a quarter turn, kept; whole turns may be missing that neither the ratio nor "
+    "the other encoder tells"
+)
+"""What is done about an encoder that turns too fast for its samples."""
+
+GAP_FACTOR = 10.0
+"""A time step this many times the usual one is a gap in the recording."""
+
+DUPLICATE_ACTION = "kept in the order of the file"
+
+BACKWARD_ACTION = (
+    "kept in the order of the file; where another recording begins, a column run has to say so"
+)
+"""What is done about time that goes back, and what it usually is."""
+
+STEP_LEAST_S = 1e-9
+"""Least usual time step of a recording."""
+
+
+def check_steps(file: str, time_s: FloatArray) -> None:
+    """Refuse a clock in another unit: so short a step makes speeds that arithmetic cannot bear."""
+    step = np.diff(time_s)
+    step = step[step > 0]
+    if step.size and float(np.median(step)) < STEP_LEAST_S:
+        found = f"steps of {float(np.median(step)):.3g} s"
+        raise InputError(file, "time_s", found, f"{STEP_LEAST_S:g} s or more")
+
+
+def sound_run(
+    file: str,
+    label: int | str,
+    columns: dict[str, FloatArray],
+    ratio: float | None,
+    findings: list[Finding],
+) -> Run | None:
+    """Look a run over, note what is odd, and leave out only rows that cannot be used."""
+
+    def note(kind: str, column: str, count: int, action: str) -> None:
+        findings.append(Finding(kind, file, column, label, count, action))
+
+    needed: list[str] = [n for n in ("time", "torque", "lost_motion") if n in columns]
+    if "lost_motion" not in columns:
+        needed += ["input_angle", "output_angle"]
+    usable = np.ones(columns["torque"].size, dtype=bool)
+    for quantity, values in columns.items():
+        bad = ~np.isfinite(values)
+        count = int(np.count_nonzero(bad))
+        if count == 0:
+            continue
+        column = QUANTITIES[quantity].column
+        if quantity in needed:
+            usable &= ~bad
+            note("nan", column, count, "rows left out")
+        else:
+            note("nan", column, count, "kept; the column is not used for these rows")
+    if not usable.any():
+        return None
+    # Over all rows: where some are left out, a step is longer than the encoder made it.
+    angles = {name: columns[name] for name in ("input_angle", "output_angle") if name in columns}
+    wraps = {}
+    columns = dict(columns)
+    for quantity, values in angles.items():
+        columns[quantity], wraps[quantity] = unwrap_known(values)
+    if not usable.all():
+        columns = {quantity: values[usable] for quantity, values in columns.items()}
+
+    check_steps(file, columns["time"])
+    step = np.diff(columns["time"])
+    if step.size:
+        duplicates = int(np.count_nonzero(step == 0))
+        backward = int(np.count_nonzero(step < 0))
+        usual = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
+        gaps = int(np.count_nonzero(step > GAP_FACTOR * usual)) if usual > 0 else 0
+        if duplicates:
+            note("duplicate_time", "time_s", duplicates, DUPLICATE_ACTION)
+        if backward:
+            note("backward_time", "time_s", backward, BACKWARD_ACTION)
+        if gaps:
+            note("gap", "time_s", gaps, f"steps above {GAP_FACTOR * usual:.3g} s, kept")
+    if ratio is not None and {"input_angle", "output_angle"} <= columns.keys():
+        followed = follow_output(columns["input_angle"], columns["output_angle"], ratio)
+        if followed is not columns["input_angle"]:
+            lost = (followed - angles["input_angle"][usable]) / (2 * np.pi)
+            wraps["input_angle"] = int(np.count_nonzero(np.round(np.diff(lost))))
+            columns["input_angle"] = followed
+    for quantity, count in wraps.items():
+        column = QUANTITIES[quantity].column
+        if count:
+            note("wrap", column, count, "whole turns put back")
+        elif open_steps(columns[quantity]):
+            note("wrap", column, open_steps(columns[quantity]), OPEN_ACTION)
+    if "lost_motion" not in columns:
+        assert ratio is not None
+        columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
+    for quantity, count in stuck_sensors(columns, ratio).items():
+        note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
+    return Run(label, file, columns)
+
+
+def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
+    """Name the sensors that stood still while what they measure moved, and for how many samples."""
+    found = {}
+    for quantity, other in (("torque", "lost_motion"), ("lost_motion", "torque")):
+        count = longest_stuck(columns[quantity], columns[other])
+        if count and quantity == "lost_motion" and "output_angle" in columns:
+            stood = longest_stuck(columns["output_angle"], columns[other])
+            quantity = "output_angle" if stood >= count else quantity
+        if count:
+            found[quantity] = count
+    if ratio is not None and {"input_angle", "output_angle"} <= columns.keys():
+        turns = {
+            "input_angle": columns["input_angle"] / ratio,
+            "output_angle": columns["output_angle"],
+        }
+        for quantity, other in (("input_angle", "output_angle"), ("output_angle", "input_angle")):
+            count = longest_stuck(turns[quantity], turns[other], STUCK_TURN_RAD)
+            if count:
+                found[quantity] = max(count, found.get(quantity, 0))
+    return found
+
+
+def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = None) -> int:
+    """Length of the longest stretch of identical values during which the other channel moved on.
+
+    Returns 0 when there is no stretch of at least `STUCK_SAMPLES` samples over which `other` covers
+    `swing`, by default `STUCK_SWING` of its range.
+    """
+    if swing is None:
+        swing = STUCK_SWING * float(np.ptp(other))
+    change = np.flatnonzero(np.diff(values) != 0)
+    edges = np.concatenate(([0], change + 1, [values.size]))
+    lengths = np.diff(edges)
+    if swing == 0:
+        return 0
+    longest = 0
+    for i in np.flatnonzero(lengths >= STUCK_SAMPLES):
+        if lengths[i] > longest and np.ptp(other[edges[i] : edges[i + 1]]) >= swing:
+            longest = int(lengths[i])
+    return longest
+
+
+RATIO_DOUBT_RAD = 5e-3
+"""Lost motion of 17 arcmin that grows with the output's turn is another ratio."""
+
+
+def check_ratio(campaign: Campaign, ratio: float | None) -> None:
+    """Note a campaign whose angles, where the drive turns, have another ratio than was stated."""
+    if ratio is None or any(finding.kind == "stuck" for finding in campaign.findings):
+        return
+    measured, swing = [], []
+    for run in campaign.runs:
+        if not {"input_angle", "output_angle"} <= run.columns.keys():
+            continue
+        put_in, out = run.columns["input_angle"], run.columns["output_angle"]
+        turned = float(np.ptp(out))
+        if turned < STUCK_TURN_RAD or np.ptp(put_in) < STUCK_TURN_RAD or open_steps(put_in):
+            continue
+        centred = out - out.mean()
+        measured.append(float(centred @ put_in) / float(centred @ centred))
+        swing.append(turned)
+    if not measured:
+        return
+    found = float(np.median(measured))
+    if abs(found / ratio - 1) * float(np.median(swing)) > RATIO_DOUBT_RAD:
+        action = (
+            f"{found:.4g} input turns for one output turn by the angles, {ratio:.4g} by the ratio: "
+            "look at the ratio, at its sign, and at the units and signs of the two angles"
+        )
+        file = campaign.runs[0].file
+        campaign.findings.append(
+            Finding("ratio", file, "input_angle_rad", None, campaign.rows, action)
+        )
+
+
+def check_sign(campaign: Campaign) -> None:
+    """Note a campaign whose lost motion falls with growing torque: one sign is turned round.
+
+    Where a sensor is stuck, or the ratio wrong, the lost motion says nothing.
+    """
+    if any(finding.kind in ("stuck", "ratio") for finding in campaign.findings):
+        return
+    torque = campaign.column("torque")
+    centred = np.concatenate(
+        [run.lost_motion_rad - float(np.mean(run.lost_motion_rad)) for run in campaign.runs]
+    )
+    if float(np.dot(torque - torque.mean(), centred)) < 0:
+        campaign.findings.append(
+            Finding(
+                "sign",
+                campaign.runs[0].file,
+                "lost_motion_rad",
+                None,
+                campaign.rows,
+                "falls with growing torque; turn one column round with --map COLUMN=-NAME_UNIT",
+            )
+        )
