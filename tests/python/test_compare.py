@@ -17,14 +17,10 @@ from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.commands.compare import show_comparison
 from lostmotion.commands.discover import show_diagnosis
-from lostmotion.compare import (
-    Comparison,
-    compare,
-    directions,
-    explained,
-    noise_floor,
-    zero_widths,
-)
+from lostmotion.compare import Comparison, compare
+from lostmotion.compare.chance import explained
+from lostmotion.compare.loops import directions, zero_widths
+from lostmotion.compare.repeatability import noise_floor
 from lostmotion.discover import Value, diagnose, effect
 from lostmotion.discover.base import PLAY_RANGE, PLAYS
 from lostmotion.discover.conditions import Conditions

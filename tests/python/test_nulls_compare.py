@@ -9,7 +9,9 @@ import pytest
 from nulls import most
 from scipy.signal import lfilter
 
-from lostmotion.compare import explained, noise_floor, where_it_fails
+from lostmotion.compare.chance import explained
+from lostmotion.compare.failures import where_it_fails
+from lostmotion.compare.repeatability import noise_floor
 from lostmotion.discover.conditions import Conditions
 from lostmotion.recordings import Campaign, Run
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.compare import branch_blocks, directions
+from lostmotion.compare.loops import branch_blocks, directions
 from lostmotion.discover.conditions import Conditions
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing

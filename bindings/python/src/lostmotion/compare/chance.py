@@ -1,0 +1,156 @@
+"""Chance: what a pattern in the residual explains beyond what random signs of blocks would."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+TINY = float(np.finfo(np.float64).tiny)
+"""Below it a ratio of two sums says nothing more."""
+
+TINY = float(np.finfo(np.float64).tiny)
+"""Below it a ratio of two sums says nothing more."""
+
+FLIPS = 2047
+"""Random sign patterns of the test for chance."""
+
+FULL_FLIPS_BLOCKS = 11
+"""With no more blocks than this all sign patterns are tried."""
+
+
+def explained(
+    residual: FloatArray,
+    cells: IntArray,
+    blocks: IntArray,
+    generator: np.random.Generator,
+    covariate: FloatArray | None = None,
+) -> tuple[float, float]:
+    """Share of the variance that cells explain beyond chance, and its p.
+
+    A cell explains its mean, or, with a covariate, what grows with it in proportion.
+
+    Chance is what remains when whole blocks of the residual get random signs: their inner
+    correlation stays, their agreement with each other goes.
+
+    Returns
+    -------
+    share : float
+        0 to 1.
+    p : float
+        The pattern as measured counts as one of the patterns.
+    """
+    _, cells = np.unique(cells, return_inverse=True)
+    _, blocks = np.unique(blocks, return_inverse=True)
+    width = int(cells.max()) + 1
+    height = int(blocks.max()) + 1
+    weight = np.ones(residual.size)
+    if covariate is not None:
+        weight = covariate - (np.bincount(cells, covariate) / np.bincount(cells))[cells]
+    size = np.bincount(cells, weight**2)
+    sums = np.bincount(blocks * width + cells, weight * residual, width * height)
+    scaled = sums.reshape(height, width) / np.sqrt(np.where(size > 0, size, 1.0))
+    total = float(np.sum(residual**2))
+    if total == 0:
+        return 0.0, 1.0
+    shares = np.sum((random_signs(height, generator) @ scaled) ** 2, axis=1) / total
+    return beyond_chance(shares[0], float(np.mean(shares))), chance_of(shares)
+
+
+def random_signs(blocks: int, generator: np.random.Generator) -> FloatArray:
+    """Patterns of signs of blocks, all of them where they are few; the first is as measured."""
+    if blocks <= FULL_FLIPS_BLOCKS:
+        patterns = (np.arange(2 ** (blocks - 1))[:, None] >> np.arange(blocks)) & 1
+    else:
+        patterns = generator.integers(0, 2, (FLIPS, blocks))
+        patterns[0] = 0
+    return np.asarray(1.0 - 2.0 * patterns)
+
+
+def chance_of(statistics: FloatArray) -> float:
+    """How often random signs give as much as was measured."""
+    return float(np.mean(statistics >= statistics[0] * (1 - 1e-12)))
+
+
+def beyond_chance(observed: float, chance: float) -> float:
+    """Share of what chance leaves."""
+    return max(0.0, float((observed - chance) / (1.0 - chance))) if chance < 1 else 0.0
+
+
+def common_part(residual: FloatArray, runs: IntArray, bins: IntArray) -> FloatArray:
+    """What a zero of each run and a curve that all runs share explain, sample by sample."""
+    (many, few), cells = np.unique((runs, bins), axis=1, return_inverse=True)
+    cells = np.ravel(cells)
+    size = np.bincount(cells)
+    scaled = np.bincount(cells, residual) / np.sqrt(size)
+    whole = scaled - without_groups(scaled[None], size, many, few)[0]
+    return np.asarray((whole / np.sqrt(size))[cells])
+
+
+def explained_apart(
+    residual: FloatArray,
+    runs: IntArray,
+    ranges: IntArray,
+    blocks: IntArray,
+    generator: np.random.Generator,
+) -> tuple[float, float]:
+    """Share of the variance by which runs differ beyond chance, and its p.
+
+    The zero of a run is its encoder's and arbitrary, and what all runs have in common hangs on the
+    torque: neither is a difference between runs. What counts is how the means of a run in ranges of
+    torque differ from those of the others beyond a constant, against what the blocks of a run
+    differ from each other. `residual` is without `common_part`.
+    """
+    total = float(np.sum(residual**2))
+    if total == 0:
+        return 0.0, 1.0
+    (many, few), cells = np.unique((runs, ranges), axis=1, return_inverse=True)
+    cells = np.ravel(cells)
+    _, blocks = np.unique(blocks, return_inverse=True)
+    width, height = many.size, int(blocks.max()) + 1
+    place = blocks * width + cells
+    sums = np.bincount(place, residual, width * height).reshape(height, width)
+    counts = np.bincount(place, minlength=width * height).reshape(height, width)
+    size = counts.sum(axis=0)
+    scaled = sums / np.sqrt(size)
+    signs = random_signs(height, generator)
+    within = float(np.sum(sums**2 / np.maximum(counts, 1)))
+    flipped = signs @ scaled
+    apart = np.sum(without_groups(flipped, size, many, few) ** 2, axis=1)
+    alike = np.sum(flipped**2, axis=1) - apart
+    # Random signs bring back zeros and a curve in common: they take from what can differ.
+    parts = apart / np.maximum(within - alike, TINY)
+    chance = float(np.mean(parts)) * within
+    return beyond_chance(float(apart[0]) / total, chance / total), chance_of(parts)
+
+
+def without_groups(
+    scaled: FloatArray, size: npt.NDArray[Any], many: IntArray, few: IntArray
+) -> FloatArray:
+    """Take off what a constant for each group of cells explains.
+
+    Parameters
+    ----------
+    scaled : ndarray
+        Rows of sums of the cells, over the roots of their `size`.
+    size : ndarray
+        Samples of each cell.
+    many, few : ndarray
+        The two groups of each cell: of one kind that has many, and of one that has few.
+    """
+    root = np.sqrt(size)
+    groups = (few[:, None] == np.unique(few)) * root[:, None]
+    order = np.unique(many, return_inverse=True)[1]
+    inside = np.bincount(order, size)
+    # Groups of one kind share no cell, so each is taken off by itself; those of the other follow.
+    rows = np.vstack((scaled, groups.T))
+    for row in rows:
+        row -= root * (np.bincount(order, root * row) / inside)[order]
+    rest, groups = rows[: scaled.shape[0]], rows[scaled.shape[0] :].T
+    left, values, _ = np.linalg.svd(groups, full_matrices=False)
+    left = left[:, values > 1e-9 * float(root.max())]
+    return np.asarray(rest - (rest @ left) @ left.T)

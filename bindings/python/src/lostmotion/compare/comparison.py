@@ -1,0 +1,354 @@
+"""The comparison: the base is fitted, tested on runs that it has not seen, and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.backbone import Backbone
+from lostmotion.compare.failures import Failure, where_it_fails
+from lostmotion.compare.loops import zero_widths
+from lostmotion.compare.repeatability import Noise, noise_floor
+from lostmotion.discover.base import Base
+from lostmotion.discover.candidates import closed_by_columns
+from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.drive_base import make_base
+from lostmotion.discover.effects import Effect, library
+from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_residual
+from lostmotion.discover.threads import one_thread
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError, given_as
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign, told
+from lostmotion.units import ARCMIN, ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+STEPS = 25
+"""Evaluations of a fit."""
+
+
+@dataclass
+class Comparison:
+    """Result of `compare`. Angles in rad; `answer` gives the JSON answer in arc seconds.
+
+    Attributes
+    ----------
+    base : Base
+        As it was fitted.
+    friction : {"inside", "both"}
+        Where the friction sits: inside the elasticity, or outside as well.
+    offset_rad : ndarray
+        One a run.
+    residual_rad, heldout_rad : ndarray
+        Measured minus model of every sample, fitted and held out.
+    seen : ndarray of bool
+        Runs that were fitted.
+    frictions : dict
+        Fitted and held-out error of either form.
+    """
+
+    campaign: Campaign
+    base: Base
+    friction: Friction
+    offset_rad: FloatArray
+    residual_rad: FloatArray
+    heldout_rad: FloatArray
+    heldout_by: str
+    seen: npt.NDArray[np.bool_]
+    frictions: dict[str, tuple[float, float]]
+    as_it_stands_rms_rad: float
+    noise: Noise
+    explained_share: float
+    failures: list[Failure]
+    not_testable: dict[str, list[str]]
+
+    def __repr__(self) -> str:
+        """Say what came out; the residuals fill screens."""
+        return (
+            f"<Comparison of {self.campaign!r}: rms {self.rms_rad / ARCSEC:.3g} arcsec, "
+            f"held out {self.heldout_rms_rad / ARCSEC:.3g}>"
+        )
+
+    @property
+    def starts(self) -> IntArray:
+        """Offsets of the runs."""
+        return self.base.conditions.starts
+
+    @property
+    def run_of(self) -> IntArray:
+        """Run of every sample."""
+        return self.base.conditions.run_of
+
+    @property
+    def torque_Nm(self) -> FloatArray:
+        """Torque of every sample."""
+        return self.base.conditions.torque
+
+    @property
+    def measured_rad(self) -> FloatArray:
+        """Lost motion of every sample, each run about its own zero."""
+        return self.base.conditions.lost_motion * ARCSEC - self.offset_rad[self.run_of]
+
+    @property
+    def rms_rad(self) -> float:
+        """Fitted error over the runs that were fitted."""
+        return rms_of(self.residual_rad[self.seen[self.run_of]])
+
+    @property
+    def heldout_rms_rad(self) -> float:
+        """Error over runs that the fit has not seen."""
+        unseen = ~self.seen[self.run_of]
+        return rms_of(self.heldout_rad[unseen] if unseen.any() else self.heldout_rad)
+
+    def by_run(self) -> list[dict[str, Any]]:
+        """Error of each run, fitted and held out, and the width of its loop at zero torque."""
+        rows = []
+        measured = self.measured_rad
+        for i, (run, at) in enumerate(
+            zip(self.campaign.runs, self.base.conditions.slices(), strict=True)
+        ):
+            width = zero_widths(
+                self.torque_Nm[at], np.column_stack((measured[at], self.residual_rad[at]))
+            )
+            rows.append(
+                {
+                    "run": run.label,
+                    "rms_arcsec": rms_of(self.residual_rad[at]) / ARCSEC,
+                    "heldout_rms_arcsec": rms_of(self.heldout_rad[at]) / ARCSEC,
+                    "samples": len(run),
+                    "fitted": bool(self.seen[i]),
+                    "width_at_zero_arcmin": None if width is None else float(width[0]) / ARCMIN,
+                    "model_width_at_zero_arcmin": None
+                    if width is None
+                    else float(width[0] - width[1]) / ARCMIN,
+                }
+            )
+        return rows
+
+    def parameters(self) -> dict[str, Any]:
+        """Fitted values by name, with their units."""
+        base = self.base
+        outside = np.zeros(base.shares.size) if base.outside is None else base.outside
+        return {
+            "knot_Nm": [float(x) for x in base.knots_Nm],
+            "slope_rad_per_Nm": [float(x) for x in base.slopes * ARCSEC],
+            "play_radius_Nm": [float(x) for x in base.radius_Nm],
+            "play_inside_share": [float(x) for x in base.shares],
+            "play_outside_rad_per_Nm": [float(x) for x in outside * ARCSEC],
+            "start_state": [float(x) for x in base.start[0]],
+        }
+
+    @property
+    def invertible(self) -> bool:
+        """Whether the angle never falls with rising torque while every play sticks."""
+        base = self.base
+        outside = 0.0 if base.outside is None else float(base.outside.sum())
+        return bool((1.0 - base.shares.sum()) * float(base.slopes.min()) >= outside)
+
+    def answer(self) -> dict[str, Any]:
+        """Return the answer of the command, ready for JSON."""
+        noise = self.noise
+        return {
+            "schema": "lostmotion.comparison/1",
+            "rms_arcsec": self.rms_rad / ARCSEC,
+            "heldout_rms_arcsec": self.heldout_rms_rad / ARCSEC,
+            "noise_floor_arcsec": noise.floor_rad / ARCSEC,
+            "explained_share": self.explained_share,
+            "by_run": self.by_run(),
+            "where_it_fails": [
+                {"covariate": f.covariate, "share": f.share, "p": f.p} for f in self.failures
+            ],
+            "unfitted_rms_arcsec": self.as_it_stands_rms_rad / ARCSEC,
+            "heldout_by": self.heldout_by,
+            "friction": self.friction,
+            "frictions": {
+                name: {"rms_arcsec": rms / ARCSEC, "heldout_rms_arcsec": heldout / ARCSEC}
+                for name, (rms, heldout) in self.frictions.items()
+            },
+            "effects": [term.effect.name for term in self.base.terms],
+            "parameters": self.parameters(),
+            "invertible": self.invertible,
+            "noise": {
+                "within_runs_arcsec": noise.within_rad / ARCSEC,
+                "between_runs_arcsec": None
+                if noise.between_rad is None
+                else noise.between_rad / ARCSEC,
+                "repeated_runs": noise.repeats,
+            },
+            "not_testable": self.not_testable,
+            "findings": told(self.campaign.findings),
+            "samples": self.campaign.rows,
+            "data_fingerprint": self.campaign.fingerprint(),
+        }
+
+
+def compare(
+    drive: Drive | Backbone,
+    campaign: Campaign,
+    *,
+    base: Base | None = None,
+    effects: Mapping[str, Effect] | None = None,
+    fit_on: Sequence[int | str] | None = None,
+    seed: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Comparison:
+    """Fit the base model to a campaign and say where it fails.
+
+    Parameters
+    ----------
+    drive : Drive or Backbone
+        The drive, with the numbers and effects of a fit where its file has them; or its loss-free
+        characteristic alone.
+    campaign : Campaign
+        The recordings.
+    base : Base, optional
+        A base over this campaign that was made elsewhere.
+    effects : mapping, optional
+        Those that may be missing, and in which the effects of the drive's file are looked up; by
+        default those of the library.
+    fit_on : sequence of run labels, optional
+        Fit to these runs only and predict the others; by default all are fitted, and each is held
+        out once.
+    seed : int
+        Of the random signs in the tests for chance.
+    progress : callable, optional
+        Called with steps done and steps in all.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        When the torque of the recordings does not vary, or a run to fit on does not exist.
+    """
+    given_as("compare", "drive", drive, Drive, Backbone)
+    given_as("compare", "campaign", campaign, Campaign)
+    campaign.require_variation()
+    known = library() if effects is None else effects
+    if isinstance(drive, Backbone):
+        backbone = drive
+    else:
+        backbone = make_backbone(drive, campaign.largest_torque_Nm)
+        if base is None and (drive.fit is not None or drive.effects):
+            base = make_base(drive, campaign, backbone, known)
+    with one_thread():
+        return _compare(
+            backbone, campaign, base, known, fit_on, seed, progress or (lambda *_: None)
+        )
+
+
+def _compare(
+    backbone: Backbone,
+    campaign: Campaign,
+    given: Base | None,
+    effects: Mapping[str, Effect],
+    fit_on: Sequence[int | str] | None,
+    seed: int,
+    progress: Callable[[int, int], None],
+) -> Comparison:
+    steps = 4
+    torque = campaign.column("torque")
+    inside = given or Base(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
+    c = inside.conditions
+    measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
+    stands = inside.at().angle if given is not None else backbone(torque) / ARCSEC
+    stands = measured - (stands - c.run_mean(stands)[c.run_of])
+    seen = runs_to_fit(campaign, fit_on)
+    rows = None if seen.all() else seen[c.run_of]
+
+    inside.first_fit(steps=STEPS, rows=rows)
+    progress(1, steps)
+    heldout = held_out(inside, rows)
+    frictions = {"inside": (rms_of(inside.residual()), rms_of(heldout))}
+    best, friction = inside, "inside"
+    if inside.outside is None:
+        both = inside.copy()
+        both.allow_outside_friction()
+        both.fit(steps=STEPS, rows=rows)
+        progress(2, steps)
+        other = held_out(both, rows)
+        frictions["both"] = (rms_of(both.residual()), rms_of(other))
+        # By error on runs that were fitted, one at a time held out: the others are for the answer.
+        judged = slice(None) if rows is None else rows
+        if rms_of(other[judged]) < CLEARLY_BETTER * rms_of(heldout[judged]):
+            best, friction, heldout = both, "both", other
+    else:
+        friction = "both"
+    progress(3, steps)
+    angle = best.at().angle
+    residual = best.residual() * ARCSEC
+    variance = float(np.sum(measured**2)) * ARCSEC**2
+    result = Comparison(
+        campaign,
+        best,
+        "both" if friction == "both" else "inside",
+        c.run_mean(best.measured - angle) * ARCSEC,
+        residual,
+        heldout * ARCSEC,
+        held_out_by(campaign, seen),
+        seen,
+        {name: (a * ARCSEC, b * ARCSEC) for name, (a, b) in frictions.items()},
+        rms_of(stands) * ARCSEC,
+        noise_floor(c, residual),
+        1.0 - float(np.sum(residual**2)) / variance if variance > 0 else 0.0,
+        where_it_fails(c, residual, seed),
+        closed_by_columns(effects, c),
+    )
+    progress(steps, steps)
+    return result
+
+
+def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.NDArray[np.bool_]:
+    """Mark the runs that are fitted; labels are compared as text."""
+    if fit_on is None:
+        return np.ones(len(campaign.runs), dtype=bool)
+    labels = [str(run.label) for run in campaign.runs]
+    for wanted in fit_on:
+        if str(wanted) not in labels:
+            raise InputError("--fit-on", str(wanted), "no such run", "one of " + ", ".join(labels))
+    if not fit_on:
+        raise InputError("--fit-on", "", "no run", "one or more of " + ", ".join(labels))
+    wanted_labels = {str(wanted) for wanted in fit_on}
+    seen = np.array([label in wanted_labels for label in labels])
+    torque = np.concatenate(
+        [run.torque_Nm for run, chosen in zip(campaign.runs, seen, strict=True) if chosen]
+    )
+    if np.ptp(torque) == 0:
+        raise InputError("--fit-on", "", "runs of one torque", "runs whose torque varies")
+    return seen
+
+
+def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
+    """Say what was held out."""
+    if not seen.all():
+        return "runs not fitted"
+    return "run" if len(campaign.runs) > 1 else "half of the run"
+
+
+def held_out(base: Base, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+    """Residual of every sample under a fit that has not seen its run, arc seconds.
+
+    With a single run its halves are held out. With `rows` the runs outside of them were not seen.
+    """
+    c = base.conditions
+    starts = c.starts if c.runs > 1 else np.array([0, c.rows // 2, c.rows])
+    if c.rows < 2:
+        return base.residual()
+    if rows is None:
+        return held_out_residual(base, starts)
+    out = held_out_residual(base, starts, rows)
+    out[~rows] = base.residual()[~rows]
+    return out
+
+
+def rms_of(values: FloatArray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,102 @@
+"""Loops of a recording: branches, reversals, time under load, and the width at zero torque."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.backbone import run_plays
+from lostmotion.discover.conditions import Conditions
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+REVERSAL_SHARE = 0.02
+"""A turn of the torque counts as a reversal when it goes back by this share of the largest torque,
+on either side of the noise."""
+
+BLOCKS_LEAST = 6
+"""Fewer blocks cannot show anything: the smallest p is 2 / 2^blocks."""
+
+LOADED_SHARE = 0.1
+"""Above this share of the largest torque the drive counts as loaded."""
+
+WIDTH_SHARE = 0.05
+"""The width at zero is read from samples within this share of a run's largest torque."""
+
+WIDTH_SAMPLES = 5
+"""Fewer samples of a branch about zero show no width."""
+
+
+def zero_widths(torque_Nm: FloatArray, angles: FloatArray) -> FloatArray | None:
+    """Width of a loop where its torque is zero, for each column of angles.
+
+    On either branch a straight line through the samples about zero is read at zero.
+
+    Returns
+    -------
+    ndarray or None
+        The falling branch minus the rising one; None where a branch does not pass through zero.
+    """
+    largest = float(np.max(np.abs(torque_Nm)))
+    if largest == 0:
+        return None
+    rising, _ = directions(torque_Nm, largest)
+    near = np.abs(torque_Nm) <= WIDTH_SHARE * largest
+    at_zero = []
+    for branch in (0, 1):
+        chosen = near & (rising == branch)
+        if np.count_nonzero(chosen) < WIDTH_SAMPLES or np.ptp(torque_Nm[chosen]) == 0:
+            return None
+        line = np.column_stack((np.ones(int(chosen.sum())), torque_Nm[chosen]))
+        at_zero.append(np.linalg.lstsq(line, angles[chosen], rcond=None)[0][0])
+    return np.asarray(at_zero[0] - at_zero[1], dtype=np.float64)
+
+
+def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray]:
+    """Direction of the torque and how far it has gone since its last reversal.
+
+    Returns
+    -------
+    direction : ndarray of int
+        1 rising, 0 falling; noise below `REVERSAL_SHARE` of the largest torque does not turn it.
+    travel : ndarray
+        Torque covered since the last reversal, signed by the direction.
+    """
+    play = torque + run_plays(np.array([REVERSAL_SHARE * largest]), torque)[:, 0]
+    move = np.sign(np.diff(play, prepend=play[0]))
+    last = np.maximum.accumulate(np.where(move != 0, np.arange(move.size), 0))
+    sign = move[last]
+    if np.any(sign != 0):
+        sign[sign == 0] = sign[np.flatnonzero(sign)[0]]
+    turned = np.flatnonzero(np.diff(sign) != 0) + 1
+    begin = np.zeros(sign.size, dtype=np.intp)
+    begin[turned] = turned
+    begin = np.maximum.accumulate(begin)
+    return (sign > 0).astype(np.intp), torque - torque[begin]
+
+
+def time_under_load(c: Conditions) -> FloatArray:
+    """Seconds since the drive was last unloaded; 0 where it is, or since the start of the run."""
+    loaded = np.abs(c.torque) > LOADED_SHARE * float(np.max(np.abs(c.torque)))
+    rest = np.where(loaded, -np.inf, c.time_s)
+    rest[c.starts[:-1]] = c.time_s[c.starts[:-1]]
+    out = np.empty(c.rows)
+    for at in c.slices():
+        out[at] = c.time_s[at] - np.maximum.accumulate(rest[at])
+    return np.maximum(out, 0.0)
+
+
+def branch_blocks(starts: IntArray, direction: IntArray) -> IntArray:
+    """Number the stretches between reversals; long ones are cut until there are enough."""
+    change = np.diff(direction, prepend=direction[0]) != 0
+    change[starts[1:-1]] = True
+    blocks = np.cumsum(change)
+    pieces = int(blocks[-1]) + 1
+    if pieces < BLOCKS_LEAST:
+        cut = -(-BLOCKS_LEAST // pieces)
+        size = np.bincount(blocks)
+        first = np.concatenate(([0], np.cumsum(size)[:-1]))
+        inside = (np.arange(blocks.size) - first[blocks]) * cut // size[blocks]
+        blocks = blocks * cut + inside
+    return blocks.astype(np.intp)
