@@ -9,7 +9,6 @@
 #include "solve.h"
 #include "workspace.h"
 
-#define FINE_PHASES 8
 #define SAMPLES_LOG2 14
 #define SCRAMBLINGS 8
 #define ARCMIN (3.14159265358979323846 / 10800.0)
@@ -345,7 +344,7 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
   }
   if (status == LM_OK) {
     *finer = *problem;
-    finer->phases = FINE_PHASES;
+    finer->phases = LM_CERTAIN_PHASES;
     finer->damaged_share = 0;
     scan.nodes = LM_CERTAIN_NODES;
     lm_lay_out(finer, &scan, &layout);

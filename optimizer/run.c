@@ -275,7 +275,7 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
 
 /* The functions below return 1 when a file could not be written. */
 
-static int write_best(lm_run *run, const lm_found *best, lm_workspace *workspace,
+static int write_best(lm_run *run, const lm_found *best, int finished, lm_workspace *workspace,
                       char note[LM_NOTE_MAX]) {
   lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
   int failed = 1;
@@ -294,7 +294,7 @@ static int write_best(lm_run *run, const lm_found *best, lm_workspace *workspace
       lm_write_certificate(file, &run->problem, best->combination, certificate);
       failed |= !end_file(run, "certificate.json", file, 1);
     }
-    if (!certificate->holds && best->settled) {
+    if (!certificate->holds && finished) {
       (void)say(note, 0, "the best design does not hold on the fine check; see certificate.json");
     }
   }
@@ -375,7 +375,7 @@ int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   }
   failed |= write_history(run);
   if (lm_read_best(run->search, &best)) {
-    failed |= write_best(run, &best, workspace, note);
+    failed |= write_best(run, &best, status == LM_EXIT_DONE, workspace, note);
   } else if (status == LM_EXIT_DONE) {
     failed |= explain(run, workspace, note);
     status = LM_EXIT_FAILED;

@@ -16,8 +16,8 @@
  * last ones are polished; then the budget goes into the trade-off (two objectives: levels of the
  * second one; more: directions) or, for one objective, into restarts (of a few thousand evaluations
  * and more than one objective the populations have all of it instead); in the end the designs of
- * the front are settled (whole grades, no violation between the angles of the scan), which is not
- * charged to the budget.
+ * the front are settled (whole grades, no violation between the angles of the scan and between the
+ * tooth phases), which is not charged to the budget.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.

@@ -29,6 +29,14 @@ static int find_gap(lm_solver *s, const double unit[], int nodes, int steps, dou
   return 1;
 }
 
+/* The answer is to be of another scan or of other phases: what held there need not hold here. */
+static void begin_anew(lm_solver *s) {
+  lm_lay_out(s->problem, &s->scan, &s->layout);
+  s->known = 0;
+  s->answer->computed = 0;
+  s->answer->found_count = 0;
+}
+
 /* Where the teeth part, a gap may be smallest at the end of the overlap, which moves with the
  * design: no angle of a scan holds it. What is missing there is made up by the shift that opens all
  * gaps alike. */
@@ -45,25 +53,61 @@ static void open_fine_gap(lm_solver *s) {
                      s->problem->bounds.gap_min_arcmin + LM_RESERVE - gap, unit)) {
       return;
     }
-    s->known = 0;
-    s->answer->computed = 0;
-    s->answer->found_count = 0;
+    begin_anew(s);
     (void)lm_evaluate_solver(s, unit, 0);
   }
 }
 
-/* Whether a point's gaps hold between the angles of the scan as well, as the certificate asks. */
+/* Whether a figure has a limit that hangs on the tooth phase: all but stress and cost do. */
+static int limits_phases(const lm_problem *p) {
+  int figure = 0;
+  while (figure < LM_FIGURE_STRESS && !(p->bounds.figure_max[figure] > 0)) {
+    figure++;
+  }
+  return figure < LM_FIGURE_STRESS;
+}
+
+/* The problem at the phases of the certificate. */
+static const lm_problem *at_fine_phases(lm_solver *s) {
+  lm_problem *finer = &s->workspace->finer;
+  if (s->problem != finer) {
+    *finer = *s->problem;
+    finer->phases = LM_CERTAIN_PHASES;
+  }
+  return finer;
+}
+
+/* Whether the limits of the figures hold at the phases between those of the search as well. */
+static int holds_at_fine_phases(lm_solver *s, const double unit[]) {
+  const lm_problem *finer;
+  double result[LM_RESULT_MAX];
+  lm_scan scan = s->scan;
+  lm_layout layout;
+  if (!limits_phases(s->problem)) {
+    return 1;
+  }
+  finer = at_fine_phases(s);
+  scan.nodes = LM_CERTAIN_NODES;
+  lm_lay_out(finer, &scan, &layout);
+  return lm_evaluate_point(finer, &scan, &layout, s->combination, unit, result, s->workspace,
+                           NULL) == LM_OK &&
+         lm_violation_of(finer, &layout, result) <= 0;
+}
+
+/* Whether a point holds between the angles of the scan and between the phases as well, as the
+ * certificate asks. */
 static int holds_between(lm_solver *s, const double unit[]) {
   double gap;
   double angle;
-  return s->problem->bounds.gap_at_worst_corner ||
-         (find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) &&
-          gap >= s->problem->bounds.gap_min_arcmin);
+  return (s->problem->bounds.gap_at_worst_corner ||
+          (find_gap(s, unit, LM_CERTAIN_NODES, LM_CERTAIN_STEPS, &gap, &angle) &&
+           gap >= s->problem->bounds.gap_min_arcmin)) &&
+         holds_at_fine_phases(s, unit);
 }
 
 /* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
- * the scan: the exchange method for limits that hold along a line. A settling solves twice, so the
- * default scan and twice the rounds are within LM_ANGLE_MAX. */
+ * the scan: the exchange method for limits that hold along a line. A settling solves four times at
+ * most, so the default scan and four times the rounds are within LM_ANGLE_MAX. */
 static void solve_exactly(lm_solver *s, const double start[]) {
   int round;
   lm_run_slsqp(s, start);
@@ -78,14 +122,37 @@ static void solve_exactly(lm_solver *s, const double start[]) {
     s->scan.angle[s->scan.count].offset_rad = angle;
     s->scan.angle[s->scan.count].from_junction = 0;
     s->scan.count++;
-    lm_lay_out(s->problem, &s->scan, &s->layout);
     memcpy(from, s->answer->unit, sizeof from);
-    s->known = 0;
-    s->answer->computed = 0; /* what held on fewer angles need not hold on more */
-    s->answer->found_count = 0;
+    begin_anew(s);
     lm_run_slsqp(s, from);
   }
   open_fine_gap(s);
+}
+
+/* Where the answer breaks a limit between the phases, go on at those of the certificate. */
+static void keep_fine_limits(lm_solver *s) {
+  double unit[LM_FREE_MAX];
+  if (!s->answer->computed || holds_at_fine_phases(s, s->answer->unit)) {
+    return;
+  }
+  memcpy(unit, s->answer->unit, sizeof unit);
+  s->problem = at_fine_phases(s);
+  s->scan.nodes = LM_CERTAIN_NODES;
+  begin_anew(s);
+  solve_exactly(s, unit);
+}
+
+/* The answer at the search's own phases, as all other designs of the front have their figures. */
+static void measure_as_searched(lm_solver *s, const lm_problem *stated, int nodes) {
+  double unit[LM_FREE_MAX];
+  if (s->problem == stated) {
+    return;
+  }
+  memcpy(unit, s->answer->unit, sizeof unit);
+  s->problem = stated;
+  s->scan.nodes = nodes;
+  begin_anew(s);
+  (void)lm_evaluate_solver(s, unit, 0);
 }
 
 /* The range keeps its value from now on. */
@@ -122,12 +189,14 @@ void lm_mark_settled(lm_solver *s) {
 
 void lm_settle(lm_solver *s, const lm_task *task) {
   const lm_problem *p = s->problem;
+  const int nodes = s->scan.nodes;
   double unit[LM_FREE_MAX];
   lm_answer kept;
   int i;
   int k;
   memcpy(unit, task->unit, sizeof unit);
   solve_exactly(s, unit);
+  keep_fine_limits(s);
   for (k = 0; k < p->range_count && s->answer->computed && !s->interrupted; k++) {
     const lm_range *range = &p->range[k];
     const double grade = range->low + (range->high - range->low) * s->answer->unit[k];
@@ -173,6 +242,8 @@ void lm_settle(lm_solver *s, const lm_task *task) {
     memcpy(unit, s->answer->unit, sizeof unit);
     solve_exactly(s, unit);
   }
+  keep_fine_limits(s);
+  measure_as_searched(s, p, nodes);
   /* Only the settled design counts: the others still have broken grades. */
   s->answer->found_count = 0;
   if (s->answer->computed && s->answer->violation <= 0 && holds_between(s, s->answer->unit)) {

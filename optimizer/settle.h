@@ -1,4 +1,5 @@
-/* Settling: whole grades, and no violation between the angles of the scan. */
+/* Settling: whole grades, and no violation between the angles of the scan and between the phases.
+ */
 #ifndef LOSTMOTION_OPTIMIZER_SETTLE_H
 #define LOSTMOTION_OPTIMIZER_SETTLE_H
 
@@ -9,7 +10,8 @@ extern "C" {
 #endif
 
 /* Whole grades one after the other, in the order of the spec, each with the better of its
- * neighbours while the rest moves. Then the gaps between the angles of the scan. */
+ * neighbours while the rest moves. Then the gaps between the angles of the scan, and limits of
+ * figures at the phases of the certificate. */
 void lm_settle(lm_solver *s, const lm_task *task);
 
 /* Designs of the answer that need none of that are marked as settled. */

@@ -15,6 +15,7 @@ struct lm_workspace {
   /* of the task that is carried out (solver.h) */
   double task_result[LM_RESULT_MAX];
   double task_slope[LM_RESULT_MAX * LM_FREE_MAX];
+  lm_problem finer; /* the task's problem at the phases of the certificate */
 };
 
 #ifdef __cplusplus

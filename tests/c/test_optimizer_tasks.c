@@ -337,6 +337,30 @@ static void test_a_settled_design_has_whole_grades_and_certifies(void) {
   free(certificate);
 }
 
+/* A limit of a figure that binds at the phases of the search is broken between them: the settling
+ * has to move off it, and the figures stay those of the search's phases. */
+static void test_a_settled_design_keeps_its_figures_limits_between_the_phases(void) {
+  static const char *const limits[] = {"limit tolerance_lost_motion_max_arcmin 2.5\n",
+                                       "limit stiffness_min_Nm_per_rad 29800\n",
+                                       "limit kinematic_error_max_arcsec 0.3\n"};
+  lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
+  int i;
+  for (i = 0; i < 3; i++) {
+    read_with("fixed generator.type discs\nobjective cost\n",
+              "range tolerance.0.grade 5 9\nrange tolerance.1.grade 5 9\n", limits[i]);
+    make_task(LM_TASK_SETTLE, 2400);
+    run();
+    check_answer();
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, answer->found_count, limits[i]);
+    TEST_ASSERT_EQUAL_INT(
+        LM_OK, lm_certify(&problem, 0, answer->found[0].unit, certificate, workspace, NULL));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, certificate->holds, limits[i]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, certificate->search_figure[LM_FIGURE_COST],
+                              answer->found[0].objective[0]);
+  }
+  free(certificate);
+}
+
 /* Between 5.5 and 8.5 the whole grades are 6 .. 8, though 5 and 9 are neighbours of the ends. */
 static void test_a_grade_is_not_rounded_out_of_its_range(void) {
   double grade;
@@ -521,6 +545,7 @@ int main(void) {
   RUN_TEST(test_a_second_look_goes_where_it_may_gain);
   RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
   RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
+  RUN_TEST(test_a_settled_design_keeps_its_figures_limits_between_the_phases);
   RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);
   RUN_TEST(test_what_cannot_be_kept_is_not_settled);
   RUN_TEST(test_gaps_of_the_worst_corner_settle_on_the_scan);
