@@ -308,7 +308,7 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   double relax[LM_LIMIT_COUNT];
   double violation;
   int combination;
-  size_t length;
+  int limits = 0;
   FILE *file;
   int i;
   if (!lm_read_nearest(run->search, &combination, unit, &violation) ||
@@ -322,12 +322,20 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   (void)say(note, 0, "no feasible design; relax");
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     if (relax[i] > LM_RESERVE) {
-      length = strlen(note);
+      const size_t length = strlen(note);
       snprintf(note + length, LM_NOTE_MAX - length, " %s by %.4g", lm_limit_name(i), relax[i]);
+      limits++;
     }
   }
-  length = strlen(note);
-  snprintf(note + length, LM_NOTE_MAX - length, "; units in infeasible.json");
+  if (limits > 0) {
+    const size_t length = strlen(note);
+    snprintf(note + length, LM_NOTE_MAX - length, "; units in infeasible.json");
+  } else {
+    (void)say(
+        note, 0,
+        "no design was found, though no limit has to give: raise search.evaluations, or relax "
+        "a limit a little");
+  }
   file = begin_file(run, "infeasible.json");
   if (file == NULL) {
     return 1;

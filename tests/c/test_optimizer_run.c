@@ -210,6 +210,22 @@ static void test_limits_that_contradict_say_what_would_have_to_give(void) {
   assert_missing("best.toml");
 }
 
+/* Ten evaluations do not meet the few designs that there are. */
+static void test_limits_that_a_larger_budget_can_keep_are_not_to_be_relaxed(void) {
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED,
+                        do_all("evaluations 10\nrated_torque_Nm 40\nobjective lost_motion\n"
+                               "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
+                               "fixed teeth.flexspline_teeth 200\nfixed generator.type discs\n"
+                               "range generator.deflection_modules 0.85 1.15\n"
+                               "range teeth.flexspline_shift 2 5\n"
+                               "range flexspline.rim_thickness_mm 0.3 1.2\n"
+                               "range teeth.shift_difference -0.4 0.6\n"
+                               "limit stiffness_min_Nm_per_rad 29500\nlimit stress_max 0.424\n"
+                               "limit lost_motion_max_arcmin 0.37\nlimit gap_min_arcmin -0.13\n"));
+  assert_noted("no limit has to give");
+  assert_holds("infeasible.json", "\"relax\": []");
+}
+
 static void test_ranges_without_any_drive_say_so(void) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, do_all("evaluations 50\n"
                                                "rated_torque_Nm 40\n"
@@ -559,6 +575,7 @@ int main(void) {
   RUN_TEST(test_what_cannot_be_opened_is_told_and_nothing_written);
   RUN_TEST(test_another_specs_journal_is_refused);
   RUN_TEST(test_limits_that_contradict_say_what_would_have_to_give);
+  RUN_TEST(test_limits_that_a_larger_budget_can_keep_are_not_to_be_relaxed);
   RUN_TEST(test_ranges_without_any_drive_say_so);
   RUN_TEST(test_a_journal_that_cannot_grow_ends_the_run);
   RUN_TEST(test_results_that_cannot_be_written_are_told);

@@ -224,7 +224,11 @@ BAD: list[tuple[str, Any, tuple[str, ...]]] = [
     ("search.start_from", "nowhere", ("search.start_from", "nowhere", "front.csv")),
     ("search.start_from", "no\0where", ("search.start_from", "front.csv")),
     ("search.start_from", 3, ("search.start_from", "text")),
-    ("search.range", {"teeth.tooth_height": [2, 1]}, ("teeth.tooth_height", "low below high")),
+    (
+        "search.range",
+        {"teeth.tooth_height": [2, 1]},
+        ("teeth.tooth_height", "[2, 1]", "low below high"),
+    ),
     ("search.range", {"teeth.module_mm": [0.2, 0.3]}, ("a second value", "search.fixed")),
     ("search.range", {"teeth.module_um": {"choose": [250, 300]}}, ("a second value", "module_mm")),
     (
@@ -733,6 +737,44 @@ def test_contradictory_limits_say_what_would_have_to_give(
     assert not (tmp_path / "run" / "best.toml").exists()
 
 
+def test_a_small_budget_says_what_it_did_not_reach(
+    write: Write, small: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small["search"]["limits"] = {"safety_factor_min": 1.5, "lost_motion_max_arcmin": 0.1}
+    small["search"]["evaluations"] = 10
+    small["search"]["range"]["teeth.flexspline_teeth"] = {"choose": list(range(150, 250, 2))}
+    assert main(["design", str(write(small)), "-o", str(tmp_path / "run")]) == 1
+    error = capsys.readouterr().err
+    assert re.search(
+        r"no feasible design in the budget, \d+ combinations not reached; relax", error
+    )
+
+
+def test_too_many_combinations_are_counted(small: dict[str, Any]) -> None:
+    small["search"]["range"] |= {
+        "teeth.flexspline_teeth": {"choose": list(range(150, 270, 2))},
+        "teeth.root_clearance": {"choose": [0.2 + 0.001 * i for i in range(60)]},
+        "teeth.rack_addendum": {"choose": [0.9 + 0.001 * i for i in range(60)]},
+    }
+    with pytest.raises(InputError, match=r"\d{6} combinations of choices, expected at most 20000"):
+        parse_spec(small)
+
+
+def test_one_window_of_ratios_is_not_for_two_deformations(small: dict[str, Any]) -> None:
+    search = small["search"]
+    search["rigid_gear_turns"] = True
+    search["fixed"].pop("teeth.deformation", None)
+    search["fixed"].pop("teeth.flexspline_teeth", None)
+    search["range"].pop("teeth.flexspline_teeth", None)
+    search["limits"] = {"ratio": [98, 98]}
+    search["range"]["teeth.deformation"] = {"choose": ["internal", "external"]}
+    search["range"]["generator.type"] = {"choose": ["discs", "ring"]}
+    with pytest.raises(InputError, match="found both deformations and a ratio"):
+        parse_spec(small)
+    search["range"]["teeth.deformation"] = {"choose": ["external"]}
+    assert "choose teeth.flexspline_teeth 198\n" in parse_spec(small).text
+
+
 ONE_VARIABLE: dict[str, Any] = {
     "search": {
         "objectives": ["lost_motion"],
@@ -767,6 +809,26 @@ def test_search_that_finds_its_first_design_late_has_its_report(
     assert bests[0] == ""
     assert float(bests[-1]) > 0
     assert "How the search came there" in (run / "report.html").read_text()
+
+
+def test_what_the_fine_check_finds_is_told(
+    write: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = copy.deepcopy(ONE_VARIABLE)
+    spec["search"]["objectives"] = ["kinematic_error"]
+    spec["search"]["phases"] = 3
+    assert main(["design", str(write(spec)), "-o", str(tmp_path / "run")]) == 0
+    assert re.search(
+        r"kinematic_error \S+ arcsec there, \S+ in the search", capsys.readouterr().out
+    )
+    spec["search"]["objectives"] = ["lost_motion"]
+    spec["search"]["phases"] = 1  # which shows no kinematic error at all
+    spec["search"]["limits"] = {"kinematic_error_max_arcsec": 0.001}
+    assert main(["design", str(write(spec)), "-o", str(tmp_path / "broken")]) == 0
+    said = capsys.readouterr()
+    assert "does NOT hold" in said.out
+    assert re.search(r"broken: kinematic_error_max_arcsec by \S+ share of the limit", said.out)
+    assert "does not hold on the fine check" in said.err
 
 
 def test_stiffness_beyond_reach_says_how_far_it_has_to_fall(

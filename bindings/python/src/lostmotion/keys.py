@@ -83,6 +83,10 @@ class Value:
     unit: str = ""
 
 
+SHOWN_MAX = 4
+"""Most values of an array that a message shows."""
+
+
 def show(value: Any) -> str:
     """Show a value as the file would have it."""
     if isinstance(value, bool):
@@ -92,7 +96,8 @@ def show(value: Any) -> str:
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, list):
-        return "an array"
+        short = len(value) <= SHOWN_MAX and not any(isinstance(v, (list, Mapping)) for v in value)
+        return f"[{', '.join(map(show, value))}]" if short else "an array"
     if isinstance(value, float):
         return repr(value)
     return str(value)

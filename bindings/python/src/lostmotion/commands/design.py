@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
 from lostmotion.cluster import connect
+from lostmotion.design.report import margin_unit
 from lostmotion.design.result import Result, relaxation
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
@@ -25,6 +26,9 @@ BAR_WIDTH = 20
 
 FRONT_ROWS = 12
 """Most designs of the front that are printed."""
+
+APART = 0.1
+"""Share by which an objective of the fine check may differ from the search's, unsaid."""
 
 
 def run_design(arguments: argparse.Namespace) -> None:
@@ -58,7 +62,11 @@ def run_design(arguments: argparse.Namespace) -> None:
         deliver(result.answer(), arguments, lambda out: show_result(result, out))
     if result.best is None:
         wanted = ", ".join(relaxations(result))
-        raise LostMotionError(f"no feasible design; relax {wanted}" if wanted else result.note)
+        missed = result.combinations["not_reached"]
+        unseen = f" in the budget, {missed} combinations not reached" if missed else ""
+        raise LostMotionError(
+            f"no feasible design{unseen}; relax {wanted}" if wanted else result.note
+        )
     if result.note and not arguments.quiet:
         print(f"lostmotion: {one_line(result.note)}", file=sys.stderr)
 
@@ -135,6 +143,14 @@ def show_result(result: Result, out: TextIO) -> None:
         print(f"\nbest.toml {word} on the fine check; what binds:", file=out)
         bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
         print("  " + (", ".join(bound) or "no limit"), file=out)
+        broken = [limit for limit in seen["limits"] if limit["stated"] and limit["margin"] < 0]
+        for limit in broken:
+            unit = margin_unit(limit["name"])
+            print(f"  broken: {limit['name']} by {-limit['margin']:.3g} {unit}", file=out)
+        for name, unit in zip(result.objectives, result.units, strict=True):
+            searched, fine = (seen[k][f"{name}_{unit}"] for k in ("figures_as_searched", "figures"))
+            if abs(fine - searched) > APART * abs(fine):
+                print(f"  {name} {fine:.5g} {unit} there, {searched:.5g} in the search", file=out)
     if result.assumed:
         print("\ntaken by default:", file=out)
         for key, value in result.assumed.items():

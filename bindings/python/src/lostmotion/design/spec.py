@@ -88,7 +88,9 @@ NEVER = {
 SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
 """What the search does with them: they may be fixed to that."""
 
-NAMED = {"generator.type": GENERATORS, "teeth.deformation": DEFORMATIONS}
+DEFORMATION = "teeth.deformation"
+
+NAMED = {"generator.type": GENERATORS, DEFORMATION: DEFORMATIONS}
 """Keys whose values are names."""
 
 WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
@@ -205,6 +207,7 @@ class _Reader:
         drive = read_table(self.file, "drive", self.document.get("drive", {}), DRIVE_KEYS)
         self.read_objectives()
         self.read_head(head, drive)
+        self.check_turning()
         for name in ("fixed", "range"):
             for key, value in self.table(name).items():
                 if name != "fixed" or not self.is_settled(key, value):
@@ -425,9 +428,22 @@ class _Reader:
         external = self.external()
         return teeth + (-2 if external else 2) if self.turns else teeth
 
-    def external(self) -> bool:
+    def deformations(self) -> list[Any]:
+        """Return the deformations that the drives of the search may have."""
         table = {**self.table("fixed"), **self.table("range")}
-        return table.get("teeth.deformation") == "external"
+        value = table.get(DEFORMATION, DEFORMATIONS[0])
+        found = value.get("choose") if isinstance(value, Mapping) else None
+        return found if isinstance(found, list) else [value]
+
+    def external(self) -> bool:
+        return self.deformations() == ["external"]
+
+    def check_turning(self) -> None:
+        """Refuse a window of ratios where the same teeth have two of them."""
+        if self.turns and self.ratio is not None and len(self.deformations()) > 1:
+            place = f"search.range.{DEFORMATION}"
+            expected = "one: where the rigid gear turns, its teeth and the ratio follow from it"
+            raise self.refuse(place, "both deformations and a ratio", expected)
 
     def fill_open(self, drive: Mapping[str, Value]) -> None:
         """State what the file leaves open and the search cannot do without."""
@@ -690,6 +706,11 @@ class _Reader:
     def check(self) -> None:
         """Let the optimizer read the text."""
         ffi, lib = engine()
+        choices = [line.split()[2:] for line in self.lines if line.startswith("choose ")]
+        combinations = math.prod(map(len, choices))
+        if combinations > lib.LM_COMBINATION_MAX:
+            found = f"{combinations} combinations of choices"
+            raise self.refuse("search.range", found, f"at most {lib.LM_COMBINATION_MAX}")
         problem = ffi.new("lm_problem *")
         error = ffi.new("lm_spec_error *")
         if lib.lm_read_spec(self.spec.text.encode(), problem, error) == 0:
