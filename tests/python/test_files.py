@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from pathlib import Path
 
 import pytest
 
 from lostmotion.errors import InputError
-from lostmotion.files import write_whole
+from lostmotion.files import check_place, write_whole
 
 
 def test_a_file_is_replaced_whole(tmp_path: Path) -> None:
@@ -37,3 +39,43 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"missing/answer\.json: found no such folder"):
         write_whole(tmp_path / "missing" / "answer.json", "x")
+
+
+def test_a_pipe_is_written_to_and_stays_a_pipe(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        check_place("--json", pipe)
+        write_whole(pipe, "answer")
+        assert os.read(reader, 100) == b"answer"
+    finally:
+        os.close(reader)
+    assert pipe.is_fifo()
+    assert [p.name for p in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_a_device_is_written_to_and_stays_a_device(tmp_path: Path) -> None:
+    for number, name in ((3, "null"), (7, "full")):
+        try:
+            os.mknod(tmp_path / name, 0o666 | stat.S_IFCHR, os.makedev(1, number))
+        except OSError:
+            pytest.skip("no leave to make devices")
+    write_whole(tmp_path / "null", "answer")
+    with pytest.raises(InputError, match="No space left on device"):
+        write_whole(tmp_path / "full", "answer")
+    assert all(path.is_char_device() for path in tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_link_stays_and_its_file_is_written_whole(tmp_path: Path, *, there: bool) -> None:
+    (tmp_path / "far").mkdir()
+    target, link = tmp_path / "far" / "answer.json", tmp_path / "link.json"
+    if there:
+        target.write_text("old")
+    link.symlink_to(target)
+    check_place("--json", link)
+    write_whole(link, "new")
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    assert [p.name for p in (tmp_path / "far").iterdir()] == ["answer.json"]

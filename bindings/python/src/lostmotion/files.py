@@ -47,10 +47,11 @@ def check_place(option: str, path: str | Path) -> None:
         Names the option and the path.
     """
     try:
-        place = Path(path).absolute()
         if "\0" in str(path):
             found = "a path that holds a NUL"
-        elif place.is_dir():
+        elif is_stream(path):
+            return
+        elif (place := Path(os.path.realpath(path))).is_dir():
             found = f"the folder '{path}'"
         elif not place.parent.is_dir():
             found = f"'{path}', whose folder does not exist"
@@ -63,8 +64,16 @@ def check_place(option: str, path: str | Path) -> None:
     raise InputError(option, "", found, "a file in a folder that exists")
 
 
+def is_stream(path: str | Path) -> bool:
+    """Whether a path is a pipe or a device: written to, never replaced."""
+    path = Path(path)
+    return path.exists() and not (path.is_file() or path.is_dir())
+
+
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write a file beside its place and rename it, so that nobody ever sees half of it.
+
+    A link stays a link, and its file is written; pipes and devices are written to as they are.
 
     Raises
     ------
@@ -75,7 +84,11 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     # A file name may hold bytes that are no text; they are shown, not lost.
     data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
     try:
-        handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        if is_stream(path):
+            path.write_bytes(data)
+            return
+        place = Path(os.path.realpath(path))
+        handle, beside = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
     except (OSError, ValueError) as error:
         found = "no such folder" if isinstance(error, FileNotFoundError) else reason(error)
         raise InputError(path, "", found, "a place to write to") from None
@@ -87,7 +100,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         mask = os.umask(0)
         os.umask(mask)
         os.chmod(beside, 0o666 & ~mask)
-        os.replace(beside, path)
+        os.replace(beside, place)
         LOG.info("wrote %s, %d bytes", path, len(data))
     except OSError as error:
         raise InputError(path, "", reason(error), "a place to write to") from None
