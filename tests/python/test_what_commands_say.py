@@ -246,6 +246,17 @@ def test_an_effect_that_a_file_names_and_nobody_knows_is_told_with_the_file() ->
         term_from({"name": "flange", "bend_rad": 1e-6}, library(), "own.toml")
 
 
+def test_a_plan_needs_no_lost_motion(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [row.split(",") for row in (folder / "warm.csv").read_text().splitlines()]
+    known = [i for i, name in enumerate(rows[0]) if not name.startswith(("lost_", "output_"))]
+    plan = tmp_path / "plan.csv"
+    plan.write_text("".join(",".join(row[i] for i in known) + "\n" for row in rows))
+    assert main(["forecast", str(folder / "drive.toml"), str(plan)]) == 0
+    assert "thermal_gap" in capsys.readouterr().out
+
+
 def test_a_forecast_of_few_runs_says_so(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -74,11 +74,17 @@ def make_base(
     return base
 
 
-def require_samples(campaign: Campaign) -> None:
-    """Refuse a campaign that is too short for the base, or whose torque stands still."""
+def require_plan(campaign: Campaign) -> None:
+    """Refuse runs that are too few samples for the base, or whose torque stands still."""
     file = campaign.runs[0].file
     if campaign.rows < SAMPLES_LEAST:
         raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
+    campaign.require_torque()
+
+
+def require_samples(campaign: Campaign) -> None:
+    """Refuse what `require_plan` does, and a lost motion that stands still in every run."""
+    require_plan(campaign)
     campaign.require_variation()
 
 

@@ -17,7 +17,7 @@ from lostmotion.discover.candidates import DERIVED, missing_columns, named_candi
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest, reduce
 from lostmotion.discover.diagnosis import RUNS_LEAST, TWIN_DEG, Diagnosis, detectable
-from lostmotion.discover.drive_base import require_samples, restore
+from lostmotion.discover.drive_base import require_plan, restore
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.selection import noise_rms
@@ -120,7 +120,7 @@ def forecast(
     effects: Mapping[str, Effect],
 ) -> dict[str, Any]:
     """Say which effects a plan would find, how small, and which it could not separate."""
-    require_samples(campaign)
+    require_plan(campaign)
     base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
     base.mean_slope = float(np.mean(base.prior_slopes))
     base.slopes = base.prior_slopes.copy()

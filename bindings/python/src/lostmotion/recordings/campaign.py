@@ -102,8 +102,8 @@ class Campaign:
         """Largest torque in either direction."""
         return max(float(np.max(np.abs(run.torque_Nm))) for run in self.runs)
 
-    def require_variation(self) -> None:
-        """Refuse a campaign whose torque stands still, or whose lost motion does in every run.
+    def require_torque(self) -> None:
+        """Refuse a campaign whose torque stands still.
 
         Raises
         ------
@@ -114,6 +114,16 @@ class Campaign:
         if np.ptp(torque) == 0:
             found = f"a constant {torque[0]:.6g} Nm"
             raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
+
+    def require_variation(self) -> None:
+        """Refuse a campaign whose torque stands still, or whose lost motion does in every run.
+
+        Raises
+        ------
+        InputError
+            When it does.
+        """
+        self.require_torque()
         if all(np.ptp(run.lost_motion_rad) <= STILL_RAD for run in self.runs):
             found = f"a constant {self.runs[0].lost_motion_rad[0]:.6g} rad"
             expected = "a lost motion that varies, with all digits of its encoder"
