@@ -163,6 +163,14 @@ def test_clearances_at_stated_angles(capsys: Capture, drawn_file: str) -> None:
     assert found["overlap"] == [True, True, False]
 
 
+def test_clearances_at_stated_angles_give_back_the_angles_as_stated(
+    capsys: Capture, drawn_file: str
+) -> None:
+    stated = [-60.0, -30.0, 0.1, 20.0, 30.0, 33.123456789]
+    text = ",".join(map(str, stated))
+    assert answer(capsys, "clearances", drawn_file, "--angles-deg", text)["angle_deg"] == stated
+
+
 def test_clearances_by_phase_print_a_table(capsys: Capture, drawn_file: str) -> None:
     assert main(["clearances", drawn_file, "--phase-deg", "-0.9"]) == 0
     text = capsys.readouterr().out

@@ -153,6 +153,10 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
     }
 
 
+ANGLE_DIGITS = 12
+"""Decimals of an angle of a tooth in deg."""
+
+
 def clearances(
     drive: Drive, phase_rad: float = 0.0, angles_rad: npt.ArrayLike | None = None
 ) -> dict[str, Any]:
@@ -175,7 +179,8 @@ def clearances(
         "schema": "lostmotion.clearances/1",
         "drive": drive.name,
         "section": [int(section) for section in found.section],
-        "angle_deg": numbers(np.degrees(found.angle_rad)),
+        # To and from rad leaves an angle of 30 deg a bit beside it; nobody could look it up.
+        "angle_deg": numbers(np.round(np.degrees(found.angle_rad), ANGLE_DIGITS)),
         "forward_arcmin": numbers(found.forward_rad / ARCMIN),
         "backward_arcmin": numbers(found.backward_rad / ARCMIN),
         "contact_radius_mm": numbers(radius[0]),
