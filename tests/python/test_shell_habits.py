@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lostmotion.cli import join_signed, main, make_parser
+from lostmotion.cli import join_signed, main, make_parser, repeat_options
 
 DATA = Path(__file__).parents[1] / "data"
 DRIVE = DATA / "drives" / "size_25.toml"
@@ -101,3 +101,34 @@ def test_answers_have_no_colours_json_is_json_and_quiet_is_quiet(
     loud, said = run("--verbose")
     assert "\033" not in said
     assert loud == plain
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("fit d.toml a.csv --add wear creep -o f", "fit d.toml a.csv --add wear --add creep -o f"),
+        ("fit --add wear creep there d.toml", "fit --add wear --add creep there d.toml"),
+        ("fit --add=wear creep --add free_play", "fit --add=wear --add creep --add free_play"),
+        ("fit --add wear d.toml a", "fit --add wear d.toml a"),
+        (
+            "check --map A=time_s B=-torque_Nm a.csv",
+            "check --map A=time_s --map B=-torque_Nm a.csv",
+        ),
+        ("check a.csv --map A=time_s B", "check a.csv --map A=time_s B"),
+        ("check --map", "check --map"),
+        ("fit --add --json -", "fit --add --json -"),
+        ("predict d.toml --torque -1:1:3", "predict d.toml --torque -1:1:3"),
+    ],
+)
+def test_an_option_of_several_values_may_be_given_them_at_once(
+    words: str, expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    assert repeat_options(words.split()) == expected.split()
+
+
+def test_several_maps_behind_one_option_are_all_read(capsys: pytest.CaptureFixture[str]) -> None:
+    maps = [str(word) for word in QUICK["check"] if "=" in str(word)]
+    assert main(["check", str(LOOPS / "base_onyx_runin5.csv"), "--map", *maps]) == 0
+    assert "samples" in capsys.readouterr().out

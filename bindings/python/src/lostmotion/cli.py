@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import logging
 import os
+import re
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
@@ -25,12 +26,16 @@ SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg", "--ratio")
 """Options whose value may begin with a minus sign."""
 
 
+REPEATED_OPTIONS = {"--add": re.compile(r"\w+"), "--map": re.compile(r".+=.+")}
+"""Options that may be given several values at once, and what such a value looks like."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status."""
     parser = make_parser()
     words = sys.argv[1:] if argv is None else argv
     try:
-        arguments = parser.parse_args(join_signed(words))
+        arguments = parser.parse_args(join_signed(repeat_options(words)))
         arguments.command_line = shlex.join(["lostmotion", *words])
         if arguments.command is None:
             parser.print_help()
@@ -74,6 +79,25 @@ def join_signed(argv: Sequence[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
+
+
+def repeat_options(argv: Sequence[str]) -> list[str]:
+    """Put an option before each of several values: ``--add wear creep`` is two ``--add``.
+
+    What follows and is a file is none: ``--add wear recordings`` ends with the recordings.
+    """
+    repeated: list[str] = []
+    option = ""
+    for before, word in zip(("", *argv), argv, strict=False):
+        if word.startswith("-") and before not in REPEATED_OPTIONS:
+            option = word.partition("=")[0]
+        elif option in REPEATED_OPTIONS and before != option:
+            if REPEATED_OPTIONS[option].fullmatch(word) and not os.path.lexists(word):
+                repeated.append(option)
+            else:
+                option = ""
+        repeated.append(word)
+    return repeated
 
 
 def check_places(arguments: argparse.Namespace) -> None:

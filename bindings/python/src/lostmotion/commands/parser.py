@@ -211,7 +211,7 @@ def add_discovery(command: Command) -> None:
         action="append",
         default=[],
         metavar="EFFECT",
-        help="effect to add; again for another",
+        help="effect to add; again, or behind it, for another",
     )
     added.add_argument(
         "--friction",
