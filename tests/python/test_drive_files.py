@@ -13,10 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conftest import BOUGHT, DRAWN
-from lostmotion.core import core
+from lostmotion.core import core, library_effects
+from lostmotion.discover.drive_base import term_from
+from lostmotion.discover.effects import library
 from lostmotion.drives import EFFECTS, format_toml, parse_drive, read_drive, write_drive
 from lostmotion.errors import InputError
-from lostmotion.export import library_effects, make_controller
+from lostmotion.export import make_controller
 from lostmotion.keys import Key, read_table
 from lostmotion.model import design_model
 from lostmotion.predict import predict
@@ -100,6 +102,19 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"effect": [{"name": {"a": 1}}]}, ("effect[0].name", "a table", "the name of an effect")),
     ({"effect": [{"name": "wear"}, {"name": "wear"}]}, ("effect[1].name", "'wear'", "once")),
     ({"effect": [{"name": "wear", "a_um": "3"}]}, ("effect[0].a_um", "'3'", "finite number")),
+    ({"effect": [{"name": "sensor_lag"}]}, ("effect[0].lag_s", "nothing", "this key")),
+    (
+        {"effect": [{"name": "sensor_lag", "lag_mm": 1}]},
+        ("effect[0].lag_mm", "a length", "a time"),
+    ),
+    (
+        {"effect": [{"name": "sensor_lag", "lag_s": 0.1, "lagg_s": 1}]},
+        ("effect[0].lagg_s", "an unknown key", "did you mean 'lag_s'?"),
+    ),
+    (
+        {"effect": [{"name": "sensor_lag", "lag_ms": 1e9}]},
+        ("effect[0].lag_ms", "1000000000.0", "a number from"),
+    ),
     ({"fit": {}}, ("fit.values", "no such table")),
     ({"fit": {"values": 7}}, ("fit.values", "7", "a table of numbers")),
     ({"fit": {"values": {"a": "x"}}}, ("fit.values.a", "'x'", "finite number")),
@@ -550,8 +565,8 @@ def test_a_written_file_reads_back_as_the_same_numbers(document: Document, tmp_p
         "covariance": [[1e-6, 0.0], [0.0, 6.25e-34]],
     }
     document["effect"] = [
-        {"name": "wear", "rate_um_per_Mcycle": 0.1 + 0.2},
-        {"name": "thermal_gap", "gap_um_per_K": -1e-300},
+        {"name": "thermal_drift", "drift_arcsec_per_K": 0.1 + 0.2},
+        {"name": "torque_offset", "offset_Nm": -1e-300},
     ]
     if "design" in document:
         document["design"]["tolerance"] = [
@@ -653,3 +668,17 @@ def test_every_effect_of_the_library_can_be_exported_from_a_drive_file(
     controller = make_controller(parse_drive(bought), {})
     assert [used for used, _ in controller.effects] == [name]
     assert controller.effects[0][1] == pytest.approx([v for k, v in table.items() if k != "name"])
+
+
+def test_values_of_an_effect_may_have_any_unit_in_fits_and_in_the_controller(
+    bought: Document,
+) -> None:
+    kept = {"gap_rad_per_K": 1e-6, "gap_rad": 2e-3, "takeup_Nm": 0.4}
+    other = {"gap_urad_per_C": 1, "takeup_mNm": 400, "gap_mrad": 2}
+    found = []
+    for values in (kept, other):
+        drive = parse_drive({**bought, "effect": [{"name": "thermal_gap", **values}]})
+        (exported,) = make_controller(drive, {}).effects
+        fitted = term_from(drive.effects[0], library(), drive.file).values
+        found += [exported[1], list(fitted)]
+    assert all(one == pytest.approx(list(kept.values())) for one in found)

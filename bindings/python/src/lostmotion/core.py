@@ -119,3 +119,18 @@ class Core:
 def core(bits: Bits = 64) -> Core:
     """Return the library in double (64) or float (32) precision."""
     return Core(bits)
+
+
+def library_effects(c: Core) -> dict[str, Any]:
+    """Return every `lm_effect` of the library by its name."""
+    effects = (c.lib.lm_effects[i] for i in range(c.lib.LM_EFFECT_COUNT))
+    return {c.ffi.string(effect.card.name).decode(): effect for effect in effects}
+
+
+def value_ranges(c: Core, effect: Any) -> list[tuple[str, float, float]]:
+    """Name with unit, least and most of every value of an effect of the library, in its order."""
+    names = (c.ffi.string(effect.card.value[i].name).decode() for i in range(effect.value_count))
+    bounds = effect.bound[0 : effect.value_count]
+    return [
+        (name, float(low), float(high)) for name, (low, high) in zip(names, bounds, strict=True)
+    ]

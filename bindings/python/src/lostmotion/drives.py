@@ -18,11 +18,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lostmotion import structs
+from lostmotion import structs, units
 from lostmotion.catalogue import Catalogue
+from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import read_bytes, write_whole
-from lostmotion.keys import Key, read_table, show
+from lostmotion.keys import Key, label, read_table, show
 from lostmotion.structs import Design, Entry
 
 if sys.version_info >= (3, 11):
@@ -435,7 +436,34 @@ def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
         for key, value in table.items():
             if key != "name":
                 _finite(file, f"{at}.{key}", value)
+    c = core()
+    known = library_effects(c)
+    for index, table in enumerate(tables):
+        if table["name"] in known:
+            ranges = value_ranges(c, known[table["name"]])
+            effect_values(file, f"effect[{index}]", table, ranges)
     return [dict(table) for table in tables]
+
+
+def effect_values(
+    file: str, place: str, table: Mapping[str, Any], ranges: Sequence[tuple[str, float, float]]
+) -> list[float]:
+    """Values of an ``[[effect]]`` table, converted to the units of `ranges` and in its order.
+
+    `ranges` has the name with unit, least and most of every value of the effect.
+
+    Raises
+    ------
+    InputError
+        For a value that is missing, unknown, out of bounds or of another dimension.
+    """
+    keys = []
+    for written, low, high in ranges:
+        name, unit = units.split_unit(written)
+        keys.append(Key(name, unit.symbol if unit else "", required=True, low=low, high=high))
+    rest = {key: value for key, value in table.items() if key != "name"}
+    values = read_table(file, place, rest, keys)
+    return [float(values[label(key, keys)].value) for key in keys]
 
 
 def _numbers(file: str, place: str, table: Any) -> dict[str, float]:

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any, Literal, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import __version__, units
-from lostmotion.core import KINDS, NEEDS, Bits, Core, core
-from lostmotion.drives import PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, Drive
+from lostmotion import __version__
+from lostmotion.core import KINDS, NEEDS, Bits, Core, core, library_effects, value_ranges
+from lostmotion.drives import PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, Drive, effect_values
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
-from lostmotion.keys import Key, label, read_table
+from lostmotion.keys import Key, read_table
 from lostmotion.model import (
     design_model,
     fit_values,
@@ -338,28 +338,11 @@ def _effects(drive: Drive, own: Mapping[str, Effect]) -> list[tuple[str, list[fl
             expected = "an effect of the library, or your own by --effects FILE"
             raise InputError(drive.file, place, table["name"], expected)
         effect = known[table["name"]]
-        keys = []
-        for i in range(effect.value_count):
-            written = (
-                own[table["name"]].values[i].name
-                if table["name"] in own
-                else c.ffi.string(effect.card.value[i].name).decode()
-            )
-            name, unit = units.split_unit(written)
-            low, high = (float(bound) for bound in effect.bound[i])
-            symbol = unit.symbol if unit else ""
-            keys.append(Key(name, symbol, required=True, low=low, high=high))
-        rest = {key: value for key, value in table.items() if key != "name"}
-        values = read_table(drive.file, f"effect[{index}]", rest, keys)
-        found.append((effect, table["name"], [values[label(key, keys)].value for key in keys]))
+        ranges = own[table["name"]].ranges() if table["name"] in own else value_ranges(c, effect)
+        values = effect_values(drive.file, f"effect[{index}]", table, ranges)
+        found.append((effect, table["name"], values))
     found.sort(key=lambda entry: int(entry[0].kind))
     return [(name, values) for _, name, values in found]
-
-
-def library_effects(c: Core) -> dict[str, Any]:
-    """Return every `lm_effect` of the library by its name."""
-    effects = (c.lib.lm_effects[i] for i in range(c.lib.LM_EFFECT_COUNT))
-    return {c.ffi.string(effect.card.name).decode(): effect for effect in effects}
 
 
 @cache

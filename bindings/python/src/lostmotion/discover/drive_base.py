@@ -13,7 +13,15 @@ from lostmotion.discover.candidates import missing_columns
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.effects import Effect, find_effect
 from lostmotion.discover.selection import free_values
-from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive
+from lostmotion.drives import (
+    KNOT,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    SLOPE,
+    Drive,
+    effect_values,
+)
 from lostmotion.errors import InputError
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
@@ -32,18 +40,8 @@ def effect_table(term: Term) -> dict[str, Any]:
 def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
     """Read an ``[[effect]]`` table."""
     effect = find_effect(str(table["name"]), effects, file)
-    values = effect.typical.copy()
-    for i, value in enumerate(effect.values):
-        if value.name not in table:
-            raise InputError(file, f"effect.{effect.name}.{value.name}", "nothing", "a number")
-        values[i] = float(table[value.name])
-        if not value.low <= values[i] <= value.high:
-            raise InputError(
-                file,
-                f"effect.{effect.name}.{value.name}",
-                f"{values[i]:.6g}",
-                f"{value.low:.6g} to {value.high:.6g}",
-            )
+    place = f"effect.{effect.name}"
+    values = np.array(effect_values(file, place, table, effect.ranges()))
     return Term(effect, values, free_values(effect))
 
 

@@ -173,6 +173,10 @@ class Effect:
         """Typical values."""
         return np.array([value.typical for value in self.values])
 
+    def ranges(self) -> list[tuple[str, float, float]]:
+        """Name with unit, least and most of every value."""
+        return [(value.name, value.low, value.high) for value in self.values]
+
     def indices(self, role: Role) -> list[int]:
         """Indices of the values of one role."""
         return [i for i, value in enumerate(self.values) if value.role == role]
