@@ -5,7 +5,7 @@
   const plot = root.querySelector(".plot");
   const drive = root.querySelector(".drive");
   const axes = [0, data.objectives.length > 1 ? 1 : 0];
-  const box = { left: 62, top: 26, right: 14, bottom: 46, width: 560, height: 420 };
+  const box = { left: 76, top: 26, right: 14, bottom: 46, width: 560, height: 420 };
   const SPACE = "http://www.w3.org/2000/svg";
   let chosen = 0;
   let pinned = false;
@@ -28,7 +28,9 @@
     const size = Math.abs(value);
     const text = size >= 1e7 || (size < 1e-3 && size > 0)
       ? value.toExponential(3) : String(Number(value.toPrecision(5)));
-    return text.replace("-", "−");
+    const [whole, ...rest] = text.split(".");
+    const grouped = size >= 1e4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") : whole;
+    return [grouped, ...rest].join(".").replaceAll("-", "−");
   };
   const step = (span, count) => {
     const rough = span / count;
@@ -60,13 +62,15 @@
     ];
     const base = box.top + high;
     const sx = step(x[1] - x[0], small ? 4 : 6);
-    for (let v = Math.ceil(x[0] / sx) * sx; v <= x[1]; v += sx) {
+    for (let k = Math.ceil(x[0] / sx); k * sx <= x[1]; k += 1) {
+      const v = k * sx;
       const px = box.left + ((v - x[0]) / (x[1] - x[0])) * wide;
       make("line", { x1: px, x2: px, y1: base, y2: base + 4, stroke: "#5f6368" }, plot);
       make("text", { x: px, y: base + 18, "text-anchor": "middle" }, plot, shown(v));
     }
     const sy = step(y[1] - y[0], 6);
-    for (let v = Math.ceil(y[0] / sy) * sy; v <= y[1]; v += sy) {
+    for (let k = Math.ceil(y[0] / sy); k * sy <= y[1]; k += 1) {
+      const v = k * sy;
       const py = box.top + ((y[1] - v) / (y[1] - y[0])) * high;
       make("line", { x1: box.left, x2: box.left + wide, y1: py, y2: py, stroke: "#e4e6e9" }, plot);
       make("text", { x: box.left - 7, y: py + 4, "text-anchor": "end" }, plot, shown(v));

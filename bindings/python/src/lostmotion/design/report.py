@@ -379,7 +379,7 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
         rows.append((variable_name(key, links), *(_number(v) for v in values), ""))
     return Rows(
         "Textbook start and best",
-        ("", "textbook", "gap closed", "and the best one's grades", "best", "change by gap closed"),
+        ("", "textbook", "gap closed", "and the best one's grades", "best", "closed to best"),
         rows,
         (1, 2, 3, 4, 5),
         "All have the teeth and the generator of the best drive and were measured by the same "
