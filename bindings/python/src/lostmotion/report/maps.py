@@ -321,7 +321,7 @@ def draw_profile(data: Residuals, covariate: str, width: float) -> str:
     )
     y0, y1 = float(axes.y(data.floor_arcsec)), float(axes.y(-data.floor_arcsec))
     drawing.rectangle(left, y0, width - left - right, y1 - y0, "#e3e5e8")
-    axes.frame(f"{name}, {unit}".rstrip(", "), "residual, arcsec")
+    axes.frame(f"{name}, {unit}".rstrip(", "), "residual, arcsec", y_step=nice_step(2 * most, 3.4))
     axes.open()
     for ink, middles, mean in series.values():
         axes.curve(middles, mean, ink, 1.2, opacity=0.7)

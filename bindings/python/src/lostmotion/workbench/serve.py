@@ -83,6 +83,7 @@ def serve(
             host=HOST,
             port=place,
             title="lostmotion workbench",
+            language="en-US",
             favicon="📐",
             show=show,
             reload=False,
