@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import unquote
 
 import numpy as np
@@ -42,6 +43,8 @@ from lostmotion.report import (
     write_report,
 )
 from lostmotion.report.chart import label, nice_step, ticks_between
+from lostmotion.report.evidence import covariate_of
+from lostmotion.report.ladder import draw_ladder
 from lostmotion.report.mesh import (
     first_touches,
     flexspline_shape,
@@ -53,6 +56,7 @@ from lostmotion.report.overlay import Overlay
 from lostmotion.report.page import NARROW, WIDE, Figure, Rows, Section, Table, rows_html
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import signs, simplify, text_width
+from lostmotion.report.wording import rounded
 from lostmotion.units import ARCMIN, ARCSEC
 
 DRIVES = DATA / "drives"
@@ -567,7 +571,7 @@ def test_commands_write_reports(words, tmp_path, capsys):
     path = tmp_path / "report.html"
     words = [word.replace("{folder}", str(tmp_path)) for word in words]
     assert main([*words, "--report", str(path)]) == 0
-    assert capsys.readouterr().out
+    assert f"written: {path}" in capsys.readouterr().out
     page = Page(path.read_text(encoding="utf-8"))
     assert "figure" in page.tags
     assert words[1] in page.text
@@ -577,13 +581,36 @@ def test_the_verdict_leads_the_page_of_a_diagnosis():
     found, odd = section_of("found"), section_of("unexplained")
     assert found.lead == "Missing: thermal gap."
     assert odd.lead.startswith("Something systematic remains")
-    assert "It depends on torque: ripple of 4.99 Nm" in odd.lead
+    assert "It depends on torque: ripple of 4.99 N·m" in odd.lead
     assert any(f.title == "What is left depends on torque" for f in figures("unexplained"))
     titles = [block.title for block in found.blocks]
     assert {"What to do next", "The contest", "The smallest that would have been found"} < set(
         titles
     )
     assert not any("depends on" in title for title in titles)
+
+
+def test_what_is_odd_about_the_data_stands_before_the_pictures(tmp_path):
+    path = tmp_path / "report.html"
+    words = ["compare", str(LOOPS / "drive.toml"), str(LOOPS), "--report", str(path)]
+    assert main([*words, "--map", "POSITION=lost_motion_rev"]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert 0 < text.index("falls with growing torque") < text.index("<figure>")
+
+
+def test_the_runs_of_a_shape_are_counted_from_one():
+    base = SimpleNamespace(conditions=SimpleNamespace(run_of=np.array([0, 0, 1])))
+    found = covariate_of(base, "run")
+    assert found is not None
+    assert found[0].tolist() == [1, 1, 2]
+
+
+def test_the_ladder_writes_beside_a_ring_what_the_ring_is():
+    _, result = discovered("found")
+    answer = result.answer()
+    text = draw_ladder(answer["ladder"], answer["noise_floor_arcsec"], WIDE)
+    for rung in answer["ladder"]:
+        assert f">{rounded(rung['rms_arcsec'])} / {rounded(rung['rms_heldout_arcsec'])}<" in text
 
 
 def test_the_ladder_of_the_page_is_that_of_the_answer(page):

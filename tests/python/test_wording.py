@@ -10,7 +10,9 @@ from lostmotion.report.wording import (
     chance,
     quantities,
     quantity,
+    rounded,
     unit_text,
+    with_signs,
     words,
     written,
 )
@@ -100,6 +102,27 @@ def test_no_value_of_the_library_shows_its_key() -> None:
 def test_chance_and_signs_write_no_nothing() -> None:
     assert (chance(0.0), chance(0.0009), chance(0.023)) == ("p < 0.001", "p < 0.001", "p 0.023")
     assert signs("-0.0 nats, +0.00 and -0.4 to +0.1") == "0.0 nats, 0.00 and −0.4 to +0.1"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1.5, "1.50"),
+        (0.9996, "1.00"),
+        (31.12, "31.1"),
+        (2498.44, "2500"),
+        (18_730.0, "18\u202f700"),
+        (1.87e6, "1.87·10⁶"),
+        (-0.05, "−0.0500"),
+        (0.0, "0"),
+    ],
+)
+def test_numbers_beside_each_other_have_the_same_digits_and_no_e(value: float, text: str) -> None:
+    assert rounded(value) == text
+
+
+def test_newton_metres_in_a_sentence_have_their_sign() -> None:
+    assert with_signs("ripple of 11 Nm, column torque_Nm") == "ripple of 11 N·m, column torque_Nm"
 
 
 @pytest.mark.parametrize(

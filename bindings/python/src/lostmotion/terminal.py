@@ -25,8 +25,9 @@ def deliver(
     if arguments.quiet:
         return
     show(sys.stdout)
-    if to is not None:
-        print(f"\nwritten: {one_line(to)}")
+    made = [file for file in (getattr(arguments, "report", None), to) if file is not None]
+    if made:
+        print(f"\nwritten: {', '.join(map(one_line, made))}")
 
 
 class Progress:

@@ -20,6 +20,7 @@ from lostmotion.report.svg import (
     signs,
     text_width,
 )
+from lostmotion.report.wording import written
 from lostmotion.units import ARCMIN
 
 NAMES = {
@@ -106,8 +107,9 @@ def contributions_figure(data: Contributions) -> Figure:
     caption = (
         "One-sided deflection φ from the torque-free middle, generator locked. The areas are the "
         "contributions, stacked from the axis outward; their sum is the black line. The second "
-        f"panel magnifies the part around zero. A reversal at ±{data.reversal_torque_Nm:.3g} N·m "
-        f"(4 % of the rated torque) loses {lost:.3f} arcmin."
+        "panel magnifies the part around zero. A reversal at "
+        f"±{written(data.reversal_torque_Nm)} N·m (4 % of the rated torque) loses {lost:.3f} "
+        "arcmin."
     )
     if data.catalogue is not None:
         caption += " Dashed: the slopes of the catalogue, prolonged beyond their own stretch."
@@ -227,8 +229,10 @@ def _mark_slopes(axes: Axes, sheet: Catalogue, reach: float) -> None:
             fill=CATALOGUE_INK,
         )
     if wide:
-        lines = [f"K_{{{i + 1}}} = {slope / 1e3:.3g}·10³ N·m/rad" for i, slope in enumerate(slopes)]
-        lines += [f"T_{{{i + 1}}} = {torque:.3g} N·m" for i, torque in enumerate(knots)]
+        lines = [
+            f"K_{{{i + 1}}} = {written(slope / 1e3)}·10³ N·m/rad" for i, slope in enumerate(slopes)
+        ]
+        lines += [f"T_{{{i + 1}}} = {written(torque)} N·m" for i, torque in enumerate(knots)]
         d.text(left + 14, top + 24, "catalogue", size=SMALL_SIZE, fill=CATALOGUE_INK, weight="600")
         for i, line in enumerate(lines):
             d.text(left + 14, top + 43 + 17 * i, line, size=SMALL_SIZE, fill=CATALOGUE_INK)
@@ -243,7 +247,7 @@ def _mark_reversal(axes: Axes, data: Contributions) -> None:
     top, bottom = float(axes.y(high)), float(axes.y(low))
     right, left_end = float(axes.x(torque)), float(axes.x(-torque))
     middle = float(axes.y(0.0))
-    lines = ["reversal lost", f"motion {high - low:.3f}′", f"at ±{torque:.3g} N·m"]
+    lines = ["reversal lost", f"motion {high - low:.3f}′", f"at ±{written(torque)} N·m"]
     if bottom - middle < 60.0:
         lines = ["lost motion", f"{high - low:.3f}′"]
     # The dimension stands where the lower right is free, its text beside the axis of no torque.

@@ -25,8 +25,10 @@ from lostmotion.report.wording import (
     grouped,
     parameter,
     quantities,
+    rounded,
     split_quantity,
     unit_text,
+    with_signs,
     words,
     written,
 )
@@ -67,24 +69,29 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     last = answer["ladder"][-1]
     lead = verdict_sentence({**answer, "effects": map(words, answer["effects"])})
     for one in answer["unexplained"]["depends_on"]:
-        lead += f" It depends on {words(one['covariate'])}: {one['shape']}."
+        lead += f" It depends on {words(one['covariate'])}: {with_signs(one['shape'])}."
     section = Section(
         f"{drive.name}: what is missing",
         lead,
         [
             ("verdict", answer["verdict"].replace("-", " ")),
-            ("error of the base, rms", f"{answer['ladder'][0]['rms_arcsec']:.3g} arcsec"),
-            ("with what was found, rms", f"{last['rms_arcsec']:.3g} arcsec"),
-            ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
-            (NOISE_FLOOR, f"{floor:.3g} arcsec"),
-            ("noise within runs", f"{answer['noise']['within_runs_arcsec']:.3g} arcsec"),
-            ("samples", f"{grouped(str(answer['samples']))} in {answer['runs']} runs"),
+            ("error of the base, rms", f"{rounded(answer['ladder'][0]['rms_arcsec'])} arcsec"),
+            ("with what was found, rms", f"{rounded(last['rms_arcsec'])} arcsec"),
+            ("on runs that the fit has not seen", f"{rounded(last['rms_heldout_arcsec'])} arcsec"),
+            (NOISE_FLOOR, f"{rounded(floor)} arcsec"),
+            ("noise within runs", f"{rounded(answer['noise']['within_runs_arcsec'])} arcsec"),
+            ("samples", f"{grouped(str(answer['samples']))} in {count_runs(answer['runs'])}"),
         ],
         [],
         sources_of(drive, files, answer["data_fingerprint"]),
     )
     blocks = section.blocks
     blocks.append(Notes("What to do next", [answer["next_experiment"]]))
+    findings = told(c.campaign.findings)
+    if answer.get("outliers"):
+        findings.append(f"{answer['outliers']} single wild samples set to their neighbours")
+    if findings:
+        blocks.append(Notes("About the data", findings))
     blocks.append(ladder_figure(answer["ladder"], floor, drive.name))
     blocks.append(overlay_figure(before, after, floor, drive.name))
     residuals = [("base", before.residual())]
@@ -102,7 +109,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
                 "Sudden changes",
                 ("run", "at, s", "size, arcsec"),
                 [
-                    (str(e["run"]), f"{e['time_s']:.6g}", f"{e['size_arcsec']:.3g}")
+                    (str(e["run"]), f"{e['time_s']:.6g}", signs(rounded(e["size_arcsec"])))
                     for e in answer["events"]
                 ],
                 (1, 2),
@@ -113,11 +120,6 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     if answer["not_testable"]:
         lines = [f"{words(name)}: {why}" for name, why in answer["not_testable"].items()]
         blocks.append(Notes("Not testable with these recordings", lines, folded=True))
-    findings = told(c.campaign.findings)
-    if answer.get("outliers"):
-        findings.append(f"{answer['outliers']} single wild samples set to their neighbours")
-    if findings:
-        blocks.append(Notes("About the data", findings))
     return section
 
 
@@ -183,9 +185,9 @@ def _scatter(answer: dict[str, Any]) -> Rows:
     rows = []
     for name, value in scatter.items():
         if name in ("stiffness", "friction"):
-            rows.append((name, f"{100 * value:.2g} %"))
+            rows.append((name, f"{rounded(100 * value, 2)} %"))
         else:
-            rows.append((name.removesuffix("_arcsec"), f"{value:.3g} arcsec"))
+            rows.append((name.removesuffix("_arcsec"), f"{rounded(value)} arcsec"))
     return Rows("Scatter from run to run", ("of", "standard deviation"), rows, (1,))
 
 
@@ -215,16 +217,17 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     names = [words(term.effect.name) for term in after.terms]
     section = Section(
         f"{drive.name}: fitted" + (f" with {', '.join(names)}" if names else ""),
-        f"The error falls from {first['rms_arcsec']:.3g} to {last['rms_arcsec']:.3g} arcsec; on "
-        f"runs that the fit has not seen it is {last['rms_heldout_arcsec']:.3g} arcsec. The noise "
-        f"floor is {floor:.3g} arcsec.",
+        f"The error falls from {rounded(first['rms_arcsec'])} to {rounded(last['rms_arcsec'])} "
+        "arcsec; on runs that the fit has not seen it is "
+        f"{rounded(last['rms_heldout_arcsec'])} arcsec. The noise floor is {rounded(floor)} "
+        "arcsec.",
         [
-            ("error of the base, rms", f"{first['rms_arcsec']:.3g} arcsec"),
-            ("with effects, rms", f"{last['rms_arcsec']:.3g} arcsec"),
-            ("on runs that the fit has not seen", f"{last['rms_heldout_arcsec']:.3g} arcsec"),
-            (NOISE_FLOOR, f"{floor:.3g} arcsec"),
-            ("noise within runs", f"{model.within_runs_arcsec:.3g} arcsec"),
-            ("samples", f"{grouped(str(c.rows))} in {c.runs} runs"),
+            ("error of the base, rms", f"{rounded(first['rms_arcsec'])} arcsec"),
+            ("with effects, rms", f"{rounded(last['rms_arcsec'])} arcsec"),
+            ("on runs that the fit has not seen", f"{rounded(last['rms_heldout_arcsec'])} arcsec"),
+            (NOISE_FLOOR, f"{rounded(floor)} arcsec"),
+            ("noise within runs", f"{rounded(model.within_runs_arcsec)} arcsec"),
+            ("samples", f"{grouped(str(c.rows))} in {count_runs(c.runs)}"),
         ],
         [ladder_figure(model.ladder, floor, drive.name)],
         sources_of(drive, files, answer["data_fingerprint"]),

@@ -26,7 +26,7 @@ from lostmotion.report.svg import (
     signs,
     text_width,
 )
-from lostmotion.report.wording import words
+from lostmotion.report.wording import with_signs, words
 
 IntArray = npt.NDArray[np.intp]
 
@@ -219,9 +219,9 @@ def shape_figure(step: Step, name: str) -> Figure | None:
     label = f"{words(chosen.candidate.covariate)}{', ' + unit if unit else ''}"
     return Figure(
         f"What is left depends on {words(chosen.candidate.covariate)}",
-        f"{chosen.candidate.shape}: the fitted shape (line), the mean of what the base leaves "
-        "(dots), and twice its standard error from the scatter between runs (band). Where the "
-        "shape acts on stiffness, friction or gap, the line is its mean effect on the lost motion.",
+        f"Of the form “{with_signs(chosen.candidate.shape)}”: the fitted shape (line), the mean of "
+        "what the base leaves (dots), and twice its standard error from the scatter between runs "
+        "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect on the lost motion.",
         lambda width: draw_shape(middle, line, mean, half, label, width, name),
         Table(
             "shape",
@@ -252,6 +252,8 @@ def covariate_of(base: Any, covariate: str) -> tuple[Array, str] | None:
     c = base.conditions
     if covariate in ("input_angle", "output_angle"):
         return np.degrees(np.mod(c.columns[f"{covariate}_rad"], 2 * np.pi)), "°"
+    if covariate == "run":
+        return base.conditions.run_of + 1.0, "in order"
     units = {"torque": "N·m", "temperature": "°C", "speed": "rad/s", "time": "s"}
     found: Mapping[str, Array] = channels(base)
     return (found[covariate], units.get(covariate, "")) if covariate in found else None

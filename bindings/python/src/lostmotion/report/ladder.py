@@ -8,7 +8,7 @@ from typing import Any
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import BLUE, FAINT, INK, ORANGE, SMALL_SIZE, SOFT, Drawing
-from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, rounded, words
 
 FLOOR = "#e3e5e8"
 
@@ -17,20 +17,20 @@ def step_name(rungs: Sequence[Mapping[str, Any]], number: int) -> str:
     """Name what a rung has over the one before: ``base``, or the effects that were added."""
     now = list(rungs[number]["effects"])
     if number == 0:
-        return " + ".join(["base", *now]).replace("_", " ")
+        return " + ".join(["base", *map(words, now)])
     before = list(rungs[number - 1]["effects"])
     new = [name for name in now if name not in before] or now
     if new == before and rungs[number].get("friction") == "both":
         new = ["friction outside"]
-    return "+ " + ", ".join(new).replace("_", " ")
+    return "+ " + ", ".join(map(words, new))
 
 
 def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name: str) -> Figure:
     """Make the figure of how the error falls from the base to the last effect."""
     return Figure(
         f"The error ladder of {name}",
-        "rms of what the model leaves, after each step: bar fitted, ring on runs that the fit has "
-        "not seen. The grey band is the "
+        "The rms of what the model leaves, after each step: bar and first number fitted, ring and "
+        "second number on runs that the fit has not seen. The grey band is the "
         f"{NOISE_FLOOR}: {NOISE_FLOOR_IS}.",
         lambda width: draw_ladder(rungs, floor_arcsec, width),
         Table(
@@ -47,7 +47,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
 
 def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: float) -> str:
     """Draw a bar for each rung; names stand above the bars, so that any name has room."""
-    row, top, left, right = 44.0, 12.0, 12.0, 58.0
+    row, top, left, right = 44.0, 12.0, 12.0, 92.0
     height = row * len(rungs)
     drawing = Drawing(width, top + height + 44, "The error ladder: rms after each step, in arcsec")
     most = max(max(rung["rms_heldout_arcsec"], rung["rms_arcsec"]) for rung in rungs)
@@ -59,7 +59,9 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: 
     )
     end = float(axes.x(floor_arcsec))
     drawing.rectangle(left, top, end - left, height, FLOOR)
-    axes.frame(f"rms, arcsec (grey: noise floor {floor_arcsec:.2f})", "", ticks=(width / 110, 0.0))
+    axes.frame(
+        f"rms, arcsec (grey: noise floor {rounded(floor_arcsec)})", "", ticks=(width / 110, 0.0)
+    )
     drawing.line((end, top, end, top + height), FAINT, 1.0, "3 3")
     for i, rung in enumerate(rungs):
         y = top + row * i
@@ -69,12 +71,7 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: 
         drawing.text(left + 4, y + 15, step_name(rungs, i), size=SMALL_SIZE, halo=True)
         drawing.rectangle(left, y + 21, max(fitted - left, 1.0), 12, ink)
         drawing.dots([(held, y + 27)], 4.0, "#ffffff", INK, 1.4)
-        drawing.text(
-            max(fitted, held) + 9,
-            y + 31,
-            f"{rung['rms_arcsec']:.2f}",
-            size=SMALL_SIZE,
-            weight="600",
-        )
+        numbers = f"{rounded(rung['rms_arcsec'])} / {rounded(rung['rms_heldout_arcsec'])}"
+        drawing.text(max(fitted, held) + 9, y + 31, numbers, size=SMALL_SIZE, weight="600")
     drawing.line((left, top, left, top + height), SOFT)
     return drawing.render()

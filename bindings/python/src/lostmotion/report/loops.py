@@ -20,7 +20,7 @@ from lostmotion.report.svg import (
     shortened,
     text_width,
 )
-from lostmotion.report.wording import chance
+from lostmotion.report.wording import chance, rounded, words
 from lostmotion.units import ARCMIN, ARCSEC
 
 MEASURED, MODEL = SOFT, ORANGE
@@ -81,10 +81,10 @@ def loops_figure(result: Comparison, name: str) -> Figure:
     caption = (
         "Measured lost motion (grey) and the fitted base model (orange) against torque, each run "
         "about its own zero; beneath, measured minus model on the same axis, with the "
-        f"{REPEATABILITY} of ±{result.noise.floor_rad / unit:.3g} {unit_name} as a grey band "
+        f"{REPEATABILITY} of ±{rounded(result.noise.floor_rad / unit)} {unit_name} as a grey band "
         f"({result.noise.parts}). "
-        f"rms {result.rms_rad / unit:.3g} {unit_name}, on runs that the fit has not seen "
-        f"{result.heldout_rms_rad / unit:.3g} {unit_name}; friction "
+        f"rms {rounded(result.rms_rad / unit)} {unit_name}, on runs that the fit has not seen "
+        f"{rounded(result.heldout_rms_rad / unit)} {unit_name}; friction "
         f"{WHERE[result.friction]} the elasticity."
     )
     if left_out:
@@ -237,7 +237,7 @@ def draw_failures(result: Comparison, name: str, width: float) -> str:
         drawing.rectangle(
             left + 8, y - 7, max(end - left - 8, 0.5), 14, BLUE if sure else "#ffffff", BLUE
         )
-        drawing.text(left, y + 4.5, failure.covariate.replace("_", " "), anchor="end")
+        drawing.text(left, y + 4.5, words(failure.covariate), anchor="end")
         drawing.text(
             width - 14,
             y + 4,

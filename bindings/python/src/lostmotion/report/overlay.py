@@ -23,6 +23,7 @@ from lostmotion.report.svg import (
     shortened,
     text_width,
 )
+from lostmotion.report.wording import rounded
 from lostmotion.units import ARCMIN, ARCSEC
 
 IntArray = npt.NDArray[np.intp]
@@ -124,7 +125,7 @@ def overlay_figure(before: Base, after: Base, floor_arcsec: float, name: str) ->
     caption += " against torque, or against the generator's angle where the torque stood still. "
     caption += (
         f"Beneath each what is left of it, in arcsec; the grey band is the noise floor, ±"
-        f"{floor_arcsec:.3g} arcsec. "
+        f"{rounded(floor_arcsec)} arcsec. "
     )
     if data.runs > len(data.shown):
         caption += (

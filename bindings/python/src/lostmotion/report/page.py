@@ -313,6 +313,7 @@ th, td {{ text-align: left; padding: .28rem 1.1rem .28rem 0; border-bottom: 1px 
 th {{ white-space: normal; vertical-align: bottom; border-bottom: 1px solid #1b1b1f;
   font-weight: 600; }}
 th.r, td.r {{ text-align: right; }}
+td:last-child:not(.r) {{ white-space: normal; }}
 td.bad {{ color: #a3260b; font-weight: 650; }}
 .note {{ font-size: .9rem; color: #3c4043; margin-top: .5rem; }}
 ul {{ margin: .3rem 0 1rem; padding-left: 1.2rem; max-width: 50rem; }}

@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS
 from lostmotion.compare import REPEATABILITY, Comparison
+from lostmotion.discover.diagnosis import count_runs
 from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
@@ -23,7 +24,7 @@ from lostmotion.report.stages import collect_stages, stages_figure, stages_table
 from lostmotion.report.svg import signs
 from lostmotion.report.teeth import teeth_figure
 from lostmotion.report.tolerances import Tolerances, tolerances_figure
-from lostmotion.report.wording import grouped, words, written
+from lostmotion.report.wording import grouped, rounded, words, written
 from lostmotion.units import ARCMIN, ARCSEC
 
 NOTHING = 1e-9
@@ -77,7 +78,7 @@ def _facts(data: Contributions, answer: dict[str, Any]) -> list[tuple[str, str]]
     rated = data.rated_torque_Nm
     return [
         (
-            f"reversal lost motion at ±{data.reversal_torque_Nm:.3g} N·m",
+            f"reversal lost motion at ±{written(data.reversal_torque_Nm)} N·m",
             f"{answer['reversal_lost_motion_arcmin']:.3f} arcmin",
         ),
         (
@@ -86,7 +87,7 @@ def _facts(data: Contributions, answer: dict[str, Any]) -> list[tuple[str, str]]
         ),
         (
             "stiffness at rated torque",
-            f"{_at(answer, 'stiffness_Nm_per_rad', rated) / 1e3:.3g}·10³ N·m/rad",
+            f"{rounded(_at(answer, 'stiffness_Nm_per_rad', rated) / 1e3)}·10³ N·m/rad",
         ),
     ]
 
@@ -288,7 +289,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     unit, unit_name = unit_of(result)
 
     def shown(arcsec: float) -> str:
-        return f"{arcsec * ARCSEC / unit:#.3g}".rstrip(".") + f" {unit_name}"
+        return f"{rounded(arcsec * ARCSEC / unit)} {unit_name}"
 
     facts = [
         ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
@@ -306,13 +307,17 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     runs = len(answer["by_run"])
     section = Section(
         f"{drive.name}: measured against the model",
-        f"{grouped(str(answer['samples']))} samples in {runs} runs. A characteristic with a free "
-        "odd shape, the drive file's as its start, and friction with memory, fitted to the "
+        f"{grouped(str(answer['samples']))} samples in {count_runs(runs)}. A characteristic with a "
+        "free odd shape, the drive file's as its start, and friction with memory, fitted to the "
         "recordings.",
         facts,
-        [loops_figure(result, drive.name)],
+        [],
         sources_of(drive, files, answer["data_fingerprint"]),
     )
+    # Before the pictures: a column with a turned sign explains all that they show.
+    if answer["findings"]:
+        section.blocks.append(Notes("About the data", answer["findings"]))
+    section.blocks.append(loops_figure(result, drive.name))
     section.blocks.append(
         Rows(
             "Error by run",
@@ -339,12 +344,10 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     section.blocks += _fitted_tables(answer)
     if answer["not_testable"]:
         lines = [
-            f"without {column}: {', '.join(effects)}".replace("_", " ")
+            f"without {words(column)}: {', '.join(map(words, effects))}"
             for column, effects in answer["not_testable"].items()
         ]
         section.blocks.append(Notes("Not testable with these columns", lines))
-    if answer["findings"]:
-        section.blocks.append(Notes("About the data", answer["findings"]))
     return section
 
 

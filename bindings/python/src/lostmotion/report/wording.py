@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 
@@ -74,6 +75,15 @@ def written(value: float, digits: int = 3) -> str:
     return signs(grouped(plain_number(value, digits)))
 
 
+def rounded(value: float, digits: int = 3) -> str:
+    """Write a number as `written` does, with the zeros at its end: 1.50 stands beside 1.66."""
+    size = float(f"{value:.{digits}g}")
+    if not SMALLEST <= abs(size) < LARGEST:
+        return written(value, digits)
+    places = max(0, digits - 1 - math.floor(math.log10(abs(size))))
+    return signs(grouped(f"{size:.{places}f}"))
+
+
 def grouped(text: str) -> str:
     """Put the digits of a large number into groups of three, with spaces that do not break."""
     whole, point, rest = text.partition(".")
@@ -94,6 +104,11 @@ def unit_text(symbol: str) -> str:
     if not bottom:
         return top
     return f"{top}/({bottom})" if "·" in bottom else f"{top}/{bottom}"
+
+
+def with_signs(sentence: str) -> str:
+    """Write newton metres in a sentence of an answer as everywhere on a page."""
+    return re.sub(r"\bNm\b", SYMBOLS["Nm"], sentence)
 
 
 def _unit(token: str) -> str:

@@ -14,7 +14,7 @@ from lostmotion.demo.inputs import find_inputs
 from lostmotion.drives import read_toml
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.report.ladder import draw_ladder
-from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import DesignPanel, Search
 from lostmotion.workbench.handing_out import ExportPanel
@@ -227,7 +227,7 @@ class Page:
         if bench.chosen:
             with ui.element("div").classes("line"):
                 for name in bench.chosen:
-                    ui.html(escape(name.replace("_", " ")), sanitize=False).classes("chip on")
+                    ui.html(escape(words(name)), sanitize=False).classes("chip on")
                 action("Undo the last", self.undo).mark("undo")
 
     def undo(self) -> None:
