@@ -220,8 +220,8 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     print(verdict_sentence(answer), file=out)
     within = answer["noise"]["within_runs_arcsec"]
     print(
-        f"\n{NOISE_FLOOR} {answer['noise_floor_arcsec']:.2f} arcsec: {NOISE_FLOOR_IS} "
-        f"({within:.2f} within runs)",
+        f"\n{NOISE_FLOOR} {answer['noise_floor_arcsec']:.2f} arcsec, {within:.2f} within runs\n"
+        f"({NOISE_FLOOR_IS})",
         file=out,
     )
     for rung in answer["ladder"]:
