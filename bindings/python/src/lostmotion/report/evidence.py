@@ -221,8 +221,8 @@ def shape_figure(step: Step, name: str) -> Figure | None:
         f"What is left depends on {words(chosen.candidate.covariate)}",
         f"Of the form “{with_signs(chosen.candidate.shape)}”: the fitted shape (line), the mean of "
         "what the base leaves (dots), and twice its standard error from the scatter between runs "
-        "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect on "
-        "the lost motion.",
+        "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect "
+        "on the lost motion.",
         lambda width: draw_shape(middle, line, mean, half, label, width, name),
         Table(
             "shape",
