@@ -4,6 +4,9 @@
 #include "real_math.h"
 #include "refuse.h"
 
+/* A lobe of the largest drive has its place. */
+typedef char lobe_teeth_suffice[LM_LOBE_TEETH_MAX == LM_FLEXSPLINE_TEETH_MAX / 2 + 1 ? 1 : -1];
+
 /* One flank of one placed tooth against the rigid gear. */
 typedef struct flank_pair {
   const lm_mesh *mesh;

@@ -69,10 +69,10 @@ lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm,
   return status;
 }
 
-/* Logarithm of what the field grows by from the i-th to the next; beyond the table that of its last
+/* Logarithm of what the field grows by from the i-th to the next; behind the table that of its last
  * pair. */
 static lm_real log_growth(const double field_um[], int i) {
-  const int first = i < 0 ? 0 : (i > IT_LAST - IT_FIRST - 1 ? IT_LAST - IT_FIRST - 1 : i);
+  const int first = i < IT_LAST - IT_FIRST ? i : IT_LAST - IT_FIRST - 1;
   return real_log(LM_REAL(field_um[first + 1] / field_um[first]));
 }
 
@@ -86,7 +86,7 @@ lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real
     const lm_real beyond = grade - LM_REAL(i + IT_FIRST);
     const lm_real short_of = LM_REAL(1) - beyond;
     const lm_real growth = log_growth(field_um, i);
-    const lm_real bend = short_of * (log_growth(field_um, i - 1) - growth) -
+    const lm_real bend = short_of * (log_growth(field_um, i > 0 ? i - 1 : 0) - growth) -
                          beyond * (log_growth(field_um, i + 1) - growth);
     *tolerance_mm = LM_REAL(field_um[i]) *
                     real_exp(beyond * (growth + short_of * bend / LM_REAL(2))) * MM_PER_UM;

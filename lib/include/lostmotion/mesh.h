@@ -16,8 +16,8 @@
 
 LM_BEGIN_DECLS
 
-/* Largest number of teeth of one lobe: half of those that a drive may have, and one. */
-#define LM_LOBE_TEETH_MAX (LM_FLEXSPLINE_TEETH_MAX / 2 + 1)
+/* Largest number of teeth of one lobe: half of LM_FLEXSPLINE_TEETH_MAX, and one. */
+#define LM_LOBE_TEETH_MAX 321
 
 /* One flank pair. */
 typedef struct lm_gap {

@@ -74,9 +74,10 @@ lm_real lm_clearance_min(lm_real hole_lower_mm, lm_real shaft_upper_mm);
  * it. */
 lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm, lm_fault *fault);
 
-/* The same table, continuous in grade (3 .. 16) for an optimiser: at a whole grade the table's field
- * to the last bit, between two a cubic in its logarithm that always grows and has no corners. The
- * steps of diameters stay: a diameter that moves over the end of one changes the field at once. */
+/* The same table, continuous in grade (3 .. 16) for an optimiser: at a whole grade the table's
+ * field to the last bit, between two a cubic in its logarithm that always grows and has no corners.
+ * The steps of diameters stay: a diameter that moves over the end of one changes the field at once.
+ */
 lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real *tolerance_mm,
                                      lm_fault *fault);
 
