@@ -22,7 +22,8 @@ from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object
 from lostmotion.discover.ladder import fit_model
 from lostmotion.discover.plans import check, next_runs
-from lostmotion.discover.selection import refitted, without_idle
+from lostmotion.discover.refits import refitted
+from lostmotion.discover.selection import without_idle
 from lostmotion.discover.study import clean_outliers
 from lostmotion.discover.template import template
 from lostmotion.discover.threads import in_parallel

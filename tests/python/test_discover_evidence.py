@@ -14,15 +14,17 @@ from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.diagnosis import noise_floor
 from lostmotion.discover.evidence import gather
+from lostmotion.discover.judging import accepted, judge
 from lostmotion.discover.noise import Noise
+from lostmotion.discover.refits import refit
 from lostmotion.discover.run_steps import SIDE_LEAST, partings, scan
-from lostmotion.discover.selection import accepted, free_values, judge, noise_rms, refit
 from lostmotion.discover.shapes import waves
 from lostmotion.discover.study import (
     contest_of_term,
     estimate_noise,
     make_candidates,
     make_field,
+    noise_rms,
     settle,
 )
 from lostmotion.recordings import Campaign, Run
@@ -194,7 +196,7 @@ def test_lobes_that_do_not_run_true_are_fitted_whatever_their_direction(directio
     values = np.array([0, 0, runout * np.cos(direction), runout * np.sin(direction),
                        closing / (takeup * RATED_NM), takeup * RATED_NM])  # fmt: skip
     true = base.copy()
-    true.terms = [Term(effect, values, free_values(effect))]
+    true.terms = [Term(effect, values, effect.free())]
     rng = np.random.default_rng(direction_deg)
     power = float(np.sum((true.angle() - base.angle()) ** 2))
     sigma = np.sqrt(power / 400.0)
@@ -220,7 +222,7 @@ def test_a_coupling_falls_over_the_same_way_whichever_way_the_drive_turns(sense)
     drag = 0.05 * RATED_NM
     values = np.array([0.008, RATIO, 0.01 * RATED_NM, sense * drag, 0.2])
     true = base.copy()
-    true.terms = [Term(effect, values, free_values(effect))]
+    true.terms = [Term(effect, values, effect.free())]
     rng = np.random.default_rng(3)
     power = float(np.sum((true.angle() - base.angle()) ** 2))
     sigma = np.sqrt(power / 4e4)

@@ -10,8 +10,7 @@ from scipy.signal import lfilter
 
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.evidence import Evidence, gather
-from lostmotion.discover.noise import fit_noise
-from lostmotion.discover.selection import (
+from lostmotion.discover.judging import (
     PAIRED_T,
     SIGNED_RANK,
     accepted,
@@ -19,6 +18,7 @@ from lostmotion.discover.selection import (
     signed_rank,
     told_apart,
 )
+from lostmotion.discover.noise import fit_noise
 
 RUNS, ROWS, SCATTER, COLOUR = 14, 100, 0.5, 0.7
 CANDIDATES = 16

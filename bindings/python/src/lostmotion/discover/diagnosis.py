@@ -20,19 +20,11 @@ from lostmotion.discover.drive_base import make_base, require_samples
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
+from lostmotion.discover.judging import P_LIMIT, accepted
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
-from lostmotion.discover.selection import (
-    P_LIMIT,
-    SIZE_LEAST,
-    Selection,
-    Step,
-    accepted,
-    free_values,
-    noise_rms,
-    select,
-    term_of,
-)
-from lostmotion.discover.study import Field, Settled, clean_outliers
+from lostmotion.discover.refits import term_of
+from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, select
+from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
@@ -520,7 +512,7 @@ def list_candidates(
 
 def not_fitted(effect: Effect) -> list[str]:
     """Names of the values that a fit leaves as they are, but for those that are given."""
-    free = free_values(effect)
+    free = effect.free()
     return [v.name for i, v in enumerate(effect.values) if v.role != "given" and i not in free]
 
 
@@ -566,7 +558,7 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
         value = candidate.effect.values[places[0]]
         size = amplitude / float(np.mean(scale))
         parameter, unit = split_unit(value.name)
-        if not free_values(candidate.effect):  # what slips by a tooth has the size of a tooth
+        if not candidate.effect.free():  # what slips by a tooth has the size of a tooth
             parameter, unit = "teeth", None
         symbol = unit.symbol if unit is not None else "-"
         if symbol.startswith("rad"):

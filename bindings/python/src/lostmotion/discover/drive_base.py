@@ -12,7 +12,6 @@ from lostmotion.discover.base import PLAYS, Base, Term
 from lostmotion.discover.candidates import missing_columns
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.effects import Effect, find_effect
-from lostmotion.discover.selection import free_values
 from lostmotion.drives import (
     KNOT,
     PLAY_OUTSIDE,
@@ -42,7 +41,7 @@ def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str
     effect = find_effect(str(table["name"]), effects, file)
     place = f"effect.{effect.name}"
     values = np.array(effect_values(file, place, table, effect.ranges()))
-    return Term(effect, values, free_values(effect))
+    return Term(effect, values, effect.free())
 
 
 def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:

@@ -61,6 +61,9 @@ FALLS_WITH_SPEED = {"stribeck_friction": ("coulomb_Nm", "breakaway_Nm")}
 """Friction that stays, and what of it is lost with the speed: a fit in which it grows with the
 speed is one of drag, and not of this effect."""
 
+HELD = {"gap_rad", "blend_rad_s", "threshold_Nm"}
+"""Values that only pick a branch of an effect: no fit moves them."""
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -180,6 +183,14 @@ class Effect:
     def indices(self, role: Role) -> list[int]:
         """Indices of the values of one role."""
         return [i for i, value in enumerate(self.values) if value.role == role]
+
+    def free(self) -> list[int]:
+        """Indices of the values that a fit may move: not what is given, nor what picks a branch."""
+        return [
+            i
+            for i, value in enumerate(self.values)
+            if value.role == "linear" or (value.role == "shape" and value.name not in HELD)
+        ]
 
     def scaling(self) -> list[int]:
         """Indices of the values that scale the effect together, or of all that shape it."""

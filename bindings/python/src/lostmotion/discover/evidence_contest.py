@@ -17,22 +17,18 @@ from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.contest import Contest, Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import Evidence
+from lostmotion.discover.judging import RIVAL_SHARE, accepted, judge_all, tests_made
+from lostmotion.discover.refits import Contender, term_of
 from lostmotion.discover.selection import (
     LEFTOVER_SHARE,
     NAMED_SHARE,
     NESTED_DEG,
-    RIVAL_SHARE,
     RUNS_PER_TERM,
     SHAPE_AFTER_NAMED,
     SIZE_LEAST,
     TERMS_MAX,
-    Contender,
     Step,
-    accepted,
-    judge_all,
     rivals,
-    term_of,
-    tests_made,
 )
 from lostmotion.discover.study import Field
 

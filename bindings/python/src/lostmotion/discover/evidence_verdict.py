@@ -27,8 +27,9 @@ from lostmotion.discover.evidence_contest import (
     estimate,
     estimate_beside,
 )
+from lostmotion.discover.judging import tests_made
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
-from lostmotion.discover.selection import SIZE_LEAST, tests_made
+from lostmotion.discover.selection import SIZE_LEAST
 
 
 def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:

@@ -17,24 +17,22 @@ import numpy.typing as npt
 from lostmotion.backbone import Backbone
 from lostmotion.discover import shapes
 from lostmotion.discover.base import PLAYS, Base, Term, start_values
-from lostmotion.discover.candidates import (
-    constant_columns,
-    given_values,
-    tangent,
-)
+from lostmotion.discover.candidates import constant_columns, tangent
 from lostmotion.discover.diagnosis import noise_floor, not_fitted
 from lostmotion.discover.drive_base import effect_table, make_base, require
 from lostmotion.discover.effects import Effect, find_effect, library
 from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_rms
-from lostmotion.discover.selection import free_values, noise_rms, term_of
+from lostmotion.discover.refits import term_of
 from lostmotion.discover.study import (
     Settled,
     clean_outliers,
     estimate_noise,
     make_candidates,
     make_field,
+    noise_rms,
     settle,
 )
+from lostmotion.discover.tangents import given_values
 from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive, row_names
 from lostmotion.errors import InputError, given_as
 from lostmotion.model import make_backbone
@@ -145,7 +143,7 @@ def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Te
     """Start an effect where the linearised evidence points."""
     candidate = tangent(effect, base, base.at(), ratio)
     if candidate.columns.shape[1] == 0:
-        return Term(effect, start_values(effect, given_values(base, ratio)), free_values(effect))
+        return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
     stage = make_field(settled, [candidate], {})
     result = stage.contest.test(effect.name)
     if result is None:

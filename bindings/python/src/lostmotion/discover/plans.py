@@ -20,8 +20,7 @@ from lostmotion.discover.diagnosis import RUNS_LEAST, TWIN_DEG, Diagnosis, detec
 from lostmotion.discover.drive_base import require_plan, restore
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
-from lostmotion.discover.selection import noise_rms
-from lostmotion.discover.study import make_field, settle
+from lostmotion.discover.study import make_field, noise_rms, settle
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
 from lostmotion.recordings import QUANTITIES, Campaign, Run, recording_files, told

@@ -3,41 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from dataclasses import field as made
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover import shapes as shape_room
-from lostmotion.discover.base import TOLERANCE, Additive, Base, Term
+from lostmotion.discover.base import Base
 from lostmotion.discover.candidates import Candidate, named_candidates
-from lostmotion.discover.contest import FLIP_LEVEL, Result
+from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
+from lostmotion.discover.judging import (
+    GAIN_LEAST,
+    P_LIMIT,
+    RIVAL_SHARE,
+    accepted,
+    judge_all,
+    size_of,
+    tests_made,
+    told_apart,
+)
 from lostmotion.discover.noise import Noise
+from lostmotion.discover.refits import Contender, refit, refitted, sharpen, stands, term_stands
 from lostmotion.discover.run_steps import run_steps
 from lostmotion.discover.study import (
-    WORSE,
     Field,
     Settled,
-    contest_of_term,
     estimate_noise,
     make_candidates,
     make_field,
+    noise_rms,
     plain_of,
-    plain_rms,
     settle,
-    take_step,
 )
 from lostmotion.discover.threads import in_parallel
 
 FloatArray = npt.NDArray[np.float64]
-
-P_LIMIT = 0.01
-"""Of the F test after Bonferroni; the sign flips have their own level."""
-
-GAIN_LEAST = 2.0
-"""Least leave-one-run-out gain, nats."""
 
 SIZE_LEAST = 0.1
 """Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
@@ -77,20 +79,9 @@ never has exactly the form of the library."""
 NESTED_DEG = 5.0
 """A shape within this angle of a named effect contains it."""
 
-HALF_A_TOOTH = 0.5
-"""Least multiple of a slipped tooth that is not taken for something else."""
-
 TERMS_MAX = 4
+
 RUNS_PER_TERM = 4
-
-REFIT_STEPS = 12
-"""Evaluations of a joint refit."""
-
-APART_STEPS, APART_TOLERANCE = 20, 1e-7
-"""A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
-
-PROMISE_KEPT = 0.5
-"""Share of the gain in the contest below which a refit has gone astray."""
 
 WANDERING = 2.0
 """Noise whose spread is this many times its innovations wanders so slowly that it may be a
@@ -98,29 +89,6 @@ missing effect: the strongest candidates are then refitted before the noise is b
 
 CALMER = 0.9
 """Share of the spread below which the noise after such a refit is the one that is believed."""
-
-PAIRED_T = 2.0
-"""Paired t over runs below which two effects are not told apart ..."""
-
-SIGNED_RANK = 2.6
-"""... nor by the signed ranks of the runs, in standard deviations: where one run says most, t is
-about 1 whatever the others say ..."""
-
-RIVAL_SHARE = 0.5
-"""... provided that the weaker one gains this share of the stronger one."""
-
-
-@dataclass
-class Contender:
-    """A candidate with its own refit."""
-
-    result: Result
-    candidate: Candidate
-    settled: Settled | None
-    gain: float
-    gain_by_run: FloatArray
-    size: float = 0.0
-    passes: bool = True
 
 
 @dataclass
@@ -150,261 +118,6 @@ class Selection:
     steps: list[Step]
     settled: list[Settled]
     noise: Noise
-
-
-def judge_all(stage: Field) -> list[Result]:
-    """Judge every candidate; a failed one never stops the others."""
-    results = []
-    for name, candidate in stage.candidates.items():
-        result = judge(stage, name)
-        numbers = sorted(set(candidate.start_of))
-        for number in numbers if len(numbers) > 1 and result is not None else []:
-            # All starts together have more directions than few runs can carry.
-            one = judge(stage, f"{name}#{number}")
-            if one is not None and result is not None and one.gain > result.gain:
-                result = replace(one, name=name)
-        if result is not None and candidate.trials > 1:
-            result = replace(result, p=min(1.0, result.p * candidate.trials))
-        if name == "ratcheting" and result is not None and not whole_tooth(stage, result):
-            result = None
-        if result is None:
-            if stage.candidates[name].named:
-                stage.closed[name] = "not visible with this plan: the base takes it up"
-            continue
-        results.append(result)
-    results.sort(key=lambda r: (-r.gain, r.name))
-    return results
-
-
-def whole_tooth(stage: Field, result: Result) -> bool:
-    """Whether teeth slipped: the column is that of whole teeth, and there is no part of one."""
-    evidence = stage.contest.evidence
-    teeth = result.coefficients / evidence.scale[evidence.blocks[result.block]]
-    return float(np.max(np.abs(teeth))) >= HALF_A_TOOTH
-
-
-def judge(stage: Field, block: str) -> Result | None:
-    """Judge one block; None where it cannot be seen."""
-    try:
-        return stage.contest.test(block)
-    except np.linalg.LinAlgError:
-        return None
-
-
-def accepted(result: Result, count: int) -> bool:
-    """All three gates; where the plan lets few runs show it, the F test makes up for the flips."""
-    share = FLIP_LEVEL / result.flip_limit
-    spread = result.flip_p <= FLIP_LEVEL and result.p * count <= P_LIMIT
-    few = result.flip_p <= result.flip_limit and result.p * count <= P_LIMIT * share
-    return (spread or few) and result.gain >= GAIN_LEAST
-
-
-def size_of(stage: Field, result: Result) -> float:
-    """Root mean square, arc seconds, of what a candidate explains beside the model as it stands."""
-    evidence = stage.contest.evidence
-    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
-    return stage.projector.size(columns_judged(stage, result) @ coefficients)
-
-
-def columns_judged(stage: Field, result: Result) -> FloatArray:
-    """Columns of the block that was judged."""
-    columns = stage.candidates[result.name].columns
-    evidence = stage.contest.evidence
-    whole = list(evidence.blocks[result.name])
-    return columns[:, [whole.index(place) for place in evidence.blocks[result.block]]]
-
-
-def best_start(stage: Field, result: Result) -> tuple[int, Result]:
-    """Find the start of an effect that explains most, judged alone."""
-    candidate = stage.candidates[result.name]
-    numbers = sorted(set(candidate.start_of))
-    best: tuple[bool, float] = (False, -np.inf)
-    start, chosen = numbers[0], result
-    for number in numbers:
-        own = stage.contest.test(f"{result.name}#{number}")
-        if own is None:
-            continue
-        # One lobe leads and the other lags: a size below nothing is that of lobes a quarter turn
-        # on, which have a start of their own.
-        right_way = result.name != "lobe_eccentricity" or own.coefficients[-1] > 0
-        if (right_way, own.wald) > best:
-            best, start, chosen = (right_way, own.wald), number, own
-    return start, chosen
-
-
-def term_of(stage: Field, result: Result) -> Term:
-    """An effect with the values that the contest suggests."""
-    return term_of_start(stage, stage.candidates[result.name], *best_start(stage, result))
-
-
-def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -> Term:
-    """An effect with the values that one of its starts suggests."""
-    effect = candidate.effect
-    assert effect is not None
-    evidence = stage.contest.evidence
-    coefficients = own.coefficients / evidence.scale[evidence.blocks[own.block]]
-    places = [i for i, s in enumerate(candidate.start_of) if s == start]
-    values = candidate.starts[start].copy()
-    linear = effect.indices("linear")
-    if effect.name == "lobe_eccentricity":
-        # Run-out and compliance together: the effect keeps its shape over the torque.
-        size = coefficients[0]
-        if start == 0:
-            values[:2] = coefficients[:2]
-            size = coefficients[2] if coefficients.size > 2 else np.hypot(values[2], values[3])
-        values[2:5] *= abs(size) / np.hypot(values[2], values[3])
-    elif linear:
-        # Columns of a start follow the linear values in order; multiples of earlier ones are gone.
-        first = sum(1 for s in candidate.start_of if s == 0)
-        if len(places) == len(linear):
-            values[linear] = coefficients
-        elif first == len(linear):
-            values[linear[-coefficients.size :]] = coefficients
-    elif effect.name != "ratcheting":
-        shape = effect.indices("shape")
-        values[shape] = 0.0
-        values[shape[: coefficients.size]] = coefficients
-    low = np.array([v.low for v in effect.values])
-    high = np.array([v.high for v in effect.values])
-    values = np.clip(values, low, high)
-    wrong = effect.against_its_name(values)
-    if wrong is not None:
-        values[wrong] = 0.0
-    return Term(effect, values, free_values(effect))
-
-
-def free_values(effect: Effect) -> list[int]:
-    """Values that a fit may move: not what is given, nor what only picks a branch."""
-    held = {"gap_rad", "blend_rad_s", "threshold_Nm"}
-    return [
-        i
-        for i, value in enumerate(effect.values)
-        if value.role == "linear" or (value.role == "shape" and value.name not in held)
-    ]
-
-
-def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender:
-    """Fit base and candidate together, from the deviations that this hypothesis predicts.
-
-    A step that leads astray, or to much less than the contest has promised, is not taken: the fit
-    then starts from where the base stands.
-
-    Parameters
-    ----------
-    reference : Settled, optional
-        Against which the gain counts, where the stage is that of a base without deviations: then
-        they stay at nothing until the candidate has had its fit.
-    """
-    settled = stage.settled
-    candidate = stage.candidates[result.name]
-    start, own = (0, result) if candidate.effect is None else best_start(stage, result)
-    sigma = float(np.median(settled.noise.sigma))
-
-    def settled_from(base: Base) -> Contender:
-        done = settle(base, settled.noise)
-        if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
-            done.base.fit(noise=sigma, steps=REFIT_STEPS)
-            done = settle(done.base, settled.noise)
-        by_run = done.density - (reference or settled).density
-        return Contender(result, candidate, done, float(by_run.sum()), by_run)
-
-    def from_base(tolerance: float = TOLERANCE) -> Contender:
-        base = settled.base.copy()
-        put_in(base, stage, candidate, start, own)
-        base.fit(noise=sigma, steps=APART_STEPS, tolerance=tolerance)
-        return settled_from(base)
-
-    if reference is not None and reference.base is not settled.base:
-        return from_base(APART_TOLERANCE)
-    base = settled.base.copy()
-    step_to(base, stage, result)
-    put_in(base, stage, candidate, start, own)
-    base.fit(noise=sigma, steps=REFIT_STEPS)
-    if plain_rms(base) > WORSE * plain_rms(settled.base):
-        return from_base()
-    stepped = settled_from(base)
-    if stepped.gain >= PROMISE_KEPT * result.gain:
-        return stepped
-    return max(stepped, from_base(), key=lambda c: c.gain)
-
-
-def hold_to_name(term: Term) -> bool:
-    """Keep a value at nothing that makes an effect another one; whether there was one."""
-    wrong = term.effect.against_its_name(term.values)
-    if wrong is None:
-        return False
-    term.values[wrong] = 0.0
-    term.free = [place for place in term.free if place != wrong]
-    return True
-
-
-def step_to(base: Base, stage: Field, result: Result) -> None:
-    """Move a base and the deviations of its runs to where a hypothesis wants them."""
-    evidence = stage.contest.evidence
-    delta = np.concatenate((result.fixed_step, result.coefficients))
-    own = stage.contest.deviations(evidence.index(result.block), result.omega, delta)
-    moved = np.concatenate((evidence.fixed, evidence.scatter))
-    take_step(base, evidence.scale[moved], result.fixed_step, own)
-
-
-def put_in(base: Base, stage: Field, candidate: Candidate, start: int, own: Result) -> None:
-    """Add a candidate to a base with the values that the contest suggests."""
-    if candidate.effect is not None:
-        base.terms.append(term_of_start(stage, candidate, start, own))
-        return
-    evidence = stage.contest.evidence
-    base.additives.append(
-        Additive(
-            candidate.name,
-            candidate.columns,
-            own.coefficients / evidence.scale[evidence.blocks[own.block]],
-            candidate.covariate,
-            candidate.shape,
-        )
-    )
-
-
-def sharpen(stage: Field, winner: Contender) -> Contender | None:
-    """Find the frequency of a winning wave more closely, and refit it."""
-    fine = shape_room.finer(stage.settled.base, winner.candidate)
-    if not fine:
-        return None
-    scan = make_field(stage.settled, fine, {})
-    found = [r for r in (scan.contest.test(c.name, refit_scatter=False) for c in fine) if r]
-    if not found:
-        return None
-    best = max(found, key=lambda r: r.wald)
-    wide = shape_room.with_neighbours(stage.settled.base, scan.candidates[best.name])
-    only = make_field(stage.settled, [wide], {})
-    result = only.contest.test(wide.name)
-    return None if result is None else refit(only, result)
-
-
-def paired_t(a: FloatArray, b: FloatArray) -> float:
-    """Paired t of two candidates' gains over the runs."""
-    difference = a - b
-    spread = float(np.std(difference, ddof=1)) if difference.size > 1 else 0.0
-    if spread == 0:
-        return 0.0 if difference.sum() == 0 else float("inf")
-    return float(difference.mean() / spread * np.sqrt(difference.size))
-
-
-def signed_rank(a: FloatArray, b: FloatArray) -> float:
-    """Wilcoxon's signed-rank statistic of two candidates' gains, in standard deviations."""
-    difference = a - b
-    difference = difference[difference != 0]
-    n = difference.size
-    if n == 0:
-        return 0.0
-    rank = np.empty(n)
-    rank[np.argsort(np.abs(difference), kind="stable")] = np.arange(1, n + 1)
-    total = float(rank[difference > 0].sum())
-    return float((total - n * (n + 1) / 4) / np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
-
-
-def told_apart(a: FloatArray, b: FloatArray) -> bool:
-    """Whether the runs tell the first of two candidates from the second."""
-    return paired_t(a, b) >= PAIRED_T or signed_rank(a, b) >= SIGNED_RANK
 
 
 def choose(
@@ -492,7 +205,7 @@ def simplest(contenders: list[Contender]) -> Contender | None:
 def free_count(contender: Contender) -> int:
     """Number of values that the fit of an effect may move."""
     assert contender.candidate.effect is not None
-    return len(free_values(contender.candidate.effect))
+    return len(contender.candidate.effect.free())
 
 
 def least_beside(effect: Effect | None, kept: Mapping[str, tuple[Effect, float]]) -> float:
@@ -557,29 +270,6 @@ def best_starts(contenders: list[Contender]) -> list[Contender]:
         if name not in best or rank > (best[name].passes, best[name].gain):
             best[name] = contender
     return list(best.values())
-
-
-def stands(contender: Contender, count: int) -> bool:
-    """Whether an effect passes the gates where the model with it stands."""
-    assert contender.settled is not None
-    return term_stands(contender.settled, len(contender.settled.base.terms) - 1, count)
-
-
-def term_stands(settled: Settled, place: int, count: int) -> bool:
-    """Whether a term of a model passes the gates beside the others."""
-    contest, name = contest_of_term(settled, place)
-    try:
-        result = contest.test(name)
-    except np.linalg.LinAlgError:
-        return False
-    return result is not None and accepted(result, count)
-
-
-def tests_made(stage: Field) -> int:
-    """Number of tests of a round, for Bonferroni."""
-    return sum(
-        1 + len(set(c.start_of)) * (len(set(c.start_of)) > 1) for c in stage.candidates.values()
-    )
 
 
 def rivals(
@@ -691,12 +381,6 @@ def without_idle(settled: Settled, given: int, count: int) -> Settled:
     return settled
 
 
-def refitted(base: Base, noise: Noise) -> Settled:
-    """Fit a base with its terms as they are, and settle it."""
-    base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)
-    return settle(base, noise)
-
-
 def contest_under(
     base: Base, noise: Noise, candidates: list[Candidate], closed: dict[str, str]
 ) -> tuple[Field, list[Result]]:
@@ -729,10 +413,3 @@ def calmer_noise(
         if spread < least:
             best, least = noise, spread
     return best
-
-
-def noise_rms(noise: Noise, base: Base) -> float:
-    """Root mean square of the noise within runs, arc seconds."""
-    rows = np.diff(base.conditions.starts)
-    spread = np.array([noise.spread(r) for r in range(rows.size)])
-    return float(np.sqrt(np.average(spread**2, weights=rows)))

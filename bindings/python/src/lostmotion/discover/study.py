@@ -186,6 +186,13 @@ def estimate_noise(base: Base, blocks: Sequence[FloatArray]) -> Noise:
     return fit_noise(rest, c.time_s, c.starts, columns)
 
 
+def noise_rms(noise: Noise, base: Base) -> float:
+    """Root mean square of the noise within runs, arc seconds."""
+    rows = np.diff(base.conditions.starts)
+    spread = np.array([noise.spread(r) for r in range(rows.size)])
+    return float(np.sqrt(np.average(spread**2, weights=rows)))
+
+
 def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Bring base and deviations to where the data with scatter and coloured noise want them.
 

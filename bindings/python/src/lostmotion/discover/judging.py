@@ -1,0 +1,129 @@
+"""Judging: the gates that a candidate must pass, its size, and whether two are told apart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.contest import FLIP_LEVEL, Result
+from lostmotion.discover.study import Field
+from lostmotion.discover.tangents import form_of
+
+FloatArray = npt.NDArray[np.float64]
+
+P_LIMIT = 0.01
+"""Of the F test after Bonferroni; the sign flips have their own level."""
+
+GAIN_LEAST = 2.0
+"""Least leave-one-run-out gain, nats."""
+
+PAIRED_T = 2.0
+"""Paired t over runs below which two effects are not told apart ..."""
+
+SIGNED_RANK = 2.6
+"""... nor by the signed ranks of the runs, in standard deviations: where one run says most, t is
+about 1 whatever the others say ..."""
+
+RIVAL_SHARE = 0.5
+"""... provided that the weaker one gains this share of the stronger one."""
+
+
+def judge_all(stage: Field) -> list[Result]:
+    """Judge every candidate; a failed one never stops the others."""
+    results = []
+    for name, candidate in stage.candidates.items():
+        result = judge(stage, name)
+        numbers = sorted(set(candidate.start_of))
+        for number in numbers if len(numbers) > 1 and result is not None else []:
+            # All starts together have more directions than few runs can carry.
+            one = judge(stage, f"{name}#{number}")
+            if one is not None and result is not None and one.gain > result.gain:
+                result = replace(one, name=name)
+        if result is not None and candidate.trials > 1:
+            result = replace(result, p=min(1.0, result.p * candidate.trials))
+        if result is not None and not possible(stage, result):
+            result = None
+        if result is None:
+            if stage.candidates[name].named:
+                stage.closed[name] = "not visible with this plan: the base takes it up"
+            continue
+        results.append(result)
+    results.sort(key=lambda r: (-r.gain, r.name))
+    return results
+
+
+def judge(stage: Field, block: str) -> Result | None:
+    """Judge one block; None where it cannot be seen."""
+    try:
+        return stage.contest.test(block)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def possible(stage: Field, result: Result) -> bool:
+    """Whether an effect can have the size that was found; shapes can have any."""
+    effect = stage.candidates[result.name].effect
+    if effect is None:
+        return True
+    evidence = stage.contest.evidence
+    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
+    return form_of(effect).possible(coefficients)
+
+
+def accepted(result: Result, count: int) -> bool:
+    """All three gates; where the plan lets few runs show it, the F test makes up for the flips."""
+    share = FLIP_LEVEL / result.flip_limit
+    spread = result.flip_p <= FLIP_LEVEL and result.p * count <= P_LIMIT
+    few = result.flip_p <= result.flip_limit and result.p * count <= P_LIMIT * share
+    return (spread or few) and result.gain >= GAIN_LEAST
+
+
+def tests_made(stage: Field) -> int:
+    """Number of tests of a round, for Bonferroni."""
+    return sum(
+        1 + len(set(c.start_of)) * (len(set(c.start_of)) > 1) for c in stage.candidates.values()
+    )
+
+
+def size_of(stage: Field, result: Result) -> float:
+    """Root mean square, arc seconds, of what a candidate explains beside the model as it stands."""
+    evidence = stage.contest.evidence
+    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
+    return stage.projector.size(columns_judged(stage, result) @ coefficients)
+
+
+def columns_judged(stage: Field, result: Result) -> FloatArray:
+    """Columns of the block that was judged."""
+    columns = stage.candidates[result.name].columns
+    evidence = stage.contest.evidence
+    whole = list(evidence.blocks[result.name])
+    return columns[:, [whole.index(place) for place in evidence.blocks[result.block]]]
+
+
+def paired_t(a: FloatArray, b: FloatArray) -> float:
+    """Paired t of two candidates' gains over the runs."""
+    difference = a - b
+    spread = float(np.std(difference, ddof=1)) if difference.size > 1 else 0.0
+    if spread == 0:
+        return 0.0 if difference.sum() == 0 else float("inf")
+    return float(difference.mean() / spread * np.sqrt(difference.size))
+
+
+def signed_rank(a: FloatArray, b: FloatArray) -> float:
+    """Wilcoxon's signed-rank statistic of two candidates' gains, in standard deviations."""
+    difference = a - b
+    difference = difference[difference != 0]
+    n = difference.size
+    if n == 0:
+        return 0.0
+    rank = np.empty(n)
+    rank[np.argsort(np.abs(difference), kind="stable")] = np.arange(1, n + 1)
+    total = float(rank[difference > 0].sum())
+    return float((total - n * (n + 1) / 4) / np.sqrt(n * (n + 1) * (2 * n + 1) / 24))
+
+
+def told_apart(a: FloatArray, b: FloatArray) -> bool:
+    """Whether the runs tell the first of two candidates from the second."""
+    return paired_t(a, b) >= PAIRED_T or signed_rank(a, b) >= SIGNED_RANK

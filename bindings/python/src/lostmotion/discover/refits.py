@@ -1,0 +1,208 @@
+"""Refits: a candidate becomes part of a base, which is then fitted whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover import shapes as shape_room
+from lostmotion.discover.base import TOLERANCE, Additive, Base, Term
+from lostmotion.discover.candidates import Candidate
+from lostmotion.discover.contest import Result
+from lostmotion.discover.judging import accepted
+from lostmotion.discover.noise import Noise
+from lostmotion.discover.study import (
+    WORSE,
+    Field,
+    Settled,
+    contest_of_term,
+    make_field,
+    plain_rms,
+    settle,
+    take_step,
+)
+from lostmotion.discover.tangents import form_of
+
+FloatArray = npt.NDArray[np.float64]
+
+REFIT_STEPS = 12
+"""Evaluations of a joint refit."""
+
+APART_STEPS, APART_TOLERANCE = 20, 1e-7
+"""A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
+
+PROMISE_KEPT = 0.5
+"""Share of the gain in the contest below which a refit has gone astray."""
+
+
+@dataclass
+class Contender:
+    """A candidate with its own refit."""
+
+    result: Result
+    candidate: Candidate
+    settled: Settled | None
+    gain: float
+    gain_by_run: FloatArray
+    size: float = 0.0
+    passes: bool = True
+
+
+def best_start(stage: Field, result: Result) -> tuple[int, Result]:
+    """Find the start of an effect that explains most, judged alone."""
+    candidate = stage.candidates[result.name]
+    assert candidate.effect is not None
+    form = form_of(candidate.effect)
+    numbers = sorted(set(candidate.start_of))
+    best: tuple[bool, float] = (False, -np.inf)
+    start, chosen = numbers[0], result
+    for number in numbers:
+        own = stage.contest.test(f"{result.name}#{number}")
+        if own is None:
+            continue
+        rank = (form.right_way(own.coefficients), own.wald)
+        if rank > best:
+            best, start, chosen = rank, number, own
+    return start, chosen
+
+
+def term_of(stage: Field, result: Result) -> Term:
+    """An effect with the values that the contest suggests."""
+    return term_of_start(stage, stage.candidates[result.name], *best_start(stage, result))
+
+
+def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -> Term:
+    """An effect with the values that one of its starts suggests."""
+    effect = candidate.effect
+    assert effect is not None
+    evidence = stage.contest.evidence
+    coefficients = own.coefficients / evidence.scale[evidence.blocks[own.block]]
+    values = form_of(effect).values(effect, candidate, start, coefficients)
+    low = np.array([v.low for v in effect.values])
+    high = np.array([v.high for v in effect.values])
+    values = np.clip(values, low, high)
+    wrong = effect.against_its_name(values)
+    if wrong is not None:
+        values[wrong] = 0.0
+    return Term(effect, values, effect.free())
+
+
+def put_in(base: Base, stage: Field, candidate: Candidate, start: int, own: Result) -> None:
+    """Add a candidate to a base with the values that the contest suggests."""
+    if candidate.effect is not None:
+        base.terms.append(term_of_start(stage, candidate, start, own))
+        return
+    evidence = stage.contest.evidence
+    base.additives.append(
+        Additive(
+            candidate.name,
+            candidate.columns,
+            own.coefficients / evidence.scale[evidence.blocks[own.block]],
+            candidate.covariate,
+            candidate.shape,
+        )
+    )
+
+
+def step_to(base: Base, stage: Field, result: Result) -> None:
+    """Move a base and the deviations of its runs to where a hypothesis wants them."""
+    evidence = stage.contest.evidence
+    delta = np.concatenate((result.fixed_step, result.coefficients))
+    own = stage.contest.deviations(evidence.index(result.block), result.omega, delta)
+    moved = np.concatenate((evidence.fixed, evidence.scatter))
+    take_step(base, evidence.scale[moved], result.fixed_step, own)
+
+
+def hold_to_name(term: Term) -> bool:
+    """Keep a value at nothing that makes an effect another one; whether there was one."""
+    wrong = term.effect.against_its_name(term.values)
+    if wrong is None:
+        return False
+    term.values[wrong] = 0.0
+    term.free = [place for place in term.free if place != wrong]
+    return True
+
+
+def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender:
+    """Fit base and candidate together, from the deviations that this hypothesis predicts.
+
+    A step that leads astray, or to much less than the contest has promised, is not taken: the fit
+    then starts from where the base stands.
+
+    Parameters
+    ----------
+    reference : Settled, optional
+        Against which the gain counts, where the stage is that of a base without deviations: then
+        they stay at nothing until the candidate has had its fit.
+    """
+    settled = stage.settled
+    candidate = stage.candidates[result.name]
+    start, own = (0, result) if candidate.effect is None else best_start(stage, result)
+    sigma = float(np.median(settled.noise.sigma))
+
+    def settled_from(base: Base) -> Contender:
+        done = settle(base, settled.noise)
+        if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
+            done.base.fit(noise=sigma, steps=REFIT_STEPS)
+            done = settle(done.base, settled.noise)
+        by_run = done.density - (reference or settled).density
+        return Contender(result, candidate, done, float(by_run.sum()), by_run)
+
+    def from_base(tolerance: float = TOLERANCE) -> Contender:
+        base = settled.base.copy()
+        put_in(base, stage, candidate, start, own)
+        base.fit(noise=sigma, steps=APART_STEPS, tolerance=tolerance)
+        return settled_from(base)
+
+    if reference is not None and reference.base is not settled.base:
+        return from_base(APART_TOLERANCE)
+    base = settled.base.copy()
+    step_to(base, stage, result)
+    put_in(base, stage, candidate, start, own)
+    base.fit(noise=sigma, steps=REFIT_STEPS)
+    if plain_rms(base) > WORSE * plain_rms(settled.base):
+        return from_base()
+    stepped = settled_from(base)
+    if stepped.gain >= PROMISE_KEPT * result.gain:
+        return stepped
+    return max(stepped, from_base(), key=lambda c: c.gain)
+
+
+def refitted(base: Base, noise: Noise) -> Settled:
+    """Fit a base with its terms as they are, and settle it."""
+    base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)
+    return settle(base, noise)
+
+
+def sharpen(stage: Field, winner: Contender) -> Contender | None:
+    """Find the frequency of a winning wave more closely, and refit it."""
+    fine = shape_room.finer(stage.settled.base, winner.candidate)
+    if not fine:
+        return None
+    scan = make_field(stage.settled, fine, {})
+    found = [r for r in (scan.contest.test(c.name, refit_scatter=False) for c in fine) if r]
+    if not found:
+        return None
+    best = max(found, key=lambda r: r.wald)
+    wide = shape_room.with_neighbours(stage.settled.base, scan.candidates[best.name])
+    only = make_field(stage.settled, [wide], {})
+    result = only.contest.test(wide.name)
+    return None if result is None else refit(only, result)
+
+
+def stands(contender: Contender, count: int) -> bool:
+    """Whether an effect passes the gates where the model with it stands."""
+    assert contender.settled is not None
+    return term_stands(contender.settled, len(contender.settled.base.terms) - 1, count)
+
+
+def term_stands(settled: Settled, place: int, count: int) -> bool:
+    """Whether a term of a model passes the gates beside the others."""
+    contest, name = contest_of_term(settled, place)
+    try:
+        result = contest.test(name)
+    except np.linalg.LinAlgError:
+        return False
+    return result is not None and accepted(result, count)
