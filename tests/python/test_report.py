@@ -55,7 +55,7 @@ from lostmotion.report.mesh import (
 from lostmotion.report.overlay import Overlay
 from lostmotion.report.page import NARROW, WIDE, Figure, Rows, Section, Table, rows_html
 from lostmotion.report.stages import collect_stages
-from lostmotion.report.svg import signs, simplify, text_width
+from lostmotion.report.svg import abridged, signs, simplify, text_width
 from lostmotion.report.wording import rounded
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -603,6 +603,16 @@ def test_the_runs_of_a_shape_are_counted_from_one():
     found = covariate_of(base, "run")
     assert found is not None
     assert found[0].tolist() == [1, 1, 2]
+
+
+def test_long_names_of_runs_keep_what_tells_them_apart():
+    names = [f"2024-07-11__ramp__runin_{i}_after_relubrication" for i in (1, 13, 14)]
+    assert abridged(names) == ["…1…", "…13…", "…14…"]
+    assert abridged(names[1:]) == ["…13…", "…14…"]
+    assert abridged(["7", "8"]) == ["7", "8"]
+    assert abridged(["warm", "warm_again"]) == ["warm", "warm_again"]
+    assert abridged(["a_b", "a_b_b"]) == ["a_b", "a_b_b"]
+    assert abridged(["alone"]) == ["alone"]
 
 
 def test_the_ladder_writes_beside_a_ring_what_the_ring_is():

@@ -26,11 +26,15 @@
   const shown = (value) => {
     if (!Number.isFinite(value)) return "–";
     const size = Math.abs(value);
-    const text = size >= 1e7 || (size < 1e-3 && size > 0)
-      ? value.toExponential(3) : String(Number(value.toPrecision(5)));
+    if (size >= 1e7 || (size < 1e-3 && size > 0)) {
+      const [mantissa, power] = value.toExponential(3).split("e");
+      const raised = [...String(Number(power))].map((c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻").join("");
+      return String(Number(mantissa)).replace("-", "−") + "·10" + raised;
+    }
+    const text = String(Number(value.toPrecision(5)));
     const [whole, ...rest] = text.split(".");
     const grouped = size >= 1e4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") : whole;
-    return [grouped, ...rest].join(".").replaceAll("-", "−");
+    return [grouped, ...rest].join(".").replace("-", "−");
   };
   const step = (span, count) => {
     const rough = span / count;

@@ -17,6 +17,7 @@ from lostmotion.report.svg import (
     SMALL_SIZE,
     SOFT,
     Drawing,
+    abridged,
     shortened,
     text_width,
 )
@@ -174,8 +175,11 @@ def _loop_panels(
     for t, m in zip(torque, modelled, strict=True):
         axes.curve(t, m, MODEL, 1.5, opacity=0.95)
     axes.close()
-    labels = [str(result.campaign.runs[i].label) for i in group]
-    title = title_of(labels, width - 1.1 * text_width(LOST_MOTION, SMALL_SIZE))
+    room = width - 1.1 * text_width(LOST_MOTION, SMALL_SIZE)
+    names = [str(run.label) for run in result.campaign.runs]
+    if text_width(f"run {max(names, key=len)}", SMALL_SIZE) > room:
+        names = abridged(names)
+    title = title_of([names[i] for i in group], room)
     drawing.text(x + width, y - 10, title, anchor="end", size=SMALL_SIZE, fill=SOFT)
 
     floor = result.noise.floor_rad / unit

@@ -20,6 +20,7 @@ from lostmotion.report.svg import (
     SOFT,
     Array,
     Drawing,
+    abridged,
     shortened,
     text_width,
 )
@@ -64,6 +65,8 @@ class Overlay:
         angle = before.at().angle
         self.shown = runs_to_show(self.left[0], self.left[-1], c.starts)
         self.labels = [str(c.labels[i]) for i in self.shown]
+        short = abridged([str(label) for label in c.labels])
+        self.short = [short[i] for i in self.shown]
         slices = c.slices()
         self.torque, self.measured, self.model, self.residual = [], [], [], []
         self.seconds: list[Array] = []
@@ -189,7 +192,10 @@ def _panel(
         drawing, (x, y, width, high), across, limits([float(every.min()), float(every.max())])
     )
     axes.frame("", "arcmin", x_numbers=False, ticks=(width / 60, high / 45))
-    title = shortened(f"run {data.labels[i]}", width - text_width("arcmin", SMALL_SIZE))
+    room = width - text_width("arcmin", SMALL_SIZE)
+    title = f"run {data.labels[i]}"
+    if text_width(title, SMALL_SIZE) > room:
+        title = shortened(f"run {data.short[i]}", room)
     drawing.text(x + width, y - 10, title, anchor="end", size=SMALL_SIZE)
     axes.open()
     for piece in data.pieces[i]:

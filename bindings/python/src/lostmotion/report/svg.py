@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from html import escape
+from itertools import takewhile
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +51,21 @@ def shortened(text: str, room: float, size: float = SMALL_SIZE) -> str:
         return text
     keep = max(letters - 1, 2)
     return f"{text[: keep - keep // 2]}…{text[len(text) - keep // 2 :]}"
+
+
+def abridged(names: Sequence[str]) -> list[str]:
+    """Leave out of names the words with which all of them begin or end."""
+
+    def shared(texts: Sequence[str]) -> int:
+        pairs = zip(min(texts), max(texts), strict=False)
+        start = "".join(a for a, b in takewhile(lambda pair: pair[0] == pair[1], pairs))
+        return len(re.sub(r"[^\W_]+$", "", start))
+
+    first, last = shared(names), shared([name[::-1] for name in names])
+    inner = [name[first : len(name) - last] for name in names]
+    if len(names) < 2 or not all(inner):
+        return list(names)
+    return ["…" * (first > 0) + name + "…" * (last > 0) for name in inner]
 
 
 def number(value: float) -> str:
