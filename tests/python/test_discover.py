@@ -25,6 +25,7 @@ from lostmotion.discover.plans import check, next_runs
 from lostmotion.discover.refits import refitted
 from lostmotion.discover.selection import without_idle
 from lostmotion.discover.study import clean_outliers
+from lostmotion.discover.tangents import form_of
 from lostmotion.discover.template import template
 from lostmotion.discover.threads import in_parallel
 from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
@@ -241,6 +242,58 @@ def test_values_that_make_an_effect_another_are_told():
         assert stribeck.against_its_name(values) == told
         assert plausible(stribeck, values) == (told is None)
     assert library()["viscous_friction"].against_its_name(np.array([-1.0])) is None
+
+
+def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campaign:
+    """Torque loops of a spring that stiffens with sliders beside it, which slip at a deflection.
+
+    No characteristic of straight pieces with plays on the torque has exactly this form.
+    """
+    rng = np.random.default_rng(seed)
+    arcsec = np.pi / 180 / 3600
+    phase = np.linspace(0, 8, rows)
+    amplitude = np.resize([40.0, 20.0, 8.0], runs)
+    torque = np.outer(amplitude, 1 - np.abs((phase + 1) % 4 - 2))
+    stiffness = 29e3 * (1 + 0.003 * rng.standard_normal(runs))
+    friction = np.exp(0.02 * rng.standard_normal(runs))
+    bend, sliders = 5.0 / 16e3, 20
+    slips_at = np.geomspace(2, 60, sliders) * arcsec
+    strength = rng.dirichlet(np.full(sliders, 3.0)) * 12 * arcsec * 16e3
+    most = np.outer(friction, strength)
+
+    def slide(force, way):
+        return np.clip(force + np.outer(way, strength / slips_at), -most, most)
+
+    force, at = np.zeros((runs, sliders)), np.zeros(runs)
+    lost = np.empty((runs, rows))
+    for n in range(rows):
+        low, high = at - 2e-3, at + 2e-3
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            spring = stiffness * (middle - 0.5 * bend * np.arctan(middle / bend))
+            above = spring + slide(force, middle - at).sum(axis=1) > torque[:, n]
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        force, at = slide(force, high - at), high
+        lost[:, n] = at
+    lost += 1.2 * arcsec * rng.standard_normal((runs, rows))
+    time = np.arange(rows) * 0.05
+    columns = [{"time": time, "torque": torque[i], "lost_motion": lost[i]} for i in range(runs)]
+    return Campaign([Run(i, "made", columns[i]) for i in range(runs)])
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed):
+    found = diagnose(sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0).answer()
+    assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])
+
+
+@pytest.mark.parametrize("name", ["load_dependent_friction", "creep"])
+def test_what_takes_work_never_gives_it(name):
+    takes = library()[name]
+    (linear,) = takes.indices("linear")
+    assert takes.values[linear].low == 0
+    assert form_of(takes).possible(takes, np.array([0.1]))
+    assert not form_of(takes).possible(takes, np.array([-0.1]))
 
 
 def test_what_no_effect_explains_is_said_to_hang_on_torque():

@@ -62,5 +62,5 @@ const lm_effect lm_effect_creep = {0xdf157582u,
                                    MEMORY,
                                    LM_NEEDS_TORQUE | LM_NEEDS_TIME,
                                    run,
-                                   {{LM_REAL(-0.5), LM_REAL(0.5)}, {LM_REAL(1e-3), LM_REAL(1e5)}},
+                                   {{LM_REAL(0), LM_REAL(0.5)}, {LM_REAL(1e-3), LM_REAL(1e5)}},
                                    LM_EFFECT_CARD(card)};

@@ -31,5 +31,5 @@ const lm_effect lm_effect_load_dependent_friction = {
     1,
     LM_NEEDS_TORQUE,
     run,
-    {{LM_REAL(-1e-3), LM_REAL(1e-3)}, {LM_REAL(0), LM_REAL(0.9)}},
+    {{LM_REAL(0), LM_REAL(1e-3)}, {LM_REAL(0), LM_REAL(0.9)}},
     LM_EFFECT_CARD(card)};

@@ -31,6 +31,11 @@ SEEN_BY = {"input_coupling_play": "input_velocity_rad_s"}
 which a coupling falls over."""
 
 
+LOAD_NEEDS = {"torque_Nm", "elapsed_s"}
+LOAD_CHANNELS = {"torque", "torque_rate", "time"}
+"""Conditions of effects, and quantities of shapes, that are the torque and its history."""
+
+
 @dataclass
 class Candidate:
     """A block of columns that competes.
@@ -64,6 +69,13 @@ class Candidate:
     start_of: list[int] = field(default_factory=list)
     trials: int = 1
     also: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def hangs_on_load_alone(self) -> bool:
+        """Whether it hangs on the torque and its history, as all that the base consists of."""
+        if self.effect is not None:
+            return self.effect.needs <= LOAD_NEEDS
+        return self.covariate in LOAD_CHANNELS
 
 
 RECORDED_AS = {

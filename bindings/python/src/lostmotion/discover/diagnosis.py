@@ -255,7 +255,7 @@ def conclude(
         ladder,
         list_candidates(selection, effects, rivals, ladder),
         told,
-        detectable(last_step.field, within),
+        detectable(last_step.field, within, last_step.field.form_arcsec),
         {"share": share, "depends_on": depends},
         advise(verdict, names, rivals, effects, last_step.field, c.runs, odd),
         {
@@ -530,8 +530,14 @@ def plausible(effect: Effect, values: FloatArray) -> bool:
     return True
 
 
-def detectable(stage: Field, within: float) -> dict[str, Any]:
-    """Smallest size of each effect that would be found with probability `POWER`."""
+def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]:
+    """Smallest size of each effect that would be found with probability `POWER`.
+
+    Parameters
+    ----------
+    within, form : float
+        Noise within runs, and what the form of the base is wrong by, arc seconds.
+    """
     out: dict[str, Any] = {}
     contest = stage.contest
     count = max(len(stage.candidates), 1)
@@ -551,9 +557,12 @@ def detectable(stage: Field, within: float) -> dict[str, Any]:
         rms = amplitude * float(
             np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]])
         )
-        if rms < SIZE_LEAST * within:
-            amplitude *= SIZE_LEAST * within / max(rms, 1e-300)
-            rms = SIZE_LEAST * within
+        least = SIZE_LEAST * within
+        if candidate.hangs_on_load_alone:
+            least = max(least, form)
+        if rms < least:
+            amplitude *= least / max(rms, 1e-300)
+            rms = least
         places = candidate.effect.indices("linear") or candidate.effect.indices("shape")
         value = candidate.effect.values[places[0]]
         size = amplitude / float(np.mean(scale))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.contest import FLIP_LEVEL, Result
+from lostmotion.discover.effects import Effect
 from lostmotion.discover.study import Field
 from lostmotion.discover.tangents import form_of
 
@@ -36,14 +38,15 @@ def judge_all(stage: Field) -> list[Result]:
     for name, candidate in stage.candidates.items():
         result = judge(stage, name)
         numbers = sorted(set(candidate.start_of))
-        for number in numbers if len(numbers) > 1 and result is not None else []:
+        alone = [] if result is None else [result]
+        if len(numbers) > 1 and result is not None:
             # All starts together have more directions than few runs can carry.
-            one = judge(stage, f"{name}#{number}")
-            if one is not None and result is not None and one.gain > result.gain:
-                result = replace(one, name=name)
+            alone = [one for n in numbers if (one := judge(stage, f"{name}#{n}")) is not None]
+            strongest = max([result, *alone], key=lambda one: one.gain)
+            result = replace(strongest, name=name)
         if result is not None and candidate.trials > 1:
             result = replace(result, p=min(1.0, result.p * candidate.trials))
-        if result is not None and not possible(stage, result):
+        if candidate.effect is not None and alone and not possible(stage, candidate.effect, alone):
             result = None
         if result is None:
             if stage.candidates[name].named:
@@ -54,22 +57,26 @@ def judge_all(stage: Field) -> list[Result]:
     return results
 
 
+def possible(stage: Field, effect: Effect, alone: Sequence[Result]) -> bool:
+    """Whether an effect can have the values that explain most, by its starts judged alone."""
+    own = leading(effect, alone)
+    evidence = stage.contest.evidence
+    coefficients = own.coefficients / evidence.scale[evidence.blocks[own.block]]
+    return form_of(effect).possible(effect, coefficients)
+
+
+def leading(effect: Effect, alone: Sequence[Result]) -> Result:
+    """Of the starts of an effect, judged alone, the one that explains most the right way round."""
+    form = form_of(effect)
+    return max(alone, key=lambda own: (form.right_way(effect, own.coefficients), own.wald))
+
+
 def judge(stage: Field, block: str) -> Result | None:
     """Judge one block; None where it cannot be seen."""
     try:
         return stage.contest.test(block)
     except np.linalg.LinAlgError:
         return None
-
-
-def possible(stage: Field, result: Result) -> bool:
-    """Whether an effect can have the size that was found; shapes can have any."""
-    effect = stage.candidates[result.name].effect
-    if effect is None:
-        return True
-    evidence = stage.contest.evidence
-    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
-    return form_of(effect).possible(coefficients)
 
 
 def accepted(result: Result, count: int) -> bool:
@@ -92,6 +99,13 @@ def size_of(stage: Field, result: Result) -> float:
     evidence = stage.contest.evidence
     coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
     return stage.projector.size(columns_judged(stage, result) @ coefficients)
+
+
+def large_enough(stage: Field, result: Result, size: float, least: float) -> bool:
+    """Whether a size counts: what hangs on the load alone must stand out from the base's form."""
+    if stage.candidates[result.name].hangs_on_load_alone:
+        least = max(least, stage.form_arcsec)
+    return size >= least
 
 
 def columns_judged(stage: Field, result: Result) -> FloatArray:

@@ -11,7 +11,7 @@ from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.base import TOLERANCE, Additive, Base, Term
 from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.contest import Result
-from lostmotion.discover.judging import accepted
+from lostmotion.discover.judging import accepted, judge, leading
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import (
     WORSE,
@@ -54,18 +54,13 @@ def best_start(stage: Field, result: Result) -> tuple[int, Result]:
     """Find the start of an effect that explains most, judged alone."""
     candidate = stage.candidates[result.name]
     assert candidate.effect is not None
-    form = form_of(candidate.effect)
     numbers = sorted(set(candidate.start_of))
-    best: tuple[bool, float] = (False, -np.inf)
-    start, chosen = numbers[0], result
-    for number in numbers:
-        own = stage.contest.test(f"{result.name}#{number}")
-        if own is None:
-            continue
-        rank = (form.right_way(own.coefficients), own.wald)
-        if rank > best:
-            best, start, chosen = rank, number, own
-    return start, chosen
+    alone = {n: judge(stage, f"{result.name}#{n}") for n in numbers}
+    seen = [own for own in alone.values() if own is not None]
+    if not seen:
+        return numbers[0], result
+    own = leading(candidate.effect, seen)
+    return next(n for n, one in alone.items() if one is own), own
 
 
 def term_of(stage: Field, result: Result) -> Term:

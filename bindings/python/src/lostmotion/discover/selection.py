@@ -20,6 +20,7 @@ from lostmotion.discover.judging import (
     RIVAL_SHARE,
     accepted,
     judge_all,
+    large_enough,
     size_of,
     tests_made,
     told_apart,
@@ -234,7 +235,8 @@ def find_leads(
         if accepted(result, count):
             size = size_of(stage, result)
             named = stage.candidates[result.name].named
-            if size >= (least_shape if least_shape is not None and not named else least):
+            limit = least_shape if least_shape is not None and not named else least
+            if large_enough(stage, result, size, limit):
                 passed.append(Lead(stage, result, size))
     if not passed:
         return []
@@ -258,7 +260,7 @@ def add_leads(
     known = {lead.result.name for lead in leads}
     found = strong[:REFITS_NAMED] + [r for r in strong[REFITS_NAMED:] if r.name in known]
     more = [Lead(plain, result, size_of(plain, result)) for result in found]
-    return leads + [lead for lead in more if lead.size >= least]
+    return leads + [x for x in more if large_enough(plain, x.result, x.size, least)]
 
 
 def best_starts(contenders: list[Contender]) -> list[Contender]:

@@ -292,6 +292,12 @@ class Projector:
         return float(np.sqrt(np.mean((column - taken) ** 2)))
 
 
+FORM_SHARE = 0.0025
+"""How exactly the base has the form of a drive, over the rms of its lost motion: a characteristic
+of straight pieces and a few plays on the torque are no drive's springs and friction. What hangs on
+the load alone and is smaller is not told from that."""
+
+
 @dataclass
 class Field:
     """All candidates over a settled base."""
@@ -305,6 +311,14 @@ class Field:
     def projector(self) -> Projector:
         """What the base leaves of other columns."""
         return Projector(self.settled.base)
+
+    @cached_property
+    def form_arcsec(self) -> float:
+        """What the form of the base is wrong by at best, arc seconds (`FORM_SHARE`)."""
+        base = self.settled.base
+        c, angle = base.conditions, base.at().angle
+        swing = angle - c.run_mean(angle)[c.run_of]
+        return FORM_SHARE * float(np.sqrt(np.mean(swing**2)))
 
 
 def make_candidates(

@@ -166,28 +166,16 @@ class Form(Protocol):
         """Values of the effect that coefficients of the columns of one start stand for."""
         ...
 
-    def right_way(self, coefficients: FloatArray) -> bool:
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
         """Whether these coefficients are those of the start, and not of another."""
         ...
 
-    def possible(self, coefficients: FloatArray) -> bool:
-        """Whether the effect can have coefficients of this size at all."""
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """Whether the effect can have these coefficients at all."""
         ...
 
 
-class AnyCoefficients:
-    """Forms of which every coefficient is as good as another."""
-
-    def right_way(self, coefficients: FloatArray) -> bool:
-        """See `Form`."""
-        return True
-
-    def possible(self, coefficients: FloatArray) -> bool:
-        """See `Form`."""
-        return True
-
-
-class Linear(AnyCoefficients):
+class Linear:
     """Values to which the effect is proportional, over starts of the inner ones."""
 
     def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
@@ -222,8 +210,17 @@ class Linear(AnyCoefficients):
             values[linear[-coefficients.size :]] = coefficients
         return values
 
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`: friction and creep take, they never give."""
+        linear = [effect.values[i] for i in effect.indices("linear")]
+        return len(linear) > 1 or bool(linear[0].low < 0.0 or coefficients[0] > 0.0)
 
-class Differenced(AnyCoefficients):
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return self.right_way(effect, coefficients)
+
+
+class Differenced:
     """Values that all enter in another way: derivatives at nothing."""
 
     def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
@@ -242,6 +239,14 @@ class Differenced(AnyCoefficients):
         values[shape] = 0.0
         values[shape[: coefficients.size]] = coefficients
         return values
+
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return True
+
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return True
 
 
 class WholeTeeth:
@@ -266,11 +271,11 @@ class WholeTeeth:
         """See `Form`: the teeth are whole whatever the coefficient."""
         return of.starts[start].copy()
 
-    def right_way(self, coefficients: FloatArray) -> bool:
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
         """See `Form`."""
         return True
 
-    def possible(self, coefficients: FloatArray) -> bool:
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
         """See `Form`: there is no part of a tooth."""
         return float(np.max(np.abs(coefficients))) >= HALF_A_TOOTH
 
@@ -316,11 +321,11 @@ class Lobes:
         values[2:5] *= abs(size) / runout
         return values
 
-    def right_way(self, coefficients: FloatArray) -> bool:
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
         """See `Form`."""
         return bool(coefficients[-1] > 0)
 
-    def possible(self, coefficients: FloatArray) -> bool:
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
         """See `Form`."""
         return True
 
