@@ -164,6 +164,18 @@ def test_a_stated_field_is_as_wide_as_it_says(small: dict[str, Any], width_um: f
         assert float(said[1]) == pytest.approx(whole[int(width_um)], abs=1e-12)
 
 
+@pytest.mark.parametrize(("key", "value"), [("teeth.module_um", -250), ("teeth.module_mm", 5000.0)])
+def test_a_size_that_no_gear_has_is_refused_by_its_key_without_a_rated_torque(
+    small: dict[str, Any], write: Write, tmp_path: Path, key: str, value: float
+) -> None:
+    del small["drive"]["rated_torque_Nm"]
+    del small["search"]["fixed"]["teeth.module_mm"]
+    small["search"]["fixed"][key] = value
+    with pytest.raises(InputError, match=rf"search\.fixed\.{re.escape(key)}: found"):
+        design.search(write(small), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_field_beyond_all_grades_is_refused(small: dict[str, Any]) -> None:
     del small["search"]["range"]["tolerance.0.it_grade"]
     small["design"]["tolerance"][0].update(lower_um=0, upper_um=3.9)

@@ -132,3 +132,12 @@ def test_several_maps_behind_one_option_are_all_read(capsys: pytest.CaptureFixtu
     maps = [str(word) for word in QUICK["check"] if "=" in str(word)]
     assert main(["check", str(LOOPS / "base_onyx_runin5.csv"), "--map", *maps]) == 0
     assert "samples" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["design spec.toml", "demo", "export drive.toml"])
+def test_no_name_is_not_the_folder_at_hand(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([*command.split(), "-o", ""]) == 2
+    assert not list(tmp_path.iterdir())

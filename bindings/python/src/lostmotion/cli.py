@@ -102,6 +102,8 @@ def repeat_options(argv: Sequence[str]) -> list[str]:
 
 def check_places(arguments: argparse.Namespace) -> None:
     """Refuse places that cannot be written to, or that hold an input, before any work."""
+    if getattr(arguments, "output", None) == "":  # an unset variable, not the folder at hand
+        raise InputError("--output", "", "''", "the name of a file or folder")
     taken = {name: f"the input '{name}'" for name in input_files(arguments)}
     options = ["json", "report", "table", "save-evidence"]
     if arguments.command in WRITERS:

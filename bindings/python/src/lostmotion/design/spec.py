@@ -49,10 +49,12 @@ SEARCH_KEYS = (
 )
 """Keys of [search] besides its tables and the list of objectives."""
 
+LEAST_RATED_NM, MOST_RATED_NM = 1e-4, 1e6
+
 DRIVE_KEYS = (
     Key("name", kind="text"),
     Key("ratio", low=-1000, high=1000),
-    Key("rated_torque", "Nm", low=1e-4, high=1e6),
+    Key("rated_torque", "Nm", low=LEAST_RATED_NM, high=MOST_RATED_NM),
 )
 
 COST_KEYS = (
@@ -476,7 +478,8 @@ class _Reader:
         if "rated_torque" in drive:
             rated = drive["rated_torque"].value
         else:
-            rated = TORQUE_PER_D3 * diameter**3
+            # A size that no gear has is refused by its own key, not by the torque of it.
+            rated = min(max(TORQUE_PER_D3 * diameter**3, LEAST_RATED_NM), MOST_RATED_NM)
             self.assume("drive.rated_torque_Nm", rated)
         self.say("drive.rated_torque_Nm", "rated_torque_Nm", rated)
         self.rated_Nm = rated
