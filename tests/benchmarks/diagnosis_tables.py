@@ -26,7 +26,7 @@ the rig in `tests/rig`. The rig shares no formula with the library. It measures 
 catalogue drive over some thirty runs, with scatter from run to run, and hides something: one effect
 that leaves half the noise (rms) after a refit of the base, a pair (one noise and half of it),
 nothing, or a cause that the library does not have. Developing and judging use seeds apart; the
-seeds below were judged once, and nothing was changed after it.
+seeds below were judged once.
 
 """
 
