@@ -69,10 +69,17 @@ lm_status lm_it_tolerance(lm_real diameter_mm, int grade, lm_real *tolerance_mm,
   return status;
 }
 
-/* Logarithm of what the field grows by from the i-th to the next; behind the table that of its last
+static int nearest_index(int i, int last) {
+  if (i < 0) {
+    return 0;
+  }
+  return i < last ? i : last;
+}
+
+/* Logarithm of what the field grows by from the i-th to the next; beyond the table that of its last
  * pair. */
 static lm_real log_growth(const double field_um[], int i) {
-  const int first = i < IT_LAST - IT_FIRST ? i : IT_LAST - IT_FIRST - 1;
+  const int first = nearest_index(i, IT_LAST - IT_FIRST - 1);
   return real_log(LM_REAL(field_um[first + 1] / field_um[first]));
 }
 
@@ -82,11 +89,11 @@ lm_status lm_it_tolerance_continuous(lm_real diameter_mm, lm_real grade, lm_real
   const lm_status status = find_it_fields(diameter_mm, grade, tolerance_mm, &field_um, fault);
   if (status == LM_OK) {
     /* Cubic in the logarithm; its slope at a whole grade is the mean of the growths beside it. */
-    const int i = (int)grade - IT_FIRST;
+    const int i = nearest_index((int)grade - IT_FIRST, IT_LAST - IT_FIRST);
     const lm_real beyond = grade - LM_REAL(i + IT_FIRST);
     const lm_real short_of = LM_REAL(1) - beyond;
     const lm_real growth = log_growth(field_um, i);
-    const lm_real bend = short_of * (log_growth(field_um, i > 0 ? i - 1 : 0) - growth) -
+    const lm_real bend = short_of * (log_growth(field_um, i - 1) - growth) -
                          beyond * (log_growth(field_um, i + 1) - growth);
     *tolerance_mm = LM_REAL(field_um[i]) *
                     real_exp(beyond * (growth + short_of * bend / LM_REAL(2))) * MM_PER_UM;
