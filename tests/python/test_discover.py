@@ -526,6 +526,24 @@ def test_a_fitted_file_reads_back_as_the_same_model():
     assert abs(model.values[place] - 0.3 * ARCSEC) < 5 * error + 0.03 * ARCSEC
 
 
+def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_found():
+    def uneven_gap(columns, wound):
+        tenth = columns["input_angle"][0] == 0.7 * 9
+        return gap(columns, wound) + 2.0 * tenth * np.tanh(wound / 0.2)
+
+    data = campaign(runs=16, rows=400, add=uneven_gap)
+    drive = parse_drive(tomllib.loads(DRIVE))
+    plain = diagnose(data, drive)
+    assert (plain.verdict, plain.effects) == ("missing-effect", ["thermal_gap"])
+    model = fit_model(drive, data, None, ["thermal_gap"], library())
+    fitted = diagnose(data, parse_drive(tomllib.loads(format_toml(model.document(drive)))))
+    assert (fitted.verdict, fitted.effects) == ("complete", [])
+    assert fitted.selection.given_arcsec == pytest.approx(
+        plain.selection.steps[0].chosen.size, rel=0.1
+    )
+    assert plain.selection.given_arcsec == 0.0
+
+
 def test_an_effect_without_its_column_cannot_be_added():
     drive = parse_drive(tomllib.loads(DRIVE))
     with pytest.raises(InputError, match="cycles"):

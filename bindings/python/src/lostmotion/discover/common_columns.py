@@ -23,7 +23,7 @@ from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import Evidence, gather
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.shapes import ANGLE_ORDERS, channels, legendre, parts_of
-from lostmotion.discover.study import columns_of, settle
+from lostmotion.discover.study import columns_of, settle, swing_by_run, term_size
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -113,6 +113,8 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
                 for k in candidates
             ],
             "closed": closed,
+            "swing_arcsec": swing_by_run(base).tolist(),
+            "given_arcsec": {name: term_size(base, i) for i, name in enumerate(present)},
             "runs": [str(label) for label in c.labels],
             "events": [{**event, "run": str(event["run"])} for event in diagnosis.events],
             "data_fingerprints": [c.campaign.fingerprint()],

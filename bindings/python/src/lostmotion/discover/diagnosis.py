@@ -21,9 +21,9 @@ from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.judging import P_LIMIT, accepted
-from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
+from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of
-from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, select
+from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, least_size, select
 from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
@@ -231,10 +231,12 @@ def conclude(
     rivals = sorted({name for step in taken for name in step.rivals if name not in present})
     depends = [what for step in (*taken, *left_over) for what in describe(step)]
     verdict, shown = decide(c.runs, names, rivals, nameless)
-    # Beside an effect that was found it may be what its form does not meet.
-    odd = find_odd_runs(final.contest) if verdict == "complete" else None
+    # Beside an effect that was found, or one that differs between runs, it may be what the form
+    # of that does not meet.
+    meets = verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms)
+    odd = find_odd_runs(final.contest) if meets else None
     odd_size = 0.0 if odd is None else size_of_odd(base, odd)
-    if odd is not None and odd_size >= SIZE_LEAST * within:
+    if odd is not None and odd_size >= least_size(within, selection.given_arcsec):
         verdict = "unexplained"
         depends.append(odd.told(c.labels, odd_size))
     else:

@@ -17,20 +17,25 @@ from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.contest import Contest, Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import Evidence
-from lostmotion.discover.judging import RIVAL_SHARE, accepted, judge_all, tests_made
+from lostmotion.discover.judging import (
+    RIVAL_SHARE,
+    accepted,
+    judge_all,
+    large_enough,
+    tests_made,
+)
 from lostmotion.discover.refits import Contender, term_of
 from lostmotion.discover.selection import (
-    LEFTOVER_SHARE,
     NAMED_SHARE,
     NESTED_DEG,
     RUNS_PER_TERM,
     SHAPE_AFTER_NAMED,
-    SIZE_LEAST,
     TERMS_MAX,
     Step,
+    least_size,
     rivals,
 )
-from lostmotion.discover.study import Field
+from lostmotion.discover.study import Field, form_size
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -85,7 +90,9 @@ def stage_of(body: Body, white: Evidence, left: Sequence[Candidate]) -> Field:
             chosen = [i for i, s in enumerate(candidate.start_of) if s == start]
             white.blocks[f"{candidate.name}#{start}"] = block[chosen]
     nothing: Any = None
-    return Field(nothing, Contest(white), {c.name: c for c in left}, dict(body.about["closed"]))
+    form = form_size(np.array(body.about["swing_arcsec"]), body.rows)
+    closed = dict(body.about["closed"])
+    return Field(nothing, Contest(white), {c.name: c for c in left}, closed, form)
 
 
 @dataclass
@@ -229,9 +236,9 @@ def choose(
     """Find what is missing most, by the gates and sizes of a diagnosis."""
     count = tests_made(stage)
     earlier = [s.chosen for s in before if s.chosen is not None]
-    largest = max((c.size for c in earlier), default=0.0)
-    least = max(SIZE_LEAST * within, LEFTOVER_SHARE * largest)
-    named_before = any(c.candidate.named for c in earlier)
+    given = body.about["given_arcsec"].values()
+    least = least_size(within, max([*given, *(c.size for c in earlier)], default=0.0))
+    named_before = bool(given) or any(c.candidate.named for c in earlier)
     contenders = []
     for result in results:
         if not accepted(result, count):
@@ -239,7 +246,7 @@ def choose(
         candidate = stage.candidates[result.name]
         size = size_beside_base(body, stage.contest.evidence.blocks[result.block], result)
         limit = max(least, SHAPE_AFTER_NAMED * within) if named_before else least
-        if size >= (least if candidate.named else limit):
+        if large_enough(stage, result, size, least if candidate.named else limit):
             contenders.append(
                 Contender(result, candidate, None, result.gain, result.gain_by_run, size)
             )

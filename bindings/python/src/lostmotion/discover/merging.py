@@ -85,6 +85,11 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
             "candidates": [k for k in first.about["candidates"] if k["name"] in common],
             "closed": closed,
             "runs": [name for names in labels for name in names.values()],
+            "swing_arcsec": [x for body in bodies for x in body.about["swing_arcsec"]],
+            "given_arcsec": {
+                name: max(body.about["given_arcsec"][name] for body in bodies)
+                for name in first.about["effects"]
+            },
             "events": events,
             "data_fingerprints": sorted(seen),
             "alone": alone,
@@ -101,14 +106,13 @@ def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str
             if fingerprint in seen:
                 raise InputError(file, "data_fingerprints", "recordings a second time", "others")
             seen.add(fingerprint)
-        # Evidence saved by an earlier version does not know its runs.
-        prints = body.about.get("run_fingerprints", [])
-        for run, fingerprint in zip(body.about["runs"], prints, strict=False):
+        prints = body.about["run_fingerprints"]
+        for run, fingerprint in zip(body.about["runs"], prints, strict=True):
             if fingerprint in known:
                 raise InputError(file, f"run {run}", known[fingerprint], "each recording once")
         known |= {
             fingerprint: f"the recording of run {run} in {file}"
-            for run, fingerprint in zip(body.about["runs"], prints, strict=False)
+            for run, fingerprint in zip(body.about["runs"], prints, strict=True)
         }
     return seen
 

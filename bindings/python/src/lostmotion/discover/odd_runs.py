@@ -30,6 +30,9 @@ TESTED_LEAST = 15
 SHARE_MOST = 0.2
 """More than this share of the runs does not stand apart from the others."""
 
+RUN_NEEDS = {"temperature_C", "cycles"}
+"""Conditions in which runs differ from each other, as far as they are recorded."""
+
 TOLD_LEAST = 0.1
 """Least share of a part's variance that a run's recordings must tell: a run that never reverses
 says nothing of friction."""

@@ -37,6 +37,7 @@ from lostmotion.discover.study import (
     noise_rms,
     plain_of,
     settle,
+    term_size,
 )
 from lostmotion.discover.threads import in_parallel
 
@@ -119,6 +120,8 @@ class Selection:
     steps: list[Step]
     settled: list[Settled]
     noise: Noise
+    given_arcsec: float
+    """Largest size of an effect that the base brought along."""
 
 
 def choose(
@@ -140,7 +143,7 @@ def choose(
     plain : tuple, optional
         Named candidates judged where all runs are alike.
     kept : mapping, optional
-        Effects that this selection has put into the model, with their sizes.
+        Effects that are in the model, with their sizes.
     """
     count = tests_made(stage)
     leads = find_leads(stage, results, count, least, least_shape)
@@ -317,6 +320,10 @@ def select(
     candidates, closed = make_candidates(base, effects, ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
+    given = {
+        term.effect.name: (term.effect, term_size(settled.base, place))
+        for place, term in enumerate(settled.base.terms)
+    }
     steps: list[Step] = []
     trail = [settled]
     say("noise")
@@ -333,15 +340,15 @@ def select(
         settled = stage.settled
         trail[-1] = settled
         say("contest")
-        largest = max((s.chosen.size for s in steps if s.chosen is not None), default=0.0)
-        least = max(SIZE_LEAST * noise_rms(noise, base), LEFTOVER_SHARE * largest)
-        named_before = any(s.chosen is not None and s.chosen.candidate.named for s in steps)
-        shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if named_before else least
-        kept = {
-            s.chosen.result.name: (s.chosen.candidate.effect, s.chosen.size)
-            for s in steps
-            if s.chosen is not None and s.chosen.candidate.effect is not None
+        taken = [s.chosen for s in steps if s.chosen is not None]
+        kept = given | {
+            one.result.name: (one.candidate.effect, one.size)
+            for one in taken
+            if one.candidate.effect is not None
         }
+        sizes = [*(one.size for one in taken), *(size for _, size in given.values())]
+        least = least_size(noise_rms(noise, base), max(sizes, default=0.0))
+        shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if kept else least
         plain = contest_of_plain(settled, effects, ratio)
         step = choose(stage, results, least, shape, plain, kept)
         steps.append(step)
@@ -355,7 +362,12 @@ def select(
         settled = without_idle(step.chosen.settled, len(base.terms), tests_made(stage))
         trail.append(settled)
         say("refit")
-    return Selection(steps, trail, noise)
+    return Selection(steps, trail, noise, max((size for _, size in given.values()), default=0.0))
+
+
+def least_size(within: float, largest: float) -> float:
+    """Least size of what is called missing, beside effects of which the largest has this size."""
+    return max(SIZE_LEAST * within, LEFTOVER_SHARE * largest)
 
 
 def contest_of_plain(

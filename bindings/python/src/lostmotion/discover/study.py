@@ -275,11 +275,10 @@ def take_step(
 
 
 class Projector:
-    """What a model with all that is in it leaves of other columns, in plain arc seconds."""
+    """What a model's columns leave of other columns, in plain arc seconds."""
 
-    def __init__(self, base: Base) -> None:
-        fixed, _ = base.fixed_columns(base.at())
-        fixed -= fixed.mean(axis=0)
+    def __init__(self, fixed: FloatArray) -> None:
+        fixed = fixed - fixed.mean(axis=0)
         norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed))
         norm[norm == 0] = 1.0
         self.fixed = fixed / norm
@@ -306,19 +305,26 @@ class Field:
     contest: Contest
     candidates: dict[str, Candidate]
     closed: dict[str, str]
+    form_arcsec: float
+    """What the form of the base is wrong by at best (`FORM_SHARE`)."""
 
     @cached_property
     def projector(self) -> Projector:
-        """What the base leaves of other columns."""
-        return Projector(self.settled.base)
-
-    @cached_property
-    def form_arcsec(self) -> float:
-        """What the form of the base is wrong by at best, arc seconds (`FORM_SHARE`)."""
+        """What the base, with all that is in it, leaves of other columns."""
         base = self.settled.base
-        c, angle = base.conditions, base.at().angle
-        swing = angle - c.run_mean(angle)[c.run_of]
-        return FORM_SHARE * float(np.sqrt(np.mean(swing**2)))
+        return Projector(base.fixed_columns(base.at())[0])
+
+
+def swing_by_run(base: Base) -> FloatArray:
+    """Root mean square in every run, arc seconds, of what the base does there about its mean."""
+    c, angle = base.conditions, base.at().angle
+    swing = angle - c.run_mean(angle)[c.run_of]
+    return np.asarray(np.sqrt(c.run_mean(swing**2)))
+
+
+def form_size(swing: FloatArray, rows: FloatArray) -> float:
+    """What the form of a base is wrong by at best, from its swing in runs of so many samples."""
+    return FORM_SHARE * float(np.sqrt(np.average(swing**2, weights=rows)))
 
 
 def make_candidates(
@@ -346,25 +352,41 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     base = settled.base
     point = base.at()
     fixed, precision, scatter, response = columns_of(base, point)
-    first = base.slopes.size + 2 * base.shares.size
-    first += sum(len(term.free) for term in base.terms[:place])
-    term = base.terms[place]
-    own = np.arange(first, first + len(term.free))
-    columns = fixed[:, own]
-    # What scales with its values is the sum of its slopes times them (Euler).
-    scaling = term.effect.scaling()
-    carries = [k for k, i in enumerate(term.free) if i in scaling]
-    response = response + columns[:, carries] @ term.values[[term.free[k] for k in carries]]
+    name, own = base.terms[place].effect.name, term_places(base, place)
+    response = response + term_angle(base, place, fixed)
     evidence = gather(
         np.delete(fixed, own, axis=1),
         np.delete(precision, own),
         scatter,
-        [(term.effect.name, columns)],
+        [(name, fixed[:, own])],
         response - float(np.mean(response)),
         settled.noise,
         base.conditions.starts,
     )
-    return Contest(evidence), term.effect.name
+    return Contest(evidence), name
+
+
+def term_places(base: Base, place: int) -> npt.NDArray[np.intp]:
+    """Places of a term's free values among the fixed columns."""
+    first = base.slopes.size + 2 * base.shares.size
+    first += sum(len(term.free) for term in base.terms[:place])
+    return np.arange(first, first + len(base.terms[place].free))
+
+
+def term_angle(base: Base, place: int, fixed: FloatArray) -> FloatArray:
+    """What a term adds to the model, arc seconds, as far as it scales with its values (Euler)."""
+    term = base.terms[place]
+    scaling = term.effect.scaling()
+    carries = [k for k, i in enumerate(term.free) if i in scaling]
+    columns = fixed[:, term_places(base, place)[carries]]
+    return np.asarray(columns @ term.values[[term.free[k] for k in carries]])
+
+
+def term_size(base: Base, place: int) -> float:
+    """Root mean square, arc seconds, of what the rest of the model leaves of a term."""
+    fixed = base.fixed_columns(base.at())[0]
+    rest = Projector(np.delete(fixed, term_places(base, place), axis=1))
+    return rest.size(term_angle(base, place, fixed))
 
 
 def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[str, str]) -> Field:
@@ -385,4 +407,5 @@ def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[s
         for start in sorted(set(candidate.start_of)):
             chosen = [i for i, s in enumerate(candidate.start_of) if s == start]
             evidence.blocks[f"{candidate.name}#{start}"] = places[chosen]
-    return Field(settled, Contest(evidence), {c.name: c for c in candidates}, closed)
+    form = form_size(swing_by_run(base), np.diff(base.conditions.starts))
+    return Field(settled, Contest(evidence), {c.name: c for c in candidates}, closed, form)
