@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 
 SCORE_LEAST = 10.0
 """Least score of a step, in standard deviations: Gaussian noise alone reaches 5 in 1e5 samples, and
-what is left of an effect or of the base, whose form is not exactly right, 8 and a little more ..."""
+what is left of an effect or of the base, whose form is not exactly right, a little over 8 ..."""
 
 TAIL_FACTOR = 1.5
 """... and over the largest score that the other runs reach, where the noise has long tails."""
