@@ -92,6 +92,19 @@ def test_a_sudden_step_is_said_once() -> None:
     assert "depends on torque: gap, smooth" in out.getvalue()
 
 
+def test_what_stands_out_and_does_not_count_is_said_to_be_too_small() -> None:
+    strong = {"testable": True, "evidence": 9.0, "p": 1e-4, "confused_with": [], "parameters": {}}
+    candidates = [
+        {**strong, "name": "creep", "size_arcsec": 0.1234, "too_small": True},
+        {**strong, "name": "wear", "size_arcsec": 0.5, "too_small": False},
+    ]
+    out = StringIO()
+    show_diagnosis({**step_answer(1.0), "candidates": candidates}, out)
+    lines = {line.split()[0]: line for line in out.getvalue().splitlines() if "nats" in line}
+    assert lines["creep"].endswith("p = 0.0001  0.12 arcsec, too small to count")
+    assert lines["wear"].endswith("p = 0.0001")
+
+
 def test_findings_of_many_runs_are_one_line() -> None:
     findings = [Finding("ignored_column", "a.csv", name, None, 1, "not used") for name in "XYZ"]
     findings += [Finding("duplicate_time", "a.csv", "time_s", r, 10 * r, "kept") for r in (1, 2, 3)]

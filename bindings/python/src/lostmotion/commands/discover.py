@@ -39,7 +39,13 @@ from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
-from lostmotion.report.wording import AT_BOUND, NOISE_FLOOR, NOISE_FLOOR_IS, NOT_FITTED
+from lostmotion.report.wording import (
+    AT_BOUND,
+    NOISE_FLOOR,
+    NOISE_FLOOR_IS,
+    NOT_FITTED,
+    TOO_SMALL,
+)
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.units import plain_number
 
@@ -245,9 +251,12 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     print("\nstrongest candidates:", file=out)
     for candidate in [c for c in answer["candidates"] if c["testable"]][:5]:
         twins = ", ".join(candidate["confused_with"])
+        notes = [f"like {twins}"] if twins else []
+        if candidate.get("too_small"):
+            notes.append(f"{candidate['size_arcsec']:.2g} arcsec, {TOO_SMALL}")
         print(
             f"  {candidate['name']:<26} {candidate['evidence']:10.1f} nats  p = "
-            f"{candidate['p']:.2g}" + (f"  like {twins}" if twins else ""),
+            + "  ".join([f"{candidate['p']:.2g}", *notes]),
             file=out,
         )
     for candidate in answer["candidates"]:

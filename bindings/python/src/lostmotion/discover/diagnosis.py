@@ -20,7 +20,13 @@ from lostmotion.discover.drive_base import make_base, require_samples
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import Event, dependence, find_events, step_column
 from lostmotion.discover.held_out import held_out_rms
-from lostmotion.discover.judging import P_LIMIT, accepted
+from lostmotion.discover.judging import (
+    P_LIMIT,
+    accepted,
+    large_enough,
+    size_of,
+    tests_made,
+)
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of
 from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, least_size, select
@@ -478,6 +484,9 @@ def list_candidates(
         effect = candidate.effect
         assert effect is not None
         values_array = term_of(where.field, result).values
+        size = size_of(where.field, result)
+        stands_out = accepted(result, tests_made(where.field))
+        large = large_enough(where.field, result, size, where.least_arcsec)
         out.append(
             {
                 "name": result.name,
@@ -492,6 +501,8 @@ def list_candidates(
                 "plausible": plausible(effect, values_array),
                 "testable": True,
                 "p": float(min(1.0, result.p * len(where.results))),
+                "size_arcsec": size,
+                "too_small": stands_out and not large,
             }
         )
     closed = {**selection.steps[0].field.closed, **stage.field.closed}

@@ -111,6 +111,8 @@ class Step:
     chosen: Contender | None
     contenders: list[Contender]
     rivals: list[str] = made(default_factory=list)
+    least_arcsec: float = 0.0
+    """Least size of an effect that counted."""
 
 
 @dataclass
@@ -351,6 +353,7 @@ def select(
         shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if kept else least
         plain = contest_of_plain(settled, effects, ratio)
         step = choose(stage, results, least, shape, plain, kept)
+        step.least_arcsec = least
         steps.append(step)
         if step.chosen is None or len(steps) > limit:
             break

@@ -21,6 +21,7 @@ from lostmotion.report.wording import (
     AT_BOUND,
     NOISE_FLOOR,
     NOT_FITTED,
+    TOO_SMALL,
     chance,
     grouped,
     parameter,
@@ -133,6 +134,8 @@ def _contest(answer: dict[str, Any]) -> Rows:
         values = ", ".join(known[:VALUES_SHOWN])
         if len(known) > VALUES_SHOWN:
             values += " …"
+        if candidate.get("too_small"):
+            values += f" ({rounded(candidate['size_arcsec'])} arcsec, {TOO_SMALL})"
         rows.append(
             (
                 words(candidate["name"]) + (" ✓" if chosen else ""),
@@ -150,8 +153,9 @@ def _contest(answer: dict[str, Any]) -> Rows:
         "Gain: how much better the effect predicts each run from the others, as the logarithm of a "
         "likelihood (1 nat is a factor of 2.7), over the base; for what was not chosen, over the "
         "last model. p: how often chance does as well among so many effects. ✓: in the answer. A "
-        "value at its bound would go further, or hardly matters here. The JSON answer has all "
-        "effects.",
+        "value at its bound would go further, or hardly matters here. What is too small to "
+        "count stands out of the noise, but no model is trusted to be that exact. The JSON answer "
+        "has all effects.",
     )
 
 

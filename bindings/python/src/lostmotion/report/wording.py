@@ -150,6 +150,8 @@ def quantity(name: str, value: float) -> str:
 AT_BOUND = "at its bound"
 """Said of a value that the recordings would have at or beyond the most or the least it may be."""
 
+TOO_SMALL = "too small to count"
+"""An effect that stands out of the noise, and is less than the model can be trusted to be exact."""
 
 NOT_FITTED = "a limit, not fitted"
 """Said of a value that only says how far an effect can go, and is left as it is."""
