@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from lostmotion.discover.base import Base, Point
 from lostmotion.discover.candidates import Candidate
-from lostmotion.discover.conditions import side_by_side
+from lostmotion.discover.conditions import Conditions, side_by_side
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -185,13 +185,24 @@ def finer(base: Base, coarse: Candidate) -> list[Candidate]:
         words = [f"{k:.4g} per revolution" for k in scan if k > 0]
     else:
         return []
+    angle = coarse.covariate if coarse.also else ""
     out = []
     for k, word in zip(scan[scan > 0], words, strict=True):
         phase = 2 * np.pi * k * x
         columns = side_by_side(np.cos(phase), np.sin(phase))
         name = f"{kind[0]} {k:.6g} {' '.join(kind[2:])}"
-        out.append(Candidate(name, False, columns, coarse.covariate, word))
+        also = over_the_output(c, angle, float(k))
+        out.append(Candidate(name, False, columns, coarse.covariate, word, also=also))
     return out
+
+
+def over_the_output(c: Conditions, channel: str, order: float) -> list[tuple[str, str]]:
+    """A ripple over the input as one over the output, which the gear binds to it."""
+    output = c.columns.get("output_angle_rad")
+    if channel != "input_angle" or output is None or np.ptp(output) == 0:
+        return []
+    geared = order * float(np.ptp(c.columns["input_angle_rad"])) / float(np.ptp(output))
+    return [("output_angle", f"{geared:.3g} per revolution")]
 
 
 def with_neighbours(base: Base, wave: Candidate) -> Candidate:
@@ -202,4 +213,4 @@ def with_neighbours(base: Base, wave: Candidate) -> Candidate:
         x = c.columns[f"{wave.covariate}_rad"]
         x = (x - x.mean()) / max(float(np.std(x)), 1e-12)
     columns = side_by_side(wave.columns, wave.columns * x[:, None])
-    return Candidate(wave.name, False, columns, wave.covariate, wave.shape)
+    return Candidate(wave.name, False, columns, wave.covariate, wave.shape, also=wave.also)

@@ -21,6 +21,7 @@ from lostmotion.discover.contest import Contest
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.evidence import gather
 from lostmotion.discover.noise import Noise, fit_noise
+from lostmotion.discover.ripples import ripples
 from lostmotion.solve import solve_within
 
 FloatArray = npt.NDArray[np.float64]
@@ -333,7 +334,7 @@ def make_candidates(
     """Named effects and shapes at the base as it stands; the waves hang on the plan alone."""
     point = base.at()
     named, closed = named_candidates(effects, base, point, ratio)
-    return [*named, *shapes.smooth_shapes(base, point), *waves], closed
+    return [*named, *shapes.smooth_shapes(base, point), *waves, *ripples(base)], closed
 
 
 def plain_of(settled: Settled) -> Base:
