@@ -299,6 +299,18 @@ def test_what_takes_work_never_gives_it(name):
     assert not form_of(takes).possible(takes, np.array([-0.1]))
 
 
+@pytest.mark.parametrize(("off_Nm", "wide_Nm", "gap_arcsec"), [(1.5, 0.3, 9.0), (0.4, 0.1, 4.0)])
+def test_a_sensor_off_by_more_than_the_gap_is_wide_is_no_uneven_spring(off_Nm, wide_Nm, gap_arcsec):
+    """The tangent on a base that blurred the gap says less than that of its twin."""
+    data = campaign(seed=3, add=lambda columns, wound: gap_arcsec * np.tanh(wound / wide_Nm))
+    for run in data.runs:
+        run.columns["torque"] = run.columns["torque"] + off_Nm
+    found = answer_of(data)
+    assert (found["verdict"], found["effects"]) == ("missing-effect", ["torque_offset"])
+    (offset,) = (c for c in found["candidates"] if c["name"] == "torque_offset")
+    assert offset["parameters"]["offset_Nm"] == pytest.approx(-off_Nm, rel=0.1)
+
+
 def test_what_no_effect_explains_is_said_to_hang_on_torque():
     found = answer_of(campaign(seed=3, add=ripple))
     assert found["verdict"] == "unexplained"

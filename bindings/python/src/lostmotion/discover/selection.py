@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.base import Base
-from lostmotion.discover.candidates import Candidate, named_candidates
+from lostmotion.discover.candidates import LOAD_NEEDS, Candidate, named_candidates
 from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.judging import (
@@ -81,6 +81,9 @@ never has exactly the form of the library."""
 NESTED_DEG = 5.0
 """A shape within this angle of a named effect contains it."""
 
+FAR = 3.0
+"""Times its tangent's gain from which on a refit tells more than the tangents of its rivals."""
+
 TERMS_MAX = 4
 
 RUNS_PER_TERM = 4
@@ -100,6 +103,8 @@ class Lead:
     stage: Field
     result: Result
     size: float
+    far: bool = False
+    """Whether its size is that of the refit, for its tangent says nothing of it."""
 
 
 @dataclass
@@ -159,12 +164,15 @@ def choose(
     ]
     if not leads:
         return Step(stage, results, None, [])
+    leads += far_twins(leads, stage, results)
 
     def follow(lead: Lead) -> Contender:
         contender = refit(lead.stage, lead.result, stage.settled)
-        contender.size = lead.size
-        contender.passes = contender.gain >= GAIN_LEAST and (
-            not contender.candidate.named or stands(contender, count)
+        contender.size = fitted_size(contender) if lead.far else lead.size
+        contender.passes = (
+            contender.gain >= GAIN_LEAST
+            and contender.size >= least
+            and (not contender.candidate.named or stands(contender, count))
         )
         return contender
 
@@ -196,6 +204,13 @@ def choose(
     if chosen is not None and chosen.candidate.named:
         step.rivals = rivals(stage, results, contenders, chosen)
     return step
+
+
+def fitted_size(contender: Contender) -> float:
+    """Root mean square, arc seconds, of what an effect does in the model fitted with it."""
+    assert contender.settled is not None
+    base = contender.settled.base
+    return term_size(base, len(base.terms) - 1)
 
 
 def simplest(contenders: list[Contender]) -> Contender | None:
@@ -253,6 +268,26 @@ def find_leads(
     return [*effects, *shapes]
 
 
+def far_twins(leads: list[Lead], stage: Field, results: list[Result]) -> list[Lead]:
+    """Find the twins of leading effects that move the load by the same everywhere.
+
+    They move every kink, and a base that was fitted without them is blurred there: the tangent on
+    it says next to nothing of a load that is off by more than a kink is wide, and the twin leads
+    until both are fitted.
+    """
+    known = {lead.result.name for lead in leads}
+    leading = [lead.stage.candidates[lead.result.name].effect for lead in leads]
+    like = {name for effect in leading if effect is not None for name in effect.confused_with}
+    found = []
+    for result in results:
+        effect = stage.candidates[result.name].effect
+        if effect is None or result.name not in like - known:
+            continue
+        if effect.kind == "torque" and effect.needs <= LOAD_NEEDS:
+            found.append(Lead(stage, result, 0.0, far=True))
+    return found
+
+
 def add_leads(
     leads: list[Lead], plain: Field, results: list[Result], count: int, least: float
 ) -> list[Lead]:
@@ -297,6 +332,8 @@ def rivals(
         else:
             gain, by_run = result.gain, result.gain_by_run
             ahead, ahead_by_run = chosen.result.gain, chosen.result.gain_by_run
+            if chosen.gain > FAR * ahead:
+                ahead, ahead_by_run = chosen.gain, chosen.gain_by_run
         close = gain >= RIVAL_SHARE * ahead and not told_apart(ahead_by_run, by_run)
         if ahead - gain < GAIN_LEAST or close:
             out.append(name)
