@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import fft, ndimage
+from scipy import fft
 
 from lostmotion.discover.base import Base
 from lostmotion.discover.candidates import Candidate
@@ -25,6 +25,9 @@ ORDER_MOST = 40.0
 
 BINS = 6.0
 """Bins of the angle in a period of the highest order."""
+
+BINS_MOST = 2**18
+"""Most bins: who records thousands of turns does so in search of what is slow."""
 
 PADDING = 4
 """Points of the spectrum for each order that the recorded turns tell apart."""
@@ -60,16 +63,15 @@ def strongest(base: Base, channel: str, turns: FloatArray, turning: list[slice])
     rows = np.concatenate([np.arange(at.start, at.stop) for at in turning])
     # Twice a period, as sampled by the slowest run.
     step = min(float(np.median(np.abs(np.diff(turns[at])))) for at in turning)
-    highest = min(ORDER_MOST, 0.5 / max(step, 1e-9))
     first = float(turns[rows].min())
     span = float(np.ptp(turns[rows]))
+    highest = min(ORDER_MOST, 0.5 / max(step, 1e-9), BINS_MOST / (BINS * span))
     place = ((turns[rows] - first) * BINS * highest).astype(np.intp)
     binned = np.bincount(place, weights=residual[rows])
     points = fft.next_fast_len(PADDING * binned.size, real=True)
     power = np.abs(fft.rfft(binned, points)) ** 2
     orders = np.arange(power.size) * BINS * highest / points
-    width = 2 * NEIGHBOURS * PADDING + 1
-    level = ndimage.median_filter(power, size=width, mode="reflect")
+    level = local_level(power, 2 * NEIGHBOURS * PADDING)
     looked_at = (orders >= LOWEST / span) & (orders <= highest)
     for order in ANGLE_ORDERS:  # those compete already
         looked_at &= np.abs(orders - order) > 1.0 / span
@@ -89,3 +91,11 @@ def strongest(base: Base, channel: str, turns: FloatArray, turning: list[slice])
             also=over_the_output(c, channel, order),
         )
     ]
+
+
+def local_level(power: FloatArray, width: int) -> FloatArray:
+    """Level of a spectrum about each point: medians of pieces, and straight lines between them."""
+    pieces = np.array_split(power, max(1, power.size // width))
+    middles = np.cumsum([piece.size for piece in pieces]) - 0.5 * np.array([p.size for p in pieces])
+    medians = [float(np.median(piece)) for piece in pieces]
+    return np.interp(np.arange(power.size), middles, medians)
