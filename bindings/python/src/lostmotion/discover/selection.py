@@ -162,16 +162,16 @@ def choose(
         for lead in leads
         if lead.size >= least_beside(lead.stage.candidates[lead.result.name].effect, beside)
     ]
+    leads += far_leads(leads, stage, results)
     if not leads:
         return Step(stage, results, None, [])
-    leads += far_twins(leads, stage, results)
 
     def follow(lead: Lead) -> Contender:
         contender = refit(lead.stage, lead.result, stage.settled)
         contender.size = fitted_size(contender) if lead.far else lead.size
         contender.passes = (
             contender.gain >= GAIN_LEAST
-            and contender.size >= least
+            and large_enough(lead.stage, lead.result, contender.size, least)
             and (not contender.candidate.named or stands(contender, count))
         )
         return contender
@@ -268,22 +268,19 @@ def find_leads(
     return [*effects, *shapes]
 
 
-def far_twins(leads: list[Lead], stage: Field, results: list[Result]) -> list[Lead]:
-    """Find the twins of leading effects that move the load by the same everywhere.
+def far_leads(leads: list[Lead], stage: Field, results: list[Result]) -> list[Lead]:
+    """Find the effects that move the load by the same everywhere: they are always fitted.
 
     They move every kink, and a base that was fitted without them is blurred there: the tangent on
-    it says next to nothing of a load that is off by more than a kink is wide, and the twin leads
-    until both are fitted.
+    it says next to nothing of a load that is off by more than a kink is wide.
     """
     known = {lead.result.name for lead in leads}
-    leading = [lead.stage.candidates[lead.result.name].effect for lead in leads]
-    like = {name for effect in leading if effect is not None for name in effect.confused_with}
     found = []
     for result in results:
         effect = stage.candidates[result.name].effect
-        if effect is None or result.name not in like - known:
+        if effect is None or result.name in known or effect.kind != "torque":
             continue
-        if effect.kind == "torque" and effect.needs <= LOAD_NEEDS:
+        if effect.needs <= LOAD_NEEDS and not effect.memory:
             found.append(Lead(stage, result, 0.0, far=True))
     return found
 
