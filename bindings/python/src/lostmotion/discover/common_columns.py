@@ -75,12 +75,12 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     base = settle(start, noise).base.copy()
     base.terms, base.additives = base.terms[: len(first.terms)], []
     c = base.conditions
-    point, _, _ = base.vector()
+    at, (point, _, _) = base.at(), base.vector()
     present = [term.effect.name for term in base.terms]
     candidates, closed = common_candidates(
         base, {name: effect for name, effect in effects.items() if name not in present}, ratio
     )
-    fixed, precision, scatter, response = columns_of(base, base.at())
+    fixed, precision, scatter, response = columns_of(base, at)
     blocks = [(candidate.name, candidate.columns) for candidate in candidates]
     plainly = Noise([np.zeros(0)] * c.runs, np.ones(c.runs))
     kept = []
@@ -113,7 +113,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
                 for k in candidates
             ],
             "closed": closed,
-            "swing_arcsec": swing_by_run(base).tolist(),
+            "swing_arcsec": swing_by_run(base, at).tolist(),
             "given_arcsec": {name: term_size(base, i) for i, name in enumerate(present)},
             "runs": [str(label) for label in c.labels],
             "events": [{**event, "run": str(event["run"])} for event in diagnosis.events],

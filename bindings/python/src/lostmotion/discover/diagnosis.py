@@ -484,7 +484,8 @@ def list_candidates(
         effect = candidate.effect
         assert effect is not None
         values_array = term_of(where.field, result).values
-        size = size_of(where.field, result)
+        fitted = [c.size for c in where.contenders if c.result.name == result.name]
+        size = fitted[0] if fitted else size_of(where.field, result)
         stands_out = accepted(result, tests_made(where.field))
         large = large_enough(where.field, result, size, where.least_arcsec)
         out.append(

@@ -88,7 +88,7 @@ def strongest(base: Base, channel: str, turns: FloatArray, turning: list[slice])
             channel,
             f"{order:.4g} per revolution",
             trials=max(int(span * highest), 1),
-            also=over_the_output(c, channel, order),
+            also=over_the_output(c, order) if channel == "input_angle" else [],
         )
     ]
 

@@ -102,9 +102,8 @@ class Lead:
 
     stage: Field
     result: Result
-    size: float
-    far: bool = False
-    """Whether its size is that of the refit, for its tangent says nothing of it."""
+    size: float | None
+    """Arc seconds; None where the tangent says nothing of it and only the refit tells."""
 
 
 @dataclass
@@ -155,23 +154,24 @@ def choose(
     count = tests_made(stage)
     leads = find_leads(stage, results, count, least, least_shape)
     if plain is not None:
-        leads = add_leads(leads, *plain, count, least)
-    beside = kept or {}
-    leads = [
-        lead
-        for lead in leads
-        if lead.size >= least_beside(lead.stage.candidates[lead.result.name].effect, beside)
-    ]
+        leads = add_leads(leads, *plain, count)
+
+    def counts(lead: Lead, size: float) -> bool:
+        effect = lead.stage.candidates[lead.result.name].effect
+        limit = max(least, least_beside(effect, kept or {}))
+        return large_enough(lead.stage, lead.result, size, limit)
+
+    leads = [lead for lead in leads if lead.size is not None and counts(lead, lead.size)]
     leads += far_leads(leads, stage, results)
     if not leads:
-        return Step(stage, results, None, [])
+        return Step(stage, results, None, [], least_arcsec=least)
 
     def follow(lead: Lead) -> Contender:
         contender = refit(lead.stage, lead.result, stage.settled)
-        contender.size = fitted_size(contender) if lead.far else lead.size
+        contender.size = fitted_size(contender) if lead.size is None else lead.size
         contender.passes = (
             contender.gain >= GAIN_LEAST
-            and large_enough(lead.stage, lead.result, contender.size, least)
+            and counts(lead, contender.size)
             and (not contender.candidate.named or stands(contender, count))
         )
         return contender
@@ -200,7 +200,7 @@ def choose(
             nested = angles.size > 0 and float(angles[0]) < NESTED_DEG
         if best_named.gain < NAMED_SHARE * best_shape.gain and not nested:
             chosen = best_shape
-    step = Step(stage, results, chosen, contenders)
+    step = Step(stage, results, chosen, contenders, least_arcsec=least)
     if chosen is not None and chosen.candidate.named:
         step.rivals = rivals(stage, results, contenders, chosen)
     return step
@@ -281,13 +281,11 @@ def far_leads(leads: list[Lead], stage: Field, results: list[Result]) -> list[Le
         if effect is None or result.name in known or effect.kind != "torque":
             continue
         if effect.needs <= LOAD_NEEDS and not effect.memory:
-            found.append(Lead(stage, result, 0.0, far=True))
+            found.append(Lead(stage, result, None))
     return found
 
 
-def add_leads(
-    leads: list[Lead], plain: Field, results: list[Result], count: int, least: float
-) -> list[Lead]:
+def add_leads(leads: list[Lead], plain: Field, results: list[Result], count: int) -> list[Lead]:
     """Add the strongest named ones of the base without deviations; they start from there.
 
     Whether they stand is judged later, where the model with them is: this only finds them. One that
@@ -296,8 +294,7 @@ def add_leads(
     strong = sorted((r for r in results if r.p * count <= P_LIMIT), key=lambda r: (-r.wald, r.name))
     known = {lead.result.name for lead in leads}
     found = strong[:REFITS_NAMED] + [r for r in strong[REFITS_NAMED:] if r.name in known]
-    more = [Lead(plain, result, size_of(plain, result)) for result in found]
-    return leads + [x for x in more if large_enough(plain, x.result, x.size, least)]
+    return leads + [Lead(plain, result, size_of(plain, result)) for result in found]
 
 
 def best_starts(contenders: list[Contender]) -> list[Contender]:
@@ -387,7 +384,6 @@ def select(
         shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if kept else least
         plain = contest_of_plain(settled, effects, ratio)
         step = choose(stage, results, least, shape, plain, kept)
-        step.least_arcsec = least
         steps.append(step)
         if step.chosen is None or len(steps) > limit:
             break

@@ -185,21 +185,20 @@ def finer(base: Base, coarse: Candidate) -> list[Candidate]:
         words = [f"{k:.4g} per revolution" for k in scan if k > 0]
     else:
         return []
-    angle = coarse.covariate if coarse.also else ""
     out = []
     for k, word in zip(scan[scan > 0], words, strict=True):
         phase = 2 * np.pi * k * x
         columns = side_by_side(np.cos(phase), np.sin(phase))
         name = f"{kind[0]} {k:.6g} {' '.join(kind[2:])}"
-        also = over_the_output(c, angle, float(k))
+        also = over_the_output(c, float(k)) if coarse.also else []
         out.append(Candidate(name, False, columns, coarse.covariate, word, also=also))
     return out
 
 
-def over_the_output(c: Conditions, channel: str, order: float) -> list[tuple[str, str]]:
+def over_the_output(c: Conditions, order: float) -> list[tuple[str, str]]:
     """A ripple over the input as one over the output, which the gear binds to it."""
     output = c.columns.get("output_angle_rad")
-    if channel != "input_angle" or output is None or np.ptp(output) == 0:
+    if output is None or np.ptp(output) == 0:
         return []
     geared = order * float(np.ptp(c.columns["input_angle_rad"])) / float(np.ptp(output))
     return [("output_angle", f"{geared:.3g} per revolution")]

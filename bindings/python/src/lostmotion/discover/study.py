@@ -316,10 +316,10 @@ class Field:
         return Projector(base.fixed_columns(base.at())[0])
 
 
-def swing_by_run(base: Base) -> FloatArray:
+def swing_by_run(base: Base, point: Point) -> FloatArray:
     """Root mean square in every run, arc seconds, of what the base does there about its mean."""
-    c, angle = base.conditions, base.at().angle
-    swing = angle - c.run_mean(angle)[c.run_of]
+    c = base.conditions
+    swing = point.angle - c.run_mean(point.angle)[c.run_of]
     return np.asarray(np.sqrt(c.run_mean(swing**2)))
 
 
@@ -393,7 +393,8 @@ def term_size(base: Base, place: int) -> float:
 def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[str, str]) -> Field:
     """Gather the evidence of all candidates."""
     base = settled.base
-    fixed, precision, scatter, response = columns_of(base, base.at())
+    point = base.at()
+    fixed, precision, scatter, response = columns_of(base, point)
     evidence = gather(
         fixed,
         precision,
@@ -408,5 +409,5 @@ def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[s
         for start in sorted(set(candidate.start_of)):
             chosen = [i for i, s in enumerate(candidate.start_of) if s == start]
             evidence.blocks[f"{candidate.name}#{start}"] = places[chosen]
-    form = form_size(swing_by_run(base), np.diff(base.conditions.starts))
+    form = form_size(swing_by_run(base, point), np.diff(base.conditions.starts))
     return Field(settled, Contest(evidence), {c.name: c for c in candidates}, closed, form)
