@@ -1,19 +1,42 @@
 /* Why there is no design: how far each limit must give. */
+#include "infeasible.h"
+
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "certificate.h"
+#include "settle.h"
 #include "solve.h"
 #include "subproblem.h"
 
-/* min sum of the slacks, one for each limit; they stand behind the moving variables. */
+/* What one module, arcmin or share of a limit weighs that follows from the drive itself: no key of
+ * a spec states it, so that it gives where the others cannot make up for it alone. */
+#define PHYSICAL_WEIGHT 10.0
+
+static double weight_of(int limit) {
+  return lm_is_set_by_spec(limit) ? 1.0 : PHYSICAL_WEIGHT;
+}
+
+/* One slack for each limit, behind the moving variables: in units of what the limit gives at the
+ * start where that is more than 1, and their weighted sum in units of what it is there. Figures may
+ * be many times their limit, and SLSQP asks for numbers of order 1. */
+typedef struct elastic {
+  lm_solver *s;
+  double size[LM_LIMIT_COUNT];
+  double whole;
+} elastic;
+
 static double elastic_objective(unsigned n, const double *x, double *gradient, void *data) {
-  const lm_solver *s = (const lm_solver *)data;
+  const elastic *e = (const elastic *)data;
   double sum = 0;
   unsigned i;
   for (i = 0; i < n; i++) {
-    const int slack = i >= (unsigned)s->moving_count;
-    sum += slack ? x[i] : 0;
+    const int limit = (int)i - e->s->moving_count;
+    const double weight = limit >= 0 ? weight_of(limit) * e->size[limit] / e->whole : 0;
+    sum += weight * x[i];
     if (gradient != NULL) {
-      gradient[i] = slack ? 1 : 0;
+      gradient[i] = weight;
     }
   }
   return sum;
@@ -21,7 +44,8 @@ static double elastic_objective(unsigned n, const double *x, double *gradient, v
 
 static void elastic_rows(unsigned m, double *rows, unsigned n, const double *x, double *gradient,
                          void *data) {
-  lm_solver *s = (lm_solver *)data;
+  const elastic *e = (const elastic *)data;
+  lm_solver *s = e->s;
   const int ranges = s->problem->range_count;
   double unit[LM_FREE_MAX];
   unsigned i;
@@ -39,11 +63,14 @@ static void elastic_rows(unsigned m, double *rows, unsigned n, const double *x, 
   for (i = 0; i < m; i++) {
     lm_row_kind kind;
     const int place = lm_resolve_row(s, s->row[i], &kind);
-    const unsigned slack = (unsigned)(s->moving_count + lm_limit_of_row(s, s->row[i]));
-    rows[i] = s->result[place] / kind.scale - kind.shift - x[slack];
+    const int limit = lm_limit_of_row(s, s->row[i]);
+    const unsigned slack = (unsigned)(s->moving_count + limit);
+    const double size = e->size[limit];
+    rows[i] = (s->result[place] / kind.scale - kind.shift) / size - x[slack];
     if (gradient != NULL) {
       for (k = 0; k < s->moving_count; k++) {
-        gradient[i * n + (unsigned)k] = s->slope[place * ranges + s->moving[k]] / kind.scale;
+        gradient[i * n + (unsigned)k] =
+            s->slope[place * ranges + s->moving[k]] / (kind.scale * size);
       }
       gradient[i * n + slack] = -1;
     }
@@ -67,21 +94,29 @@ static void read_relaxation(lm_solver *s, double relax[]) {
 
 /* From relax[] at the point of the last evaluation to the least sum. */
 static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
-  static const double far = 100; /* slacks are shares of a limit, modules or arcmin */
+  static const double far = 100;
   const unsigned n = (unsigned)(s->moving_count + LM_LIMIT_COUNT);
   double low[LM_FREE_MAX + LM_LIMIT_COUNT] = {0};
   double high[LM_FREE_MAX + LM_LIMIT_COUNT];
   double x[LM_FREE_MAX + LM_LIMIT_COUNT];
   double tolerance[LM_ROW_MAX];
+  elastic e;
   double least;
   int i;
+  e.s = s;
+  e.whole = 0;
   for (i = 0; i < s->moving_count; i++) {
-    x[i] = unit[i];
+    x[i] = unit[s->moving[i]];
     high[i] = 1;
   }
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
-    x[s->moving_count + i] = relax[i];
-    high[s->moving_count + i] = far + relax[i];
+    e.size[i] = relax[i] > 1 ? relax[i] : 1;
+    e.whole += weight_of(i) * relax[i];
+    x[s->moving_count + i] = relax[i] / e.size[i];
+    high[s->moving_count + i] = far;
+  }
+  if (!(e.whole > 0)) {
+    return;
   }
   for (i = 0; i < s->row_count; i++) {
     tolerance[i] = 1e-8;
@@ -90,14 +125,90 @@ static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
   s->running = nlopt_create(NLOPT_LD_SLSQP, n);
   nlopt_set_lower_bounds(s->running, low);
   nlopt_set_upper_bounds(s->running, high);
-  nlopt_set_min_objective(s->running, elastic_objective, s);
-  nlopt_add_inequality_mconstraint(s->running, (unsigned)s->row_count, elastic_rows, s, tolerance);
+  nlopt_set_min_objective(s->running, elastic_objective, &e);
+  nlopt_add_inequality_mconstraint(s->running, (unsigned)s->row_count, elastic_rows, &e, tolerance);
   nlopt_set_xtol_rel(s->running, 1e-7);
   nlopt_set_maxeval(s->running, 200);
   (void)nlopt_optimize(s->running, x, &least);
   nlopt_destroy(s->running);
   s->running = NULL;
   lm_spread_unit(s, x, unit);
+}
+
+/* To the point whose limits have to give least; 0 when the model refuses the start. */
+static int give_least(lm_solver *s, double unit[], double relax[]) {
+  if (!lm_evaluate_solver(s, unit, 1)) {
+    return 0;
+  }
+  read_relaxation(s, relax);
+  shrink_slacks(s, unit, relax);
+  if (lm_evaluate_solver(s, unit, 0)) {
+    read_relaxation(s, relax);
+  }
+  return 1;
+}
+
+/* The same with whole grades: the nearest ones, and what the rest makes of them. */
+static int give_least_whole(lm_solver *s, double unit[], double relax[]) {
+  int moving = 0;
+  int k;
+  if (!give_least(s, unit, relax)) {
+    return 0;
+  }
+  if (s->answer->found_count > 0 || lm_has_whole_grades(s->problem, unit)) {
+    return 1;
+  }
+  for (k = 0; k < s->problem->range_count; k++) {
+    const lm_range *range = &s->problem->range[k];
+    if (range->whole) {
+      const double wide = range->high - range->low;
+      const double nearest = round(range->low + wide * unit[k]);
+      const double whole = fmin(fmax(nearest, ceil(range->low)), floor(range->high));
+      unit[k] = (whole - range->low) / wide;
+    } else {
+      s->moving[moving++] = k;
+    }
+  }
+  s->moving_count = moving;
+  return give_least(s, unit, relax);
+}
+
+void lm_repair(lm_solver *s, const lm_task *task) {
+  double relax[LM_LIMIT_COUNT];
+  double unit[LM_FREE_MAX];
+  int i;
+  memcpy(unit, task->unit, sizeof unit);
+  if (!give_least_whole(s, unit, relax)) {
+    return;
+  }
+  if (s->answer->found_count > 0) {
+    memcpy(unit, s->answer->unit, sizeof unit);
+    s->closes = 1;
+    lm_run_slsqp(s, unit);
+    return;
+  }
+  if (lm_evaluate_solver(s, unit, 0)) {
+    memcpy(s->answer->unit, unit, sizeof unit);
+    s->answer->violation = s->violation;
+    s->answer->value = 0;
+    for (i = 0; i < LM_LIMIT_COUNT; i++) {
+      s->answer->value += weight_of(i) * relax[i];
+    }
+  }
+}
+
+/* Between the angles and phases of the search a limit may have to give more. */
+static void relax_to_certificate(const lm_problem *problem, int combination, const double unit[],
+                                 double relax[], lm_workspace *workspace) {
+  lm_certificate *fine = (lm_certificate *)malloc(sizeof *fine);
+  int i;
+  if (fine != NULL && lm_certify(problem, combination, unit, fine, workspace, NULL) == LM_OK) {
+    for (i = 0; i < LM_LIMIT_COUNT; i++) {
+      const double more = LM_RESERVE - fine->limit[i].margin;
+      relax[i] = fine->limit[i].stated && more > relax[i] ? more : relax[i];
+    }
+  }
+  free(fine);
 }
 
 lm_status lm_explain_infeasible(const lm_problem *problem, int combination, double unit[],
@@ -112,13 +223,9 @@ lm_status lm_explain_infeasible(const lm_problem *problem, int combination, doub
   memset(&answer, 0, sizeof answer);
   lm_lead_aim(&aim);
   lm_open_solver(&s, problem, combination, budget, &aim, &answer, workspace, stop);
-  if (!lm_evaluate_solver(&s, unit, 1)) {
+  if (!give_least_whole(&s, unit, relax)) {
     return s.interrupted ? LM_NOT_CONVERGED : LM_OUT_OF_RANGE;
   }
-  read_relaxation(&s, relax);
-  shrink_slacks(&s, unit, relax);
-  if (lm_evaluate_solver(&s, unit, 0)) {
-    read_relaxation(&s, relax);
-  }
+  relax_to_certificate(problem, combination, unit, relax, workspace);
   return s.interrupted ? LM_NOT_CONVERGED : LM_OK;
 }

@@ -162,15 +162,13 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
   return -row;
 }
 
-int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
-                   lm_workspace *workspace) {
-  const int count = lm_read_front(search, NULL, 0);
-  lm_found *front = (lm_found *)malloc((size_t)(count + 1) * sizeof *front);
+int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found design[], int count,
+                     lm_workspace *workspace) {
   double *result = (double *)malloc(LM_RESULT_MAX * sizeof *result);
   char key[LM_KEY_NAME_MAX];
   lm_layout layout;
   lm_scan scan;
-  const int enough = front != NULL && result != NULL;
+  const int enough = result != NULL;
   int n;
   int i;
   if (enough) {
@@ -192,11 +190,10 @@ int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *searc
       fprintf(file, ",margin_%s", lm_limit_name(i));
     }
     fprintf(file, "\n");
-    (void)lm_read_front(search, front, count);
     lm_default_scan(&scan);
     lm_lay_out(problem, &scan, &layout);
     for (n = 0; n < count; n++) {
-      const lm_found *f = &front[n];
+      const lm_found *f = &design[n];
       if (lm_evaluate_point(problem, &scan, &layout, f->combination, f->unit, result, workspace,
                             NULL) != LM_OK) {
         continue;
@@ -218,8 +215,20 @@ int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *searc
       fprintf(file, "\n");
     }
   }
-  free(front);
   free(result);
+  return enough;
+}
+
+int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
+                   lm_workspace *workspace) {
+  const int count = lm_read_front(search, NULL, 0);
+  lm_found *front = (lm_found *)malloc((size_t)(count + 1) * sizeof *front);
+  int enough = front != NULL;
+  if (enough) {
+    (void)lm_read_front(search, front, count);
+    enough = lm_write_designs(file, problem, front, count, workspace);
+  }
+  free(front);
   return enough;
 }
 
@@ -325,7 +334,8 @@ void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
               i == LM_LIMIT_GAP                                           ? "arcmin"
               : i < LM_LIMIT_BENDING_STRESS || i == LM_LIMIT_INTERFERENCE ? "modules"
                                                                           : "share of the limit");
-      write_json(file, "by", relax[i], "}");
+      write_json(file, "by", relax[i], ", ");
+      fprintf(file, "\"set_by_spec\": %s}", lm_is_set_by_spec(i) ? "true" : "false");
       first = 0;
     }
   }
@@ -333,8 +343,8 @@ void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
 }
 
 void lm_write_progress(FILE *file, const lm_progress *p, double seconds, double left) {
-  static const char *const stages[] = {"screen", "evolve", "race", "polish",
-                                       "spread", "settle", "done"};
+  static const char *const stages[] = {"screen", "evolve", "race",   "polish",
+                                       "spread", "repair", "settle", "done"};
   fprintf(file, "{\"stage\": \"%s\", \"evaluations\": %d, \"budget\": %d, \"tasks\": %d, ",
           stages[p->stage], p->evaluations, p->budget, p->tasks_done);
   write_json(file, "best", p->has_best ? p->best_value : HUGE_VAL, ", ");

@@ -23,8 +23,12 @@ void lm_free_text(char *text);
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
                     int limit);
 
-/* The trade-off, one design a row: combination, variables, figures, margins of all limits. Designs
- * that the model refuses are left out. 0: no memory, nothing was written. */
+/* One design a row: combination, variables, figures, margins of all limits. Designs that the model
+ * refuses are left out. 0: no memory, nothing was written. */
+int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found design[], int count,
+                     lm_workspace *workspace);
+
+/* The trade-off, in the same way. */
 int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
                    lm_workspace *workspace);
 

@@ -116,6 +116,10 @@ int lm_find_figure(const char *name) {
   return strcmp(name, "stiffness") == 0 ? LM_FIGURE_COMPLIANCE : -1;
 }
 
+int lm_is_set_by_spec(int limit) {
+  return limit >= LM_LIMIT_SAFETY;
+}
+
 const char *lm_limit_name(int limit) {
   static const char *const names[LM_LIMIT_COUNT] = {"form_radius",
                                                     "flexspline_tip_thickness",
@@ -239,7 +243,7 @@ static lm_status check_variables(const lm_problem *problem, lm_fault *fault) {
     status = check_choice(&problem->choice[i], seen, fault);
   }
   for (i = 0; i < LM_KEY_COUNT && status == LM_OK; i++) {
-    if (!seen[i] && problem->value[i] != 0) {
+    if (!seen[i] && (problem->given[i] || problem->value[i] != 0)) {
       status = check_key(fault, i, problem->value[i]);
     }
   }

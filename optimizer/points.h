@@ -35,6 +35,9 @@ int lm_find_figure(const char *name); /* also "stiffness"; -1: unknown */
 /* Limits are named as the spec names them: "safety_factor_min", "lost_motion_max_arcmin". */
 const char *lm_limit_name(int limit);
 
+/* Whether a spec says how far a limit goes; the others follow from the drive itself. */
+int lm_is_set_by_spec(int limit);
+
 /* --- the problem --- */
 
 /* An empty problem: defaults of everything, nothing varied, no objective. */

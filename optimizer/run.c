@@ -2,6 +2,7 @@
 #include "run.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -302,46 +303,63 @@ static int write_best(lm_run *run, const lm_found *best, int finished, lm_worksp
   return failed;
 }
 
-/* Why there is no design. */
-static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
-  double unit[LM_FREE_MAX] = {0};
-  double relax[LM_LIMIT_COUNT];
-  double violation;
-  int combination;
+/* Four digits, the last one up: relaxed by what is said, a limit holds. */
+static double round_up(double value) {
+  const double unit = pow(10, floor(log10(value)) - 3);
+  return ceil(value / unit - 1e-9) * unit;
+}
+
+/* Limits that a spec sets, or the others. */
+static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], int set_by_spec,
+                        const char *begin) {
   int limits = 0;
-  FILE *file;
   int i;
-  if (!lm_read_nearest(run->search, &combination, unit, &violation) ||
-      lm_explain_infeasible(&run->problem, combination, unit, 4000, relax, workspace, NULL) !=
-          LM_OK) {
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    if (relax[i] > LM_RESERVE && lm_is_set_by_spec(i) == set_by_spec) {
+      const size_t length = strlen(note);
+      snprintf(note + length, LM_NOTE_MAX - length, "%s %s by %.4g", limits > 0 ? "," : begin,
+               lm_limit_name(i), round_up(relax[i]));
+      limits++;
+    }
+  }
+}
+
+/* Why there is no design, and the one that comes nearest. */
+static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
+  lm_found nearest;
+  double relax[LM_LIMIT_COUNT];
+  size_t length;
+  int whole;
+  FILE *file;
+  memset(&nearest, 0, sizeof nearest);
+  if (!lm_read_nearest(run->search, &nearest.combination, nearest.unit, &nearest.violation) ||
+      lm_explain_infeasible(&run->problem, nearest.combination, nearest.unit, 4000, relax,
+                            workspace, NULL) != LM_OK) {
     (void)say(note, 0,
               "no design exists in these ranges: every combination is pruned or refused; see "
               "combinations.csv");
     return 0;
   }
-  (void)say(note, 0, "no feasible design; relax");
-  for (i = 0; i < LM_LIMIT_COUNT; i++) {
-    if (relax[i] > LM_RESERVE) {
-      const size_t length = strlen(note);
-      snprintf(note + length, LM_NOTE_MAX - length, " %s by %.4g", lm_limit_name(i), relax[i]);
-      limits++;
-    }
-  }
-  if (limits > 0) {
-    const size_t length = strlen(note);
-    snprintf(note + length, LM_NOTE_MAX - length, "; units in infeasible.json");
-  } else {
-    (void)say(
-        note, 0,
-        "no design was found, though no limit has to give: raise search.evaluations, or relax "
-        "a limit a little");
-  }
+  (void)say(note, 0, "no feasible design");
+  say_relaxed(note, relax, 1, "; relax");
+  say_relaxed(note, relax, 0, "; beyond what the ranges allow:");
+  length = strlen(note);
+  snprintf(note + length, LM_NOTE_MAX - length,
+           "; units in infeasible.json, the design in nearest.csv");
   file = begin_file(run, "infeasible.json");
   if (file == NULL) {
     return 1;
   }
   lm_write_relaxation(file, relax);
-  return !end_file(run, "infeasible.json", file, 1);
+  if (!end_file(run, "infeasible.json", file, 1)) {
+    return 1;
+  }
+  file = begin_file(run, "nearest.csv");
+  if (file == NULL) {
+    return 1;
+  }
+  whole = lm_write_designs(file, &run->problem, &nearest, 1, workspace);
+  return !end_file(run, "nearest.csv", file, whole);
 }
 
 /* The history is collected out of sight and appears whole. */

@@ -11,6 +11,8 @@
 #include "spread.h"
 
 #define SETTLE_SLOPES 300 /* gradients for one design; most take a third */
+#define REPAIR_SLOPES 400 /* for one start; most take a quarter */
+#define REPAIR_WIDTH 0.15 /* of a range, by which starts of one combination differ */
 
 const char *lm_fate_name(int fate) {
   static const char *const names[LM_FATE_COUNT] = {"not reached", "pruned", "dominated", "solved"};
@@ -38,6 +40,23 @@ static void plan_settle(lm_search *search) {
         task->aim.weight[j] = 1;
         task->aim.origin[j] = found->objective[j];
       }
+    }
+  }
+}
+
+/* Where nothing keeps all limits, from the combinations that come nearest: what has to give there.
+ * Several starts of each where they are few. */
+static void plan_repair(lm_search *search) {
+  const int screened = lm_rank_screened(search);
+  const int most = screened > 0 ? LM_REPAIRED : 0;
+  int n;
+  for (n = 0; n < most; n++) {
+    lm_combination_state *state = &search->state[search->order[n % screened]];
+    lm_task *task = lm_add_task(search, LM_TASK_REPAIR, search->order[n % screened],
+                                REPAIR_SLOPES * lm_slope_charge(&search->problem), state->unit);
+    state->fate = LM_FATE_SOLVED;
+    if (n >= screened) {
+      lm_disturb(search, task, REPAIR_WIDTH);
     }
   }
 }
@@ -97,6 +116,11 @@ static void plan(lm_search *search) {
           search->problem.objective_count > 1 ? lm_plan_front(search) : lm_plan_restarts(search);
         }
         break;
+      case LM_STAGE_REPAIR:
+        if (search->round == 0 && search->archive_count == 0) {
+          plan_repair(search);
+        }
+        break;
       case LM_STAGE_SETTLE:
       default:
         if (search->round == 0) {
@@ -104,7 +128,7 @@ static void plan(lm_search *search) {
         }
         break;
     }
-    if (search->stage < LM_STAGE_SETTLE) {
+    if (search->stage < LM_STAGE_REPAIR) {
       keep_budget(search);
     }
     if (search->batch_count == 0) {
@@ -169,7 +193,16 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
     }
     return;
   }
-  search->used += lm_charge_of(p, answer);
+  if (task->kind != LM_TASK_REPAIR) {
+    search->used += lm_charge_of(p, answer);
+  } else if (answer->computed && answer->violation > 0 &&
+             (!search->has_nearest || answer->value < search->nearest_slack)) {
+    search->has_nearest = 1;
+    search->nearest = answer->combination;
+    search->nearest_slack = answer->value;
+    search->nearest_violation = answer->violation;
+    memcpy(search->nearest_unit, answer->unit, sizeof search->nearest_unit);
+  }
   for (i = 0; i < answer->found_count; i++) {
     const lm_found *found = &answer->found[i];
     lm_combination_state *state = &search->state[found->combination];
@@ -314,6 +347,12 @@ int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FR
                     double *violation) {
   int found = 0;
   int i;
+  if (search->has_nearest) {
+    *combination = search->nearest;
+    *violation = search->nearest_violation;
+    memcpy(unit, search->nearest_unit, sizeof search->nearest_unit);
+    return 1;
+  }
   for (i = 0; i < search->combinations; i++) {
     const lm_combination_state *state = &search->state[i];
     if (state->screened && (!found || state->violation < *violation)) {

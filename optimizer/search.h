@@ -15,9 +15,10 @@
  * of the front that a local solver finds; a race halves them while it doubles their budget; the
  * last ones are polished; then the budget goes into the trade-off (two objectives: levels of the
  * second one; more: directions) or, for one objective, into restarts (of a few thousand evaluations
- * and more than one objective the populations have all of it instead); in the end the designs of
- * the front are settled (whole grades, no violation between the angles of the scan and between the
- * tooth phases), which is not charged to the budget.
+ * and more than one objective the populations have all of it instead); where
+ * nothing was found that keeps all limits, the combinations that come nearest are repaired; in the
+ * end the designs of the front are settled (whole grades, no violation between the angles of the
+ * scan and between the tooth phases). Neither is charged to the budget.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.
@@ -78,7 +79,8 @@ int lm_read_best(const lm_search *search, lm_found *best);
  */
 int lm_read_fate(const lm_search *search, int combination, int *limit);
 
-/* Least violating design met; 0 when the model refused every point. For lm_explain_infeasible. */
+/* Of the designs met the one whose limits have to give least, of the repaired ones where there are
+ * any; 0 when the model refused every point. For lm_explain_infeasible. */
 int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FREE_MAX],
                     double *violation);
 

@@ -16,6 +16,7 @@ extern "C" {
 #define LM_ARCHIVE_MAX 1024
 #define LM_SETTLED_MAX 24 /* designs of the front that are settled */
 #define LM_POLISHED 4     /* combinations that are polished */
+#define LM_REPAIRED 8     /* tasks that look for a first design where none was found */
 #define LM_ISLANDS_MAX 4
 
 typedef struct lm_combination_state {
@@ -65,6 +66,11 @@ struct lm_search {
   int population_count;
   lm_found settled[LM_SETTLED_MAX + LM_START_MAX];
   int settled_count;
+  int has_nearest; /* what follows is of the design whose limits have to give least, in all */
+  int nearest;     /* combination */
+  double nearest_slack;
+  double nearest_violation;
+  double nearest_unit[LM_FREE_MAX];
 };
 
 /* The random number at place `which` of the stream that belongs to the task `id`, 0 .. 1. */

@@ -167,7 +167,7 @@ static void fix_range(lm_solver *s, int range) {
   s->moving_count = moving;
 }
 
-static int has_whole_grades(const lm_problem *p, const double unit[]) {
+int lm_has_whole_grades(const lm_problem *p, const double unit[]) {
   int k;
   for (k = 0; k < p->range_count; k++) {
     const lm_range *range = &p->range[k];
@@ -183,7 +183,7 @@ void lm_mark_settled(lm_solver *s) {
   int i;
   for (i = 0; i < s->answer->found_count; i++) {
     lm_found *found = &s->answer->found[i];
-    found->settled = has_whole_grades(s->problem, found->unit) && holds_between(s, found->unit);
+    found->settled = lm_has_whole_grades(s->problem, found->unit) && holds_between(s, found->unit);
   }
 }
 

@@ -14,6 +14,9 @@ extern "C" {
  * figures at the phases of the certificate. */
 void lm_settle(lm_solver *s, const lm_task *task);
 
+/* Whether every range that ends in whole values has one. */
+int lm_has_whole_grades(const lm_problem *p, const double unit[]);
+
 /* Designs of the answer that need none of that are marked as settled. */
 void lm_mark_settled(lm_solver *s);
 

@@ -4,6 +4,7 @@
 
 #include "evolve.h"
 #include "found.h"
+#include "infeasible.h"
 #include "settle.h"
 
 /* A point, and once more with its gap closed. */
@@ -63,7 +64,8 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
     return lm_evolve(problem, task, answer, workspace, stop);
   }
   lm_open_solver(&s, problem, task->combination, task->budget, &task->aim, answer, workspace, stop);
-  s.capped = task->kind != LM_TASK_SETTLE; /* which no budget is charged with */
+  /* which no budget is charged with */
+  s.capped = task->kind != LM_TASK_SETTLE && task->kind != LM_TASK_REPAIR;
   switch (task->kind) {
     case LM_TASK_SCREEN:
       screen(&s, task);
@@ -83,6 +85,9 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
       break;
     case LM_TASK_BRIDGE:
       bridge(&s, task);
+      break;
+    case LM_TASK_REPAIR:
+      lm_repair(&s, task);
       break;
     case LM_TASK_SETTLE:
       lm_settle(&s, task);

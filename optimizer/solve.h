@@ -17,8 +17,9 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
 /* --- infeasibility --- */
 
 /* How far each limit must be relaxed so that a design exists: the point that makes the sum of all
- * relative violations small, from the given start. relax[LM_LIMIT_COUNT]: scaled violations (0: the
- * limit can hold), in the unit of evaluate.h. LM_NULL, LM_OUT_OF_RANGE (the model refuses the
+ * relative violations small, from the given start, with whole grades; unit[] becomes it.
+ * relax[LM_LIMIT_COUNT]: scaled violations (0: the limit can hold) in the unit of evaluate.h, also
+ * where the certificate looks. LM_NULL, LM_OUT_OF_RANGE (the model refuses the
  * start), LM_NOT_CONVERGED (stopped). */
 lm_status lm_explain_infeasible(const lm_problem *problem, int combination, double unit[],
                                 int budget, double relax[], lm_workspace *workspace,

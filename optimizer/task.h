@@ -46,6 +46,7 @@ typedef enum lm_task_kind {
   LM_TASK_EVOLVE,     /* a population over all combinations */
   LM_TASK_LOOK,       /* the start alone; where it breaks a limit, with its gap closed, too */
   LM_TASK_BRIDGE,     /* points between two designs of one combination, gaps closed */
+  LM_TASK_REPAIR,     /* the point whose limits have to give least; improved where none has to */
   LM_TASK_SETTLE      /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;
 
@@ -71,7 +72,7 @@ typedef struct lm_answer {
   int feasible; /* of both, that broke no limit */
   int found_count;
   int member_count;
-  double value; /* of the aim */
+  double value; /* of the aim; of LM_TASK_REPAIR without a design what the limits give, in all */
   double violation;
   double unit[LM_FREE_MAX];
   double figure[LM_FIGURE_COUNT];

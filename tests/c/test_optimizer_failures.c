@@ -310,11 +310,12 @@ static int run_with_failure(int at, int resume, int workers, char note[LM_NOTE_M
 
 /* No result is there in part; and what did not begin left nothing behind. */
 static void check_nothing_torn(int never_begun) {
-  static const char *const names[] = {"best.toml", "certificate.json", "combinations.csv",
-                                      "front.csv", "history.csv",      "infeasible.json"};
+  static const char *const names[] = {"best.toml",  "certificate.json", "combinations.csv",
+                                      "front.csv",  "history.csv",      "infeasible.json",
+                                      "nearest.csv"};
   char place[128];
   int i;
-  for (i = 0; i < 6; i++) {
+  for (i = 0; i < 7; i++) {
     snprintf(place, sizeof place, "%s/run/%s.part", folder, names[i]);
     TEST_ASSERT_TRUE_MESSAGE(access(place, F_OK) != 0, place);
   }
@@ -637,6 +638,9 @@ static void test_limits_that_cannot_be_explained_are_told_apart(void) {
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "lost_motion_max_arcmin by"));
   shell("rm infeasible.json && mkdir infeasible.json.part");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
+  shell("rmdir infeasible.json.part && mkdir nearest.csv.part");
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
   lm_close_run(run);

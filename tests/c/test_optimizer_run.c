@@ -207,12 +207,14 @@ static void test_limits_that_contradict_say_what_would_have_to_give(void) {
   assert_noted("no feasible design; relax");
   assert_noted("lost_motion_max_arcmin by");
   assert_holds("infeasible.json", "\"limit\": \"lost_motion_max_arcmin\"");
+  assert_holds("infeasible.json", "\"set_by_spec\": true");
+  assert_holds("nearest.csv", "\n0,");
   assert_missing("best.toml");
 }
 
-/* Ten evaluations do not meet the few designs that there are. */
-static void test_limits_that_a_larger_budget_can_keep_are_not_to_be_relaxed(void) {
-  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED,
+/* Ten evaluations do not meet the few designs that there are; what is nearest leads to one. */
+static void test_a_design_that_the_budget_does_not_meet_is_found(void) {
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE,
                         do_all("evaluations 10\nrated_torque_Nm 40\nobjective lost_motion\n"
                                "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
                                "fixed teeth.flexspline_teeth 200\nfixed generator.type discs\n"
@@ -222,8 +224,23 @@ static void test_limits_that_a_larger_budget_can_keep_are_not_to_be_relaxed(void
                                "range teeth.shift_difference -0.4 0.6\n"
                                "limit stiffness_min_Nm_per_rad 29500\nlimit stress_max 0.424\n"
                                "limit lost_motion_max_arcmin 0.37\nlimit gap_min_arcmin -0.13\n"));
-  assert_noted("no limit has to give");
-  assert_holds("infeasible.json", "\"relax\": []");
+  assert_holds("best.toml", "[design.teeth]");
+  assert_missing("infeasible.json");
+  assert_missing("nearest.csv");
+}
+
+/* No wall of 0.8 mm and 25 mm carries 300 N m. */
+static void test_what_no_limit_of_the_spec_says_is_told_apart(void) {
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED,
+                        do_all("evaluations 200\nrated_torque_Nm 300\nobjective stress\n"
+                               "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
+                               "fixed teeth.flexspline_teeth 100\nfixed generator.type cosine\n"
+                               "range generator.deflection_modules 0.85 1.15\n"
+                               "range teeth.flexspline_shift 2 5\n"
+                               "range flexspline.wall_thickness_mm 0.2 0.8\n"
+                               "range flexspline.rim_thickness_mm 0.4 1\n"));
+  assert_noted("; beyond what the ranges allow: torsion_stress by");
+  assert_holds("infeasible.json", "\"set_by_spec\": false");
 }
 
 static void test_ranges_without_any_drive_say_so(void) {
@@ -370,7 +387,9 @@ static void test_words_of_the_json_files(void) {
   fclose(file);
   TEST_ASSERT_NOT_NULL(strstr(text, "\"section\": 0, \"forward\": false}"));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"section\": 0, \"forward\": true}"));
-  TEST_ASSERT_NOT_NULL(strstr(text, "\"form_radius\", \"unit\": \"modules\", \"by\": 1}"));
+  TEST_ASSERT_NOT_NULL(strstr(text,
+                              "\"form_radius\", \"unit\": \"modules\", \"by\": 1, "
+                              "\"set_by_spec\": false}"));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"interference_max_mm\", \"unit\": \"modules\""));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"gap_min_arcmin\", \"unit\": \"arcmin\""));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"torsion_stress\", \"unit\": \"share of the limit\""));
@@ -575,7 +594,8 @@ int main(void) {
   RUN_TEST(test_what_cannot_be_opened_is_told_and_nothing_written);
   RUN_TEST(test_another_specs_journal_is_refused);
   RUN_TEST(test_limits_that_contradict_say_what_would_have_to_give);
-  RUN_TEST(test_limits_that_a_larger_budget_can_keep_are_not_to_be_relaxed);
+  RUN_TEST(test_a_design_that_the_budget_does_not_meet_is_found);
+  RUN_TEST(test_what_no_limit_of_the_spec_says_is_told_apart);
   RUN_TEST(test_ranges_without_any_drive_say_so);
   RUN_TEST(test_a_journal_that_cannot_grow_ends_the_run);
   RUN_TEST(test_results_that_cannot_be_written_are_told);

@@ -395,6 +395,55 @@ static void test_what_cannot_be_kept_is_not_settled(void) {
   TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes, answer->refused);
 }
 
+/* Whatever its value: of a start that breaks limits comes a design that breaks none, and a better
+ * one of that. */
+static void test_a_repair_finds_a_design_and_makes_it_better(void) {
+  static const char limits[] = "limit tolerance_lost_motion_max_arcmin 2.5\n";
+  double first;
+  read_with("fixed generator.type discs\nobjective cost\n", two_grades, limits);
+  make_task(LM_TASK_LOOK, 1);
+  task.unit[4] = 1;
+  task.unit[5] = 1;
+  run();
+  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  make_task(LM_TASK_REPAIR, 4000);
+  task.unit[4] = 1;
+  task.unit[5] = 1;
+  run();
+  check_answer();
+  TEST_ASSERT_GREATER_THAN_INT(0, answer->found_count);
+  TEST_ASSERT_TRUE(answer->violation <= 0);
+  /* no worse than from a design that is known */
+  first = answer->value;
+  make_task(LM_TASK_SLSQP, 4000);
+  task.unit[4] = 0;
+  task.unit[5] = 0;
+  run();
+  TEST_ASSERT_TRUE(answer->violation <= 0);
+  TEST_ASSERT_DOUBLE_WITHIN(0.02 * answer->value, answer->value, first);
+}
+
+/* What cannot be kept ends at whole grades of the range, with what all limits give. */
+static void test_a_repair_without_a_design_says_what_has_to_give(void) {
+  double relax[LM_LIMIT_COUNT];
+  double sum = 0;
+  int limit;
+  read_with("fixed generator.type discs\nobjective cost\n", "whole tolerance.0.grade 5.5 8.5\n",
+            "limit tolerance_lost_motion_max_arcmin 0.2\nlimit cost_max 5\n");
+  make_task(LM_TASK_REPAIR, 4000);
+  run();
+  check_answer();
+  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_TRUE(answer->computed && answer->violation > 0);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5, fmod(3 * answer->unit[4], 1.0));
+  TEST_ASSERT_EQUAL_INT(
+      LM_OK, lm_explain_infeasible(&problem, 0, answer->unit, 4000, relax, workspace, NULL));
+  for (limit = 0; limit < LM_LIMIT_COUNT; limit++) {
+    sum += relax[limit];
+  }
+  TEST_ASSERT_DOUBLE_WITHIN(0.05 * sum, sum, answer->value);
+}
+
 /* Limits of the worst corner are not those of the nominal drive between the angles. */
 static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
   read_with("fixed generator.type discs\nlevel worst\n", two_objectives,
@@ -547,6 +596,8 @@ int main(void) {
   RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
   RUN_TEST(test_a_settled_design_keeps_its_figures_limits_between_the_phases);
   RUN_TEST(test_a_grade_is_not_rounded_out_of_its_range);
+  RUN_TEST(test_a_repair_finds_a_design_and_makes_it_better);
+  RUN_TEST(test_a_repair_without_a_design_says_what_has_to_give);
   RUN_TEST(test_what_cannot_be_kept_is_not_settled);
   RUN_TEST(test_gaps_of_the_worst_corner_settle_on_the_scan);
   RUN_TEST(test_every_kind_lives_with_nan);

@@ -11,7 +11,7 @@ from typing import Any, TextIO
 
 from lostmotion.cluster import connect
 from lostmotion.design.report import margin_unit
-from lostmotion.design.result import Result, relaxation
+from lostmotion.design.result import Result, relaxation, rounded_up
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -61,11 +61,14 @@ def run_design(arguments: argparse.Namespace) -> None:
     if not lines or arguments.json is not None:
         deliver(result.answer(), arguments, lambda out: show_result(result, out))
     if result.best is None:
-        wanted = ", ".join(relaxations(result))
+        wanted = "; ".join(relaxations(result))
         missed = result.combinations["not_reached"]
         unseen = f" in the budget, {missed} combinations not reached" if missed else ""
         raise LostMotionError(
-            f"no feasible design{unseen}; relax {wanted}" if wanted else result.note
+            f"no feasible design{unseen}; {wanted}; start_from takes the nearest design from "
+            f"{one_line(str(result.folder))}"
+            if wanted
+            else result.note
         )
     if result.note and not arguments.quiet:
         print(f"lostmotion: {one_line(result.note)}", file=sys.stderr)
@@ -109,10 +112,15 @@ def print_line(seen: dict[str, Any]) -> None:
 
 def relaxations(result: Result) -> list[str]:
     """Say which limits would have to give, and by how much; empty where that is not known."""
-    texts = []
+    relax: list[str] = []
+    beyond: list[str] = []
     for limit in (result.infeasible or {}).get("relax", []):
         by, unit = relaxation(limit)
-        texts.append(f"{limit['limit']} by {by:.4g} {unit}")
+        text = f"{limit['limit']} by {rounded_up(by)} {unit}"
+        (relax if limit["set_by_spec"] else beyond).append(text)
+    texts = ["relax " + ", ".join(relax)] if relax else []
+    if beyond:
+        texts.append("wider ranges or other fixed values have to make up for " + ", ".join(beyond))
     return texts
 
 
@@ -129,7 +137,7 @@ def show_result(result: Result, out: TextIO) -> None:
     if result.best is None:
         print("no feasible design", file=out)
         for wanted in relaxations(result):
-            print(f"  relax {wanted}", file=out)
+            print(f"  {wanted}", file=out)
         return
     head = [f"{n} {u}" for n, u in zip(result.objectives, result.units, strict=True)]
     step = max(1, -(-len(result.front) // FRONT_ROWS))

@@ -17,7 +17,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS
 from lostmotion.design.engine import engine, figures
-from lostmotion.design.result import Result, relaxation
+from lostmotion.design.result import Result, relaxation, rounded_up
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
@@ -588,7 +588,7 @@ def _account(result: Result, context: Context) -> list[Figure | Rows | Notes | R
 
 def _nothing_section(result: Result, context: Context) -> Section:
     rows: Sequence[Sequence[str]] = [
-        (limit_name(limit["limit"]), _number(relaxation(limit)[0]), relaxation(limit)[1])
+        (limit_name(limit["limit"]), rounded_up(relaxation(limit)[0]), relaxation(limit)[1])
         for limit in (result.infeasible or {}).get("relax", [])
     ]
     blocks: list[Figure | Rows | Notes | Raw] = []
@@ -599,8 +599,10 @@ def _nothing_section(result: Result, context: Context) -> Section:
                 ("limit", "by", "unit"),
                 rows,
                 (1,),
-                "The point whose broken limits add up to the least, relative to their size: all of "
-                "these together would make it a design.",
+                "The point met whose broken limits add up to the least, relative to their size: "
+                "all of these together make it a design. It is in nearest.csv, and start_from in "
+                "[search] begins with it. Stresses, clearances and contacts that no limit of the "
+                "spec sets ask for wider ranges or other fixed values instead.",
             )
         )
     blocks += _account(result, context)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -100,6 +101,12 @@ def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
         return by, unit
     share = by / (1.0 + by) if limit["limit"].startswith("stiffness_min") else by
     return 100.0 * share, "% of the limit"
+
+
+def rounded_up(by: float) -> str:
+    """Write four digits, the last one up: relaxed by what is said, a limit holds."""
+    unit = 10.0 ** (math.floor(math.log10(by)) - 3)
+    return f"{math.ceil(by / unit - 1e-9) * unit:.4g}"
 
 
 class Designs:

@@ -29,6 +29,9 @@ TABLES = ("fixed", "range", "limits", "cost", "start")
 FRONT = "front.csv"
 """The designs that a search leaves."""
 
+NEAREST = "nearest.csv"
+"""The one that it leaves where none keeps all limits."""
+
 ROUNDING = 1e-9
 """Share of a range by which a written end of it may be off."""
 
@@ -403,7 +406,7 @@ class _Reader:
             raise self.refuse(place, show(value), _RANGE if name not in NAMED else _CHOICE)
         low, high = (self.number(place, name, scale, each) for each in value)
         if not low < high:
-            raise self.refuse(place, show(value), "[low, high] with low below high")
+            raise self.refuse(place, show(value), _WIDE)
         if name == TEETH:
             numbers = [float(z) for z in range(math.ceil(low), math.floor(high) + 1) if z % 2 == 0]
             self.choose(place, name, self.teeth_in_window(place, numbers))
@@ -670,10 +673,16 @@ class _Reader:
             self.spec.start[name] = self.number(place, name, scale, value)
 
     def begin_with(self, folder: str) -> None:
-        """Begin with the front of an earlier search, as far as it lies in this one's ranges."""
+        """Begin with the front of an earlier search, as far as it lies in this one's ranges.
+
+        Where that search found nothing, with the design that came nearest.
+        """
         place = "search.start_from"
         front = Path(self.file).parent / folder / FRONT
         columns, rows = self.read_front(place, front)
+        nearest = front.with_name(NEAREST)
+        if not rows and nearest.is_file():
+            columns, rows = self.read_front(place, nearest)
         statements = [line.split() for line in self.lines]
         choices = [words[1:] for words in statements if words[0] == "choose"]
         ranges = [words[1:] for words in statements if words[0] in ("range", "whole")]
@@ -758,6 +767,7 @@ def _number_of(written: str | None) -> float | None:
 
 
 _RANGE = "[low, high]"
+_WIDE = f"{_RANGE} with low below high; one value goes into [search.fixed]"
 _CHOICE = "{choose = [..]}"
 
 POSITIONS = {"hole": (1.0, 0.5), "shaft": (-1.0, -0.5), "link": (1.0, 0.0)}

@@ -1,0 +1,20 @@
+/* Limits that no design met keeps together: how far each of them would have to give. */
+#ifndef LOSTMOTION_OPTIMIZER_INFEASIBLE_H
+#define LOSTMOTION_OPTIMIZER_INFEASIBLE_H
+
+#include "solver.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* From the start of the task to the point whose limits have to give least. Where none has to, a
+ * design is found, and made better by the aim; otherwise the answer is of that point, with whole
+ * grades, and its value what the limits give in all. */
+void lm_repair(lm_solver *s, const lm_task *task);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
