@@ -7,8 +7,9 @@
  *
  * In place of lm_work_run the tasks of lm_run_search() may be done anywhere else and handed to
  * lm_take_answer. Files of the folder: best.toml, front.csv, combinations.csv, certificate.json (or
- * infeasible.json and nearest.csv), history.csv, journal.bin. All but the journal appear whole or not at all, and
- * have the same bytes however the work was divided and however often it was interrupted.
+ * infeasible.json and nearest.csv), history.csv, journal.bin. All but the journal appear whole or
+ * not at all, and have the same bytes however the work was divided and however often it was
+ * interrupted.
  *
  * Exit statuses are those of the commands: 0 done; 1 the work failed; 2 bad input; 130 stopped.
  * note[] gets one line without a line end, or nothing.

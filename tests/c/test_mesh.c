@@ -251,8 +251,8 @@ static void the_gap_is_the_smallest_over_the_common_radii(void) {
 }
 
 /* Where the flanks fit so well that the bend of the gap drowns in float32's rounding, the curvature
- * comes out as nothing or below it at a few minima of random drives: no step of Newton is to be made
- * from it. In double the same drives are ordinary. */
+ * comes out as nothing or below it at a few minima of random drives: no step of Newton is to be
+ * made from it. In double the same drives are ordinary. */
 static void a_gap_without_a_bend_keeps_its_minimum(void) {
   static const struct {
     int external;
