@@ -135,8 +135,11 @@ static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
   lm_spread_unit(s, x, unit);
 }
 
-/* To the point whose limits have to give least; 0 when the model refuses the start. */
+/* To the point whose limits have to give least, and what they give there; 0 when the model refuses
+ * the start. */
 static int give_least(lm_solver *s, double unit[], double relax[]) {
+  double start[LM_FREE_MAX];
+  memcpy(start, unit, sizeof start);
   if (!lm_evaluate_solver(s, unit, 1)) {
     return 0;
   }
@@ -144,6 +147,8 @@ static int give_least(lm_solver *s, double unit[], double relax[]) {
   shrink_slacks(s, unit, relax);
   if (lm_evaluate_solver(s, unit, 0)) {
     read_relaxation(s, relax);
+  } else {
+    memcpy(unit, start, sizeof start);
   }
   return 1;
 }
@@ -187,13 +192,12 @@ void lm_repair(lm_solver *s, const lm_task *task) {
     lm_run_slsqp(s, unit);
     return;
   }
-  if (lm_evaluate_solver(s, unit, 0)) {
-    memcpy(s->answer->unit, unit, sizeof unit);
-    s->answer->violation = s->violation;
-    s->answer->value = 0;
-    for (i = 0; i < LM_LIMIT_COUNT; i++) {
-      s->answer->value += weight_of(i) * relax[i];
-    }
+  memcpy(s->answer->unit, unit, sizeof unit);
+  s->answer->violation = 0;
+  s->answer->value = 0;
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    s->answer->violation = fmax(relax[i], s->answer->violation);
+    s->answer->value += weight_of(i) * relax[i];
   }
 }
 

@@ -195,7 +195,7 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
   }
   if (task->kind != LM_TASK_REPAIR) {
     search->used += lm_charge_of(p, answer);
-  } else if (answer->computed && answer->violation > 0 &&
+  } else if (answer->violation > 0 &&
              (!search->has_nearest || answer->value < search->nearest_slack)) {
     search->has_nearest = 1;
     search->nearest = answer->combination;

@@ -577,6 +577,18 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     at++;
   } while (model_failed);
   TEST_ASSERT_GREATER_THAN_INT(3, at);
+  /* without the finer look what is told is of the coarse one */
+  for (at = 0; at < 2; at++) {
+    double unit[LM_FREE_MAX] = {0.5, 0.5};
+    watch(at == 0 ? CHECKS : 0, at == 0 ? 0 : -1);
+    left = at == 0 ? -1 : 0;
+    failed = 0;
+    TEST_ASSERT_EQUAL_INT(LM_OK,
+                          lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL));
+    TEST_ASSERT_TRUE(at == 0 ? model_failed : failed);
+    TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE] > 0);
+    left = -1;
+  }
   /* the point that the solver ends at is refused: what is told is of its start */
   for (at = 0; at < 40; at++) {
     double unit[LM_FREE_MAX] = {0.1 * (at % 10), 1 - 0.1 * (at % 10)};
@@ -640,7 +652,10 @@ static void test_limits_that_cannot_be_explained_are_told_apart(void) {
   shell("rm infeasible.json && mkdir infeasible.json.part");
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
-  shell("rmdir infeasible.json.part && mkdir nearest.csv.part");
+  shell("rmdir infeasible.json.part && mkdir infeasible.json");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
+  TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
+  shell("rmdir infeasible.json && mkdir nearest.csv.part");
   TEST_ASSERT_EQUAL_INT(LM_EXIT_FAILED, lm_finish_run(run, LM_EXIT_DONE, note));
   TEST_ASSERT_NOT_NULL(strstr(note, "results cannot be written"));
   lm_close_run(run);
