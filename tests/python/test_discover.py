@@ -17,14 +17,14 @@ from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
 from lostmotion.discover.base import Base, Term
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import plausible
+from lostmotion.discover.diagnosis import plausible, without_deviations
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object
 from lostmotion.discover.ladder import fit_model
 from lostmotion.discover.plans import check, next_runs
 from lostmotion.discover.refits import refitted
 from lostmotion.discover.selection import without_idle
-from lostmotion.discover.study import clean_outliers
+from lostmotion.discover.study import clean_outliers, plain_rms
 from lostmotion.discover.tangents import form_of
 from lostmotion.discover.template import template
 from lostmotion.discover.threads import in_parallel
@@ -402,6 +402,19 @@ def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
 def test_independent_pieces_of_work_keep_their_order():
     assert in_parallel(lambda x: x * x, range(20)) == [x * x for x in range(20)]
     assert in_parallel(str, [1]) == ["1"]
+
+
+def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
+    """A fit that starts too far off, as deviations of single runs lead it, starts anew."""
+    before = without_deviations(warm_gap.selection.settled[0].base)
+    friction = library()["stribeck_friction"]
+    grown = before.copy()
+    grown.slopes *= 3.0
+    grown.terms.append(Term(friction, np.array([-900.0, 800.0, 0.01, 0.1]), friction.free()))
+    alone, led_back = without_deviations(grown), without_deviations(grown, before)
+    assert [term.effect.name for term in led_back.terms] == ["stribeck_friction"]
+    assert plain_rms(alone) > 1.001 * plain_rms(before)
+    assert plain_rms(led_back) <= 1.0001 * plain_rms(before)
 
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):

@@ -30,7 +30,7 @@ from lostmotion.discover.judging import (
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of
 from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, least_size, select
-from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms
+from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms, plain_rms
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
@@ -372,19 +372,58 @@ def second_moments(contest: Contest) -> FloatArray:
     return np.asarray(moment / np.outer(scale, scale))
 
 
-def without_deviations(base: Base) -> Base:
-    """Refit a base for all runs together, as a drive file would hold it."""
+def without_deviations(base: Base, before: Base | None = None) -> Base:
+    """Refit a base for all runs together, as a drive file would hold it.
+
+    Parameters
+    ----------
+    before : Base, optional
+        The same of the model that this one has grown from. Where the deviations of the runs have
+        led the fit astray it starts there instead: what is added never makes the error rise.
+    """
     plain = base.copy()
     plain.deviations[:] = 0.0
     plain.fit(steps=REFIT_STEPS)
-    return plain
+    if before is None or plain_rms(plain) <= plain_rms(before) or not grown_from(base, before):
+        return plain
+    found = [plain]
+    for share in (1.0, 0.0):  # what is added as it was found, and from nothing
+        again = before.copy()
+        added = base.copy()
+        again.terms += added.terms[len(before.terms) :]
+        again.additives += added.additives[len(before.additives) :]
+        for term in again.terms[len(before.terms) :]:
+            linear = [value.role == "linear" for value in term.effect.values]
+            term.values[linear] *= share
+        for shape in again.additives[len(before.additives) :]:
+            shape.coefficients *= share
+        again.fit(steps=REFIT_STEPS)
+        found.append(again)
+    return min(found, key=plain_rms)
+
+
+def grown_from(base: Base, before: Base) -> bool:
+    """Whether a model is another one with something added."""
+    names = [term.effect.name for term in before.terms]
+    shapes = [shape.name for shape in before.additives]
+    return (
+        names == [t.effect.name for t in base.terms][: len(names)]
+        and shapes == [shape.name for shape in base.additives][: len(shapes)]
+    )
+
+
+def for_all_runs(selection: Selection) -> list[Base]:
+    """Refit the base, and the model after each term, for all runs together."""
+    models: list[Base] = []
+    for settled in selection.settled:
+        models.append(without_deviations(settled.base, models[-1] if models else None))
+    return models
 
 
 def make_ladder(selection: Selection) -> list[dict[str, Any]]:
     """Fitted and held-out error of the base and after each term."""
     rungs = []
-    for settled in selection.settled:
-        base = without_deviations(settled.base)
+    for base in for_all_runs(selection):
         rungs.append(
             {
                 "effects": [t.effect.name for t in base.terms]
