@@ -751,6 +751,26 @@ def test_contradictory_limits_say_what_would_have_to_give(
     assert not (tmp_path / "run" / "best.toml").exists()
 
 
+def test_what_has_to_give_has_the_same_bytes_however_the_work_was_done(
+    write: Write, small: dict[str, Any], tmp_path: Path
+) -> None:
+    small["search"]["limits"] = {"safety_factor_min": 1.5, "lost_motion_max_arcmin": 0.1}
+    small["search"]["evaluations"] = 300
+    spec = str(write(small))
+    one = tmp_path / "one"
+    assert main(["design", spec, "-o", str(one), "--workers", "1", "-q"]) == 1
+    assert main(["design", spec, "-o", str(tmp_path / "two"), "--workers", "2", "-q"]) == 1
+    # cut in the middle of the repair, which ends the journal
+    journal = (one / "journal.bin").read_bytes()
+    cut = tmp_path / "cut"
+    cut.mkdir()
+    (cut / "journal.bin").write_bytes(journal[: len(journal) - len(journal) // 50])
+    assert main(["design", spec, "-o", str(cut), "--resume", "-q"]) == 1
+    for name in ("infeasible.json", "nearest.csv", "combinations.csv"):
+        for other in ("two", "cut"):
+            assert (one / name).read_bytes() == (tmp_path / other / name).read_bytes(), name
+
+
 LIMITS_THAT_CONTRADICT: dict[str, dict[str, float]] = {
     "lost motion and stress": {"lost_motion_max_arcmin": 0.1, "stress_max": 0.3},
     "stiffness": {"stiffness_min_Nm_per_rad": 60000.0},
