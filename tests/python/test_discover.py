@@ -59,7 +59,7 @@ def torque_of(run, rows):
     return size * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * t / 25.0))
 
 
-def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=None):
+def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=None, zero=5.0):
     """Torque loops at several temperatures, with noise, friction and scatter from run to run."""
     rng = np.random.default_rng(seed)
     made = []
@@ -80,11 +80,13 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
             "input_angle": np.full(rows, 0.7 * r),
             "output_angle": np.full(rows, 0.007 * r),
         }
-        y = backbone + noise * rng.normal(size=rows) + 5.0 * rng.normal()
+        y = backbone + noise * rng.normal(size=rows) + zero * rng.normal()
         if add is not None:
             y = y + add(columns, wound)
         if slip is not None and slip[0] == r:
             y = y + slip[2] * (t >= slip[1])
+        if slip is not None and slip[0] < r and zero == 0.0:  # else the sensor is set again
+            y = y + slip[2]
         columns["lost_motion"] = y * ARCSEC
         made.append(Run(r + 1, "made.csv", columns))
     return Campaign(made)
@@ -319,9 +321,19 @@ def test_what_no_effect_explains_is_said_to_hang_on_torque():
     assert period == pytest.approx(5.0, rel=0.01)
 
 
-def test_a_slip_is_placed_in_its_run_and_second():
-    found = answer_of(campaign(seed=4, slip=(6, 23.0, 8.0)))
+@pytest.mark.parametrize("zero", [5.0, 0.0], ids=["set to zero again", "stays"])
+def test_a_slip_is_placed_in_its_run_and_second(zero):
+    """And what later runs keep of it is no second cause."""
+    diagnosis = diagnose(
+        campaign(seed=4, slip=(6, 23.0, 8.0), zero=zero), ratio=RATIO, rated_torque_Nm=RATED_NM
+    )
+    found = diagnosis.answer()
+    step = diagnosis.selection.settled[-1].base.additives[0]
+    if zero == 0:
+        assert step.coefficients == pytest.approx([8.0, 8.0], abs=1.0)
+    assert np.array_equal(step.columns.sum(axis=1), np.arange(6000) >= 6 * 500 + 230)
     assert found["verdict"] == "unexplained"
+    assert [one["covariate"] for one in found["unexplained"]["depends_on"]] == ["time"]
     event = found["events"][0]
     assert event["run"] == 7
     assert event["time_s"] == pytest.approx(23.0, abs=0.5)

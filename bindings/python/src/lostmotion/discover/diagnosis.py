@@ -18,7 +18,7 @@ from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.drive_base import make_base, require_samples
 from lostmotion.discover.effects import Effect, library
-from lostmotion.discover.events import Event, dependence, find_events, step_column
+from lostmotion.discover.events import Event, dependence, find_events, step_columns
 from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.judging import (
     P_LIMIT,
@@ -195,11 +195,12 @@ def _diagnose(
         events = found
         again = base.copy()
         for event in events:
+            columns = step_columns(base, event)
             again.additives.append(
                 Additive(
                     f"{EVENT_NAME}{base.conditions.labels[event.run]}",
-                    step_column(base, event)[:, None],
-                    np.array([event.size_arcsec]),
+                    columns,
+                    np.full(columns.shape[1], event.size_arcsec),
                     "time",
                     "step",
                 )

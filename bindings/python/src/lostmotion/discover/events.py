@@ -187,9 +187,14 @@ def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:
     return found[:EVENTS_MAX]
 
 
-def step_column(base: Base, event: Event) -> FloatArray:
-    """A step from the moment of an event to the end of its run: later runs have their own zero."""
+def step_columns(base: Base, event: Event) -> FloatArray:
+    """A step from the moment of an event to the end of its run, and what later runs keep of it.
+
+    A slip stays unless the sensor is set to zero again; apart, the two leave that open.
+    """
     c = base.conditions
-    out = np.zeros(c.rows)
-    out[event.row : int(c.starts[event.run + 1])] = 1.0
+    end = int(c.starts[event.run + 1])
+    out = np.zeros((c.rows, 1 if end == c.rows else 2))
+    out[event.row : end, 0] = 1.0
+    out[end:, 1:] = 1.0
     return out
