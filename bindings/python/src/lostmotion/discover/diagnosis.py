@@ -163,10 +163,11 @@ def diagnose(
     if drive is not None:
         given_as("diagnose", "drive", drive, Drive)
         ratio = drive.ratio if ratio is None else ratio
-        if backbone is None:
-            backbone = make_backbone(drive, campaign.largest_torque_Nm)
-        base = base or make_base(drive, campaign, backbone, chosen_from)
         rated_torque_Nm = drive.rated_torque_Nm
+        with one_thread():  # the same bits as from the command
+            if backbone is None:
+                backbone = make_backbone(drive, campaign.largest_torque_Nm)
+            base = base or make_base(drive, campaign, backbone, chosen_from)
     if ratio is None or rated_torque_Nm is None:
         expected = "a Drive, or ratio= and rated_torque_Nm="
         raise InputError("diagnose", "drive", "nothing", expected)
