@@ -18,13 +18,23 @@ static double weight_of(int limit) {
   return lm_is_set_by_spec(limit) ? 1.0 : PHYSICAL_WEIGHT;
 }
 
+/* What all limits give: of a figure that is many times its limit a little less is worth little. */
+static double cost_of(const double relax[]) {
+  double sum = 0;
+  int i;
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    sum += weight_of(i) * log1p(relax[i]);
+  }
+  return sum;
+}
+
 /* One slack for each limit, behind the moving variables: in units of what the limit gives at the
- * start where that is more than 1, and their weighted sum in units of what it is there. Figures may
- * be many times their limit, and SLSQP asks for numbers of order 1. */
+ * start where that is more than 1, and the sum of their costs, linear from the start, in units of
+ * what it is there: SLSQP asks for numbers of order 1. */
 typedef struct elastic {
   lm_solver *s;
   double size[LM_LIMIT_COUNT];
-  double whole;
+  double cost[LM_LIMIT_COUNT]; /* of one such unit */
 } elastic;
 
 static double elastic_objective(unsigned n, const double *x, double *gradient, void *data) {
@@ -33,10 +43,10 @@ static double elastic_objective(unsigned n, const double *x, double *gradient, v
   unsigned i;
   for (i = 0; i < n; i++) {
     const int limit = (int)i - e->s->moving_count;
-    const double weight = limit >= 0 ? weight_of(limit) * e->size[limit] / e->whole : 0;
-    sum += weight * x[i];
+    const double cost = limit >= 0 ? e->cost[limit] : 0;
+    sum += cost * x[i];
     if (gradient != NULL) {
-      gradient[i] = weight;
+      gradient[i] = cost;
     }
   }
   return sum;
@@ -101,22 +111,26 @@ static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
   double x[LM_FREE_MAX + LM_LIMIT_COUNT];
   double tolerance[LM_ROW_MAX];
   elastic e;
+  double whole = 0;
   double least;
   int i;
   e.s = s;
-  e.whole = 0;
   for (i = 0; i < s->moving_count; i++) {
     x[i] = unit[s->moving[i]];
     high[i] = 1;
   }
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     e.size[i] = relax[i] > 1 ? relax[i] : 1;
-    e.whole += weight_of(i) * relax[i];
+    e.cost[i] = weight_of(i) * e.size[i] / (1 + relax[i]);
     x[s->moving_count + i] = relax[i] / e.size[i];
     high[s->moving_count + i] = far;
+    whole += e.cost[i] * x[s->moving_count + i];
   }
-  if (!(e.whole > 0)) {
+  if (!(whole > 0)) {
     return;
+  }
+  for (i = 0; i < LM_LIMIT_COUNT; i++) {
+    e.cost[i] /= whole;
   }
   for (i = 0; i < s->row_count; i++) {
     tolerance[i] = 1e-8;
@@ -193,11 +207,10 @@ void lm_repair(lm_solver *s, const lm_task *task) {
     return;
   }
   memcpy(s->answer->unit, unit, sizeof unit);
+  s->answer->value = cost_of(relax);
   s->answer->violation = 0;
-  s->answer->value = 0;
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     s->answer->violation = fmax(relax[i], s->answer->violation);
-    s->answer->value += weight_of(i) * relax[i];
   }
 }
 

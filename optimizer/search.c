@@ -11,7 +11,7 @@
 #include "spread.h"
 
 #define SETTLE_SLOPES 300 /* gradients for one design; most take a third */
-#define REPAIR_SLOPES 400 /* for one start; most take a quarter */
+#define REPAIR_SLOPES 480 /* for one start: twice the elastic program, then SLSQP */
 #define REPAIR_WIDTH 0.15 /* of a range, by which starts of one combination differ */
 
 const char *lm_fate_name(int fate) {

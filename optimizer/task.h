@@ -72,7 +72,7 @@ typedef struct lm_answer {
   int feasible; /* of both, that broke no limit */
   int found_count;
   int member_count;
-  double value; /* of the aim; of LM_TASK_REPAIR without a design what the limits give, in all */
+  double value; /* of the aim; of LM_TASK_REPAIR without a design what its limits cost */
   double violation;
   double unit[LM_FREE_MAX];
   double figure[LM_FIGURE_COUNT];
