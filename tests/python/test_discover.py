@@ -17,12 +17,12 @@ from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library
 from lostmotion.discover.base import Base, Term
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import plausible, without_deviations
+from lostmotion.discover.diagnosis import plausible
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object
 from lostmotion.discover.ladder import fit_model
 from lostmotion.discover.plans import check, next_runs
-from lostmotion.discover.refits import refitted
+from lostmotion.discover.refits import refitted, without_deviations
 from lostmotion.discover.selection import without_idle
 from lostmotion.discover.study import clean_outliers, plain_rms
 from lostmotion.discover.tangents import form_of

@@ -83,7 +83,7 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
     """Diagnose what the arguments name."""
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
-    with Progress("diagnosing", quiet=arguments.quiet) as bar, one_thread():
+    with Progress("diagnosing", quiet=arguments.quiet) as bar:
         result = diagnose(
             campaign, drive, backbone=backbone, effects=effects, progress=count_pieces(bar)
         )
@@ -94,7 +94,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
     """``lostmotion fit``."""
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
-    with Progress("fitting", quiet=arguments.quiet) as bar, one_thread():
+    with Progress("fitting", quiet=arguments.quiet) as bar:
         model = fit_model(
             drive,
             campaign,

@@ -28,9 +28,9 @@ from lostmotion.discover.judging import (
     tests_made,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
-from lostmotion.discover.refits import term_of
+from lostmotion.discover.refits import term_of, without_deviations
 from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, least_size, select
-from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms, plain_rms
+from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
@@ -83,6 +83,8 @@ class Diagnosis:
     details: dict[str, Any] = field(default_factory=dict)
     base: Base | None = None
     selection: Selection | None = None
+    models: list[Base] = field(default_factory=list)
+    """The base and the model after each term, fitted for all runs together: the ladder's."""
 
     def __repr__(self) -> str:
         """Say what came out; what it was found with fills screens."""
@@ -122,6 +124,7 @@ def count_pieces(tick: Callable[[int, int], None]) -> Callable[[str], None]:
     return piece
 
 
+@one_thread()
 def diagnose(
     campaign: Campaign,
     drive: Drive | None = None,
@@ -164,16 +167,14 @@ def diagnose(
         given_as("diagnose", "drive", drive, Drive)
         ratio = drive.ratio if ratio is None else ratio
         rated_torque_Nm = drive.rated_torque_Nm
-        with one_thread():  # the same bits as from the command
-            if backbone is None:
-                backbone = make_backbone(drive, campaign.largest_torque_Nm)
-            base = base or make_base(drive, campaign, backbone, chosen_from)
+        if backbone is None:
+            backbone = make_backbone(drive, campaign.largest_torque_Nm)
+        base = base or make_base(drive, campaign, backbone, chosen_from)
     if ratio is None or rated_torque_Nm is None:
         expected = "a Drive, or ratio= and rated_torque_Nm="
         raise InputError("diagnose", "drive", "nothing", expected)
-    with one_thread():
-        base = base or Base(Conditions(campaign), rated_torque_Nm, backbone)
-        return _diagnose(base, chosen_from, ratio, progress)
+    base = base or Base(Conditions(campaign), rated_torque_Nm, backbone)
+    return _diagnose(base, chosen_from, ratio, progress)
 
 
 def _diagnose(
@@ -234,7 +235,8 @@ def conclude(
     names = present[len(selection.settled[0].base.terms) :]
     nameless = bool(shapes_of(base) or events)
     within = noise_rms(selection.noise, base)
-    ladder = make_ladder(selection)
+    models = for_all_runs(selection)
+    ladder = make_ladder(models)
     floor = noise_floor(final, within, ladder[-1]["rms_heldout_arcsec"])
     rivals = sorted({name for step in taken for name in step.rivals if name not in present})
     depends = [what for step in (*taken, *left_over) for what in describe(step)]
@@ -286,6 +288,7 @@ def conclude(
         },
         base,
         selection,
+        models,
     )
 
 
@@ -374,46 +377,6 @@ def second_moments(contest: Contest) -> FloatArray:
     return np.asarray(moment / np.outer(scale, scale))
 
 
-def without_deviations(base: Base, before: Base | None = None) -> Base:
-    """Refit a base for all runs together, as a drive file would hold it.
-
-    Parameters
-    ----------
-    before : Base, optional
-        The same of the model that this one has grown from. Where the deviations of the runs have
-        led the fit astray it starts there instead: what is added never makes the error rise.
-    """
-    plain = base.copy()
-    plain.deviations[:] = 0.0
-    plain.fit(steps=REFIT_STEPS)
-    if before is None or plain_rms(plain) <= plain_rms(before) or not grown_from(base, before):
-        return plain
-    found = [plain]
-    for share in (1.0, 0.0):  # what is added as it was found, and from nothing
-        again = before.copy()
-        added = base.copy()
-        again.terms += added.terms[len(before.terms) :]
-        again.additives += added.additives[len(before.additives) :]
-        for term in again.terms[len(before.terms) :]:
-            linear = [value.role == "linear" for value in term.effect.values]
-            term.values[linear] *= share
-        for shape in again.additives[len(before.additives) :]:
-            shape.coefficients *= share
-        again.fit(steps=REFIT_STEPS)
-        found.append(again)
-    return min(found, key=plain_rms)
-
-
-def grown_from(base: Base, before: Base) -> bool:
-    """Whether a model is another one with something added."""
-    names = [term.effect.name for term in before.terms]
-    shapes = [shape.name for shape in before.additives]
-    return (
-        names == [t.effect.name for t in base.terms][: len(names)]
-        and shapes == [shape.name for shape in base.additives][: len(shapes)]
-    )
-
-
 def for_all_runs(selection: Selection) -> list[Base]:
     """Refit the base, and the model after each term, for all runs together."""
     models: list[Base] = []
@@ -422,10 +385,10 @@ def for_all_runs(selection: Selection) -> list[Base]:
     return models
 
 
-def make_ladder(selection: Selection) -> list[dict[str, Any]]:
+def make_ladder(models: list[Base]) -> list[dict[str, Any]]:
     """Fitted and held-out error of the base and after each term."""
     rungs = []
-    for base in for_all_runs(selection):
+    for base in models:
         rungs.append(
             {
                 "effects": [t.effect.name for t in base.terms]

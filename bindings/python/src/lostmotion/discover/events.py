@@ -191,6 +191,11 @@ def step_columns(base: Base, event: Event) -> FloatArray:
     """A step from the moment of an event to the end of its run, and what later runs keep of it.
 
     A slip stays unless the sensor is set to zero again; apart, the two leave that open.
+
+    Returns
+    -------
+    ndarray
+        Zeros and ones, (rows, 2), or (rows, 1) where no run is later.
     """
     c = base.conditions
     end = int(c.starts[event.run + 1])

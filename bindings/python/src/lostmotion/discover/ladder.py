@@ -33,6 +33,7 @@ from lostmotion.discover.study import (
     settle,
 )
 from lostmotion.discover.tangents import given_values
+from lostmotion.discover.threads import one_thread
 from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive, row_names
 from lostmotion.errors import InputError, given_as
 from lostmotion.model import make_backbone
@@ -156,6 +157,7 @@ def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Te
     return term_of(stage, result)
 
 
+@one_thread()
 def fit_model(
     drive: Drive,
     campaign: Campaign,

@@ -165,6 +165,46 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
     return max(stepped, from_base(), key=lambda c: c.gain)
 
 
+def without_deviations(base: Base, before: Base | None = None) -> Base:
+    """Refit a base for all runs together, as a drive file would hold it.
+
+    Parameters
+    ----------
+    before : Base, optional
+        The same of the model that this one has grown from. Where the deviations of the runs have
+        led the fit astray it starts there instead: what is added never makes the error rise.
+    """
+    plain = base.copy()
+    plain.deviations[:] = 0.0
+    plain.fit(steps=REFIT_STEPS)
+    if before is None or plain_rms(plain) <= plain_rms(before) or not grown_from(base, before):
+        return plain
+    found = [plain]
+    for share in (1.0, 0.0):  # what is added as it was found, and from nothing
+        again = before.copy()
+        added = base.copy()
+        again.terms += added.terms[len(before.terms) :]
+        again.additives += added.additives[len(before.additives) :]
+        for term in again.terms[len(before.terms) :]:
+            linear = [value.role == "linear" for value in term.effect.values]
+            term.values[linear] *= share
+        for shape in again.additives[len(before.additives) :]:
+            shape.coefficients *= share
+        again.fit(steps=REFIT_STEPS)
+        found.append(again)
+    return min(found, key=plain_rms)
+
+
+def grown_from(base: Base, before: Base) -> bool:
+    """Whether a model is another one with something added."""
+    names = [term.effect.name for term in before.terms]
+    shapes = [shape.name for shape in before.additives]
+    return (
+        names == [t.effect.name for t in base.terms][: len(names)]
+        and shapes == [shape.name for shape in base.additives][: len(shapes)]
+    )
+
+
 def refitted(base: Base, noise: Noise) -> Settled:
     """Fit a base with its terms as they are, and settle it."""
     base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)

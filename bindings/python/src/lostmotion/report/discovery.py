@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs, for_all_runs
+from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs
 from lostmotion.discover.ladder import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.recordings import told
@@ -62,9 +62,8 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     answer = found.answer()
     selection = found.selection
     assert selection is not None
-    models = for_all_runs(selection)
-    before, after = models[0], models[-1]
-    added = len(models) > 1
+    before, after = found.models[0], found.models[-1]
+    added = len(found.models) > 1
     floor = found.noise_floor_arcsec
     c = before.conditions
     last = answer["ladder"][-1]
