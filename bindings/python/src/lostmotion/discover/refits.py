@@ -172,7 +172,7 @@ def without_deviations(base: Base, before: Base | None = None) -> Base:
     ----------
     before : Base, optional
         The same of the model that this one has grown from. Where the deviations of the runs have
-        led the fit astray it starts there instead: what is added never makes the error rise.
+        led the fit astray to a larger error, it starts there instead.
     """
     plain = base.copy()
     plain.deviations[:] = 0.0
