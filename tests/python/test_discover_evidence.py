@@ -17,7 +17,7 @@ from lostmotion.discover.evidence import gather
 from lostmotion.discover.judging import accepted, judge
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.refits import refit
-from lostmotion.discover.run_steps import SIDE_LEAST, partings, scan
+from lostmotion.discover.between_runs import SIDE_LEAST, partings, scan
 from lostmotion.discover.shapes import waves
 from lostmotion.discover.study import (
     contest_of_term,

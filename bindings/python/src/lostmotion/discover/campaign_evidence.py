@@ -26,7 +26,7 @@ from lostmotion.files import write_whole
 
 FloatArray = npt.NDArray[np.float64]
 
-SCHEMA = "lostmotion.campaign_evidence/4"
+SCHEMA = "lostmotion.campaign_evidence/5"
 """Name and version of the saved form."""
 
 

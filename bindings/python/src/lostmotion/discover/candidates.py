@@ -36,6 +36,10 @@ LOAD_CHANNELS = {"torque", "torque_rate", "time"}
 """Conditions of effects, and quantities of shapes, that are the torque and its history."""
 
 
+KINDS = ("effect", "shape", "ripple", "run")
+"""Named effects, smooth shapes, ripples over a torque or an angle, what runs have of their own."""
+
+
 @dataclass
 class Candidate:
     """A block of columns that competes.
@@ -55,8 +59,12 @@ class Candidate:
         The start that each column belongs to.
     trials : int
         How many columns were looked at to find these; their test pays for all of them.
+    tests : int
+        How many tests it is the answer of.
     also : list of tuple
         Other quantities that would give the same columns, and in what shape.
+    kind : str
+        Of `KINDS`: with which others it shares a part of the level.
     """
 
     name: str
@@ -68,7 +76,14 @@ class Candidate:
     starts: list[FloatArray] = field(default_factory=list)
     start_of: list[int] = field(default_factory=list)
     trials: int = 1
+    tests: int = 1
     also: list[tuple[str, str]] = field(default_factory=list)
+    kind: str = "shape"
+
+    def __post_init__(self) -> None:
+        """Effects are a kind of their own."""
+        if self.named:
+            self.kind = "effect"
 
     @property
     def hangs_on_load_alone(self) -> bool:

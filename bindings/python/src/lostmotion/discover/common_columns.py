@@ -109,6 +109,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
                     "shape": k.shape,
                     "starts": [s.tolist() for s in k.starts],
                     "start_of": k.start_of,
+                    "kind": k.kind,
                 }
                 for k in candidates
             ],
@@ -162,7 +163,8 @@ def common_candidates(
         phase = 2 * np.pi * k / period * c.torque
         columns = side_by_side(np.cos(phase), np.sin(phase))
         words = f"ripple of {period / k:.3g} Nm"
-        out.append(Candidate(f"wave {k} over torque", False, columns, "torque", words))
+        name = f"wave {k} over torque"
+        out.append(Candidate(name, False, columns, "torque", words, kind="ripple"))
     for channel in ("input_angle", "output_angle"):
         angle = c.columns.get(f"{channel}_rad")
         if angle is None:
@@ -170,7 +172,8 @@ def common_candidates(
         for order in ANGLE_ORDERS:
             columns = side_by_side(np.cos(order * angle), np.sin(order * angle))
             words = f"{order:g} per revolution"
-            out.append(Candidate(f"order {order:g} of {channel}", False, columns, channel, words))
+            name = f"order {order:g} of {channel}"
+            out.append(Candidate(name, False, columns, channel, words, kind="ripple"))
     return out, closed
 
 

@@ -8,7 +8,8 @@ act between runs would be taken for scatter.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -363,6 +364,33 @@ class Contest:
         cross = reduced[n0:-1, :n0]
         h0 = reduced[:n0, :n0] + np.diag(self.ridge(index)[:n0])
         return np.asarray(reduced[n0:-1, n0:-1] - cross @ np.linalg.solve(h0, cross.T))
+
+    def taken_up(self, block: str, coefficients: FloatArray, places: IntArray) -> float:
+        """Share (of its square) of what a block does that some of the base's columns could do.
+
+        Parameters
+        ----------
+        block : str
+        coefficients : ndarray
+            Of the block's scaled columns.
+        places : ndarray
+            The columns, among those of the evidence.
+        """
+        e = self.evidence
+        kept = ~np.isin(e.fixed, places)
+        freed = copy(self)
+        freed.evidence = replace(
+            e,
+            fixed=e.fixed[kept],
+            precision=e.precision[kept],
+            blocks={block: e.blocks[block], "freed": places},
+        )
+        m = freed.projected([block, "freed"])
+        n = e.blocks[block].size
+        whole = float(coefficients @ m[:n, :n] @ coefficients)
+        cross = m[n:, :n] @ coefficients
+        own = m[n:, n:] + RANK * np.diag(np.diag(m[n:, n:]))
+        return float(cross @ np.linalg.solve(own, cross)) / whole if whole > 0 else 1.0
 
     def angles(self, a: str, b: str, omega: FloatArray | None = None) -> FloatArray:
         """Principal angles between two candidates beside the base, degrees, least first."""

@@ -25,7 +25,8 @@ from lostmotion.discover.judging import (
     accepted,
     large_enough,
     size_of,
-    tests_made,
+    family_p,
+    tests_paid,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of, without_deviations
@@ -410,7 +411,7 @@ def describe(step: Step) -> list[dict[str, Any]]:
         {
             "covariate": covariate,
             "shape": shape,
-            "p": float(min(1.0, result.p * len(step.results))),
+            "p": family_p(step.field, candidate, result),
             "rms_arcsec": step.chosen.size,
         }
         for covariate, shape in ((candidate.covariate, candidate.shape), *candidate.also)
@@ -419,11 +420,11 @@ def describe(step: Step) -> list[dict[str, Any]]:
 
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:
     """What passes the gates but is too small to count."""
-    count = len(step.results)
+    paid = tests_paid(step.field)
     out = []
     for result in step.results[:10]:
-        if accepted(result, count):
-            candidate = step.field.candidates[result.name]
+        candidate = step.field.candidates[result.name]
+        if accepted(result, paid[candidate.kind]):
             out.append(
                 {
                     "covariate": candidate.covariate or candidate.name,
@@ -468,7 +469,7 @@ def list_candidates(
                     "confused_with": sorted(step.rivals),
                     "plausible": plausible(term.effect, term.values),
                     "testable": True,
-                    "p": float(min(1.0, step.chosen.result.p * len(step.results))),
+                    "p": family_p(step.field, step.chosen.candidate, step.chosen.result),
                     "size_arcsec": step.chosen.size,
                 }
             )
@@ -490,7 +491,7 @@ def list_candidates(
         values_array = term_of(where.field, result).values
         fitted = [c.size for c in where.contenders if c.result.name == result.name]
         size = fitted[0] if fitted else size_of(where.field, result)
-        stands_out = accepted(result, tests_made(where.field))
+        stands_out = accepted(result, tests_paid(where.field)["effect"])
         large = large_enough(where.field, result, size, where.least_arcsec)
         out.append(
             {
@@ -505,7 +506,7 @@ def list_candidates(
                 "confused_with": sorted(present) if result.name in rivals else [],
                 "plausible": plausible(effect, values_array),
                 "testable": True,
-                "p": float(min(1.0, result.p * len(where.results))),
+                "p": family_p(where.field, candidate, result),
                 "size_arcsec": size,
                 "too_small": stands_out and not large,
             }
@@ -558,7 +559,7 @@ def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]
     """
     out: dict[str, Any] = {}
     contest = stage.contest
-    count = max(len(stage.candidates), 1)
+    count = tests_paid(stage).get("effect", 1)
     for name, candidate in stage.candidates.items():
         if not candidate.named or candidate.effect is None:
             continue

@@ -22,7 +22,7 @@ from lostmotion.discover.judging import (
     accepted,
     judge_all,
     large_enough,
-    tests_made,
+    tests_paid,
 )
 from lostmotion.discover.refits import Contender, term_of
 from lostmotion.discover.selection import (
@@ -130,6 +130,7 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
             effects.get(k["name"]),
             [np.array(s) for s in k["starts"]],
             list(k["start_of"]),
+            kind=k["kind"],
         )
         for k in body.about["candidates"]
     ]
@@ -234,16 +235,16 @@ def choose(
     body: Body, stage: Field, results: list[Result], within: float, before: Sequence[Step]
 ) -> Step:
     """Find what is missing most, by the gates and sizes of a diagnosis."""
-    count = tests_made(stage)
+    paid = tests_paid(stage)
     earlier = [s.chosen for s in before if s.chosen is not None]
     given = body.about["given_arcsec"].values()
     least = least_size(within, max([*given, *(c.size for c in earlier)], default=0.0))
     named_before = bool(given) or any(c.candidate.named for c in earlier)
     contenders = []
     for result in results:
-        if not accepted(result, count):
-            continue
         candidate = stage.candidates[result.name]
+        if not accepted(result, paid[candidate.kind]):
+            continue
         size = size_beside_base(body, stage.contest.evidence.blocks[result.block], result)
         limit = max(least, SHAPE_AFTER_NAMED * within) if named_before else least
         if large_enough(stage, result, size, least if candidate.named else limit):
@@ -276,6 +277,6 @@ def needed_beside(stage: Field, chosen: Contender, rival: str, results: Sequence
     beside = Contest(left).test(chosen.result.block)
     return (
         beside is not None
-        and accepted(beside, tests_made(stage))
+        and accepted(beside, tests_paid(stage)["effect"])
         and beside.gain >= RIVAL_SHARE * chosen.gain
     )

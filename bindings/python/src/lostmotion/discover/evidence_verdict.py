@@ -27,7 +27,7 @@ from lostmotion.discover.evidence_contest import (
     estimate,
     estimate_beside,
 )
-from lostmotion.discover.judging import tests_made
+from lostmotion.discover.judging import family_p
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
 from lostmotion.discover.selection import SIZE_LEAST
 
@@ -127,7 +127,7 @@ def list_candidates(body: Body, rounds: Rounds, shown: list[str]) -> list[dict[s
                 "confused_with": sorted(step.rivals) if one is not None else [],
                 "plausible": plausible(effect, np.array(list(values.values()))),
                 "testable": True,
-                "p": float(min(1.0, result.p * tests_made(step.field))),
+                "p": family_p(step.field, candidate, result),
                 **({} if one is None else {"size_arcsec": one.size}),
             }
     return sorted(found.values(), key=lambda c: (c["name"] not in shown, -c["evidence"], c["name"]))
@@ -145,7 +145,7 @@ def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, An
         {
             "covariate": one.candidate.covariate,
             "shape": one.candidate.shape,
-            "p": float(min(1.0, one.result.p * tests_made(step.field))),
+            "p": family_p(step.field, one.candidate, one.result),
             "rms_arcsec": one.size,
         }
         for one, step in shapes

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.discover.candidates import KINDS, Candidate
 from lostmotion.discover.contest import FLIP_LEVEL, Result
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.study import Field
@@ -16,7 +18,9 @@ from lostmotion.discover.tangents import form_of
 FloatArray = npt.NDArray[np.float64]
 
 P_LIMIT = 0.01
-"""Of the F test after Bonferroni; the sign flips have their own level."""
+"""Of the F test, over all candidates; the sign flips have their own level. It is shared evenly
+among the kinds of candidates, and within a kind among its tests (Bonferroni): a hundred ripples,
+each of which shows within every run, do not drown the few ways in which runs may differ."""
 
 GAIN_LEAST = 2.0
 """Least leave-one-run-out gain, nats."""
@@ -80,18 +84,28 @@ def judge(stage: Field, block: str) -> Result | None:
 
 
 def accepted(result: Result, count: int) -> bool:
-    """All three gates; where the plan lets few runs show it, the F test makes up for the flips."""
+    """All three gates; where the plan lets few runs show it, the F test makes up for the flips.
+
+    `count` is how many tests the candidate pays for (`tests_paid`).
+    """
     share = FLIP_LEVEL / result.flip_limit
     spread = result.flip_p <= FLIP_LEVEL and result.p * count <= P_LIMIT
     few = result.flip_p <= result.flip_limit and result.p * count <= P_LIMIT * share
     return (spread or few) and result.gain >= GAIN_LEAST
 
 
-def tests_made(stage: Field) -> int:
-    """Number of tests of a round, for Bonferroni."""
-    return sum(
-        1 + len(set(c.start_of)) * (len(set(c.start_of)) > 1) for c in stage.candidates.values()
-    )
+def tests_paid(stage: Field) -> dict[str, int]:
+    """For each kind of candidate how many tests one of them pays for."""
+    made: Counter[str] = Counter()
+    for candidate in stage.candidates.values():
+        starts = len(set(candidate.start_of))
+        made[candidate.kind] += candidate.tests + (starts if starts > 1 else 0)
+    return {kind: len(made) * max(made[kind], 1) for kind in KINDS}
+
+
+def family_p(stage: Field, candidate: Candidate, result: Result) -> float:
+    """Chance that any candidate does as well where there is nothing."""
+    return min(1.0, result.p * tests_paid(stage)[candidate.kind])
 
 
 def size_of(stage: Field, result: Result) -> float:

@@ -91,12 +91,17 @@ def rate_groups(time_s: FloatArray, starts: IntArray) -> IntArray:
         step = np.diff(time_s[a:b])
         # A clock with coarse ticks repeats itself: the mean step is what counts.
         steps.append(max(float(np.mean(step)), 1e-9) if step.size else 1.0)
-    group = np.zeros(len(steps), dtype=np.intp)
+    return group_within(np.array(steps), RATE_TOLERANCE)
+
+
+def group_within(values: FloatArray, factor: float) -> IntArray:
+    """Number positive values, from the least on, so that those of a group agree within a factor."""
+    group = np.zeros(values.size, dtype=np.intp)
     last, number = -np.inf, -1
-    for i in np.argsort(steps, kind="stable"):
-        if np.log(steps[i]) - last > np.log(RATE_TOLERANCE):
+    for i in np.argsort(values, kind="stable"):
+        if np.log(values[i]) - last > np.log(factor):
             number += 1
-            last = np.log(steps[i])
+            last = np.log(values[i])
         group[i] = number
     return group
 

@@ -89,6 +89,7 @@ def strongest(base: Base, channel: str, turns: FloatArray, turning: list[slice])
             f"{order:.4g} per revolution",
             trials=max(int(span * highest), 1),
             also=over_the_output(c, order) if channel == "input_angle" else [],
+            kind="ripple",
         )
     ]
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from lostmotion.discover import shapes as shape_room
 from lostmotion.discover.base import Base
+from lostmotion.discover.between_runs import between_runs
 from lostmotion.discover.candidates import LOAD_NEEDS, Candidate, named_candidates
 from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
@@ -22,12 +23,11 @@ from lostmotion.discover.judging import (
     judge_all,
     large_enough,
     size_of,
-    tests_made,
+    tests_paid,
     told_apart,
 )
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.refits import Contender, refit, refitted, sharpen, stands, term_stands
-from lostmotion.discover.run_steps import run_steps
 from lostmotion.discover.study import (
     Field,
     Settled,
@@ -37,6 +37,7 @@ from lostmotion.discover.study import (
     noise_rms,
     plain_of,
     settle,
+    term_places,
     term_size,
 )
 from lostmotion.discover.threads import in_parallel
@@ -69,10 +70,15 @@ LEFTOVER_SHARE = 0.12
 share of its size on."""
 
 TWIN_SHARE = 0.3
-"""The same share for an effect that is known to be confused with one in the model."""
+"""The same share for an effect that is known to be confused with one in the model ..."""
+
+ALIKE_SHARE = 0.25
+"""... and of which that one could do this share here: a plan may show well apart what others do
+not, as orders 2 and 2.02 of a turn over a whole turn of the output."""
 
 SIMPLER_SHARE = 0.97
-"""An effect with fewer values that reaches this share of the best one's gain is the answer."""
+"""An effect, or a shape, with fewer values that reaches this share of the best one's gain is the
+answer."""
 
 NAMED_SHARE = 0.75
 """A named effect that reaches this share of the best shape's gain is the answer: a real effect
@@ -151,17 +157,16 @@ def choose(
     kept : mapping, optional
         Effects that are in the model, with their sizes.
     """
-    count = tests_made(stage)
-    leads = find_leads(stage, results, count, least, least_shape)
+    paid = tests_paid(stage)
+    leads = find_leads(stage, results, paid, least, least_shape)
     if plain is not None:
-        leads = add_leads(leads, *plain, count)
+        leads = add_leads(leads, *plain, paid["effect"])
 
     def counts(lead: Lead, size: float) -> bool:
-        effect = lead.stage.candidates[lead.result.name].effect
-        limit = max(least, least_beside(effect, kept or {}))
+        limit = max(least, least_beside(lead.stage, lead.result, kept or {}))
         return large_enough(lead.stage, lead.result, size, limit)
 
-    leads = [lead for lead in leads if lead.size is not None and counts(lead, lead.size)]
+    leads = [lead for lead in leads if lead.size is None or counts(lead, lead.size)]
     leads += far_leads(leads, stage, results)
     if not leads:
         return Step(stage, results, None, [], least_arcsec=least)
@@ -172,14 +177,14 @@ def choose(
         contender.passes = (
             contender.gain >= GAIN_LEAST
             and counts(lead, contender.size)
-            and (not contender.candidate.named or stands(contender, count))
+            and (not contender.candidate.named or stands(contender, paid["effect"]))
         )
         return contender
 
     contenders = best_starts(in_parallel(follow, leads))
     fit = [c for c in contenders if c.passes]
     best_named = simplest([c for c in fit if c.candidate.named])
-    best_shape = max((c for c in fit if not c.candidate.named), key=lambda c: c.gain, default=None)
+    best_shape = simplest([c for c in fit if not c.candidate.named])
     if best_shape is not None:
         sharper = sharpen(stage, best_shape)
         if sharper is not None:
@@ -214,7 +219,7 @@ def fitted_size(contender: Contender) -> float:
 
 
 def simplest(contenders: list[Contender]) -> Contender | None:
-    """Find the effect that gains most, or one with fewer values that does next to as well."""
+    """Find the one that gains most, or one with fewer values that does next to as well."""
     best = max(contenders, key=lambda c: c.gain, default=None)
     if best is None:
         return None
@@ -224,38 +229,45 @@ def simplest(contenders: list[Contender]) -> Contender | None:
 
 
 def free_count(contender: Contender) -> int:
-    """Number of values that the fit of an effect may move."""
-    assert contender.candidate.effect is not None
-    return len(contender.candidate.effect.free())
+    """Number of values that the fit of a candidate may move."""
+    effect = contender.candidate.effect
+    return contender.candidate.columns.shape[1] if effect is None else len(effect.free())
 
 
-def least_beside(effect: Effect | None, kept: Mapping[str, tuple[Effect, float]]) -> float:
+def least_beside(stage: Field, result: Result, kept: Mapping[str, tuple[Effect, float]]) -> float:
     """Least size of an effect beside those that are in the model.
 
     What is left of an effect whose form is not exactly right looks like its twins.
     """
+    effect = stage.candidates[result.name].effect
     if effect is None:
         return 0.0
-    return max(
-        (
-            TWIN_SHARE * size
-            for name, (other, size) in kept.items()
-            if name in effect.confused_with or effect.name in other.confused_with
-        ),
-        default=0.0,
-    )
+    base, contest = stage.settled.base, stage.contest
+    least = 0.0
+    for place, term in enumerate(base.terms):
+        other, size = kept.get(term.effect.name, (term.effect, 0.0))
+        twins = other.name in effect.confused_with or effect.name in other.confused_with
+        if twins and TWIN_SHARE * size > least:
+            own = contest.evidence.fixed[term_places(base, place)]
+            if contest.taken_up(result.block, result.coefficients, own) >= ALIKE_SHARE:
+                least = TWIN_SHARE * size
+    return least
 
 
 def find_leads(
-    stage: Field, results: list[Result], count: int, least: float, least_shape: float | None
+    stage: Field,
+    results: list[Result],
+    paid: Mapping[str, int],
+    least: float,
+    least_shape: float | None,
 ) -> list[Lead]:
     """Find the strongest of those that pass all gates where the base stands."""
     passed = []
     for result in results:
-        if accepted(result, count):
+        candidate = stage.candidates[result.name]
+        if accepted(result, paid[candidate.kind]):
             size = size_of(stage, result)
-            named = stage.candidates[result.name].named
-            limit = least_shape if least_shape is not None and not named else least
+            limit = least_shape if least_shape is not None and not candidate.named else least
             if large_enough(stage, result, size, limit):
                 passed.append(Lead(stage, result, size))
     if not passed:
@@ -288,13 +300,13 @@ def far_leads(leads: list[Lead], stage: Field, results: list[Result]) -> list[Le
 def add_leads(leads: list[Lead], plain: Field, results: list[Result], count: int) -> list[Lead]:
     """Add the strongest named ones of the base without deviations; they start from there.
 
-    Whether they stand is judged later, where the model with them is: this only finds them. One that
-    was found already gets a second start.
+    Whether they stand, and how large they are, is judged later, where the model with them is: this
+    only finds them. One that was found already gets a second start.
     """
     strong = sorted((r for r in results if r.p * count <= P_LIMIT), key=lambda r: (-r.wald, r.name))
     known = {lead.result.name for lead in leads}
     found = strong[:REFITS_NAMED] + [r for r in strong[REFITS_NAMED:] if r.name in known]
-    return leads + [Lead(plain, result, size_of(plain, result)) for result in found]
+    return leads + [Lead(plain, result, None) for result in found]
 
 
 def best_starts(contenders: list[Contender]) -> list[Contender]:
@@ -392,7 +404,7 @@ def select(
         ):
             break
         assert step.chosen.settled is not None
-        settled = without_idle(step.chosen.settled, len(base.terms), tests_made(stage))
+        settled = without_idle(step.chosen.settled, len(base.terms), tests_paid(stage)["effect"])
         trail.append(settled)
         say("refit")
     return Selection(steps, trail, noise, max((size for _, size in given.values()), default=0.0))
@@ -434,8 +446,8 @@ def contest_under(
     """Settle the base under a noise model and judge every candidate."""
     settled = settle(base, noise)
     # What is left of an effect is often another in quick runs, and is no second cause.
-    steps = [] if base.terms else run_steps(settled.base, settled.contest)
-    stage = make_field(settled, [*candidates, *steps], closed)
+    own = [] if base.terms else between_runs(settled.base, settled.contest)
+    stage = make_field(settled, [*candidates, *own], closed)
     return stage, judge_all(stage)
 
 

@@ -6,6 +6,8 @@ on what it depends and how.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -141,6 +143,7 @@ def waves(base: Base) -> list[Candidate]:
                 side_by_side(np.cos(phase), np.sin(phase)),
                 "torque",
                 f"ripple of {span / k:.3g} Nm",
+                kind="ripple",
             )
         )
     for channel in ("input_angle", "output_angle"):
@@ -157,6 +160,7 @@ def waves(base: Base) -> list[Candidate]:
                     side_by_side(np.cos(order * angle), np.sin(order * angle)),
                     channel,
                     f"{order:g} per revolution",
+                    kind="ripple",
                 )
             )
     return out
@@ -191,7 +195,9 @@ def finer(base: Base, coarse: Candidate) -> list[Candidate]:
         columns = side_by_side(np.cos(phase), np.sin(phase))
         name = f"{kind[0]} {k:.6g} {' '.join(kind[2:])}"
         also = over_the_output(c, float(k)) if coarse.also else []
-        out.append(Candidate(name, False, columns, coarse.covariate, word, also=also))
+        out.append(
+            Candidate(name, False, columns, coarse.covariate, word, also=also, kind=coarse.kind)
+        )
     return out
 
 
@@ -212,4 +218,4 @@ def with_neighbours(base: Base, wave: Candidate) -> Candidate:
         x = c.columns[f"{wave.covariate}_rad"]
         x = (x - x.mean()) / max(float(np.std(x)), 1e-12)
     columns = side_by_side(wave.columns, wave.columns * x[:, None])
-    return Candidate(wave.name, False, columns, wave.covariate, wave.shape, also=wave.also)
+    return replace(wave, columns=columns)

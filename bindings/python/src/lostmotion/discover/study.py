@@ -348,18 +348,20 @@ def plain_of(settled: Settled) -> Base:
 def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     """Evidence for a term that is in the model, linearised where the model with it stands.
 
-    What the term does is put back into the residual; its free values are the block of that name.
+    What the term does is put back into the residual; its free values are the block of that name, or
+    all that it does where it has none.
     """
     base = settled.base
     point = base.at()
     fixed, precision, scatter, response = columns_of(base, point)
     name, own = base.terms[place].effect.name, term_places(base, place)
-    response = response + term_angle(base, place, fixed)
+    done = term_angle(base, place, fixed)
+    response = response + done
     evidence = gather(
         np.delete(fixed, own, axis=1),
         np.delete(precision, own),
         scatter,
-        [(name, fixed[:, own])],
+        [(name, fixed[:, own] if own.size else done[:, None])],
         response - float(np.mean(response)),
         settled.noise,
         base.conditions.starts,
@@ -375,8 +377,15 @@ def term_places(base: Base, place: int) -> npt.NDArray[np.intp]:
 
 
 def term_angle(base: Base, place: int, fixed: FloatArray) -> FloatArray:
-    """What a term adds to the model, arc seconds, as far as it scales with its values (Euler)."""
+    """What a term adds to the model, arc seconds, as far as it scales with its values (Euler).
+
+    One without free values, as a tooth that has slipped, adds what the model lacks without it.
+    """
     term = base.terms[place]
+    if not term.free:
+        without = base.copy()
+        del without.terms[place]
+        return base.angle() - without.angle()
     scaling = term.effect.scaling()
     carries = [k for k, i in enumerate(term.free) if i in scaling]
     columns = fixed[:, term_places(base, place)[carries]]

@@ -1,12 +1,14 @@
-"""Runs that fall into two classes: a part of the base is another from one recording on.
+"""What runs have of their own: two classes of them, or a part of the base that drifts steadily.
 
 A low polynomial cannot follow what sets in at a threshold, when a few quick runs at the end of a
 channel are all that is beyond it. Every way of parting the runs along a channel is looked at; the
-best one competes, and its test pays for all that were looked at.
+best one competes, and its test pays for all that were looked at. A polynomial also spends most of
+its directions on bends that a drift does not have; there are few runs to pay for them.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +17,7 @@ import numpy.typing as npt
 from lostmotion.discover.base import DEVIATIONS, Base
 from lostmotion.discover.candidates import Candidate
 from lostmotion.discover.contest import Contest, reduce
+from lostmotion.discover.noise import group_within
 from lostmotion.discover.shapes import usual_rates
 
 FloatArray = npt.NDArray[np.float64]
@@ -23,21 +26,36 @@ Mask = npt.NDArray[np.bool_]
 SIDE_LEAST = 2
 """Runs on either side: what a single run does no other run can confirm."""
 
+SAME_RATE = 1.25
+"""Runs whose load changes as quickly within this factor are of one rate: the noise of the torque
+makes each a little different, and no cause sets in between them."""
+
+STANDING = 1e-3
+"""Share of the quickest rate below which a load stands still."""
+
 
 def run_channels(base: Base) -> dict[str, tuple[FloatArray, str]]:
     """Quantities that are one number for each run, and their units."""
-    first = base.conditions.starts[:-1]
+    rates = usual_rates(base)[base.conditions.starts[:-1]]
     return {
-        "torque_rate": (usual_rates(base)[first], "Nm/s"),
+        "torque_rate": (levels(rates), "Nm/s"),
         "run": (np.arange(base.conditions.runs, dtype=np.float64), ""),
     }
 
 
+def levels(rates: FloatArray) -> FloatArray:
+    """Rates with those that are the same in practice made the same, by their geometric mean."""
+    floored = np.maximum(rates, STANDING * max(float(rates.max(initial=0.0)), 1e-300))
+    group = group_within(floored, SAME_RATE)
+    sums = np.bincount(group, weights=np.log(floored))
+    return np.asarray(np.exp(sums / np.bincount(group))[group])
+
+
 def partings(values: FloatArray) -> list[tuple[float, Mask]]:
     """Every threshold between different values, with the runs beyond it."""
-    levels = np.unique(values)
+    found = np.unique(values)
     out = []
-    for below, above in pairwise(levels.tolist()):
+    for below, above in pairwise(found.tolist()):
         beyond = values >= above
         if SIDE_LEAST <= np.count_nonzero(beyond) <= values.size - SIDE_LEAST:
             out.append((float(0.5 * (below + above)), beyond))
@@ -59,6 +77,11 @@ def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
     left = own - np.einsum("mi,mi->m", cross, np.linalg.solve(h0, cross.T).T)
     seen = left > 1e-9 * np.maximum(own, 1e-300)
     return np.where(seen, score**2 / np.where(seen, left, 1.0), 0.0)
+
+
+def between_runs(base: Base, contest: Contest) -> list[Candidate]:
+    """All ways in which runs may differ that compete."""
+    return [*run_steps(base, contest), *run_drifts(base)]
 
 
 def run_steps(base: Base, contest: Contest) -> list[Candidate]:
@@ -83,9 +106,15 @@ def run_steps(base: Base, contest: Contest) -> list[Candidate]:
             )
             shape = f"{part}, a step {where}"
             if key in out:
-                # Two channels that part the runs alike cannot be told apart.
-                out[key].also.append((channel, shape))
-                out[key].trials += len(found)
+                # Two channels that part the runs alike cannot be told apart. Each has its test, and
+                # either may be the one that passes: the one with fewer partings.
+                one = out[key]
+                out[key] = replace(
+                    one,
+                    trials=min(one.trials, len(found)),
+                    tests=one.tests + 1,
+                    also=[*one.also, (channel, shape)],
+                )
                 continue
             out[key] = Candidate(
                 f"step of {part} by {channel}",
@@ -94,5 +123,24 @@ def run_steps(base: Base, contest: Contest) -> list[Candidate]:
                 channel,
                 shape,
                 trials=len(found),
+                kind="run",
             )
     return list(out.values())
+
+
+def run_drifts(base: Base) -> list[Candidate]:
+    """Each part of the base as it changes by the same from every run to the next."""
+    c = base.conditions
+    tangents = base.run_columns(base.at())
+    along = np.linspace(-1.0, 1.0, c.runs)[c.run_of]
+    return [
+        Candidate(
+            f"drift of {part} by run",
+            False,
+            (tangents[:, place] * along)[:, None],
+            "run",
+            f"{part}, a steady drift",
+            kind="run",
+        )
+        for place, part in enumerate(DEVIATIONS)
+    ]
