@@ -176,6 +176,11 @@ class Base:
         begins = [int(c.starts[run]) for run in c.campaign.sittings()]
         return [slice(a, b) for a, b in pairwise([*begins, c.rows])]
 
+    @property
+    def has_effects(self) -> bool:
+        """Whether there is an effect whose form may leave something over; a slipped tooth cannot."""
+        return any(term.free for term in self.terms)
+
     # --- the parts -------------------------------------------------------------------------------
 
     def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:

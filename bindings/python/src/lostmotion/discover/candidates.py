@@ -36,6 +36,9 @@ LOAD_CHANNELS = {"torque", "torque_rate", "time"}
 """Conditions of effects, and quantities of shapes, that are the torque and its history."""
 
 
+NO_COLUMN = "not testable with these columns: no "
+"""How it begins why an effect is closed whose columns were not recorded."""
+
 KINDS = ("effect", "shape", "ripple", "run")
 """Named effects, smooth shapes, ripples over a torque or an angle, what runs have of their own."""
 
@@ -161,7 +164,7 @@ def named_candidates(
             continue
         missing = missing_columns(effect, c)
         if missing:
-            closed[name] = "not testable with these columns: no " + ", ".join(missing)
+            closed[name] = NO_COLUMN + ", ".join(missing)
             continue
         if name in LATENT and not varies(c, SEEN_BY.get(name)):
             closed[name] = "not testable: " + LATENT[name]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from lostmotion.discover.base import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
 from lostmotion.discover.campaign_evidence import Body
-from lostmotion.discover.candidates import LATENT, Candidate, missing_columns, tangent
+from lostmotion.discover.candidates import LATENT, NO_COLUMN, Candidate, missing_columns, tangent
 from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.diagnosis import Diagnosis
 from lostmotion.discover.effects import Effect
@@ -139,7 +139,7 @@ def common_candidates(
     for name, effect in effects.items():
         missing = missing_columns(effect, c)
         if missing:
-            closed[name] = "not testable with these columns: no " + ", ".join(missing)
+            closed[name] = NO_COLUMN + ", ".join(missing)
         elif name in LATENT:
             closed[name] = "not testable: " + LATENT[name]
         else:

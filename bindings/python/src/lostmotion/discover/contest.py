@@ -389,8 +389,8 @@ class Contest:
         n = e.blocks[block].size
         whole = float(coefficients @ m[:n, :n] @ coefficients)
         cross = m[n:, :n] @ coefficients
-        own = m[n:, n:] + RANK * np.diag(np.diag(m[n:, n:]))
-        return float(cross @ np.linalg.solve(own, cross)) / whole if whole > 0 else 1.0
+        taken = float(cross @ np.linalg.pinv(m[n:, n:], rcond=RANK, hermitian=True) @ cross)
+        return taken / whole if whole > 0 else 1.0
 
     def angles(self, a: str, b: str, omega: FloatArray | None = None) -> FloatArray:
         """Principal angles between two candidates beside the base, degrees, least first."""

@@ -13,12 +13,20 @@ from scipy import special
 from scipy.optimize import brentq
 
 from lostmotion.backbone import Backbone
-from lostmotion.discover.base import DEVIATIONS, Additive, Base
+from lostmotion.discover.base import DEVIATIONS, Additive, Base, Term, start_values
+from lostmotion.discover.candidates import NO_COLUMN
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.drive_base import make_base, require_samples
 from lostmotion.discover.effects import Effect, library
-from lostmotion.discover.events import Event, dependence, find_events, step_columns
+from lostmotion.discover.events import (
+    EVENT_NAME,
+    Event,
+    dependence,
+    find_events,
+    lost_counts,
+    with_steps,
+)
 from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.judging import (
     P_LIMIT,
@@ -31,7 +39,17 @@ from lostmotion.discover.judging import (
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of, without_deviations
 from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, least_size, select
-from lostmotion.discover.study import Field, Settled, clean_outliers, noise_rms
+from lostmotion.discover.slipped_teeth import RATCHETING, slipped_teeth, slips_of
+from lostmotion.discover.study import (
+    Field,
+    Settled,
+    clean_outliers,
+    contest_of_term,
+    noise_rms,
+    swing_by_run,
+    term_size,
+)
+from lostmotion.discover.tangents import given_values
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
@@ -55,9 +73,6 @@ REFIT_STEPS = 8
 
 IMPLAUSIBLE = 100.0
 """A value this many times the typical one is marked."""
-
-EVENT_NAME = "step in run "
-"""How the names of the shapes begin that stand for events."""
 
 PIECES = 12
 """Pieces of work that a diagnosis usually has, for a progress bar."""
@@ -184,45 +199,63 @@ def _diagnose(
     ratio: float,
     progress: Callable[[str], None] | None,
 ) -> Diagnosis:
+    slipped = put_in_slips(base, chosen_from, ratio)
     base.first_fit()
     outliers = clean_outliers(base)
     if outliers:
         base.fit(steps=REFIT_STEPS)
     if progress is not None:
         progress("base")
+    events = lost_counts(base, ratio)
+    if events:
+        base = with_steps(base, events)
+        base.fit(steps=REFIT_STEPS)
     selection = select(base, chosen_from, ratio, progress=progress)
-    events: list[Event] = []
-    last = selection.settled[-1]
-    found = find_events(last.base, selection.noise, noise_rms(selection.noise, base))
+    found = new_events(selection, base, events)
     if found:
-        events = found
-        again = base.copy()
-        for event in events:
-            columns = step_columns(base, event)
-            again.additives.append(
-                Additive(
-                    f"{EVENT_NAME}{base.conditions.labels[event.run]}",
-                    columns,
-                    np.full(columns.shape[1], event.size_arcsec),
-                    "time",
-                    "step",
-                )
-            )
+        events += found
+        again = with_steps(base, found)
         again.fit(steps=REFIT_STEPS)
         selection = select(again, chosen_from, ratio, progress=progress)
-        more = find_events(
-            selection.settled[-1].base, selection.noise, noise_rms(selection.noise, base)
-        )
-        events += [e for e in more if all(e.row != other.row for other in events)]
-    diagnosis = conclude(selection, events, chosen_from, ratio)
+        events += new_events(selection, base, events)
+    diagnosis = conclude(selection, events, chosen_from, ratio, slipped)
     diagnosis.details["outliers"] = outliers
     return diagnosis
 
 
+def new_events(selection: Selection, base: Base, known: list[Event]) -> list[Event]:
+    """Find events that are not known yet beside what was selected."""
+    noise = selection.noise
+    found = find_events(selection.settled[-1].base, noise, noise_rms(noise, base))
+    return [event for event in found if all(event.row != other.row for other in known)]
+
+
+def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int:
+    """Put teeth that slipped into a base before it is fitted; returns how many effects that took.
+
+    They would spoil every fit, and no unit of evidence shows them: they stand in one run.
+    """
+    effect = effects.get(RATCHETING)
+    if effect is None or any(term.effect.name == RATCHETING for term in base.terms):
+        return 0
+    values = slipped_teeth(base, effect, start_values(effect, given_values(base, ratio)))
+    if values is None:
+        return 0
+    base.terms.append(Term(effect, values, effect.free()))
+    return 1
+
+
 def conclude(
-    selection: Selection, events: list[Event], effects: Mapping[str, Effect], ratio: float
+    selection: Selection,
+    events: list[Event],
+    effects: Mapping[str, Effect],
+    ratio: float,
+    slipped: int = 0,
 ) -> Diagnosis:
-    """Turn a selection into an answer."""
+    """Turn a selection into an answer.
+
+    The last `slipped` effects that the base had at the start were put in by `put_in_slips`.
+    """
     steps = selection.steps
     final = selection.settled[-1]
     base = final.base
@@ -233,10 +266,13 @@ def conclude(
     left_over = steps[-1:] if steps[-1].chosen is not None and len(taken) < len(found) else []
     # What the drive file brought along is not missing.
     present = [term.effect.name for term in base.terms]
-    names = present[len(selection.settled[0].base.terms) :]
+    given = len(selection.settled[0].base.terms) - slipped
+    names = present[given:]
     nameless = bool(shapes_of(base) or events)
     within = noise_rms(selection.noise, base)
     models = for_all_runs(selection)
+    if slipped:
+        models.insert(0, without_slips(models[0], given))
     ladder = make_ladder(models)
     floor = noise_floor(final, within, ladder[-1]["rms_heldout_arcsec"])
     rivals = sorted({name for step in taken for name in step.rivals if name not in present})
@@ -245,14 +281,15 @@ def conclude(
     # Beside an effect that was found, or one that differs between runs, it may be what the form
     # of that does not meet.
     meets = verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms)
-    odd = find_odd_runs(final.contest) if meets else None
+    odd = find_odd_runs(final.contest, swing_by_run(base, base.at())) if meets else None
     odd_size = 0.0 if odd is None else size_of_odd(base, odd)
     if odd is not None and odd_size >= least_size(within, selection.given_arcsec):
         verdict = "unexplained"
         depends.append(odd.told(c.labels, odd_size))
     else:
         odd, odd_size = None, 0.0
-    before = ladder[0]["rms_arcsec"] ** 2
+    slips = range(given, given + slipped)
+    before = ladder[slipped]["rms_arcsec"] ** 2
     unnamed = sum(
         s.chosen.size**2 for s in taken if s.chosen is not None and not s.chosen.candidate.named
     )
@@ -266,8 +303,11 @@ def conclude(
         shown,
         floor,
         ladder,
-        list_candidates(selection, effects, rivals, ladder),
-        told,
+        [
+            *(of_slip(final, place, ladder[1], selection.steps[-1]) for place in slips),
+            *list_candidates(selection, effects, rivals, ladder),
+        ],
+        [*(slip for place in slips for slip in told_slips(base, place, within)), *told],
         detectable(last_step.field, within, last_step.field.form_arcsec),
         {"share": share, "depends_on": depends},
         advise(verdict, names, rivals, effects, last_step.field, c.runs, odd),
@@ -386,6 +426,47 @@ def for_all_runs(selection: Selection) -> list[Base]:
     return models
 
 
+def without_slips(base: Base, place: int) -> Base:
+    """Refit a base without the teeth that slipped."""
+    plain = base.copy()
+    del plain.terms[place]
+    plain.fit(steps=REFIT_STEPS)
+    return plain
+
+
+def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -> dict[str, Any]:
+    """Make the entry of teeth that slipped among the candidates."""
+    term = settled.base.terms[place]
+    contest, name = contest_of_term(settled, place)
+    result = contest.test(name)
+    paid = tests_paid(step.field)["effect"]
+    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+    return {
+        "name": name,
+        "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
+        "evidence": 0.0 if result is None else result.gain,
+        "parameters": values,
+        "at_bound": [],
+        "not_fitted": not_fitted(term.effect),
+        "confused_with": [],
+        "plausible": plausible(term.effect, term.values),
+        "testable": True,
+        "p": 1.0 if result is None else min(1.0, result.p * paid),
+        "size_arcsec": term_size(settled.base, place),
+    }
+
+
+def told_slips(base: Base, place: int, within: float) -> list[dict[str, Any]]:
+    """Say in which runs and at which moments teeth slipped."""
+    c, term = base.conditions, base.terms[place]
+    found = []
+    for row, size_rad in slips_of(c, term.effect, term.values).items():
+        size, run = size_rad / ARCSEC, int(c.run_of[row])
+        event = Event(run, row, float(c.time_s[row]), size, abs(size) / within)
+        found.append(event.told(c.labels))
+    return found
+
+
 def make_ladder(models: list[Base]) -> list[dict[str, Any]]:
     """Fitted and held-out error of the base and after each term."""
     rungs = []
@@ -454,7 +535,7 @@ def list_candidates(
                 continue
             shown.add(name)
             term = present[name]
-            rung = ladder[min(number + 1, len(ladder) - 1)]
+            rung = next(r for r in ladder[number + 1 :] if name in r["effects"])
             values = {
                 v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)
             }
@@ -513,7 +594,7 @@ def list_candidates(
         )
     closed = {**selection.steps[0].field.closed, **stage.field.closed}
     for name in effects:
-        if name not in shown:
+        if name not in shown and (name != RATCHETING or name not in present):
             out.append(
                 {
                     "name": name,
@@ -647,4 +728,7 @@ def advise(
     blind = sorted(name for name, why in stage.closed.items() if why.startswith("not visible"))
     if blind:
         what += f" This plan could not have shown: {', '.join(blind)}."
+    lacking = sorted(name for name, why in stage.closed.items() if NO_COLUMN in why)
+    if lacking:
+        what += f" Without their columns nothing is known of: {', '.join(lacking)}."
     return what

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import special
 
-from lostmotion.discover.base import Base
+from lostmotion.discover.base import Additive, Base
 from lostmotion.discover.conditions import side_by_side
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.study import columns_of
-from lostmotion.units import plain_number
+from lostmotion.units import ARCSEC, plain_number
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -45,6 +46,13 @@ EDGE = 5
 """Samples at either end of a run where a step cannot be told from the offset."""
 
 EVENTS_MAX = 20
+
+EVENT_NAME = "step in run "
+"""How the names of the shapes begin that stand for events."""
+
+LOST_LEAST = 3.0
+"""Least jump of the input's encoder that is looked at, seen at the output, over the scatter of the
+lost motion from sample to sample."""
 
 
 @dataclass
@@ -81,7 +89,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
         "covariate": "time",
         "shape": f"step of {plain_number(event['size_arcsec'])} arcsec in run {event['run']} "
         f"at {event['time_s']:.6g} s",
-        "p": float(2 * special.ndtr(-event["score"]) * rows),
+        "p": min(1.0, float(2 * special.ndtr(-event["score"]) * rows)),
     }
 
 
@@ -185,6 +193,47 @@ def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:
             found.append(event)
     found.sort(key=lambda e: e.row)
     return found[:EVENTS_MAX]
+
+
+def lost_counts(base: Base, ratio: float) -> list[Event]:
+    """Find where the input's encoder jumps and the lost motion with it: counts that were lost.
+
+    They are told from what the drive does by the encoder's own reading, before anything is fitted:
+    a shape over the angle, which jumps with it, could make the same step.
+    """
+    c = base.conditions
+    angle = c.columns.get("input_angle_rad")
+    if angle is None:
+        return []
+    found = []
+    for run, at in enumerate(c.slices()):
+        y, turned = base.measured[at], np.diff(angle[at]) / (ratio * ARCSEC)
+        if turned.size <= 2 * EDGE:
+            continue
+        jump = turned - np.median(sliding_window_view(np.pad(turned, 2, "edge"), 5), axis=1)
+        usual = 1.4826 * float(np.median(np.abs(jump)))
+        noise = 1.4826 * float(np.median(np.abs(np.diff(y) - np.median(np.diff(y)))))
+        for k in np.flatnonzero(np.abs(jump) > SCORE_LEAST * usual + LOST_LEAST * noise) + 1:
+            if not EDGE <= k < y.size - EDGE:
+                continue
+            change = float(np.median(y[k : k + EDGE]) - np.median(y[k - EDGE : k]))
+            size = -float(jump[k - 1])
+            if abs(change - size) <= SEEN_SHARE * abs(size):
+                row = int(at.start + k)
+                score = abs(size) / noise * np.sqrt(EDGE)  # levels over so many samples
+                found.append(Event(run, row, float(c.time_s[row]), size, float(score)))
+    return found
+
+
+def with_steps(base: Base, events: Sequence[Event]) -> Base:
+    """A base with the steps of events in it."""
+    again = base.copy()
+    for event in events:
+        columns = step_columns(base, event)
+        sizes = np.full(columns.shape[1], event.size_arcsec)
+        name = f"{EVENT_NAME}{base.conditions.labels[event.run]}"
+        again.additives.append(Additive(name, columns, sizes, "time", "step"))
+    return again
 
 
 def step_columns(base: Base, event: Event) -> FloatArray:

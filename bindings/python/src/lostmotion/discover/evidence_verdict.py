@@ -49,7 +49,9 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     nameless = bool(events) or any(not one.candidate.named for one in rounds.chosen)
     verdict, shown = decide(runs, names, twins, nameless)
     noise, floor = noise_of(body, rounds)
-    apart = find_odd_runs(rounds.steps[-1].field.contest) if verdict == "complete" else None
+    swing = np.array(body.about["swing_arcsec"])
+    contest = rounds.steps[-1].field.contest
+    apart = find_odd_runs(contest, swing) if verdict == "complete" else None
     if apart is not None and size_of_odd(body, apart) >= SIZE_LEAST * rounds.within:
         verdict = "unexplained"
     else:

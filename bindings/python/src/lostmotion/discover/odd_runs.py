@@ -33,6 +33,10 @@ SHARE_MOST = 0.2
 RUN_NEEDS = {"temperature_C", "cycles"}
 """Conditions in which runs differ from each other, as far as they are recorded."""
 
+ALIKE_LEAST = 3
+"""So many runs that stand apart and are just those of one load hang on the load, which is recorded:
+what the form of the base does not meet there is no unknown cause."""
+
 TOLD_LEAST = 0.1
 """Least share of a part's variance that a run's recordings must tell: a run that never reverses
 says nothing of friction."""
@@ -75,8 +79,15 @@ class OddRuns:
         }
 
 
-def find_odd_runs(contest: Contest) -> OddRuns | None:
-    """Find the runs that stand apart most, where any do."""
+def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
+    """Find the runs that stand apart most, where any do.
+
+    Parameters
+    ----------
+    contest : Contest
+    load : ndarray
+        Of each run, in any unit: what the base does in it.
+    """
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
     delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
@@ -89,11 +100,21 @@ def find_odd_runs(contest: Contest) -> OddRuns | None:
         spread = np.sqrt(omega[place] * share[there, place])
         odd, p = apart(own[there, place] / spread, LEVEL / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
+        if parted_by(load[there], odd):
+            continue
         if odd and (best is None or p < best.p):
             runs = np.sort(there[odd])
             values = own[runs, place] / e.scale[e.scatter[place]]
             best = OddRuns(part, runs.tolist(), values.tolist(), p)
     return best
+
+
+def parted_by(load: FloatArray, odd: Sequence[int]) -> bool:
+    """Whether runs that stand apart are just those of one load, with no other run between them."""
+    if len(odd) < ALIKE_LEAST:
+        return False
+    own, others = load[list(odd)], np.delete(load, list(odd))
+    return not bool(np.any((others >= own.min()) & (others <= own.max())))
 
 
 def share_told(contest: Contest) -> FloatArray:

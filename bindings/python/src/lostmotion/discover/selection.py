@@ -15,6 +15,7 @@ from lostmotion.discover.between_runs import between_runs
 from lostmotion.discover.candidates import LOAD_NEEDS, Candidate, named_candidates
 from lostmotion.discover.contest import Result
 from lostmotion.discover.effects import Effect
+from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.judging import (
     GAIN_LEAST,
     P_LIMIT,
@@ -27,7 +28,15 @@ from lostmotion.discover.judging import (
     told_apart,
 )
 from lostmotion.discover.noise import Noise
-from lostmotion.discover.refits import Contender, refit, refitted, sharpen, stands, term_stands
+from lostmotion.discover.refits import (
+    Contender,
+    refit,
+    refitted,
+    sharpen,
+    stands,
+    term_stands,
+    without_deviations,
+)
 from lostmotion.discover.study import (
     Field,
     Settled,
@@ -47,6 +56,9 @@ FloatArray = npt.NDArray[np.float64]
 SIZE_LEAST = 0.1
 """Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
 noise is as good as recordings can tell in practice."""
+
+P_SURE = 1e-3
+"""A shape whose p over all candidates is larger must also lower the error on unseen runs."""
 
 REFITS_NAMED, REFITS_SHAPES = 3, 2
 """How many of the strongest are refitted."""
@@ -191,6 +203,10 @@ def choose(
             sharper.size = best_shape.size
             contenders.append(sharper)
             best_shape = max(best_shape, sharper, key=lambda c: c.gain)
+        if best_shape.result.p * paid[best_shape.candidate.kind] > P_SURE and raises_held_out(
+            stage, best_shape
+        ):
+            best_shape = None
     chosen = best_named or best_shape
     if best_named is not None and best_shape is not None:
         nested = False
@@ -207,8 +223,25 @@ def choose(
             chosen = best_shape
     step = Step(stage, results, chosen, contenders, least_arcsec=least)
     if chosen is not None and chosen.candidate.named:
-        step.rivals = rivals(stage, results, contenders, chosen)
+        stand = {c.result.name for c in fit}
+        large = [
+            result
+            for result in results
+            if result.name in stand or counts(Lead(stage, result, None), size_of(stage, result))
+        ]
+        step.rivals = rivals(stage, large, contenders, chosen)
     return step
+
+
+def raises_held_out(stage: Field, shape: Contender) -> bool:
+    """Whether a shape makes the error on runs that a fit has not seen larger.
+
+    What single runs have of their own can be spelled out by a shape that no other run confirms.
+    """
+    assert shape.settled is not None
+    before = without_deviations(stage.settled.base)
+    after = without_deviations(shape.settled.base, before)
+    return held_out_rms(after) > held_out_rms(before)
 
 
 def fitted_size(contender: Contender) -> float:
@@ -368,6 +401,7 @@ def select(
     given = {
         term.effect.name: (term.effect, term_size(settled.base, place))
         for place, term in enumerate(settled.base.terms)
+        if term.free
     }
     steps: list[Step] = []
     trail = [settled]
@@ -446,7 +480,7 @@ def contest_under(
     """Settle the base under a noise model and judge every candidate."""
     settled = settle(base, noise)
     # What is left of an effect is often another in quick runs, and is no second cause.
-    own = [] if base.terms else between_runs(settled.base, settled.contest)
+    own = [] if base.has_effects else between_runs(settled.base, settled.contest)
     stage = make_field(settled, [*candidates, *own], closed)
     return stage, judge_all(stage)
 

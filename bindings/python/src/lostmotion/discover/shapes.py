@@ -71,7 +71,7 @@ def channels(base: Base) -> dict[str, FloatArray]:
     ):
         if column in c.columns and np.ptp(c.columns[column]) > 0:
             found[name] = c.columns[column]
-    if not base.terms:
+    if not base.has_effects:
         # What is left of creep or of a lag hangs on rates too, and is no second cause.
         found["torque_rate"] = usual_rates(base)
     found["time"] = c.time_s - c.time_s[c.starts[:-1]][c.run_of]
@@ -106,7 +106,7 @@ def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
         angle = c.columns.get(f"{channel}_rad")
         if angle is None:
             continue
-        for part in ("lost motion", "stiffness", "gap"):
+        for part in PARTS:
             for orders in ((1, 2), (3, 4)):
                 if orders[0] * np.ptp(angle) < SEEN_RAD:
                     continue

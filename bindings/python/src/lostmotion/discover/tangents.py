@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from lostmotion.discover.base import Base, Point, Term, start_values
 from lostmotion.discover.effects import Effect
+from lostmotion.discover.slipped_teeth import slipped_teeth
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -249,20 +250,28 @@ class Differenced:
         return True
 
 
+def thresholds(effect: Effect, base: Base, values: FloatArray) -> list[FloatArray]:
+    """Values of an effect at starts of each of its inner ones."""
+    out = []
+    for i in effect.indices("shape"):
+        for threshold in grid(effect, i, base):
+            out.append(values.copy())
+            out[-1][i] = threshold
+    return out
+
+
 class WholeTeeth:
-    """Teeth that slipped, from some thresholds of the torque: a column of whole teeth for each."""
+    """Teeth that slipped, at the threshold that meets them, or from some: whole teeth for each."""
 
     def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
         """See `Form`."""
         made = Tangents([], [], [])
         values = start_points(effect, base, ratio)[0]
-        for i in effect.indices("shape"):
-            for threshold in grid(effect, i, base):
-                slipped = values.copy()
-                slipped[i] = threshold
-                made.start_of.append(len(made.starts))
-                made.starts.append(slipped)
-                made.columns.append(at_base(effect, slipped, base, point))
+        met = slipped_teeth(base, effect, values)
+        for slipped in thresholds(effect, base, values) if met is None else [met]:
+            made.start_of.append(len(made.starts))
+            made.starts.append(slipped)
+            made.columns.append(at_base(effect, slipped, base, point))
         return made
 
     def values(
