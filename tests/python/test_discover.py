@@ -340,6 +340,26 @@ def test_a_slip_is_placed_in_its_run_and_second(zero):
     assert event["size_arcsec"] == pytest.approx(8.0, abs=1.0)
 
 
+@pytest.mark.parametrize("lost_arcsec", [12.0, -30.0])
+def test_counts_that_the_input_lost_are_placed_in_their_run_and_second(lost_arcsec):
+    """The angle jumps with the lost motion, and no shape over the angle takes their place."""
+    rng = np.random.default_rng(2)
+    data = campaign(seed=6)
+    for run in data.runs:
+        angle = run.columns["input_angle"] + 2e-5 * rng.normal(size=500)
+        run.columns["input_angle"] = angle
+    lost = np.where(np.arange(500) >= 230, lost_arcsec * ARCSEC, 0.0)
+    columns = data.runs[6].columns
+    columns["input_angle"] = columns["input_angle"] - RATIO * lost
+    columns["lost_motion"] = columns["lost_motion"] + lost
+    found = answer_of(data)
+    assert (found["verdict"], found["effects"]) == ("unexplained", [])
+    assert [one["covariate"] for one in found["unexplained"]["depends_on"]] == ["time"]
+    (event,) = found["events"]
+    assert (event["run"], event["time_s"]) == (7, pytest.approx(23.0))
+    assert event["size_arcsec"] == pytest.approx(lost_arcsec, rel=0.1)
+
+
 def test_few_runs_give_no_names():
     found = answer_of(campaign(runs=5, add=gap))
     assert found["effects"] == []

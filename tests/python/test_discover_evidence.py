@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from test_discover import RATED_NM, RATIO, campaign, torque_of
@@ -9,17 +11,18 @@ from test_discover import RATED_NM, RATIO, campaign, torque_of
 from lostmotion.backbone import run_plays
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.base import Base, Term
-from lostmotion.discover.candidates import named_candidates
+from lostmotion.discover.between_runs import SIDE_LEAST, levels, partings, run_drifts, scan
+from lostmotion.discover.candidates import Candidate, named_candidates
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.diagnosis import noise_floor
 from lostmotion.discover.evidence import gather
-from lostmotion.discover.judging import accepted, judge
+from lostmotion.discover.judging import accepted, judge, tests_paid
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.refits import refit
-from lostmotion.discover.between_runs import SIDE_LEAST, partings, scan
 from lostmotion.discover.shapes import waves
 from lostmotion.discover.study import (
+    Field,
     contest_of_term,
     estimate_noise,
     make_candidates,
@@ -66,6 +69,56 @@ def test_partings_leave_runs_on_either_side():
     assert [np.count_nonzero(beyond) for _, beyond in found] == [4]
     assert all(SIDE_LEAST <= np.count_nonzero(b) <= 6 - SIDE_LEAST for _, b in found)
     assert found[0][0] == 2.5
+
+
+def test_rates_that_differ_by_noise_alone_are_one():
+    rates = np.array([0.0, 1e-9, 0.100, 0.101, 0.099, 1.40, 0.45, 1.41, 0.0])
+    _, number = np.unique(levels(rates), return_inverse=True)
+    assert number.tolist() == [0, 0, 1, 1, 1, 3, 2, 3, 0]
+    assert levels(rates)[2] == pytest.approx(0.1, rel=1e-4)
+    assert np.ptp(levels(np.zeros(5))) == 0
+
+
+def test_what_part_of_a_block_columns_of_the_base_could_do_is_that_of_least_squares():
+    rng = np.random.default_rng(5)
+    columns = rng.normal(size=(RUNS * ROWS, 3))
+    block = columns[:, :2] @ np.array([0.6, 0.0]) + rng.normal(size=RUNS * ROWS)
+    offset = np.ones((RUNS * ROWS, 1))
+    starts = np.arange(RUNS + 1) * ROWS
+    noise = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
+    evidence = gather(columns, np.zeros(3), offset, [("b", block[:, None])], block, noise, starts)
+    contest = Contest(evidence)
+    contest.null_omega = np.zeros(1)
+    own = columns[:, [0]]
+    beside = columns[:, 1:]
+
+    def left(x):
+        return x - beside @ np.linalg.lstsq(beside, x, rcond=None)[0]
+
+    free, target = left(own), left(block)
+    fitted = free @ np.linalg.lstsq(free, target, rcond=None)[0]
+    share = float(fitted @ fitted / (target @ target))
+    assert contest.taken_up("b", np.ones(1), evidence.fixed[:1]) == pytest.approx(share, rel=1e-6)
+    assert 0.1 < share < 0.5
+    assert contest.taken_up("b", np.ones(1), evidence.fixed[:0]) == 0.0
+
+
+def test_the_level_is_shared_evenly_among_kinds_and_within_each():
+    def candidate(name, kind, starts=0, tests=1):
+        column = np.ones((2, 1))
+        start_of = list(range(starts))
+        return Candidate(name, kind == "effect", column, start_of=start_of, kind=kind, tests=tests)
+
+    made = [candidate(f"wave {k}", "ripple") for k in range(50)]
+    made += [candidate("step", "run", tests=2), candidate("drift", "run")]
+    made += [candidate("plain", "effect"), candidate("grid", "effect", starts=4)]
+    nothing: Any = None
+    stage = Field(nothing, nothing, {c.name: c for c in made}, {}, 0.0)
+    paid = tests_paid(stage)
+    assert paid == {"ripple": 3 * 50, "run": 3 * 3, "effect": 3 * 6, "shape": 3}
+    # Where each passes with a chance of level / paid, all together do with the level.
+    tests = {"ripple": 50, "run": 3, "effect": 6}
+    assert sum(count / paid[kind] for kind, count in tests.items()) == pytest.approx(1.0)
 
 
 def test_the_scan_finds_what_a_test_of_every_parting_finds():
@@ -267,6 +320,21 @@ def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
         "torque_rate",
         "run",
     }
+
+
+def test_a_part_of_the_base_that_drifts_from_run_to_run_is_told_to_drift():
+    data = campaign(seed=8, runs=16, warm=False)
+    base = Base(Conditions(data), RATED_NM)
+    tangent = run_drifts(base)[0].columns[:, 0]
+    for r, run in enumerate(data.runs):
+        drift = 0.02 * (r / 15 - 0.5)
+        run.columns["lost_motion"] = run.columns["lost_motion"] * (1 + drift)
+    found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
+    assert (found["verdict"], found["effects"]) == ("unexplained", [])
+    (one,) = found["unexplained"]["depends_on"]
+    assert (one["covariate"], one["shape"]) == ("run", "stiffness, a steady drift")
+    first = slice(0, 500)
+    assert tangent[first] == pytest.approx(-base.run_columns(base.at())[first, 0])
 
 
 def test_quick_runs_that_are_like_the_others_are_no_class():

@@ -16,10 +16,12 @@ from lostmotion.discover.odd_runs import (
     OddRuns,
     apart,
     find_odd_runs,
+    parted_by,
     share_told,
 )
 
 RUNS, ROWS = 24, 60
+LOADS = np.tile([1.0, 2.0, 3.0], RUNS // 3)
 
 
 @pytest.mark.parametrize("runs", [TESTED_LEAST, 31, 80])
@@ -60,12 +62,12 @@ def contest_of(seed: int, odd: float = 0.0) -> Contest:
 
 def test_predicted_deviations_of_a_contest_keep_the_level() -> None:
     trials = 400
-    alarms = sum(find_odd_runs(contest_of(seed)) is not None for seed in range(trials))
+    alarms = sum(find_odd_runs(contest_of(seed), LOADS) is not None for seed in range(trials))
     assert alarms <= most(trials, LEVEL)
 
 
 def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
-    found = find_odd_runs(contest_of(1, odd=3.0))
+    found = find_odd_runs(contest_of(1, odd=3.0), LOADS)
     assert found is not None
     assert (found.part, found.runs) == ("friction", [7, 8])
     assert found.deviations == pytest.approx([3.0, 3.0], abs=1.2)
@@ -74,6 +76,14 @@ def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
     share = share_told(contest_of(1))
     assert np.all(share[::3, 1] < 1e-6)
     assert np.all(share[1::3, 1] > 0.5)
+
+
+def test_runs_of_one_load_hang_on_the_load() -> None:
+    load = np.array([5.0, 1.1, 5.0, 1.0, 3.0, 1.2, 3.1])
+    assert parted_by(load, [1, 3, 5])
+    assert not parted_by(load, [1, 3])  # two may be of one load by chance
+    assert not parted_by(load, [1, 3, 4])  # one more of their load is like the others
+    assert parted_by(load, [0, 2, 4, 6])
 
 
 def test_runs_that_stand_apart_are_said_in_a_sentence() -> None:

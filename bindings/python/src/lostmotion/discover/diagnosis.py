@@ -200,16 +200,14 @@ def _diagnose(
     progress: Callable[[str], None] | None,
 ) -> Diagnosis:
     slipped = put_in_slips(base, chosen_from, ratio)
+    events = lost_counts(base, ratio)
+    base = with_steps(base, events)
     base.first_fit()
     outliers = clean_outliers(base)
     if outliers:
         base.fit(steps=REFIT_STEPS)
     if progress is not None:
         progress("base")
-    events = lost_counts(base, ratio)
-    if events:
-        base = with_steps(base, events)
-        base.fit(steps=REFIT_STEPS)
     selection = select(base, chosen_from, ratio, progress=progress)
     found = new_events(selection, base, events)
     if found:

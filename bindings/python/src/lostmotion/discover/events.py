@@ -50,7 +50,7 @@ EVENTS_MAX = 20
 EVENT_NAME = "step in run "
 """How the names of the shapes begin that stand for events."""
 
-LOST_LEAST = 3.0
+LOST = 6.0
 """Least jump of the input's encoder that is looked at, seen at the output, over the scatter of the
 lost motion from sample to sample."""
 
@@ -207,22 +207,30 @@ def lost_counts(base: Base, ratio: float) -> list[Event]:
         return []
     found = []
     for run, at in enumerate(c.slices()):
-        y, turned = base.measured[at], np.diff(angle[at]) / (ratio * ARCSEC)
-        if turned.size <= 2 * EDGE:
+        if at.stop - at.start <= 2 * EDGE:
             continue
-        jump = turned - np.median(sliding_window_view(np.pad(turned, 2, "edge"), 5), axis=1)
-        usual = 1.4826 * float(np.median(np.abs(jump)))
-        noise = 1.4826 * float(np.median(np.abs(np.diff(y) - np.median(np.diff(y)))))
-        for k in np.flatnonzero(np.abs(jump) > SCORE_LEAST * usual + LOST_LEAST * noise) + 1:
-            if not EDGE <= k < y.size - EDGE:
-                continue
-            change = float(np.median(y[k : k + EDGE]) - np.median(y[k - EDGE : k]))
-            size = -float(jump[k - 1])
-            if abs(change - size) <= SEEN_SHARE * abs(size):
-                row = int(at.start + k)
-                score = abs(size) / noise * np.sqrt(EDGE)  # levels over so many samples
-                found.append(Event(run, row, float(c.time_s[row]), size, float(score)))
+        turned, moved = sudden(angle[at] / (ratio * ARCSEC)), sudden(base.measured[at])
+        noise = spread_of(moved)
+        for k in np.flatnonzero(np.abs(turned) > SCORE_LEAST * spread_of(turned) + LOST * noise):
+            size = -float(turned[k])
+            stays = abs(float(turned[k : k + EDGE].sum()) + size) <= SEEN_SHARE * abs(size)
+            if stays and abs(float(moved[k]) - size) <= SEEN_SHARE * abs(size):
+                row = int(at.start + k + 1)
+                score = abs(size) / max(noise, 1e-300)
+                found.append(Event(run, row, float(c.time_s[row]), size, score))
     return found
+
+
+def sudden(values: FloatArray) -> FloatArray:
+    """Change from each sample to the next beyond what it is about there."""
+    step = np.diff(values)
+    about = sliding_window_view(np.pad(step, 2, "edge"), 5)
+    return np.asarray(step - np.median(about, axis=1))
+
+
+def spread_of(values: FloatArray) -> float:
+    """Standard deviation of most values, whatever the others are."""
+    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def with_steps(base: Base, events: Sequence[Event]) -> Base:
