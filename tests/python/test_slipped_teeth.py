@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_discover import ARCSEC, RATED_NM, RATIO, answer_of, campaign, gap
+from test_discover import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
+from lostmotion.discover import diagnose, library
 from lostmotion.discover.base import Base
+from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.conditions import Conditions
+from lostmotion.discover.evidence_verdict import judge_body
+from lostmotion.discover.merging import merge_bodies
 from lostmotion.discover.slipped_teeth import jumps
+from lostmotion.drives import parse_drive, tomllib
 from lostmotion.recordings import Campaign, Run
 
 TOOTH_RAD = 2 * np.pi / (2 * RATIO + 2)
@@ -55,6 +60,17 @@ def test_teeth_that_slipped_are_named_with_their_torque_run_and_second(teeth):
     base, with_it = found["ladder"]
     assert base["rms_arcsec"] > 100 * with_it["rms_arcsec"]
     assert with_it["rms_heldout_arcsec"] < 3
+
+
+def test_merged_evidence_knows_them_as_events_of_one_campaign():
+    drive = parse_drive(tomllib.loads(DRIVE))
+    both = (overloaded(campaign(seed=5), 2.1 * RATED_NM), campaign(seed=6, add=gap))
+    bodies = [gather_body(diagnose(data, drive), library(), RATIO) for data in both]
+    answer = judge_body(merge_bodies(bodies, ["1", "2"]), library())
+    assert answer["verdict"] == "missing-effect"
+    assert answer["effects"] == ["ratcheting", "thermal_gap"]
+    assert [event["teeth"] for event in answer["events"]] == [1, -1]
+    assert answer["unexplained"]["depends_on"] == []
 
 
 def test_what_else_is_missing_is_found_beside_it():

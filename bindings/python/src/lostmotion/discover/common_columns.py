@@ -76,9 +76,11 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     base.terms, base.additives = base.terms[: len(first.terms)], []
     c = base.conditions
     at, (point, _, _) = base.at(), base.vector()
-    present = [term.effect.name for term in base.terms]
+    names = [term.effect.name for term in base.terms]
+    # Teeth that slipped belong to one campaign: they are taken out of it and told as its events.
+    present = [term.effect.name for term in base.terms if term.free]
     candidates, closed = common_candidates(
-        base, {name: effect for name, effect in effects.items() if name not in present}, ratio
+        base, {name: effect for name, effect in effects.items() if name not in names}, ratio
     )
     fixed, precision, scatter, response = columns_of(base, at)
     blocks = [(candidate.name, candidate.columns) for candidate in candidates]
@@ -115,7 +117,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
             ],
             "closed": closed,
             "swing_arcsec": swing_by_run(base, at).tolist(),
-            "given_arcsec": {name: term_size(base, i) for i, name in enumerate(present)},
+            "given_arcsec": {name: term_size(base, names.index(name)) for name in present},
             "runs": [str(label) for label in c.labels],
             "events": [{**event, "run": str(event["run"])} for event in diagnosis.events],
             "data_fingerprints": [c.campaign.fingerprint()],

@@ -461,7 +461,7 @@ def told_slips(base: Base, place: int, within: float) -> list[dict[str, Any]]:
     for row, size_rad in slips_of(c, term.effect, term.values).items():
         size, run = size_rad / ARCSEC, int(c.run_of[row])
         event = Event(run, row, float(c.time_s[row]), size, abs(size) / within)
-        found.append(event.told(c.labels))
+        found.append({**event.told(c.labels), "teeth": 1 if size > 0 else -1})
     return found
 
 

@@ -30,6 +30,7 @@ from lostmotion.discover.evidence_contest import (
 from lostmotion.discover.judging import family_p
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
 from lostmotion.discover.selection import SIZE_LEAST
+from lostmotion.discover.slipped_teeth import RATCHETING
 
 
 def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
@@ -42,11 +43,13 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     """
     rounds = contest_of(body, candidates_of(body, effects))
     runs = body.white.runs
-    names = [one.candidate.name for one in rounds.chosen if one.candidate.named]
+    slips = [event for event in body.about["events"] if "teeth" in event]
+    names = [RATCHETING] if slips else []
+    names += [one.candidate.name for one in rounds.chosen if one.candidate.named]
     taken = rounds.steps[: len(rounds.chosen)]
     twins = sorted({name for step in taken for name in step.rivals if name not in names})
     events = body.about["events"]
-    nameless = bool(events) or any(not one.candidate.named for one in rounds.chosen)
+    nameless = len(events) > len(slips) or any(not one.candidate.named for one in rounds.chosen)
     verdict, shown = decide(runs, names, twins, nameless)
     noise, floor = noise_of(body, rounds)
     swing = np.array(body.about["swing_arcsec"])
@@ -152,7 +155,8 @@ def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, An
         }
         for one, step in shapes
     ]
-    depends += [dependence(event, body.rows.sum()) for event in body.about["events"]]
+    events = [event for event in body.about["events"] if "teeth" not in event]
+    depends += [dependence(event, body.rows.sum()) for event in events]
     squares = sum(one.size**2 for one, _ in shapes)
     if odd is not None:
         size = size_of_odd(body, odd)
