@@ -178,7 +178,7 @@ class Base:
 
     @property
     def has_effects(self) -> bool:
-        """Whether there is an effect whose form may leave something over; a slipped tooth cannot."""
+        """Whether there is an effect whose form may leave something over: no slipped tooth."""
         return any(term.free for term in self.terms)
 
     # --- the parts -------------------------------------------------------------------------------

@@ -31,9 +31,9 @@ from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.judging import (
     P_LIMIT,
     accepted,
+    family_p,
     large_enough,
     size_of,
-    family_p,
     tests_paid,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
