@@ -52,7 +52,8 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
         "cannot carry the name of an effect.",
         "missing-effect": f"Missing: {names}.",
         "ambiguous": f"These data cannot tell apart: {names}.",
-        "unexplained": "Something systematic remains that no effect of the library explains.",
+        "unexplained": (f"Missing: {names}; beside it s" if names else "S")
+        + "omething systematic remains that no effect of the library explains.",
     }
     return sentence[answer["verdict"]]
 
