@@ -11,11 +11,12 @@ its front, so nothing depends on how a method reports.
 
     pip install ./bindings/python[benchmark]
     python tests/benchmarks/bench_search.py [BUILD] [--seeds N] [--first-seed N]
-        [--evaluations 5000 20000 ...] [--spec NAME ...]
+        [--evaluations 5000 20000 ...] [--spec NAME ...] [--objectives N ...]
         [--trade-off-only | --one-objective-only]
 
-BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
-table a spec and problem.
+BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. A spec is
+one of ``tests/data/specs`` or of ``specs`` beside this file; its trade-off is that of the first N
+objectives, or of all. Prints one table a spec and problem.
 Hypervolume: each objective runs from 0 at the best to 1 at the worst value on the front of all
 points of all methods, seeds and budgets of the call; the corner is 1.1. *all together* is the
 hypervolume of that front: no method can have more, so its ratio bounds what any could reach.
@@ -37,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROOT = Path(__file__).parents[2]
-SPECS = ROOT / "tests" / "data" / "specs"
+SPECS = (ROOT / "tests" / "data" / "specs", Path(__file__).parent / "specs")
 BUILD = ROOT / "build"
 FREE_MAX = 24
 OBJECTIVE_MAX = 4
@@ -235,6 +236,22 @@ def hypervolume(points: list[Vector], front: Vector) -> float:
     return float(HV(ref_point=corner)((non_dominated(points) - low) / (high - low)))
 
 
+def read_spec(name: str) -> str:
+    """Return the optimizer's own text of a spec."""
+    files = [folder / f"{name}.search" for folder in SPECS]
+    found = [file for file in files if file.exists()]
+    if not found:
+        raise SystemExit(f"{name}: no such spec in {' or '.join(str(f.parent) for f in files)}")
+    return found[0].read_text()
+
+
+def keep_objectives(text: str, count: int) -> str:
+    """Return a spec's text with the first objectives alone."""
+    lines = text.splitlines()
+    dropped = [line for line in lines if line.startswith("objective")][count:]
+    return "\n".join(line for line in lines if line not in dropped)
+
+
 def restate(text: str, **numbers: int) -> str:
     """Return a spec's text with other numbers: of evaluations, of the seed."""
     kept = [w for w in text.splitlines() if not w.startswith(tuple(numbers))]
@@ -420,6 +437,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--evaluations", type=int, nargs="+", default=[5000, 20000])
     parser.add_argument("--spec", nargs="+", default=["robot_joint"])
+    parser.add_argument("--objectives", type=int, nargs="+", choices=(2, 3, 4), default=[4])
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--trade-off-only", action="store_true")
     which.add_argument("--one-objective-only", action="store_true")
@@ -432,18 +450,21 @@ def main() -> None:
     lib = load(options.build)
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     for name in options.spec:
-        text = (SPECS / f"{name}.search").read_text()
+        text = read_spec(name)
         single = "\n".join(
             line
             for line in text.splitlines()
             if not line.startswith("objective") or "tolerance_lost_motion" in line
         )
-        problems = [
-            ("hypervolume, more is better", text),
-            ("best objective, less is better", single),
-        ]
-        first, last = int(options.one_objective_only), 1 if options.trade_off_only else 2
-        for title, spec in problems[first:last]:
+        problems = []
+        if not options.one_objective_only:
+            for count in options.objectives:
+                kept = keep_objectives(text, count)
+                wanted = kept.count("\nobjective")
+                problems.append((f"hypervolume of {wanted} objectives, more is better", kept))
+        if not options.trade_off_only:
+            problems.append(("best objective, less is better", single))
+        for title, spec in problems:
             print(f"\n{name}, seeds from {seeds[0]}: {title}\n")
             print(HEAD)
             compare(lib, spec, options.evaluations, seeds)

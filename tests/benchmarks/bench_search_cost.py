@@ -33,7 +33,9 @@ import time
 from pathlib import Path
 
 import numpy as np
-from bench_search import BUILD, FREE_MAX, RESULT_MAX, ROOT, SPECS, Problem, Search, load, restate
+from bench_search import (
+    BUILD, FREE_MAX, RESULT_MAX, ROOT, Problem, Search, load, read_spec, restate
+)  # fmt: skip
 
 POINTS = 40
 CLOCK_PAIRS = 100_000
@@ -192,7 +194,7 @@ def main() -> None:
     repeats = range(options.repeats)
     print(HEAD)
     for name in options.spec:
-        text = (SPECS / f"{name}.search").read_text()
+        text = read_spec(name)
         plain, slopes = time_model(lib, text, options.repeats)
         overhead = min(time_overhead(clocked, text, options.evaluations) for _ in repeats)
         wall, best, cpu = compare_threads(lib, text, options.evaluations, options.repeats)

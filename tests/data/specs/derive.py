@@ -7,6 +7,7 @@ from pathlib import Path
 from lostmotion.design.spec import read_spec
 
 HERE = Path(__file__).parent
+FOLDERS = (HERE, HERE.parents[1] / "benchmarks" / "specs")
 
 
 def derived(file: Path) -> str:
@@ -16,5 +17,5 @@ def derived(file: Path) -> str:
 
 
 if __name__ == "__main__":
-    for spec in sorted(HERE.glob("*.toml")):
+    for spec in sorted(file for folder in FOLDERS for file in folder.glob("*.toml")):
         spec.with_suffix(".search").write_text(derived(spec), encoding="utf-8")
