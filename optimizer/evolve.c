@@ -9,7 +9,7 @@
 #define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
 #define MUTATION_INDEX 20.0
 #define DIFFERENCE_SHARE 0.5 /* of the children; the others are crossed */
-#define GRAFT_SHARE 0.5      /* of the children, where tolerances are weighed */
+#define GRAFT_SHARE_MAX 0.5  /* of the children, where tolerances are weighed */
 #define CHOICE_MUTATION 0.04
 
 typedef struct breeder {
@@ -169,8 +169,10 @@ static int is_grade(const lm_problem *problem, int range) {
   return problem->range[range].key >= LM_KEY_GRADE;
 }
 
-/* Whether tolerances are weighed against each other: there are several, and they cost. */
-static int trades_tolerances(const lm_problem *problem) {
+/* Of the children, those that get other tolerances alone. None where tolerances are not weighed
+ * against each other: there are several, and they cost. Else half of them where every fourth
+ * variable is a tolerance; the more of the others there are, the more is left to them. */
+static double graft_share(const lm_problem *problem) {
   int costs = problem->bounds.figure_max[LM_FIGURE_COST] > 0;
   int grades = 0;
   int i;
@@ -180,7 +182,7 @@ static int trades_tolerances(const lm_problem *problem) {
   for (i = 0; i < problem->range_count; i++) {
     grades += is_grade(problem, i);
   }
-  return costs && grades > 1;
+  return costs && grades > 1 ? fmin(GRAFT_SHARE_MAX, 2.0 * grades / problem->range_count) : 0;
 }
 
 /* The teeth of one design with tolerances on the line through two others: which tolerances are
@@ -245,7 +247,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   b->stop = stop;
   b->state = task->seed;
   b->left = task->budget;
-  b->graft_share = trades_tolerances(problem) ? GRAFT_SHARE : 0;
+  b->graft_share = graft_share(problem);
   b->combinations = lm_count_combinations(problem);
   lm_default_scan(&b->scan);
   lm_lay_out(problem, &b->scan, &b->layout);

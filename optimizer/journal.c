@@ -17,7 +17,7 @@
 
 /* The number rises with the layout, when the search plans other tasks for the same answers, and
  * when the same design gets other figures. */
-#define MAGIC "lostmotion journal 8\n"
+#define MAGIC "lostmotion journal 9\n"
 #define RECORD UINT32_C(0x4c4d414e)
 
 struct lm_journal {

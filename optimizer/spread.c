@@ -7,6 +7,7 @@
 #define OTHER_SHARE 0.3 /* of the levels: a second combination is tried there */
 #define LEVEL_SLOPES 15 /* gradients for one level; warm starts need no more */
 #define END_SLOPES 30   /* gradients for an end of the front, which lies further away */
+#define ENDS_PART 0.1   /* of the budget: most that all ends get at a time */
 #define LEVELS_MAX 12   /* of one round of the trade-off */
 #define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
 
@@ -196,6 +197,17 @@ static void make_aim(lm_search *search, int level, int levels, lm_aim *aim) {
   search->aims++;
 }
 
+/* Of many objectives and variables the ends would take half of a small budget, and what lies
+ * between them is most of the front. */
+static int end_budget(const lm_search *search) {
+  const int charge = lm_slope_charge(&search->problem);
+  const int part = (int)(ENDS_PART * search->problem.evaluations / search->problem.objective_count);
+  if (part < charge) {
+    return charge;
+  }
+  return part < END_SLOPES * charge ? part : END_SLOPES * charge;
+}
+
 void lm_add_ends(lm_search *search) {
   int j;
   for (j = 0; j < search->problem.objective_count; j++) {
@@ -210,8 +222,7 @@ void lm_add_ends(lm_search *search) {
     aim.weight[j] = 1;
     start = best_of_archive(search, &aim);
     search->state[start->combination].fate = LM_FATE_SOLVED;
-    task = lm_add_task(search, LM_TASK_SLSQP, start->combination,
-                       END_SLOPES * lm_slope_charge(&search->problem), start->unit);
+    task = lm_add_task(search, LM_TASK_SLSQP, start->combination, end_budget(search), start->unit);
     task->aim = aim;
   }
 }

@@ -35,6 +35,7 @@ static int dealt_combinations; /* and their combinations */
 static int most_levels;        /* different bounds of the second objective in one batch */
 static int ends;               /* tasks of a local solver beside those of a population */
 static int ends_from;          /* evaluations before the first of them */
+static int most_for_ends;      /* evaluations for those of one batch */
 static int bridges;            /* between designs of the front, beside a population */
 static lm_answer cheapest;     /* of the repairs */
 
@@ -234,10 +235,12 @@ static void run_in(const world *w, const char *spec) {
   largest_batch = 0;
   most_levels = 0;
   ends = 0;
+  most_for_ends = 0;
   bridges = 0;
   memset(&cheapest, 0, sizeof cheapest);
   while ((count = lm_next_tasks(search, &tasks)) > 0) {
     lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
+    int for_ends = 0;
     int i;
     memcpy(batch, tasks, (size_t)count * sizeof *batch);
     batches++;
@@ -254,6 +257,7 @@ static void run_in(const world *w, const char *spec) {
         bridges++;
       } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
         count_end(&batch[i]);
+        for_ends += batch[i].budget;
       }
       make_up(w, &batch[i]);
       if (batch[i].kind == LM_TASK_REPAIR &&
@@ -262,6 +266,7 @@ static void run_in(const world *w, const char *spec) {
       }
       TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
     }
+    most_for_ends = for_ends > most_for_ends ? for_ends : most_for_ends;
     free(batch);
     check_books();
   }
@@ -360,6 +365,21 @@ static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
   infeasible.feasible = 0; /* there is no front */
   run_in(&infeasible, spec_of(2, 5000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, ends);
+}
+
+/* A tenth of the budget, but a gradient for each, and no more than a solver takes. */
+static void test_the_ends_of_the_front_leave_the_budget_to_what_lies_between(void) {
+  char many[4096];
+  run_in(&plain, spec_of(4, 5000, 7, 1));
+  TEST_ASSERT_INT_WITHIN(4, 500, most_for_ends);
+  (void)snprintf(many, sizeof many, "%s%s", spec_of(4, 620, 7, 1),
+                 "range teeth.shift_difference -0.3 0.3\nrange teeth.tooth_height 1.4 2\n"
+                 "range teeth.root_clearance 0.25 0.4\nrange teeth.pressure_angle_deg 20 25\n"
+                 "range flexspline.rim_thickness_mm 0.45 0.8\nrange flexspline.length_mm 20 30\n");
+  run_in(&plain, many);
+  TEST_ASSERT_EQUAL_INT(4 * lm_slope_charge(&problem), most_for_ends);
+  run_in(&plain, spec_of(2, 40000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(2 * 30 * lm_slope_charge(&problem), most_for_ends);
 }
 
 /* A combination each, so that the ends are more than the population has places for. */
@@ -607,6 +627,7 @@ int main(void) {
   RUN_TEST(test_every_search_ends_with_its_budget_spent);
   RUN_TEST(test_a_budget_goes_where_the_stages_say);
   RUN_TEST(test_the_ends_of_the_front_are_sought_beside_the_population);
+  RUN_TEST(test_the_ends_of_the_front_leave_the_budget_to_what_lies_between);
   RUN_TEST(test_a_front_of_many_combinations_is_recalled_in_part);
   RUN_TEST(test_a_wide_front_of_few_combinations_fills_the_population);
   RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);

@@ -280,6 +280,58 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
+/* Members whose variables before the grades are those of a parent, but for the shift that closes
+ * the gap, and whose grades are not. */
+static int count_grafted(int teeth) {
+  int grafted = 0;
+  int i;
+  for (i = 0; i < answer->member_count; i++) {
+    const double *unit = answer->found[answer->found_count + i].unit;
+    int parent;
+    for (parent = 0; parent < LM_PARENT_MAX; parent++) {
+      const double *other = task.parent[parent].unit;
+      int k = 0;
+      while (k < teeth && (k == 1 || unit[k] == other[k])) {
+        k++;
+      }
+      grafted += k == teeth && (unit[k] != other[k] || unit[k + 1] != other[k + 1]);
+    }
+  }
+  return grafted;
+}
+
+/* Tolerances alone are changed the less often, the more else there is. The parents break limits, so
+ * that each child has a place. */
+static void test_tolerances_alone_change_by_their_share_of_the_variables(void) {
+  static const char *const more[] = {
+      "",
+      "range teeth.tooth_height 1.4 2\nrange teeth.engagement_depth 0.9 1.3\n"
+      "range teeth.pressure_angle_deg 20 25\nrange flexspline.rim_thickness_mm 0.45 0.8\n"
+      "range flexspline.wall_thickness_mm 0.3 0.6\nrange flexspline.length_mm 20 30\n"
+      "range teeth.root_clearance 0.25 0.4\nrange material.poisson_ratio 0.28 0.32\n"};
+  int grafted[2] = {0, 0};
+  int i;
+  for (i = 0; i < 2; i++) {
+    int parent;
+    int k;
+    read_with(more[i], two_objectives, two_grades);
+    make_task(LM_TASK_EVOLVE, 60);
+    task.parent_count = LM_PARENT_MAX;
+    for (parent = 0; parent < LM_PARENT_MAX; parent++) {
+      task.parent[parent].violation = 1e4;
+      for (k = 0; k < problem.range_count; k++) {
+        task.parent[parent].unit[k] = fmod(0.618034 * (parent + 1) * (k + 1), 1);
+      }
+    }
+    for (task.seed = 0; task.seed < 10; task.seed++) {
+      run();
+      grafted[i] += count_grafted(problem.range_count - 2);
+    }
+  }
+  TEST_ASSERT_GREATER_THAN_INT(0, grafted[1]);
+  TEST_ASSERT_LESS_THAN_INT(2 * grafted[0], 3 * grafted[1]);
+}
+
 /* Beside parents that no closed gap can reach, none is closed. */
 static void test_a_second_look_goes_where_it_may_gain(void) {
   int i;
@@ -591,6 +643,7 @@ int main(void) {
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
   RUN_TEST(test_a_population_keeps_its_size);
+  RUN_TEST(test_tolerances_alone_change_by_their_share_of_the_variables);
   RUN_TEST(test_a_second_look_goes_where_it_may_gain);
   RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
   RUN_TEST(test_a_settled_design_has_whole_grades_and_certifies);
