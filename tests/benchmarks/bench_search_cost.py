@@ -34,8 +34,16 @@ from pathlib import Path
 
 import numpy as np
 from bench_search import (
-    BUILD, FREE_MAX, RESULT_MAX, ROOT, Problem, Search, load, read_spec, restate
-)  # fmt: skip
+    BUILD,
+    FREE_MAX,
+    RESULT_MAX,
+    ROOT,
+    Problem,
+    Search,
+    load,
+    read_spec,
+    restate,
+)
 
 POINTS = 40
 CLOCK_PAIRS = 100_000
