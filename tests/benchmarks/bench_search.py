@@ -419,9 +419,10 @@ def compare(lib: c.CDLL, text: str, budgets: list[int], seeds: range) -> None:
         for name, values in scores.items():
             middle = float(np.median(values))
             took = f"{seconds[name]:.1f}" if name in seconds else ""
+            share = f"{middle / other:.3f}" if other > 0 else "-"
             print(
                 f"| {evaluations} | {len(seeds)} | {name} | {middle:.4f} | {min(values):.4f} | "
-                f"{max(values):.4f} | {middle / other:.3f} | {took} |",
+                f"{max(values):.4f} | {share} | {took} |",
                 flush=True,
             )
     if not is_alone(text):
