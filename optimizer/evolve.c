@@ -169,9 +169,9 @@ static int is_grade(const lm_problem *problem, int range) {
   return problem->range[range].key >= LM_KEY_GRADE;
 }
 
-/* Of the children, those that get other tolerances alone. None where tolerances are not weighed
- * against each other: there are several, and they cost. Else half of them where every fourth
- * variable is a tolerance; the more of the others there are, the more is left to them. */
+/* Of the children, those that get other tolerances alone: none unless there are several, which cost
+ * and so are weighed against each other. Half of them where every fourth variable is a tolerance;
+ * the more of the others there are, the more is left to them. */
 static double graft_share(const lm_problem *problem) {
   int costs = problem->bounds.figure_max[LM_FIGURE_COST] > 0;
   int grades = 0;
