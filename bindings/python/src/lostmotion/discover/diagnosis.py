@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from lostmotion.backbone import Backbone
 from lostmotion.discover.base import DEVIATIONS, Additive, Base, Term, start_values
-from lostmotion.discover.candidates import NO_COLUMN
+from lostmotion.discover.candidates import KINDS, NO_COLUMN
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.drive_base import make_base, require_samples
@@ -34,6 +34,7 @@ from lostmotion.discover.judging import (
     family_p,
     large_enough,
     size_of,
+    tests_made,
     tests_paid,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
@@ -638,7 +639,7 @@ def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]
     """
     out: dict[str, Any] = {}
     contest = stage.contest
-    count = tests_paid(stage).get("effect", 1)
+    count = len(KINDS) * tests_made(stage)["effect"]  # as in a diagnosis, also where none is held
     for name, candidate in stage.candidates.items():
         if not candidate.named or candidate.effect is None:
             continue

@@ -94,12 +94,18 @@ def accepted(result: Result, count: int) -> bool:
     return (spread or few) and result.gain >= GAIN_LEAST
 
 
-def tests_paid(stage: Field) -> dict[str, int]:
-    """For each kind of candidate how many tests one of them pays for."""
+def tests_made(stage: Field) -> Counter[str]:
+    """Number of tests of each kind of candidate."""
     made: Counter[str] = Counter()
     for candidate in stage.candidates.values():
         starts = len(set(candidate.start_of))
         made[candidate.kind] += candidate.tests + (starts if starts > 1 else 0)
+    return made
+
+
+def tests_paid(stage: Field) -> dict[str, int]:
+    """For each kind of candidate how many tests one of them pays for."""
+    made = tests_made(stage)
     return {kind: len(made) * max(made[kind], 1) for kind in KINDS}
 
 
