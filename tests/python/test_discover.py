@@ -679,6 +679,13 @@ def test_the_next_run_is_the_one_that_differs_most():
     found.effects = ["thermal_gap", "wear"]
     answer = next_runs(found, Campaign(options), library(), RATIO)
     assert answer["suggested"] == "cold"
+    # An effect that was found beside them and that nothing is confused with has no say in it.
+    alone = {run["run"]: run["separation_nats"] for run in answer["runs"]}
+    found.selection.steps[0].rivals = ["wear"]
+    found.effects.append("load_dependent_friction")
+    beside = next_runs(found, Campaign(options), library(), RATIO)
+    assert beside["suggested"] == "cold"
+    assert {r["run"]: r["separation_nats"] for r in beside["runs"]} == pytest.approx(alone)
 
 
 def write(data, file):

@@ -20,6 +20,7 @@ from lostmotion.discover.diagnosis import RUNS_LEAST, TWIN_DEG, Diagnosis, detec
 from lostmotion.discover.drive_base import require_plan, restore
 from lostmotion.discover.effects import Effect
 from lostmotion.discover.noise import Noise
+from lostmotion.discover.selection import Selection
 from lostmotion.discover.study import make_field, noise_rms, settle
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
@@ -213,26 +214,41 @@ def next_runs(
         ** 2
     )
     known = len(past.runs)
-    scores = np.zeros(len(options.runs))
-    pairs = list(combinations([c.name for c in candidates], 2))
-    for a, b in pairs:
-        scores += discrimination(contest, a, b, known) + discrimination(contest, b, a, known)
+    pairs = open_pairs(selection, [c.name for c in candidates])
+    apart = np.zeros((max(len(pairs), 1), len(options.runs)))
+    for i, (a, b) in enumerate(pairs):
+        both = discrimination(contest, a, b, known) + discrimination(contest, b, a, known)
+        apart[i] = 0.5 * both
+    # A run is worth what it says of the pair that it tells apart least; then, what of all.
+    scores = apart.min(axis=0)
     minutes = np.array([max(np.ptp(run.time_s) / 60.0, 1e-3) for run in options.runs])
-    order = np.argsort(-scores, kind="stable")
+    order = np.lexsort((-apart.sum(axis=0), -scores))
     return {
         "schema": "lostmotion.next/1",
         "between": open_effects,
         "runs": [
             {
                 "run": options.runs[i].label,
-                "separation_nats": float(scores[i] / 2),
-                "per_minute": float(scores[i] / 2 / minutes[i]),
+                "separation_nats": float(scores[i]),
+                "per_minute": float(scores[i] / minutes[i]),
                 "minutes": float(minutes[i]),
             }
             for i in order
         ],
         "suggested": options.runs[int(order[0])].label if pairs else None,
     }
+
+
+def open_pairs(selection: Selection, names: Sequence[str]) -> list[tuple[str, str]]:
+    """Pairs of effects that recordings leave open: what was found with each rival, else all."""
+    found = [
+        (step.chosen.result.name, rival)
+        for step in selection.steps
+        if step.chosen is not None
+        for rival in step.rivals
+    ]
+    kept = [(a, b) for a, b in found if a in names and b in names]
+    return kept or list(combinations(names, 2))
 
 
 def discrimination(contest: Contest, true: str, rival: str, known: int) -> FloatArray:
