@@ -283,7 +283,7 @@ def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campa
     return Campaign([Run(i, "made", columns[i]) for i in range(runs)])
 
 
-@pytest.mark.parametrize(("seed", "seen"), [(1, ["creep"]), (2, [])])
+@pytest.mark.parametrize(("seed", "seen"), [(1, ["creep"]), (2, ["creep", "torque_offset"])])
 def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed, seen):
     found = diagnose(sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0).answer()
     assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])

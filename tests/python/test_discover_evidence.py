@@ -17,7 +17,7 @@ from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.contest import Contest
 from lostmotion.discover.diagnosis import noise_floor
 from lostmotion.discover.evidence import gather
-from lostmotion.discover.judging import accepted, judge, tests_paid
+from lostmotion.discover.judging import accepted, judge, paid_by_kind
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.refits import refit
 from lostmotion.discover.shapes import waves
@@ -114,7 +114,7 @@ def test_the_level_is_shared_evenly_among_kinds_and_within_each():
     made += [candidate("plain", "effect"), candidate("grid", "effect", starts=4)]
     nothing: Any = None
     stage = Field(nothing, nothing, {c.name: c for c in made}, {}, 0.0)
-    paid = tests_paid(stage)
+    paid = paid_by_kind(stage)
     assert paid == {"ripple": 3 * 50, "run": 3 * 3, "effect": 3 * 6, "shape": 3}
     # Where each passes with a chance of level / paid, all together do with the level.
     tests = {"ripple": 50, "run": 3, "effect": 6}

@@ -34,8 +34,8 @@ from lostmotion.discover.judging import (
     family_p,
     large_enough,
     size_of,
-    tests_made,
-    tests_paid,
+    count_tests,
+    paid_by_kind,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of, without_deviations
@@ -438,7 +438,7 @@ def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -
     term = settled.base.terms[place]
     contest, name = contest_of_term(settled, place)
     result = contest.test(name)
-    paid = tests_paid(step.field)["effect"]
+    paid = paid_by_kind(step.field)["effect"]
     values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
     return {
         "name": name,
@@ -500,7 +500,7 @@ def describe(step: Step) -> list[dict[str, Any]]:
 
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:
     """What passes the gates but is too small to count."""
-    paid = tests_paid(step.field)
+    paid = paid_by_kind(step.field)
     out = []
     for result in step.results[:10]:
         candidate = step.field.candidates[result.name]
@@ -571,7 +571,7 @@ def list_candidates(
         values_array = term_of(where.field, result).values
         fitted = [c.size for c in where.contenders if c.result.name == result.name]
         size = fitted[0] if fitted else size_of(where.field, result)
-        stands_out = accepted(result, tests_paid(where.field)["effect"])
+        stands_out = accepted(result, paid_by_kind(where.field)["effect"])
         large = large_enough(where.field, result, size, where.least_arcsec)
         out.append(
             {
@@ -639,7 +639,7 @@ def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]
     """
     out: dict[str, Any] = {}
     contest = stage.contest
-    count = len(KINDS) * tests_made(stage)["effect"]  # as in a diagnosis, also where none is held
+    count = len(KINDS) * count_tests(stage)["effect"]  # as in a diagnosis, also where none is held
     for name, candidate in stage.candidates.items():
         if not candidate.named or candidate.effect is None:
             continue

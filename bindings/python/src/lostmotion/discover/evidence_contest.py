@@ -22,7 +22,7 @@ from lostmotion.discover.judging import (
     accepted,
     judge_all,
     large_enough,
-    tests_paid,
+    paid_by_kind,
 )
 from lostmotion.discover.refits import Contender, term_of
 from lostmotion.discover.selection import (
@@ -235,7 +235,7 @@ def choose(
     body: Body, stage: Field, results: list[Result], within: float, before: Sequence[Step]
 ) -> Step:
     """Find what is missing most, by the gates and sizes of a diagnosis."""
-    paid = tests_paid(stage)
+    paid = paid_by_kind(stage)
     earlier = [s.chosen for s in before if s.chosen is not None]
     given = body.about["given_arcsec"].values()
     least = least_size(within, max([*given, *(c.size for c in earlier)], default=0.0))
@@ -277,6 +277,6 @@ def needed_beside(stage: Field, chosen: Contender, rival: str, results: Sequence
     beside = Contest(left).test(chosen.result.block)
     return (
         beside is not None
-        and accepted(beside, tests_paid(stage)["effect"])
+        and accepted(beside, paid_by_kind(stage)["effect"])
         and beside.gain >= RIVAL_SHARE * chosen.gain
     )

@@ -86,7 +86,7 @@ def judge(stage: Field, block: str) -> Result | None:
 def accepted(result: Result, count: int) -> bool:
     """All three gates; where the plan lets few runs show it, the F test makes up for the flips.
 
-    `count` is how many tests the candidate pays for (`tests_paid`).
+    `count` is how many tests the candidate pays for (`paid_by_kind`).
     """
     share = FLIP_LEVEL / result.flip_limit
     spread = result.flip_p <= FLIP_LEVEL and result.p * count <= P_LIMIT
@@ -94,7 +94,7 @@ def accepted(result: Result, count: int) -> bool:
     return (spread or few) and result.gain >= GAIN_LEAST
 
 
-def tests_made(stage: Field) -> Counter[str]:
+def count_tests(stage: Field) -> Counter[str]:
     """Number of tests of each kind of candidate."""
     made: Counter[str] = Counter()
     for candidate in stage.candidates.values():
@@ -103,15 +103,15 @@ def tests_made(stage: Field) -> Counter[str]:
     return made
 
 
-def tests_paid(stage: Field) -> dict[str, int]:
+def paid_by_kind(stage: Field) -> dict[str, int]:
     """For each kind of candidate how many tests one of them pays for."""
-    made = tests_made(stage)
+    made = count_tests(stage)
     return {kind: len(made) * max(made[kind], 1) for kind in KINDS}
 
 
 def family_p(stage: Field, candidate: Candidate, result: Result) -> float:
     """Chance that any candidate does as well where there is nothing."""
-    return min(1.0, result.p * tests_paid(stage)[candidate.kind])
+    return min(1.0, result.p * paid_by_kind(stage)[candidate.kind])
 
 
 def size_of(stage: Field, result: Result) -> float:

@@ -24,7 +24,7 @@ from lostmotion.discover.judging import (
     judge_all,
     large_enough,
     size_of,
-    tests_paid,
+    paid_by_kind,
     told_apart,
 )
 from lostmotion.discover.noise import Noise
@@ -169,7 +169,7 @@ def choose(
     kept : mapping, optional
         Effects that are in the model, with their sizes.
     """
-    paid = tests_paid(stage)
+    paid = paid_by_kind(stage)
     leads = find_leads(stage, results, paid, least, least_shape)
     if plain is not None:
         leads = add_leads(leads, *plain, paid["effect"])
@@ -438,7 +438,7 @@ def select(
         ):
             break
         assert step.chosen.settled is not None
-        settled = without_idle(step.chosen.settled, len(base.terms), tests_paid(stage)["effect"])
+        settled = without_idle(step.chosen.settled, len(base.terms), paid_by_kind(stage)["effect"])
         trail.append(settled)
         say("refit")
     return Selection(steps, trail, noise, max((size for _, size in given.values()), default=0.0))
