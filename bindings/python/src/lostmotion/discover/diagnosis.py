@@ -31,11 +31,11 @@ from lostmotion.discover.held_out import held_out_rms
 from lostmotion.discover.judging import (
     P_LIMIT,
     accepted,
+    count_tests,
     family_p,
     large_enough,
-    size_of,
-    count_tests,
     paid_by_kind,
+    size_of,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.refits import term_of, without_deviations

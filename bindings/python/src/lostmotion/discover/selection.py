@@ -23,8 +23,8 @@ from lostmotion.discover.judging import (
     accepted,
     judge_all,
     large_enough,
-    size_of,
     paid_by_kind,
+    size_of,
     told_apart,
 )
 from lostmotion.discover.noise import Noise
