@@ -21,7 +21,7 @@ import numpy.typing as npt
 from lostmotion.backbone import Backbone, run_plays
 from lostmotion.core import core
 from lostmotion.discover.conditions import Conditions, side_by_side
-from lostmotion.discover.effects import Effect, Value
+from lostmotion.discover.effects import Effect
 from lostmotion.solve import Solution, bounded_least_squares
 from lostmotion.units import ARCSEC
 
@@ -68,14 +68,6 @@ TOLERANCE = 1e-6
 
 EVENLY = 12.0
 """What may be anywhere in a range has this precision over the range's square."""
-
-BETWEEN_RUNS = {"cycles"}
-"""Conditions that do not change within a run: only runs tell how an effect hangs on them ..."""
-
-RUN_SCATTER = 0.6
-"""... and each tells it as well as what it has of its own allows, over the noise, however many
-samples it has. A law through the few worn runs of a campaign is held to what is usual accordingly:
-samples that count one by one would put it through their scatter, and far off beyond them."""
 
 RADIUS_STEP = 0.02
 """Relative step of the half widths in differences."""
@@ -447,33 +439,15 @@ class Base:
             self.outside = x[at : at + PLAYS].copy()
 
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
-        """Weak prior: slopes within their own size of the sheet's, start states within one.
-
-        Laws that only runs tell are within their bounds, about what is usual.
-        """
+        """Weak prior: slopes within their own size of the sheet's, start states within one."""
         n, states = self.slopes.size, self.start.size
         sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(states)))
         starts = [np.arange(x.size)[places] for places in self.start_places(x.size)]
-        laws = list(self.laws_between_runs())
-        where = np.concatenate((np.arange(n), *starts, [place for place, _ in laws])).astype(int)
-        usual = np.array([value.typical for _, value in laws])
-        mean = np.concatenate((self.prior_slopes, np.zeros(states), usual))
-        width = np.array([value.high - value.low for _, value in laws])
-        a_run = RUN_SCATTER * np.sqrt(self.conditions.rows / self.conditions.runs)
-        sd = np.concatenate((sd, width / np.sqrt(EVENLY) / a_run))
+        where = np.concatenate((np.arange(n), *starts))
+        mean = np.concatenate((self.prior_slopes, np.zeros(states)))
         rows = np.zeros((where.size, x.size))
         rows[np.arange(where.size), where] = scale / sd
         return scale * (x[where] - mean) / sd, rows
-
-    def laws_between_runs(self) -> Iterator[tuple[int, Value]]:
-        """Places among the free parameters of the values that say how an effect hangs on runs."""
-        place = self.slopes.size + 2 * PLAYS
-        for term in self.terms:
-            for i in term.free:
-                value = term.effect.values[i]
-                if value.role == "shape" and term.effect.needs & BETWEEN_RUNS:
-                    yield place, value
-                place += 1
 
     def precision(self, count: int) -> FloatArray:
         """Prior precision of the columns of `fixed_columns` about where they are.
