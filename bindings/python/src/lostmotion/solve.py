@@ -78,7 +78,7 @@ def bounded_least_squares(
     small_falls = 0
     # Where the samples see no unknown at all (a torque that never moves), the start stays.
     while used < steps and damping < GREATEST_DAMPING and cost > 0 and np.any(gradient):
-        move = _step(normal, gradient, damping, low - x, high - x)
+        move = solve_within(normal, -gradient, low - x, high - x, damping)
         predicted = -float(move @ (2.0 * gradient + normal @ move))
         if predicted <= tolerance * cost:
             break
@@ -98,10 +98,20 @@ def bounded_least_squares(
     return Solution(x, cost, normal, (x <= low) | (x >= high), used)
 
 
-def _step(
-    normal: FloatArray, gradient: FloatArray, damping: float, low: FloatArray, high: FloatArray
+def solve_within(
+    normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray, damping: float = 0.0
 ) -> FloatArray:
-    """Minimise the damped quadratic model within the box."""
+    """Solve normal equations within a box: `x` of least ``x @ normal @ x / 2 - right @ x``.
+
+    Parameters
+    ----------
+    normal : ndarray
+        Symmetric, positive semidefinite.
+    right, low, high : ndarray
+        ``low < high``.
+    damping : float
+        Added to the diagonal, in its own units.
+    """
     diagonal = np.diag(normal)
     floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
     scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
@@ -115,36 +125,15 @@ def _step(
             break
         except np.linalg.LinAlgError:
             extra *= 10.0
-    target = np.linalg.solve(factor, -gradient * scale)
     found = lsq_linear(
         factor.T,
-        target,
+        np.linalg.solve(factor, right * scale),
         bounds=(low / scale, high / scale),
         method="bvls",
         tol=1e-12,
         max_iter=50 * scale.size,
     )
-    return np.asarray(found.x * scale)
-
-
-def solve_within(
-    normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray
-) -> FloatArray:
-    """Solve normal equations within a box: `x` of least ``x @ normal @ x / 2 - right @ x``.
-
-    Parameters
-    ----------
-    normal : ndarray
-        Symmetric and positive definite.
-    right, low, high : ndarray
-        ``low < high``.
-    """
-    x = np.linalg.solve(normal, right)
-    if np.all((low <= x) & (x <= high)):
-        return np.asarray(x, dtype=np.float64)
-    factor = np.linalg.cholesky(normal)
-    found = lsq_linear(factor.T, np.linalg.solve(factor, right), (low, high), method="bvls")
-    return np.asarray(found.x, dtype=np.float64)
+    return np.asarray(found.x * scale, dtype=np.float64)
 
 
 def break_stick(sticks: FloatArray, count: int) -> FloatArray:

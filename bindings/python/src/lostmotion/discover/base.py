@@ -26,6 +26,7 @@ from lostmotion.solve import Solution, bounded_least_squares
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
 
 KNOTS = 28
 """Ends of stretches of the backbone on each side, spaced geometrically. The curve has 59 points,
@@ -68,6 +69,14 @@ TOLERANCE = 1e-6
 
 EVENLY = 12.0
 """What may be anywhere in a range has this precision over the range's square."""
+
+BETWEEN_RUNS = {"cycles"}
+"""Conditions that do not change within a run: only runs tell how an effect hangs on them ..."""
+
+RUN_SCATTER = 0.6
+"""... and each tells it as well as what it has of its own allows, over the noise, however many
+samples it has. A law through the few worn runs of a campaign is held to what is usual accordingly:
+samples that count one by one would put it through their scatter, and far off beyond them."""
 
 RADIUS_STEP = 0.02
 """Relative step of the half widths in differences."""
@@ -439,15 +448,44 @@ class Base:
             self.outside = x[at : at + PLAYS].copy()
 
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
-        """Weak prior: slopes within their own size of the sheet's, start states within one."""
+        """Weak prior: slopes within their own size of the sheet's, start states within one.
+
+        Laws that only runs tell are within their bounds, about what is usual.
+        """
         n, states = self.slopes.size, self.start.size
         sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(states)))
         starts = [np.arange(x.size)[places] for places in self.start_places(x.size)]
-        where = np.concatenate((np.arange(n), *starts))
-        mean = np.concatenate((self.prior_slopes, np.zeros(states)))
+        laws, usual, laws_sd = self.laws_between_runs()
+        where = np.concatenate((np.arange(n), *starts, laws))
+        mean = np.concatenate((self.prior_slopes, np.zeros(states), usual))
+        sd = np.concatenate((sd, laws_sd))
         rows = np.zeros((where.size, x.size))
         rows[np.arange(where.size), where] = scale / sd
         return scale * (x[where] - mean) / sd, rows
+
+    def laws_between_runs(self) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Values that say how an effect hangs on what only runs tell.
+
+        Returns
+        -------
+        places : ndarray of int
+            Among the free parameters.
+        usual, sd : ndarray
+            The prior of a fit: its standard deviation counts samples of one unit of noise.
+        """
+        places, usual, widths = [], [], []
+        place = self.slopes.size + 2 * PLAYS
+        for term in self.terms:
+            for i in term.free:
+                value = term.effect.values[i]
+                if value.role == "shape" and term.effect.needs & BETWEEN_RUNS:
+                    places.append(place)
+                    usual.append(value.typical)
+                    widths.append(value.high - value.low)
+                place += 1
+        a_run = RUN_SCATTER * np.sqrt(self.conditions.rows / self.conditions.runs)
+        sd = np.array(widths) / np.sqrt(EVENLY) / a_run
+        return np.array(places, dtype=np.intp), np.array(usual), sd
 
     def precision(self, count: int) -> FloatArray:
         """Prior precision of the columns of `fixed_columns` about where they are.

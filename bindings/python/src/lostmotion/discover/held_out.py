@@ -56,35 +56,34 @@ def held_out_residual(
     point = base.at()
     fixed, _ = base.fixed_columns(point)
     precision = base.precision(fixed.shape[1])
+    laws, _, sd = base.laws_between_runs()
+    precision[laws] = 1.0 / sd**2
     x, low, high = base.vector()
     free = (x > low) & (x < high)
     fixed, precision = fixed[:, free], precision[free]
-    norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / max(fixed.shape[0], 1))
+    out = base.measured - point.angle
+    pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
+    for at in pieces:
+        fixed[at] -= fixed[at].mean(axis=0)
+        out[at] -= out[at].mean()
+    # The units of a column are such that it and what is known of its value are one together.
+    known = precision * float(np.mean(out**2)) / out.size
+    norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
     norm[norm == 0] = 1.0
     fixed /= norm
     least, most = (low - x)[free] * norm, (high - x)[free] * norm
-    out = base.measured - point.angle
-    pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
     size = fixed.shape[1]
-    gram = np.empty((len(pieces), size, size))
-    slope = np.empty((len(pieces), size))
+    gram = np.zeros((len(pieces), size, size))
+    slope = np.zeros((len(pieces), size))
     for i, at in enumerate(pieces):
-        fixed[at] -= fixed[at].mean(axis=0)
-        out[at] -= out[at].mean()
-        if rows is not None and not rows[at].any():
-            gram[i], slope[i] = 0.0, 0.0
-            continue
-        gram[i] = fixed[at].T @ fixed[at]
-        slope[i] = fixed[at].T @ out[at]
-    noise = float(np.mean(out**2))
-    ridge = np.diag(precision / norm**2 * noise + RIDGE * out.size)
-    rest = gram.sum(axis=0) - gram + ridge
-    total = slope.sum(axis=0)
-    # At a kink the linear form wants to go on from the fit to all, where no fit follows.
-    of_all = solve_within(gram.sum(axis=0) + ridge, total, least, most)
+        if rows is None or rows[at].any():
+            gram[i] = fixed[at].T @ fixed[at]
+            slope[i] = fixed[at].T @ out[at]
+    whole = gram.sum(axis=0) + out.size * np.diag(known / norm**2 + RIDGE)
     for i, at in enumerate(pieces):
         before = float(np.linalg.norm(out[at]))
-        step = solve_within(rest[i], total - slope[i], least, most) - of_all
+        # Nothing pulls at a fit to all: what the others want is what the piece does not.
+        step = solve_within(whole - gram[i], -slope[i], least, most)
         out[at] -= fixed[at] @ np.clip(step, least, most)
         if np.linalg.norm(out[at]) > DOUBTFUL * before:
             out[at] = residual_without(base, at, rows)
