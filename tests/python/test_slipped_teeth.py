@@ -59,7 +59,8 @@ def test_teeth_that_slipped_are_named_with_their_torque_run_and_second(teeth):
     assert found["unexplained"]["depends_on"] == []
     base, with_it = found["ladder"]
     assert base["rms_arcsec"] > 100 * with_it["rms_arcsec"]
-    assert with_it["rms_heldout_arcsec"] < 3
+    # What is left is the elasticity beyond the loads of the other runs.
+    assert with_it["rms_heldout_arcsec"] < 0.01 * base["rms_heldout_arcsec"]
 
 
 def test_merged_evidence_knows_them_as_events_of_one_campaign():

@@ -70,8 +70,8 @@ TOLERANCE = 1e-6
 EVENLY = 12.0
 """What may be anywhere in a range has this precision over the range's square."""
 
-BETWEEN_RUNS = {"cycles"}
-"""Conditions that do not change within a run: only runs tell how an effect hangs on them ..."""
+LAWS_BETWEEN_RUNS = {("wear", "exponent")}
+"""Values that say how an effect hangs on what does not change within a run: only runs tell them ..."""
 
 RUN_SCATTER = 0.6
 """... and each tells it as well as what it has of its own allows, over the noise, however many
@@ -152,26 +152,37 @@ class Base:
         return f"<Base{' with ' + names if names else ''} over {self.conditions.campaign!r}>"
 
     def __post_init__(self) -> None:
-        torque = self.conditions.torque
-        self.largest = float(np.max(np.abs(torque)))
+        c = self.conditions
+        self.largest = float(np.max(np.abs(c.torque)))
         self.knots_Nm = self.largest * np.geomspace(*KNOT_RANGE, KNOTS)
         self.radius_Nm = self.largest * np.geomspace(*PLAY_RANGE, PLAYS)
-        y = self.conditions.lost_motion
-        c = self.conditions
-        t = torque - c.run_mean(torque)[c.run_of]
-        mean = float(t @ (y - c.run_mean(y)[c.run_of]) / max(float(t @ t), 1e-300))
-        self.mean_slope = abs(mean) if mean else 1.0
-        ends = np.concatenate(([0.0], self.knots_Nm, [max(1.2 * self.largest, self.knots_Nm[-1])]))
-        self.prior_slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
-        if self.prior is not None:
-            self.prior_slopes = np.diff(self.prior(ends)) / np.diff(ends) / ARCSEC
-        self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
+        self.begin_from(c.lost_motion)
         self.shares = np.full(PLAYS, FIRST_SHARES[0])
         self.outside: FloatArray | None = None
         self.start = np.zeros((len(self.sittings), PLAYS))
         self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
         self.outlier = np.zeros(c.rows, dtype=bool)
-        self.measured = y.copy()
+        self.measured = c.lost_motion.copy()
+
+    def begin_from(self, lost_motion: FloatArray) -> None:
+        """Begin with the mean slope of a lost motion, arc seconds, and with the sheet's beyond it.
+
+        Parameters
+        ----------
+        lost_motion : ndarray
+            As recorded, less what is known not to be the drive's elasticity.
+        """
+        c = self.conditions
+        t = c.torque - c.run_mean(c.torque)[c.run_of]
+        y = lost_motion - c.run_mean(lost_motion)[c.run_of]
+        mean = float(t @ y / max(float(t @ t), 1e-300))
+        self.mean_slope = abs(mean) if mean else 1.0
+        self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
+        self.prior_slopes = self.slopes.copy()
+        if self.prior is not None:
+            last = max(1.2 * self.largest, self.knots_Nm[-1])
+            ends = np.concatenate(([0.0], self.knots_Nm, [last]))
+            self.prior_slopes = np.diff(self.prior(ends)) / np.diff(ends) / ARCSEC
 
     def allow_outside_friction(self) -> None:
         """Let friction outside the elasticity take part in the fit."""
@@ -464,7 +475,7 @@ class Base:
         return scale * (x[where] - mean) / sd, rows
 
     def laws_between_runs(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Values that say how an effect hangs on what only runs tell.
+        """Values that only runs tell (`LAWS_BETWEEN_RUNS`), and what is usual of them.
 
         Returns
         -------
@@ -478,7 +489,7 @@ class Base:
         for term in self.terms:
             for i in term.free:
                 value = term.effect.values[i]
-                if value.role == "shape" and term.effect.needs & BETWEEN_RUNS:
+                if (term.effect.name, value.name) in LAWS_BETWEEN_RUNS:
                     places.append(place)
                     usual.append(value.typical)
                     widths.append(value.high - value.low)

@@ -50,7 +50,7 @@ from lostmotion.discover.study import (
     swing_by_run,
     term_size,
 )
-from lostmotion.discover.tangents import given_values
+from lostmotion.discover.tangents import at_base, given_values
 from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError, given_as
@@ -240,6 +240,8 @@ def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int
     values = slipped_teeth(base, effect, start_values(effect, given_values(base, ratio)))
     if values is None:
         return 0
+    if np.all(base.slopes == base.mean_slope):
+        base.begin_from(base.measured - at_base(effect, values, base, base.at()))
     base.terms.append(Term(effect, values, effect.free()))
     return 1
 
