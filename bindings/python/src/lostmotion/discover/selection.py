@@ -58,6 +58,10 @@ SIZE_LEAST = 0.1
 """Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
 noise is as good as recordings can tell in practice."""
 
+TAKEN_UP = 1 / 3
+"""An effect of this share of the least size may be larger than it looks where the runs' own
+stiffness and gap have taken it up: it is refitted, and the error of all runs together tells."""
+
 P_SURE = 1e-3
 """A shape whose p over all candidates is larger must also lower the error on unseen runs."""
 
@@ -187,13 +191,12 @@ def choose(
     def follow(lead: Lead) -> Contender:
         contender = refit(lead.stage, lead.result, stage.settled)
         contender.size = fitted_size(contender) if lead.size is None else lead.size
-        if lead.size is None and not counts(lead, contender.size):
-            contender.size = max(contender.size, taken_from_all(stage, contender))
-        contender.passes = (
-            contender.gain >= GAIN_LEAST
-            and counts(lead, contender.size)
-            and (not contender.candidate.named or stands(contender, paid["effect"]))
+        contender.passes = contender.gain >= GAIN_LEAST and (
+            not contender.candidate.named or stands(contender, paid["effect"])
         )
+        if contender.passes and lead.size is None and not counts(lead, contender.size):
+            contender.size = max(contender.size, taken_from_all(stage, contender))
+        contender.passes = contender.passes and counts(lead, contender.size)
         return contender
 
     contenders = best_starts(in_parallel(follow, leads))
@@ -318,7 +321,7 @@ def find_leads(
             limit = least_shape if least_shape is not None and not candidate.named else least
             if large_enough(stage, result, size, limit):
                 passed.append(Lead(stage, result, size))
-            elif candidate.named:
+            elif candidate.named and large_enough(stage, result, size, TAKEN_UP * limit):
                 passed.append(Lead(stage, result, None))
     if not passed:
         return []
