@@ -23,8 +23,14 @@ from lostmotion.discover.effects import load_python, load_shared_object
 from lostmotion.discover.ladder import fit_model
 from lostmotion.discover.plans import check, next_runs
 from lostmotion.discover.refits import refitted, without_deviations
-from lostmotion.discover.selection import without_idle
-from lostmotion.discover.study import clean_outliers, plain_rms
+from lostmotion.discover.selection import taken_from_all, without_idle
+from lostmotion.discover.study import (
+    clean_outliers,
+    estimate_noise,
+    plain_rms,
+    settle,
+    term_size,
+)
 from lostmotion.discover.tangents import form_of
 from lostmotion.discover.template import template
 from lostmotion.discover.threads import in_parallel
@@ -687,6 +693,29 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
     assert x[places] == [exponent]
     assert usual == [0.5]
     assert sd == pytest.approx([0.8 / (RUN_SCATTER * np.sqrt(500 * 12))])
+
+
+def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
+    """An effect that stands still in every run may hide in the stiffness that each run has."""
+
+    def uneven(columns, wound):
+        elastic = wound * 7.0 + 25.0 * np.tanh(wound / 8.0)
+        return 0.02 * np.cos(2 * columns["input_angle"]) * elastic
+
+    base = Base(Conditions(campaign(seed=6, warm=False, add=uneven)), RATED_NM)
+    base.first_fit()
+    modulation = library()["stiffness_modulation"]
+    wanted = base.copy()
+    wanted.terms.append(Term(modulation, modulation.typical.copy(), modulation.free()))
+    wanted.fit()
+    size = term_size(wanted, 0)
+    assert size > 1.0
+    noise = estimate_noise(base, [])
+    settled = settle(base, noise)
+    hidden = settled.base.copy()
+    hidden.terms.append(Term(modulation, 0.2 * wanted.terms[0].values, modulation.free()))
+    assert term_size(hidden, 0) < 0.3 * size
+    assert taken_from_all(settled.base, hidden) == pytest.approx(size, rel=0.1)
 
 
 def test_the_next_run_is_the_one_that_differs_most():

@@ -71,7 +71,7 @@ EVENLY = 12.0
 """What may be anywhere in a range has this precision over the range's square."""
 
 LAWS_BETWEEN_RUNS = {("wear", "exponent")}
-"""Values that say how an effect hangs on what does not change within a run: only runs tell them ..."""
+"""Values of how an effect hangs on what does not change within a run: only runs tell them ..."""
 
 RUN_SCATTER = 0.6
 """... and each tells it as well as what it has of its own allows, over the noise, however many

@@ -30,7 +30,6 @@ from lostmotion.discover.judging import (
 from lostmotion.discover.noise import Noise
 from lostmotion.discover.refits import (
     Contender,
-    plain_rms,
     refit,
     refitted,
     sharpen,
@@ -46,6 +45,7 @@ from lostmotion.discover.study import (
     make_field,
     noise_rms,
     plain_of,
+    plain_rms,
     settle,
     term_places,
     term_size,
@@ -195,7 +195,9 @@ def choose(
             not contender.candidate.named or stands(contender, paid["effect"])
         )
         if contender.passes and lead.size is None and not counts(lead, contender.size):
-            contender.size = max(contender.size, taken_from_all(stage, contender))
+            assert contender.settled is not None
+            taken = taken_from_all(stage.settled.base, contender.settled.base)
+            contender.size = max(contender.size, taken)
         contender.passes = contender.passes and counts(lead, contender.size)
         return contender
 
@@ -250,15 +252,14 @@ def raises_held_out(stage: Field, shape: Contender) -> bool:
     return held_out_rms(after) > held_out_rms(before)
 
 
-def taken_from_all(stage: Field, contender: Contender) -> float:
+def taken_from_all(base: Base, with_effect: Base) -> float:
     """Root mean square, arc seconds, by which an effect lowers the error of all runs together.
 
     Where runs differ by what has no exact form in the library, their own stiffness and gap take up
     most of it, and the effect beside them looks small.
     """
-    assert contender.settled is not None
-    before = without_deviations(stage.settled.base)
-    after = without_deviations(contender.settled.base, before)
+    before = without_deviations(base)
+    after = without_deviations(with_effect, before)
     return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
 
 
