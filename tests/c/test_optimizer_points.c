@@ -191,6 +191,95 @@ static void test_a_full_list_keeps_its_ends(void) {
   }
 }
 
+/* Designs on a coarse grid, so that many are as good as another; every third breaks a limit. */
+static void draw_designs(lm_found list[], int count) {
+  const double unit[LM_FREE_MAX] = {0};
+  uint64_t state = (uint64_t)count;
+  int i;
+  int j;
+  for (i = 0; i < count; i++) {
+    double objective[LM_OBJECTIVE_MAX] = {0};
+    for (j = 0; j < problem.objective_count; j++) {
+      state = lm_mix(state);
+      objective[j] = (double)(state % 12);
+    }
+    lm_fill_found(&problem, &list[i], i, unit, objective, i % 3 == 0 ? 1.0 + i % 7 : 0);
+  }
+}
+
+static int beats(const lm_found *a, const lm_found *b) {
+  if (a->violation > 0 || b->violation > 0) {
+    return a->violation < b->violation;
+  }
+  return lm_is_as_good(&problem, a->objective, b->objective) &&
+         !lm_is_as_good(&problem, b->objective, a->objective);
+}
+
+/* Each that no other is as good as stays, of equal ones the first, and nothing else. */
+static void test_a_list_holds_what_nothing_is_as_good_as(void) {
+  lm_found drawn[60];
+  lm_found list[60];
+  int i;
+  int k;
+  read_reference();
+  for (problem.objective_count = 1; problem.objective_count <= 4; problem.objective_count++) {
+    int count = 0;
+    int expected = 0;
+    draw_designs(drawn, 60);
+    for (i = 0; i < 60; i++) {
+      lm_insert_found(&problem, list, &count, 60, &drawn[i]);
+    }
+    for (i = 0; i < 60; i++) {
+      int stays = 1;
+      for (k = 0; k < 60 && stays; k++) {
+        stays = k == i || !lm_is_as_good(&problem, drawn[k].objective, drawn[i].objective) ||
+                (k > i && lm_is_as_good(&problem, drawn[i].objective, drawn[k].objective));
+      }
+      for (k = 0; k < count && list[k].combination != drawn[i].combination; k++) {
+      }
+      TEST_ASSERT_EQUAL_INT(stays, k < count);
+      expected += stays;
+    }
+    TEST_ASSERT_EQUAL_INT(expected, count);
+  }
+}
+
+/* Each front is all that no design of it or behind it beats. */
+static void test_selection_goes_front_by_front(void) {
+  lm_found list[80];
+  int first;
+  int last;
+  int i;
+  int k;
+  read_reference();
+  for (problem.objective_count = 1; problem.objective_count <= 4; problem.objective_count++) {
+    int fronts = 0;
+    draw_designs(list, 80);
+    lm_select_found(&problem, list, 80, 80);
+    for (first = 0; first < 80; first = last) {
+      for (last = first; last < 80; last++) {
+        int beaten = 0;
+        for (k = first; k < 80; k++) {
+          beaten |= beats(&list[k], &list[last]);
+        }
+        if (beaten) {
+          break;
+        }
+      }
+      TEST_ASSERT_GREATER_THAN_INT(first, last);
+      for (i = last; i < 80; i++) {
+        int beaten = 0;
+        for (k = first; k < 80; k++) {
+          beaten |= beats(&list[k], &list[i]);
+        }
+        TEST_ASSERT_TRUE(beaten);
+      }
+      fronts++;
+    }
+    TEST_ASSERT_GREATER_THAN_INT(7, fronts); /* the violations alone make 7 */
+  }
+}
+
 /* What differs from the reference in one line, and the line that is named. */
 static void assert_refused(const char *line, int at, const char *word) {
   lm_spec_error error = {-1, ""};
@@ -297,6 +386,8 @@ int main(void) {
   RUN_TEST(test_closing_never_takes_too_much);
   RUN_TEST(test_rounding_makes_no_front);
   RUN_TEST(test_a_full_list_keeps_its_ends);
+  RUN_TEST(test_a_list_holds_what_nothing_is_as_good_as);
+  RUN_TEST(test_selection_goes_front_by_front);
   RUN_TEST(test_refusals_name_line_and_word);
   RUN_TEST(test_values_out_of_range_name_their_key);
   RUN_TEST(test_names_go_both_ways);

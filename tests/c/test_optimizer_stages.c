@@ -32,6 +32,8 @@ static int batches;
 static int largest_batch;
 static int dealt;              /* parents of the last population, both islands */
 static int dealt_combinations; /* and their combinations */
+static int ends_left_out;      /* of the front of each combination, where a full population bred */
+static int recalls;            /* of such populations */
 static int most_levels;        /* different bounds of the second objective in one batch */
 static int ends;               /* tasks of a local solver beside those of a population */
 static int ends_from;          /* evaluations before the first of them */
@@ -221,6 +223,42 @@ static void count_dealt(const lm_task batch[], int count) {
   }
 }
 
+/* Whether the population has this design. */
+static int is_dealt(const lm_task batch[], int count, const lm_found *found) {
+  int i;
+  int k;
+  for (i = 0; i < count; i++) {
+    for (k = 0; k < batch[i].parent_count; k++) {
+      if (memcmp(&batch[i].parent[k], found, sizeof *found) == 0) {
+        return 1;
+      }
+    }
+  }
+  return 0;
+}
+
+/* After count_dealt. */
+static void count_ends_left_out(const lm_task batch[], int count) {
+  static lm_found front[FRONT_MAX];
+  const int designs = lm_read_front(search, front, FRONT_MAX);
+  int i;
+  int j;
+  int k;
+  if (dealt < 2 * LM_PARENT_MAX || designs < dealt) {
+    return;
+  }
+  recalls++;
+  for (i = 0; i < designs; i++) {
+    for (j = 0; j < problem.objective_count; j++) {
+      for (k = 0; k < designs && (front[k].combination != front[i].combination ||
+                                  front[k].objective[j] >= front[i].objective[j]);
+           k++) {
+      }
+      ends_left_out += k == designs && !is_dealt(batch, count, &front[i]);
+    }
+  }
+}
+
 /* Runs the search to its end in a world. */
 static void run_in(const world *w, const char *spec) {
   lm_spec_error error = {0, ""};
@@ -234,6 +272,8 @@ static void run_in(const world *w, const char *spec) {
   batches = 0;
   largest_batch = 0;
   most_levels = 0;
+  ends_left_out = 0;
+  recalls = 0;
   ends = 0;
   most_for_ends = 0;
   bridges = 0;
@@ -249,6 +289,7 @@ static void run_in(const world *w, const char *spec) {
     count_levels(batch, count);
     if (batch[0].kind == LM_TASK_EVOLVE) {
       count_dealt(batch, count);
+      count_ends_left_out(batch, count);
     }
     for (i = 0; i < count; i++) {
       TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
@@ -372,6 +413,8 @@ static void test_the_ends_of_the_front_leave_the_budget_to_what_lies_between(voi
   char many[4096];
   run_in(&plain, spec_of(4, 5000, 7, 1));
   TEST_ASSERT_INT_WITHIN(4, 500, most_for_ends);
+  run_in(&plain, spec_of(4, 40000, 7, 1));
+  TEST_ASSERT_EQUAL_INT(4 * 30 * lm_slope_charge(&problem), most_for_ends);
   (void)snprintf(many, sizeof many, "%s%s", spec_of(4, 620, 7, 1),
                  "range teeth.shift_difference -0.3 0.3\nrange teeth.tooth_height 1.4 2\n"
                  "range teeth.root_clearance 0.25 0.4\nrange teeth.pressure_angle_deg 20 25\n"
@@ -388,6 +431,16 @@ static void test_a_front_of_many_combinations_is_recalled_in_part(void) {
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
   TEST_ASSERT_EQUAL_INT(2 * LM_PARENT_MAX, dealt);
   TEST_ASSERT_GREATER_THAN_INT(LM_PARENT_MAX, dealt_combinations);
+}
+
+/* The best design of each combination in each objective is what a population loses first. */
+static void test_a_population_breeds_from_the_ends_of_the_front(void) {
+  int objectives;
+  for (objectives = 3; objectives <= 4; objectives++) {
+    run_in(&plain, spec_of(objectives, 9000, 4, 1));
+    TEST_ASSERT_GREATER_THAN_INT(0, recalls);
+    TEST_ASSERT_EQUAL_INT(0, ends_left_out);
+  }
 }
 
 /* A front that is wide as soon as the screen is done, of fewer combinations than half the places of
@@ -629,6 +682,7 @@ int main(void) {
   RUN_TEST(test_the_ends_of_the_front_are_sought_beside_the_population);
   RUN_TEST(test_the_ends_of_the_front_leave_the_budget_to_what_lies_between);
   RUN_TEST(test_a_front_of_many_combinations_is_recalled_in_part);
+  RUN_TEST(test_a_population_breeds_from_the_ends_of_the_front);
   RUN_TEST(test_a_wide_front_of_few_combinations_fills_the_population);
   RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);
   RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
