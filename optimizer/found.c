@@ -27,14 +27,21 @@ void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, 
   }
 }
 
-int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]) {
+/* Whether the first one of two designs is better in any objective (1), and whether the second one
+ * is (2). Without a jump: which objective tells two designs apart cannot be guessed. */
+static int better_ones(const lm_problem *problem, const double a[], const double b[]) {
+  int first = 0;
+  int second = 0;
   int j;
   for (j = 0; j < problem->objective_count; j++) {
-    if (a[j] > b[j]) {
-      return 0;
-    }
+    first |= a[j] < b[j];
+    second |= b[j] < a[j];
   }
-  return 1;
+  return first + 2 * second;
+}
+
+int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]) {
+  return better_ones(problem, a, b) < 2;
 }
 
 /* Distance between two designs in shares of their objectives. */
@@ -82,13 +89,14 @@ void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int
                      const lm_found *found) {
   int kept = 0;
   int i;
+  /* None of the list is as good as another: what pushes one off is beaten by none, so that nothing
+   * has moved yet where it is not taken. */
   for (i = 0; i < *count; i++) {
-    if (lm_is_as_good(problem, list[i].objective, found->objective)) {
+    const int better = better_ones(problem, list[i].objective, found->objective);
+    if (better < 2) {
       return;
     }
-  }
-  for (i = 0; i < *count; i++) {
-    if (!lm_is_as_good(problem, found->objective, list[i].objective)) {
+    if (better & 1) {
       if (kept < i) {
         list[kept] = list[i];
       }
@@ -121,15 +129,36 @@ void lm_sort_found(lm_found list[], int count) {
 /* --- selection ----------------------------------------------------------------------------------
  */
 
-/* Feasible before infeasible, less violation before more, then by the objectives. */
-static int beats(const lm_problem *problem, const lm_found *a, const lm_found *b) {
-  const int feasible_a = a->violation <= 0;
-  const int feasible_b = b->violation <= 0;
-  if (feasible_a && feasible_b) {
-    return lm_is_as_good(problem, a->objective, b->objective) &&
-           !lm_is_as_good(problem, b->objective, a->objective);
+/* Which of two designs beats the other, 1 or 2, else another number: feasible before infeasible,
+ * less violation before more, then by the objectives. */
+static int better_found(const lm_problem *problem, const lm_found *a, const lm_found *b) {
+  if (a->violation <= 0 && b->violation <= 0) {
+    return better_ones(problem, a->objective, b->objective);
   }
-  return feasible_a || (!feasible_b && a->violation < b->violation);
+  if (a->violation <= 0 || b->violation <= 0) {
+    return a->violation <= 0 ? 1 : 2;
+  }
+  return (a->violation < b->violation) + 2 * (b->violation < a->violation);
+}
+
+/* Which of list[first .. count - 1] another one beats. What a beaten one beats is beaten by what
+ * beat that, so that it need not be compared any further. */
+static void mark_beaten(const lm_problem *problem, const lm_found list[], int first, int count,
+                        double beaten[]) {
+  int i;
+  int k;
+  for (i = first; i < count; i++) {
+    beaten[i] = 0;
+  }
+  for (i = first; i < count; i++) {
+    for (k = i + 1; k < count && beaten[i] == 0; k++) {
+      if (beaten[k] == 0) {
+        const int better = better_found(problem, &list[i], &list[k]);
+        beaten[i] = better == 2;
+        beaten[k] = better == 1;
+      }
+    }
+  }
 }
 
 /* Crowding distance within list[first .. last - 1]: for each objective, the width between both
@@ -187,13 +216,7 @@ void lm_select_found(const lm_problem *problem, lm_found list[], int count, int 
   count = k;
   while (first < count && first < wanted) {
     int last = first;
-    for (i = first; i < count; i++) {
-      int beaten = 0;
-      for (k = first; k < count && !beaten; k++) {
-        beaten = k != i && beats(problem, &list[k], &list[i]);
-      }
-      crowding[i] = beaten;
-    }
+    mark_beaten(problem, list, first, count, crowding);
     for (i = first; i < count; i++) {
       if (crowding[i] == 0) {
         swap_found(list, crowding, last++, i);
