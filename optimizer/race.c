@@ -1,5 +1,7 @@
 #include "race.h"
 
+#include <math.h>
+
 #include "spread.h"
 
 #define SCREEN_POINTS 4 /* of a combination */
@@ -127,23 +129,33 @@ static void start_epoch(lm_search *search, double share) {
   add_spread(search, LM_ISLANDS_MAX);
 }
 
-/* Whether a kept design is the best of its combination in any objective. */
-static int is_end(const lm_search *search, int place) {
-  const lm_found *found = &search->archive[place];
+/* The least of each objective of each combination, over what is kept. */
+static void find_least(lm_search *search) {
+  const int count = search->problem.objective_count;
+  int i;
   int j;
-  for (j = 0; j < search->problem.objective_count; j++) {
-    int beaten = 0;
-    int i;
-    for (i = 0; i < search->archive_count && !beaten; i++) {
-      const lm_found *other = &search->archive[i];
-      beaten =
-          other->combination == found->combination && other->objective[j] < found->objective[j];
-    }
-    if (!beaten) {
-      return 1;
+  for (i = 0; i < search->archive_count; i++) {
+    for (j = 0; j < count; j++) {
+      search->state[search->archive[i].combination].least[j] = HUGE_VAL;
     }
   }
-  return 0;
+  for (i = 0; i < search->archive_count; i++) {
+    const lm_found *found = &search->archive[i];
+    double *least = search->state[found->combination].least;
+    for (j = 0; j < count; j++) {
+      least[j] = fmin(found->objective[j], least[j]);
+    }
+  }
+}
+
+/* Whether a kept design is the best of its combination in any objective. */
+static int is_end(const lm_search *search, const lm_found *found) {
+  const double *least = search->state[found->combination].least;
+  int j = 0;
+  while (j < search->problem.objective_count && found->objective[j] > least[j]) {
+    j++;
+  }
+  return j < search->problem.objective_count;
 }
 
 /* The last population is too small for a wide front: half of its places go to the ends of each
@@ -157,8 +169,9 @@ static void recall_front(lm_search *search, int places) {
   if (search->epoch_end < search->problem.evaluations || search->archive_count < places) {
     return;
   }
+  find_least(search);
   for (n = 0; n < search->archive_count && last > first; n++) {
-    if (is_end(search, n)) {
+    if (is_end(search, &search->archive[n])) {
       search->population[--last] = search->archive[n];
     }
   }

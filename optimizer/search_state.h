@@ -27,6 +27,7 @@ typedef struct lm_combination_state {
   double value;
   double violation;
   double unit[LM_FREE_MAX];
+  double least[LM_OBJECTIVE_MAX]; /* of its kept designs, when the population recalls the front */
   int pool_count;
   lm_found pool[LM_POOL_MAX];
 } lm_combination_state;
