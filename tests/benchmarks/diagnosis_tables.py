@@ -179,7 +179,14 @@ def headline(rows: list[Record]) -> list[str]:
     out = table(("asked for", "bar", "reached"), lines)
     if added:
         median = np.median([held_over_floor(done) for done in added])
-        out += ["", f"The held-out error after adding is {median:.2f} times the floor (median)."]
+        above = [
+            f"{' and '.join(f'`{name}`' for name in sorted(done['truth']['effects']))} "
+            f"{held_over_floor(done):.2f}"
+            for done in sorted(added, key=held_over_floor)
+            if held_over_floor(done) > FLOOR_FACTOR
+        ]
+        over = f"; above {FLOOR_FACTOR}: {', '.join(above)}" if above else ""
+        out += ["", f"That error is {median:.2f} times the floor (median){over}."]
     other = Counter(d["judged"] for d in single + pair if not right(d))
     if other:
         out += ["", f"Other answers to single effects and pairs: {in_words(other)}."]
