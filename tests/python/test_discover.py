@@ -693,6 +693,9 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
     assert x[places] == [exponent]
     assert usual == [0.5]
     assert sd == pytest.approx([0.8 / (RUN_SCATTER * np.sqrt(500 * 12))])
+    # Weighed against the noise: the same law in noise of half the size is held half as tightly.
+    base.noise_arcsec = 0.5
+    assert base.laws_between_runs()[2] == pytest.approx(2 * sd)
 
 
 def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():

@@ -72,5 +72,5 @@ def test_a_step_alone_misleads_where_a_run_is_extrapolated(monkeypatch):
     monkeypatch.setattr(held_out, "DOUBTFUL", np.inf)
     step = by_run(held_out_residual(base), base)
     most_worn = RUNS - 1
-    assert step[most_worn] < 0.9 * truth[most_worn]
+    assert step[most_worn] < 0.95 * truth[most_worn]
     assert step[:most_worn] == pytest.approx(truth[:most_worn], rel=0.1)

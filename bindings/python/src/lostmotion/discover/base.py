@@ -137,6 +137,8 @@ class Base:
         for each sitting.
     deviations : ndarray
         Of each run: stiffness, friction (relative) and gap (arc seconds).
+    noise_arcsec : float
+        Root mean square within runs, as far as it is known; laws between runs are held by it.
     """
 
     conditions: Conditions
@@ -163,6 +165,7 @@ class Base:
         self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
         self.outlier = np.zeros(c.rows, dtype=bool)
         self.measured = c.lost_motion.copy()
+        self.noise_arcsec = 1.0
 
     def begin_from(self, lost_motion: FloatArray) -> None:
         """Begin with the mean slope of a lost motion, arc seconds, and with the sheet's beyond it.
@@ -469,10 +472,10 @@ class Base:
         laws, usual, laws_sd = self.laws_between_runs()
         where = np.concatenate((np.arange(n), *starts, laws))
         mean = np.concatenate((self.prior_slopes, np.zeros(states), usual))
-        sd = np.concatenate((sd, laws_sd))
+        weight = np.concatenate((scale / sd, 1.0 / laws_sd))
         rows = np.zeros((where.size, x.size))
-        rows[np.arange(where.size), where] = scale / sd
-        return scale * (x[where] - mean) / sd, rows
+        rows[np.arange(where.size), where] = weight
+        return weight * (x[where] - mean), rows
 
     def laws_between_runs(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Values that only runs tell (`LAWS_BETWEEN_RUNS`), and what is usual of them.
@@ -482,7 +485,7 @@ class Base:
         places : ndarray of int
             Among the free parameters.
         usual, sd : ndarray
-            The prior of a fit: its standard deviation counts samples of one unit of noise.
+            The prior of a fit: its weight is that of so much noise in every sample of a run.
         """
         places, usual, widths = [], [], []
         place = self.slopes.size + 2 * PLAYS
@@ -494,7 +497,8 @@ class Base:
                     usual.append(value.typical)
                     widths.append(value.high - value.low)
                 place += 1
-        a_run = RUN_SCATTER * np.sqrt(self.conditions.rows / self.conditions.runs)
+        per_run = self.conditions.rows / self.conditions.runs
+        a_run = RUN_SCATTER * self.noise_arcsec * np.sqrt(per_run)
         sd = np.array(widths) / np.sqrt(EVENLY) / a_run
         return np.array(places, dtype=np.intp), np.array(usual), sd
 

@@ -55,19 +55,18 @@ def held_out_residual(
     starts = base.conditions.starts if starts is None else starts
     point = base.at()
     fixed, _ = base.fixed_columns(point)
-    precision = base.precision(fixed.shape[1])
-    laws, _, sd = base.laws_between_runs()
-    precision[laws] = 1.0 / sd**2
-    x, low, high = base.vector()
-    free = (x > low) & (x < high)
-    fixed, precision = fixed[:, free], precision[free]
     out = base.measured - point.angle
     pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
     for at in pieces:
         fixed[at] -= fixed[at].mean(axis=0)
         out[at] -= out[at].mean()
+    known = base.precision(fixed.shape[1]) * float(np.mean(out**2))
+    laws, _, sd = base.laws_between_runs()
+    known[laws] = 1.0 / sd**2
+    x, low, high = base.vector()
+    free = (x > low) & (x < high)
+    fixed, known = fixed[:, free], known[free] / out.size
     # The units of a column are such that it and what is known of its value are one together.
-    known = precision * float(np.mean(out**2)) / out.size
     norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
     norm[norm == 0] = 1.0
     fixed /= norm

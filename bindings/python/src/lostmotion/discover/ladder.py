@@ -210,6 +210,7 @@ def fit_model(
     waves = shapes.waves(base)
     candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
+    base.noise_arcsec = noise_rms(noise, base)
     steps = 2 + len(chosen)
 
     def rung(of: Base) -> dict[str, Any]:

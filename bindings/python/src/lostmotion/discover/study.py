@@ -201,6 +201,7 @@ def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
     base is fitted after them. The best point by restricted likelihood is the one that counts.
     """
     current = base.copy()
+    current.noise_arcsec = noise_rms(noise, base)
     best = contest_at(current, noise)
     least_rms = plain_rms(current)
 
