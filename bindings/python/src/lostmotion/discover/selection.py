@@ -127,6 +127,8 @@ class Lead:
     result: Result
     size: float | None
     """Arc seconds; None where the tangent says nothing of it and only the refit tells."""
+    taken_up: bool = False
+    """Whether it may be larger than it looks (`TAKEN_UP`)."""
 
 
 @dataclass
@@ -194,7 +196,7 @@ def choose(
         contender.passes = contender.gain >= GAIN_LEAST and (
             not contender.candidate.named or stands(contender, paid["effect"])
         )
-        if contender.passes and lead.size is None and not counts(lead, contender.size):
+        if contender.passes and lead.taken_up and not counts(lead, contender.size):
             assert contender.settled is not None
             taken = taken_from_all(stage.settled.base, contender.settled.base)
             contender.size = max(contender.size, taken)
@@ -323,7 +325,7 @@ def find_leads(
             if large_enough(stage, result, size, limit):
                 passed.append(Lead(stage, result, size))
             elif candidate.named and large_enough(stage, result, size, TAKEN_UP * limit):
-                passed.append(Lead(stage, result, None))
+                passed.append(Lead(stage, result, None, taken_up=True))
     if not passed:
         return []
     near = [lead for lead in passed if lead.result.gain >= REFIT_SHARE * passed[0].result.gain]
