@@ -187,6 +187,11 @@ class Base:
             ends = np.concatenate(([0.0], self.knots_Nm, [last]))
             self.prior_slopes = np.diff(self.prior(ends)) / np.diff(ends) / ARCSEC
 
+    @property
+    def fresh(self) -> bool:
+        """Whether it holds no numbers of a fit yet."""
+        return bool(np.all(self.shares == FIRST_SHARES[0]))
+
     def allow_outside_friction(self) -> None:
         """Let friction outside the elasticity take part in the fit."""
         if self.outside is None:
@@ -575,7 +580,7 @@ class Base:
 
         A base that holds numbers of a fitted drive file starts from these alone.
         """
-        fresh = bool(np.all(self.shares == FIRST_SHARES[0]))
+        fresh = self.fresh
         best, best_x = self.fit(steps=steps, rows=rows), self.vector()[0]
         for share in FIRST_SHARES[1:] if fresh else ():
             self.slopes[:] = self.mean_slope

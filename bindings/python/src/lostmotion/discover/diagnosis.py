@@ -240,7 +240,7 @@ def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int
     values = slipped_teeth(base, effect, start_values(effect, given_values(base, ratio)))
     if values is None:
         return 0
-    if np.all(base.slopes == base.mean_slope):
+    if base.fresh:
         base.begin_from(base.measured - at_base(effect, values, base, base.at()))
     base.terms.append(Term(effect, values, effect.free()))
     return 1
