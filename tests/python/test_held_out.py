@@ -25,7 +25,7 @@ def worn_gap(columns, wound):
 def worn() -> Base:
     """A base with wear that three runs show, each more than the last; fitted."""
     data = campaign(5, RUNS)
-    for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 8e5], strict=True):
+    for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 1.5e6], strict=True):
         run.columns["cycles"] = np.full(len(run), cycles)
         opened = worn_gap(run.columns, run.torque_Nm)
         run.columns["lost_motion"] = run.lost_motion_rad + opened * ARCSEC
@@ -72,5 +72,5 @@ def test_a_step_alone_misleads_where_a_run_is_extrapolated(monkeypatch):
     monkeypatch.setattr(held_out, "DOUBTFUL", np.inf)
     step = by_run(held_out_residual(base), base)
     most_worn = RUNS - 1
-    assert step[most_worn] < 0.95 * truth[most_worn]
+    assert step[most_worn] < 0.9 * truth[most_worn]
     assert step[:most_worn] == pytest.approx(truth[:most_worn], rel=0.1)

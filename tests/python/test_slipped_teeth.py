@@ -63,6 +63,13 @@ def test_teeth_that_slipped_are_named_with_their_torque_run_and_second(teeth):
     assert with_it["rms_heldout_arcsec"] < 0.01 * base["rms_heldout_arcsec"]
 
 
+def test_a_slip_leaves_nothing_behind_where_another_run_has_its_loads():
+    once = overloaded(campaign(seed=5), 2.1 * RATED_NM)
+    found = answer_of(overloaded(once, 2.1 * RATED_NM))
+    assert (found["verdict"], found["effects"]) == ("missing-effect", ["ratcheting"])
+    assert found["ladder"][-1]["rms_heldout_arcsec"] < 3
+
+
 def test_merged_evidence_knows_them_as_events_of_one_campaign():
     drive = parse_drive(tomllib.loads(DRIVE))
     both = [overloaded(campaign(seed), limit) for seed, limit in ((5, 2.1 * RATED_NM), (6, 1e9))]
