@@ -177,7 +177,9 @@ def choose(
         Effects that are in the model, with their sizes.
     """
     paid = paid_by_kind(stage)
-    leads = find_leads(stage, results, paid, least, least_shape)
+    passed = find_leads(stage, results, paid, least, least_shape)
+    leads = strongest(passed)
+    tried = [lead.result.name for lead in leads]
     if plain is not None:
         leads = add_leads(leads, *plain, paid["effect"])
 
@@ -204,6 +206,16 @@ def choose(
         return contender
 
     contenders = best_starts(in_parallel(follow, leads))
+    fallen: set[str] = set()
+    while not any(c.passes for c in contenders):
+        # Leads that do not stand after their refits must not hide the weaker ones behind them.
+        passed = [lead for lead in passed if lead.result.name not in tried]
+        leads = [lead for lead in strongest(passed) if lead.size is None or counts(lead, lead.size)]
+        if not leads:
+            break
+        fallen |= {c.result.name for c in contenders} - {lead.result.name for lead in leads}
+        tried += [lead.result.name for lead in leads]
+        contenders = best_starts(contenders + in_parallel(follow, leads))
     fit = [c for c in contenders if c.passes]
     best_named = simplest([c for c in fit if c.candidate.named])
     best_shape = simplest([c for c in fit if not c.candidate.named])
@@ -237,6 +249,7 @@ def choose(
         large = [
             result
             for result in results
+            if result.name not in fallen
             if result.name in stand or counts(Lead(stage, result, None), size_of(stage, result))
         ]
         step.rivals = rivals(stage, large, contenders, chosen)
@@ -315,7 +328,7 @@ def find_leads(
     least: float,
     least_shape: float | None,
 ) -> list[Lead]:
-    """Find the strongest of those that pass all gates where the base stands."""
+    """Find those that pass all gates where the base stands, strongest first."""
     passed = []
     for result in results:
         candidate = stage.candidates[result.name]
@@ -326,11 +339,16 @@ def find_leads(
                 passed.append(Lead(stage, result, size))
             elif candidate.named and large_enough(stage, result, size, TAKEN_UP * limit):
                 passed.append(Lead(stage, result, None, taken_up=True))
+    return passed
+
+
+def strongest(passed: list[Lead]) -> list[Lead]:
+    """Find the leads whose gain is near the greatest: they are refitted first."""
     if not passed:
         return []
     near = [lead for lead in passed if lead.result.gain >= REFIT_SHARE * passed[0].result.gain]
-    effects = [x for x in near if stage.candidates[x.result.name].named][:REFITS_NAMED]
-    shapes = [x for x in near if not stage.candidates[x.result.name].named][:REFITS_SHAPES]
+    effects = [x for x in near if x.stage.candidates[x.result.name].named][:REFITS_NAMED]
+    shapes = [x for x in near if not x.stage.candidates[x.result.name].named][:REFITS_SHAPES]
     if effects and near[0] is effects[0] and shapes:
         shapes = [x for x in shapes[:1] if x.result.gain > CLEAR_SHARE * effects[0].result.gain]
     return [*effects, *shapes]
