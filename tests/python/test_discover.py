@@ -14,17 +14,15 @@ import pytest
 from conftest import needs_compiler
 from lostmotion.backbone import run_plays
 from lostmotion.cli import main
-from lostmotion.discover import Value, diagnose, effect, library
-from lostmotion.discover import base as base_room
-from lostmotion.discover import refits, selection
+from lostmotion.discover import Value, diagnose, effect, library, selection
 from lostmotion.discover.base import RUN_SCATTER, Base, Term
 from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.diagnosis import plausible
 from lostmotion.discover.drive_base import make_base
 from lostmotion.discover.effects import load_python, load_shared_object
+from lostmotion.discover.judging import size_of
 from lostmotion.discover.ladder import fit_model
 from lostmotion.discover.plans import check, next_runs
-from lostmotion.discover.judging import size_of
 from lostmotion.discover.refits import refitted, without_deviations
 from lostmotion.discover.selection import taken_from_all, without_idle
 from lostmotion.discover.study import (
@@ -292,7 +290,7 @@ def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campa
     return Campaign([Run(i, "made", columns[i]) for i in range(runs)])
 
 
-@pytest.mark.parametrize(("seed", "seen"), [(1, ["creep", "torque_offset"]), (2, [])])
+@pytest.mark.parametrize(("seed", "seen"), [(1, ["creep"]), (2, [])])
 def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed, seen):
     found = diagnose(sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0).answer()
     assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])
@@ -445,9 +443,8 @@ def test_independent_pieces_of_work_keep_their_order():
     assert in_parallel(str, [1]) == ["1"]
 
 
-def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap, monkeypatch):
-    """A fit that starts too far off for its evaluations starts anew from the smaller model."""
-    monkeypatch.setattr(refits, "REFIT_STEPS", 1)
+def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
+    """A fit that starts too far off, as deviations of single runs lead it, starts anew."""
     before = without_deviations(warm_gap.selection.settled[0].base)
     friction = library()["stribeck_friction"]
     grown = before.copy()
@@ -460,7 +457,7 @@ def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap, monk
 
 
 def test_a_lead_that_does_not_stand_hides_no_weaker_one(warm_gap, monkeypatch):
-    """What a blurred tangent promises is refitted first; when that fails the next one has its turn."""
+    """What a blurred tangent promises is refitted first; where it fails the next has its turn."""
     first = warm_gap.selection.steps[0]
     found = {result.name: result for result in first.results}
     blurred = dataclasses.replace(found["kinematic_error"], gain=1e4)
@@ -476,20 +473,6 @@ def test_a_lead_that_does_not_stand_hides_no_weaker_one(warm_gap, monkeypatch):
     assert not tried["kinematic_error"]
     assert step.chosen.result.name == "thermal_gap"
     assert step.rivals == []
-
-
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_slopes_that_few_samples_tell_are_alike(seed, monkeypatch):
-    """The drive gives 10.1 arcsec a N m at little torque; noise would have the slopes alternate."""
-    conditions = Conditions(campaign(seed=seed, warm=False))
-    base, loose = Base(conditions, RATED_NM), Base(conditions, RATED_NM)
-    base.first_fit()
-    assert base.slopes[:16] == pytest.approx(np.full(16, 7 + 25 / 8), rel=0.12)
-    monkeypatch.setattr(base_room, "ALIKE_NOISE", 0.0)
-    loose.first_fit()
-    assert np.ptp(loose.slopes[:16]) > 4 * np.ptp(base.slopes[:16])
-    # Nothing that the samples show is given up for it.
-    assert plain_rms(base) < 1.002 * plain_rms(loose)
 
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):

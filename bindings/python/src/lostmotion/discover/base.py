@@ -78,15 +78,6 @@ RUN_SCATTER = 0.6
 samples it has. A law through the few worn runs of a campaign is held to what is usual accordingly:
 samples that count one by one would put it through their scatter, and far off beyond them."""
 
-NEXT_SLOPE = 0.5
-"""How much the compliance of a stretch usually differs from the next one's, over its size."""
-
-ALIKE_NOISE = 5.0
-"""Neighbours are held alike as firmly as by one sample with so many times the noise: noise of samples
-that follow each other is alike, and 25 of them count as one. What acts at next to no torque is often
-told by one run alone; the others leave single slopes open, and noise would have them alternate. The
-corners of a staged take-up are seen by thousands of samples and stay."""
-
 RADIUS_STEP = 0.02
 """Relative step of the half widths in differences."""
 
@@ -478,8 +469,7 @@ class Base:
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
         """Weak prior: slopes within their own size of the sheet's, start states within one.
 
-        Laws that only runs tell are within their bounds, about what is usual; neighbouring slopes
-        are alike.
+        Laws that only runs tell are within their bounds, about what is usual.
         """
         n, states = self.slopes.size, self.start.size
         sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(states)))
@@ -490,20 +480,7 @@ class Base:
         weight = np.concatenate((scale / sd, 1.0 / laws_sd))
         rows = np.zeros((where.size, x.size))
         rows[np.arange(where.size), where] = weight
-        alike = self.alike_rows(x.size)
-        residual = np.concatenate((weight * (x[where] - mean), alike @ x))
-        return residual, np.concatenate((rows, alike))
-
-    def alike_rows(self, count: int) -> FloatArray:
-        """Rows over `count` free parameters, arc seconds, by which neighbouring slopes are alike."""
-        n = self.slopes.size
-        size = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
-        weight = ALIKE_NOISE * self.noise_arcsec / (NEXT_SLOPE * (size[1:] + size[:-1]) / 2)
-        rows = np.zeros((n - 1, count))
-        at = np.arange(n - 1)
-        rows[at, at] = -weight
-        rows[at, at + 1] = weight
-        return rows
+        return weight * (x[where] - mean), rows
 
     def laws_between_runs(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Values that only runs tell (`LAWS_BETWEEN_RUNS`), and what is usual of them.

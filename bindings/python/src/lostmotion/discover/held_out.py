@@ -65,13 +65,11 @@ def held_out_residual(
     known[laws] = 1.0 / sd**2
     x, low, high = base.vector()
     free = (x > low) & (x < high)
-    alike = base.alike_rows(fixed.shape[1])[:, free]
     fixed, known = fixed[:, free], known[free] / out.size
     # The units of a column are such that it and what is known of its value are one together.
     norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
     norm[norm == 0] = 1.0
     fixed /= norm
-    alike /= norm
     least, most = (low - x)[free] * norm, (high - x)[free] * norm
     size = fixed.shape[1]
     gram = np.zeros((len(pieces), size, size))
@@ -80,8 +78,7 @@ def held_out_residual(
         if rows is None or rows[at].any():
             gram[i] = fixed[at].T @ fixed[at]
             slope[i] = fixed[at].T @ out[at]
-    prior = out.size * np.diag(known / norm**2 + RIDGE) + alike.T @ alike
-    whole = gram.sum(axis=0) + prior
+    whole = gram.sum(axis=0) + out.size * np.diag(known / norm**2 + RIDGE)
     for i, at in enumerate(pieces):
         before = float(np.linalg.norm(out[at]))
         # Nothing pulls at a fit to all: what the others want is what the piece does not.
