@@ -179,7 +179,7 @@ def choose(
     paid = paid_by_kind(stage)
     passed = find_leads(stage, results, paid, least, least_shape)
     leads = strongest(passed)
-    tried = [lead.result.name for lead in leads]
+    behind = without(passed, leads)
     if plain is not None:
         leads = add_leads(leads, *plain, paid["effect"])
 
@@ -187,10 +187,11 @@ def choose(
         limit = max(least, least_beside(lead.stage, lead.result, kept or {}))
         return large_enough(lead.stage, lead.result, size, limit)
 
-    leads = [lead for lead in leads if lead.size is None or counts(lead, lead.size)]
+    def counting(leads: list[Lead]) -> list[Lead]:
+        return [lead for lead in leads if lead.size is None or counts(lead, lead.size)]
+
+    leads, behind = counting(leads), counting(behind)
     leads += far_leads(leads, stage, results)
-    if not leads:
-        return Step(stage, results, None, [], least_arcsec=least)
 
     def follow(lead: Lead) -> Contender:
         contender = refit(lead.stage, lead.result, stage.settled)
@@ -207,14 +208,11 @@ def choose(
 
     contenders = best_starts(in_parallel(follow, leads))
     fallen: set[str] = set()
-    while not any(c.passes for c in contenders):
+    while behind and not any(c.passes for c in contenders):
         # Leads that do not stand after their refits must not hide the weaker ones behind them.
-        passed = [lead for lead in passed if lead.result.name not in tried]
-        leads = [lead for lead in strongest(passed) if lead.size is None or counts(lead, lead.size)]
-        if not leads:
-            break
-        fallen |= {c.result.name for c in contenders} - {lead.result.name for lead in leads}
-        tried += [lead.result.name for lead in leads]
+        fallen |= {c.result.name for c in contenders}
+        leads = strongest(behind)
+        behind = without(behind, leads)
         contenders = best_starts(contenders + in_parallel(follow, leads))
     fit = [c for c in contenders if c.passes]
     best_named = simplest([c for c in fit if c.candidate.named])
@@ -249,8 +247,11 @@ def choose(
         large = [
             result
             for result in results
-            if result.name not in fallen
-            if result.name in stand or counts(Lead(stage, result, None), size_of(stage, result))
+            if result.name in stand
+            or (
+                result.name not in fallen
+                and counts(Lead(stage, result, None), size_of(stage, result))
+            )
         ]
         step.rivals = rivals(stage, large, contenders, chosen)
     return step
@@ -352,6 +353,12 @@ def strongest(passed: list[Lead]) -> list[Lead]:
     if effects and near[0] is effects[0] and shapes:
         shapes = [x for x in shapes[:1] if x.result.gain > CLEAR_SHARE * effects[0].result.gain]
     return [*effects, *shapes]
+
+
+def without(leads: list[Lead], others: list[Lead]) -> list[Lead]:
+    """Leads of other candidates than some."""
+    names = {lead.result.name for lead in others}
+    return [lead for lead in leads if lead.result.name not in names]
 
 
 def far_leads(leads: list[Lead], stage: Field, results: list[Result]) -> list[Lead]:
