@@ -139,9 +139,6 @@ class Base:
         Of each run: stiffness, friction (relative) and gap (arc seconds).
     noise_arcsec : float
         Root mean square within runs, as far as it is known; laws between runs are held by it.
-    play_slopes : ndarray or None
-        Slope, in each stretch of the torque, of the scale on which the plays move (`other_form`);
-        None: that scale is the torque.
     """
 
     conditions: Conditions
@@ -169,7 +166,6 @@ class Base:
         self.outlier = np.zeros(c.rows, dtype=bool)
         self.measured = c.lost_motion.copy()
         self.noise_arcsec = 1.0
-        self.play_slopes: FloatArray | None = None
 
     def begin_from(self, lost_motion: FloatArray) -> None:
         """Begin with the mean slope of a lost motion, arc seconds, and with the sheet's beyond it.
@@ -215,24 +211,9 @@ class Base:
 
     # --- the parts -------------------------------------------------------------------------------
 
-    def along_stretches(self, torque: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Odd curve of a slope in each stretch."""
-        size = np.abs(torque)
-        ends = np.concatenate(([0.0], self.knots_Nm))
-        heights = np.concatenate(([0.0], np.cumsum(np.diff(ends) * slopes[:-1])))
-        height = np.interp(size, ends, heights)
-        height += slopes[-1] * np.maximum(size - ends[-1], 0.0)
-        return np.asarray(np.sign(torque) * height)
-
-    def play_scale(self, torque: FloatArray) -> FloatArray:
-        """What the plays move on."""
-        slopes = self.play_slopes
-        return torque if slopes is None else self.along_stretches(torque, slopes)
-
     def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:
         """Differences ``z_i - T`` through the whole campaign; `width` scales the half widths."""
         c = core(64)
-        torque = self.play_scale(torque)
         out = c.zeros(torque.size, PLAYS)
         for at in self.sittings:
             c.lib.lm_run_plays(
@@ -253,7 +234,7 @@ class Base:
         for sitting in self.sittings:
             end = starts[np.searchsorted(starts, sitting.start, side="right")]
             at = slice(sitting.start, int(end))
-            torque = self.play_scale(self.conditions.torque[at])
+            torque = self.conditions.torque[at]
             out = np.zeros((torque.size, PLAYS))
             for i, radius in enumerate(self.radius_Nm):
                 one = np.array([radius])
@@ -330,7 +311,12 @@ class Base:
     def angle(self) -> FloatArray:
         """Angle of `at` alone, for differences: several times quicker."""
         torque, _, plays, wound = self.driven()
-        return self.angles(torque, plays, wound, self.along_stretches(wound, self.slopes))[1]
+        size = np.abs(wound)
+        ends = np.concatenate(([0.0], self.knots_Nm))
+        heights = np.concatenate(([0.0], np.cumsum(np.diff(ends) * self.slopes[:-1])))
+        backbone = np.interp(size, ends, heights)
+        backbone += self.slopes[-1] * np.maximum(size - ends[-1], 0.0)
+        return self.angles(torque, plays, wound, np.sign(wound) * backbone)[1]
 
     def closed(self, wound: FloatArray) -> FloatArray:
         """How far a gap is taken up, -1 to 1."""

@@ -95,11 +95,6 @@ class Candidate:
             return self.effect.needs <= LOAD_NEEDS
         return self.covariate in LOAD_CHANNELS
 
-    @property
-    def may_be_form(self) -> bool:
-        """Whether it may be what the form of the base does not meet: no ripple is."""
-        return not self.named and self.kind != "ripple" and self.hangs_on_load_alone
-
 
 RECORDED_AS = {
     "input_velocity_rad_s": "input_angle_rad",

@@ -38,7 +38,6 @@ from lostmotion.discover.judging import (
     size_of,
 )
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
-from lostmotion.discover.other_form import other_form
 from lostmotion.discover.refits import term_of, without_deviations
 from lostmotion.discover.selection import SIZE_LEAST, Selection, Step, least_size, select
 from lostmotion.discover.slipped_teeth import RATCHETING, slipped_teeth, slips_of
@@ -247,16 +246,6 @@ def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int
     return 1
 
 
-def odd_runs_of(settled: Settled) -> OddRuns | None:
-    """Find runs that stand apart, also where friction has its other form."""
-    found = find_odd_runs(settled.contest, swing_by_run(settled.base, settled.base.at()))
-    other = None if found is None else other_form(settled)
-    if found is None or other is None:
-        return found
-    still = find_odd_runs(other.contest, swing_by_run(other.base, other.base.at()))
-    return None if still is None or not set(still.runs) & set(found.runs) else found
-
-
 def conclude(
     selection: Selection,
     events: list[Event],
@@ -293,7 +282,7 @@ def conclude(
     # Beside an effect that was found, or one that differs between runs, it may be what the form
     # of that does not meet.
     meets = verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms)
-    odd = odd_runs_of(final) if meets else None
+    odd = find_odd_runs(final.contest, swing_by_run(base, base.at())) if meets else None
     odd_size = 0.0 if odd is None else size_of_odd(base, odd)
     if odd is not None and odd_size >= least_size(within, selection.given_arcsec):
         verdict = "unexplained"

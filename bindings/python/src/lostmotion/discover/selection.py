@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from dataclasses import field as made
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +28,6 @@ from lostmotion.discover.judging import (
     told_apart,
 )
 from lostmotion.discover.noise import Noise
-from lostmotion.discover.other_form import other_form
 from lostmotion.discover.refits import (
     Contender,
     refit,
@@ -208,25 +206,14 @@ def choose(
         contender.passes = contender.passes and counts(lead, contender.size)
         return contender
 
-    @cache
-    def form_is_doubtful() -> bool:
-        return not any_shape_of_load(stage, paid, max(least, least_shape or 0.0))
-
-    def followed(leads: list[Lead]) -> list[Contender]:
-        found = in_parallel(follow, leads)
-        for c in found:
-            if c.passes and c.candidate.may_be_form:
-                c.passes = not form_is_doubtful()
-        return found
-
-    contenders = best_starts(followed(leads))
+    contenders = best_starts(in_parallel(follow, leads))
     fallen: set[str] = set()
     while behind and not any(c.passes for c in contenders):
         # Leads that do not stand after their refits must not hide the weaker ones behind them.
         fallen |= {c.result.name for c in contenders}
         leads = strongest(behind)
         behind = without(behind, leads)
-        contenders = best_starts(contenders + followed(leads))
+        contenders = best_starts(contenders + in_parallel(follow, leads))
     fit = [c for c in contenders if c.passes]
     best_named = simplest([c for c in fit if c.candidate.named])
     best_shape = simplest([c for c in fit if not c.candidate.named])
@@ -268,20 +255,6 @@ def choose(
         ]
         step.rivals = rivals(stage, large, contenders, chosen)
     return step
-
-
-def any_shape_of_load(stage: Field, paid: Mapping[str, int], least: float) -> bool:
-    """Whether a shape that hangs on the load alone stands beside the other form of friction too.
-
-    Where that form explains no more than the base's own, those found beside the base stand.
-    """
-    other = other_form(stage.settled)
-    if other is None:
-        return True
-    base = other.base
-    made = [*shape_room.smooth_shapes(base, base.at()), *between_runs(base, other.contest)]
-    field = make_field(other, [one for one in made if one.may_be_form], {})
-    return bool(find_leads(field, judge_all(field), paid, least, None))
 
 
 def raises_held_out(stage: Field, shape: Contender) -> bool:
