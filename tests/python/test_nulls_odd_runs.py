@@ -16,6 +16,7 @@ from lostmotion.discover.odd_runs import (
     OddRuns,
     apart,
     find_odd_runs,
+    leaning,
     parted_by,
     share_told,
 )
@@ -80,10 +81,29 @@ def test_runs_that_stand_apart_in_a_contest_are_named_with_their_part() -> None:
 
 def test_runs_of_one_load_hang_on_the_load() -> None:
     load = np.array([5.0, 1.1, 5.0, 1.0, 3.0, 1.2, 3.1])
-    assert parted_by(load, [1, 3, 5])
-    assert not parted_by(load, [1, 3])  # two may be of one load by chance
-    assert not parted_by(load, [1, 3, 4])  # one more of their load is like the others
-    assert parted_by(load, [0, 2, 4, 6])
+    none = np.zeros(load.size, dtype=bool)
+    assert parted_by(load, [1, 3, 5], none)
+    assert not parted_by(load, [1, 3], none)  # two may be of one load by chance
+    assert not parted_by(load, [1, 3, 4], none)  # one more of their load is like the others
+    assert parted_by(load, [0, 2, 4, 6], none)
+
+
+def test_runs_of_a_load_far_from_any_other_hang_on_it_if_all_lean_one_way() -> None:
+    load = np.array([5.0, 0.5, 5.0, 0.55, 3.0, 3.2, 3.1])
+    values = np.array([0.1, 6.0, -0.4, 1.8, -0.2, 0.5, 0.3])
+    assert leaning(values, [1]).tolist() == [False, True, False, True, False, False, False]
+    assert parted_by(load, [1], leaning(values, [1]))
+    assert parted_by(load, [1, 3], leaning(values, [1, 3]))
+    values[3] = 0.2  # the other run of their load is like all others
+    assert not parted_by(load, [1], leaning(values, [1]))
+    values[3] = -4.0  # two on either side are of no load
+    assert not leaning(values, [1, 3]).any()
+    assert not parted_by(load, [1, 3], leaning(values, [1, 3]))
+    load[[1, 3]] = 2.0, 2.1  # a load near others
+    values[3] = 1.8
+    assert not parted_by(load, [1, 3], leaning(values, [1, 3]))
+    load[1], load[3] = 0.1, 2.0  # a run that is the only one of its load
+    assert not parted_by(load, [1], leaning(values, [1]))
 
 
 def test_runs_that_stand_apart_are_said_in_a_sentence() -> None:

@@ -20,6 +20,7 @@ from lostmotion.discover.base import DEVIATIONS
 from lostmotion.discover.contest import Contest
 
 FloatArray = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 LEVEL = 0.002
 """Chance that a campaign of nothing but scatter has runs that are said to stand apart."""
@@ -36,6 +37,13 @@ RUN_NEEDS = {"temperature_C", "cycles"}
 ALIKE_LEAST = 3
 """So many runs that stand apart and are just those of one load hang on the load, which is recorded:
 what the form of the base does not meet there is no unknown cause."""
+
+FAR_LOAD = 2.0
+"""Runs whose load is so many times as large as any smaller one, and any larger one so many times
+theirs, are alone in telling how the drive acts there: even two that all lean to one side do ..."""
+
+LEANS = 1.0
+"""... by at least this of the spread, those beside the ones that stand apart."""
 
 TOLD_LEAST = 0.1
 """Least share of a part's variance that a run's recordings must tell: a run that never reverses
@@ -100,7 +108,7 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
         spread = np.sqrt(omega[place] * share[there, place])
         odd, p = apart(own[there, place] / spread, LEVEL / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
-        if parted_by(load[there], odd):
+        if odd and parted_by(load[there], odd, leaning(own[there, place] / spread, odd)):
             continue
         if odd and (best is None or p < best.p):
             runs = np.sort(there[odd])
@@ -109,12 +117,24 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
     return best
 
 
-def parted_by(load: FloatArray, odd: Sequence[int]) -> bool:
-    """Whether runs that stand apart are just those of one load, with no other run between them."""
-    if len(odd) < ALIKE_LEAST:
-        return False
+def leaning(values: FloatArray, odd: Sequence[int]) -> Mask:
+    """Which values lean to the side of those that stand apart; none where these are on both."""
+    off = (values - np.median(values)) * np.sign(values[list(odd)].mean())
+    return np.asarray((off >= LEANS) & bool(np.all(off[list(odd)] > 0)))
+
+
+def parted_by(load: FloatArray, odd: Sequence[int], leans: Mask) -> bool:
+    """Whether runs that stand apart are just those of one load.
+
+    No other run is between them; or no other load is near, and those that have it lean as they do.
+    """
     own, others = load[list(odd)], np.delete(load, list(odd))
-    return not bool(np.any((others >= own.min()) & (others <= own.max())))
+    between = (others >= own.min()) & (others <= own.max())
+    if len(odd) >= ALIKE_LEAST and not between.any():
+        return True
+    near = (load > own.min() / FAR_LOAD) & (load < own.max() * FAR_LOAD)
+    alone = np.count_nonzero(near) >= 2 and own.max() < own.min() * FAR_LOAD
+    return bool(alone and leans[near].all())
 
 
 def share_told(contest: Contest) -> FloatArray:
