@@ -9,7 +9,7 @@
 #include "lostmotion/runtime.h"
 #endif
 
-#if LM_PARAMETERS_FORMAT != 1
+#if LM_PARAMETERS_FORMAT != 2
 #error "lostmotion: these parameters were written for another version: export again"
 #endif
 #if LM_PROFILE == LM_PROFILE_GAP || LM_CURVE_POINTS_MAX < 33 || \
@@ -21,11 +21,11 @@
 
 static const lm_parameters joint_parameters = {
     LM_PARAMETERS_LAYOUT,
-    0x28d5e220u,
+    0x705e4eaeu,
     60.0f,
     {0.0005f, 0.003f, 0.05f, 20.0f, 20000.0f, 125.0f},
     {1.0f, 2.0f, 9.696274e-06f, 9.6962736e-05f},
-    {8, 0, 0.0f, 0.69807047f,
+    {8, 0, 0.0f, 0.69807047f, 0.0f, 1.0f,
      {
          {0.6f, {1.0f, 1.0f}, 0.11815197f}
          ,{0.92047644f, {1.0f, 1.0f}, 0.31356713f}

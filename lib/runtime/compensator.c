@@ -120,6 +120,14 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
   compensator->parameters = parameters;
   rest(compensator);
   lm_start_model(&compensator->memory, torque_Nm);
+#if LM_ENVELOPE
+  {
+    lm_play_memory *plays = &compensator->memory.plays;
+    torque_Nm = plays->torque_Nm;
+    lm_center_plays(plays, lm_find_envelope(&parameters->plays, torque_Nm));
+    plays->torque_Nm = torque_Nm;
+  }
+#endif
   lm_settle_model(parameters, &compensator->memory);
   forget(compensator);
   prepare(compensator);
@@ -285,14 +293,17 @@ static int is_unknown(const lm_compensator *compensator, int32_t i, lm_real *low
 #else
   lm_real scale = 1;
 #endif
-  *low_Nm = compensator->highest_Nm - scale * lm_find_play_radius(bank, i, compensator->highest_Nm);
-  *high_Nm = compensator->lowest_Nm + scale * lm_find_play_radius(bank, i, compensator->lowest_Nm);
+  *low_Nm = lm_find_envelope(bank, compensator->highest_Nm) -
+            scale * lm_find_play_radius(bank, i, compensator->highest_Nm);
+  *high_Nm = lm_find_envelope(bank, compensator->lowest_Nm) +
+             scale * lm_find_play_radius(bank, i, compensator->lowest_Nm);
   return is_greater(*high_Nm, *low_Nm);
 }
 
 lm_real lm_bound_uncertainty(lm_compensator *compensator) {
   const lm_play_bank *bank = &compensator->parameters->plays;
   const lm_play_memory *plays = &compensator->memory.plays;
+  const lm_real at_Nm = lm_find_envelope(bank, plays->torque_Nm);
   lm_real wound_Nm = plays->torque_Nm;
   lm_real up_Nm = 0;
   lm_real down_Nm = 0;
@@ -304,7 +315,7 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
     return 0;
   }
   for (i = bank->outside_count; i < bank->count; ++i) {
-    wound_Nm += bank->slot[i].weight * (plays->z_Nm[i] - plays->torque_Nm);
+    wound_Nm += bank->slot[i].weight * (plays->z_Nm[i] - at_Nm);
   }
   for (i = 0; i < bank->count; ++i) {
     lm_real low_Nm;
@@ -334,7 +345,7 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
 /* True where some play has another band than before: then it stands where the old band left it, and
  * the load that swept the old one has not swept this. */
 static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before) {
-  int other = 0;
+  int other = bank->envelope_Nm != before->envelope_Nm || bank->knee_Nm != before->knee_Nm;
   int32_t i;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];

@@ -234,7 +234,12 @@ static lm_status load_plays(lm_play_bank *bank, reader *from, lm_fault *fault) {
     play[i].widening = i < count ? read_real(from) : 0;
     play[i].weight = i < count ? read_real(from) : 0;
   }
-  return lm_build_play_bank(bank, play, (int32_t)count, (int32_t)outside_count, fault);
+  status = lm_build_play_bank(bank, play, (int32_t)count, (int32_t)outside_count, fault);
+  if (status == LM_OK) {
+    lm_real envelope_Nm = read_real(from);
+    status = lm_set_envelope(bank, envelope_Nm, read_real(from), fault);
+  }
+  return status;
 }
 
 static lm_status load_effects(lm_parameters *parameters, reader *from,
@@ -353,7 +358,7 @@ static void write_real(writer *to, lm_real value) {
 }
 
 static size_t find_length(const lm_parameters *parameters) {
-  size_t words = 4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 1 + 10 + 1;
+  size_t words = 4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 2 + 1 + 10 + 1;
 #if LM_PROFILE != LM_PROFILE_GAP
   words += 2 * (size_t)parameters->curve.count;
 #endif
@@ -392,6 +397,8 @@ static void store_plays(const lm_play_bank *bank, writer *to) {
     write_real(to, bank->slot[i].edge_slope[1] - 1);
     write_real(to, bank->slot[i].weight);
   }
+  write_real(to, bank->envelope_Nm);
+  write_real(to, bank->knee_Nm);
 }
 
 static void store_effects(const lm_parameters *parameters, writer *to) {

@@ -57,6 +57,8 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   }
   bank->count = count;
   bank->outside_count = outside_count;
+  bank->envelope_Nm = 0;
+  bank->knee_Nm = 1;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     lm_play_slot *slot = &bank->slot[i];
     lm_real widening = (i < count) ? held_widening(play[i].widening) : 0;
@@ -70,6 +72,33 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   return LM_OK;
 }
 
+static lm_status check_envelope(lm_real envelope_Nm, lm_real knee_Nm, lm_fault *fault) {
+  const lm_real most_Nm = LM_ENVELOPE ? LM_PLAY_RADIUS_MAX_NM : 0;
+  lm_status status = lm_check_range(fault, "envelope_Nm", envelope_Nm, 0, most_Nm);
+  if (status == LM_OK) {
+    status = lm_check_range(fault, "knee_Nm", knee_Nm, LM_PLAY_KNEE_MIN_NM, LM_PLAY_RADIUS_MAX_NM);
+  }
+  return status;
+}
+
+lm_status lm_set_envelope(lm_play_bank *bank, lm_real envelope_Nm, lm_real knee_Nm,
+                          lm_fault *fault) {
+  lm_status status;
+  if (!bank) {
+    return lm_refuse(fault, LM_NULL, "bank", 0, 0, 0);
+  }
+  status = check_envelope(envelope_Nm, knee_Nm, fault);
+  if (status == LM_OK) {
+    bank->envelope_Nm = envelope_Nm;
+    bank->knee_Nm = knee_Nm;
+  }
+  return status;
+}
+
+lm_real lm_find_envelope(const lm_play_bank *bank, lm_real torque_Nm) {
+  return envelope_at(bank, torque_Nm);
+}
+
 /* True where a cached number is what it was made from, or what that is in another precision. */
 static int agrees(lm_real cached, lm_real expected) {
   return absolute(cached - expected) <= LM_PLAY_SUM_TOLERANCE * expected;
@@ -77,6 +106,7 @@ static int agrees(lm_real cached, lm_real expected) {
 
 /* What is cached or unused and not as lm_build_play_bank leaves it; null where all is. */
 static const char *find_inconsistent(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm) {
+  lm_real rise = 1 + bank->envelope_Nm / bank->knee_Nm;
   lm_real outside_rad_per_Nm = sum_weights(bank->slot, 0, bank->outside_count);
   lm_real inside = sum_weights(bank->slot, bank->outside_count, bank->count);
   int32_t i;
@@ -90,11 +120,12 @@ static const char *find_inconsistent(const lm_play_bank *bank, lm_real least_slo
       return "padding";
     }
   }
-  if (!agrees(bank->inside_share, inside) || inside > 1 + LM_PLAY_SUM_TOLERANCE) {
+  if (!agrees(bank->inside_share, inside) || rise * inside > 1 + LM_PLAY_SUM_TOLERANCE) {
     return "inside_share";
   }
   if (!agrees(bank->outside_rad_per_Nm, outside_rad_per_Nm) ||
-      (outside_rad_per_Nm > 0 && !((1 - inside) * least_slope_rad_per_Nm >= outside_rad_per_Nm))) {
+      (outside_rad_per_Nm > 0 &&
+       !((1 - rise * inside) * least_slope_rad_per_Nm >= rise * outside_rad_per_Nm))) {
     return "outside_rad_per_Nm";
   }
   return 0;
@@ -113,6 +144,9 @@ lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_p
     const lm_play_slot *slot = &bank->slot[i];
     status = check_play(slot->radius_Nm, slot->edge_slope[1] - 1, slot->weight, fault);
   }
+  if (status == LM_OK) {
+    status = check_envelope(bank->envelope_Nm, bank->knee_Nm, fault);
+  }
   if (status != LM_OK) {
     return status;
   }
@@ -123,9 +157,13 @@ lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_p
   return status;
 }
 
+/* Half width of a band where the envelope stands. */
+static lm_real radius_at(const lm_play_slot *slot, lm_real at_Nm) {
+  return slot->radius_Nm + (slot->edge_slope[1] - 1) * absolute(at_Nm);
+}
+
 lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_Nm) {
-  const lm_play_slot *slot = &bank->slot[i];
-  return slot->radius_Nm + (slot->edge_slope[1] - 1) * absolute(torque_Nm);
+  return radius_at(&bank->slot[i], envelope_at(bank, torque_Nm));
 }
 
 void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm) {
@@ -137,12 +175,11 @@ void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm) {
 }
 
 void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory) {
-  lm_real torque_Nm = memory->torque_Nm;
+  lm_real at_Nm = envelope_at(bank, memory->torque_Nm);
   int32_t i;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
-    memory->z_Nm[i] =
-        clamp(memory->z_Nm[i], lower_edge(slot, torque_Nm), upper_edge(slot, torque_Nm));
+    memory->z_Nm[i] = clamp(memory->z_Nm[i], lower_edge(slot, at_Nm), upper_edge(slot, at_Nm));
   }
 }
 
@@ -152,17 +189,18 @@ lm_play_sum lm_advance_plays(const lm_play_bank *bank, lm_play_memory *memory, l
 
 lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *memory,
                                     lm_real torque_Nm, lm_real width_scale) {
+  lm_real at_Nm = envelope_at(bank, torque_Nm);
   running_sum sum;
   int32_t i;
   start_sum(&sum);
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
-    lm_real radius_Nm = width_scale * lm_find_play_radius(bank, i, torque_Nm);
-    lm_real z_Nm = clamp(memory->z_Nm[i], torque_Nm - radius_Nm, torque_Nm + radius_Nm);
+    lm_real radius_Nm = width_scale * radius_at(&bank->slot[i], at_Nm);
+    lm_real z_Nm = clamp(memory->z_Nm[i], at_Nm - radius_Nm, at_Nm + radius_Nm);
     memory->z_Nm[i] = z_Nm;
     add_to_sum(&sum, bank, i, z_Nm);
   }
   memory->torque_Nm = torque_Nm;
-  return split_sum(&sum, bank, torque_Nm);
+  return split_sum(&sum, bank, at_Nm);
 }
 
 void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm_real *torque_Nm,

@@ -37,6 +37,27 @@ typedef struct running_sum {
 } running_sum;
 #endif
 
+/* What the operators follow. Written so that every operation rises or falls with the torque in
+ * floating point too (rounding is monotone): the envelope of a larger torque is never the smaller
+ * one, therefore the edges below push as they do without it. */
+#if LM_ENVELOPE == 0
+static inline lm_real envelope_at(const lm_play_bank *bank, lm_real torque_Nm) {
+  (void)bank;
+  return torque_Nm;
+}
+#else
+static inline lm_real envelope_at(const lm_play_bank *bank, lm_real torque_Nm) {
+  lm_real size_Nm = absolute(torque_Nm);
+  lm_real knee_Nm2 = bank->knee_Nm * bank->knee_Nm;
+  lm_real more_Nm;
+  if (!(bank->envelope_Nm > 0)) {
+    return torque_Nm;
+  }
+  more_Nm = bank->envelope_Nm * (1 - knee_Nm2 / (knee_Nm2 + size_Nm * (bank->knee_Nm + size_Nm)));
+  return is_negative(torque_Nm) ? torque_Nm - more_Nm : torque_Nm + more_Nm;
+}
+#endif
+
 static inline void start_sum(running_sum *sum) {
   sum->total = 0;
 #if !KEEP_EVERY_SUM
@@ -72,6 +93,7 @@ static inline lm_play_sum split_sum(const running_sum *sum, const lm_play_bank *
 
 static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory *memory,
                                         lm_real torque_Nm) {
+  lm_real at_Nm = envelope_at(bank, torque_Nm);
   running_sum sum;
   int32_t i;
   start_sum(&sum);
@@ -79,7 +101,7 @@ static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory
     UNROLL
     for (i = 0; i < LM_PLAYS_MAX; ++i) {
       const lm_play_slot *slot = &bank->slot[i];
-      lm_real edge_Nm = lower_edge(slot, torque_Nm);
+      lm_real edge_Nm = lower_edge(slot, at_Nm);
       lm_real z_Nm = greatest(memory->z_Nm[i], edge_Nm);
       memory->z_Nm[i] = z_Nm;
       add_to_sum(&sum, bank, i, z_Nm);
@@ -88,14 +110,14 @@ static inline lm_play_sum advance_plays(const lm_play_bank *bank, lm_play_memory
     UNROLL
     for (i = 0; i < LM_PLAYS_MAX; ++i) {
       const lm_play_slot *slot = &bank->slot[i];
-      lm_real edge_Nm = upper_edge(slot, torque_Nm);
+      lm_real edge_Nm = upper_edge(slot, at_Nm);
       lm_real z_Nm = least(memory->z_Nm[i], edge_Nm);
       memory->z_Nm[i] = z_Nm;
       add_to_sum(&sum, bank, i, z_Nm);
     }
   }
   memory->torque_Nm = torque_Nm;
-  return split_sum(&sum, bank, torque_Nm);
+  return split_sum(&sum, bank, at_Nm);
 }
 
 #endif

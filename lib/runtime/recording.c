@@ -34,20 +34,21 @@ void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_r
  * nothing. */
 static inline lm_play_sum advance_constant(const lm_play_bank *bank, int32_t slots,
                                            lm_play_memory *memory, lm_real torque_Nm) {
+  lm_real at_Nm = envelope_at(bank, torque_Nm);
   running_sum sum;
   int32_t i;
   start_sum(&sum);
   UNROLL
   for (i = 0; i < slots; ++i) {
-    lm_real low_Nm = torque_Nm - bank->slot[i].radius_Nm;
-    lm_real high_Nm = torque_Nm + bank->slot[i].radius_Nm;
+    lm_real low_Nm = at_Nm - bank->slot[i].radius_Nm;
+    lm_real high_Nm = at_Nm + bank->slot[i].radius_Nm;
     lm_real z_Nm = greatest(memory->z_Nm[i], low_Nm);
     z_Nm = least(z_Nm, high_Nm);
     memory->z_Nm[i] = z_Nm;
     add_to_sum(&sum, bank, i, z_Nm);
   }
   memory->torque_Nm = torque_Nm;
-  return split_sum(&sum, bank, torque_Nm);
+  return split_sum(&sum, bank, at_Nm);
 }
 
 /* Slots to be computed where every band is as wide at every torque, 0 where one is not. */
@@ -294,9 +295,9 @@ void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_r
   } else {
     run_plain(parameters, memory, LM_PLAYS_MAX, recording, angle_rad);
   }
-  /* Slots that were left out follow the torque. */
+  /* Slots that were left out have no width. */
   for (i = slots > 0 ? slots : LM_PLAYS_MAX; i < LM_PLAYS_MAX; ++i) {
-    memory->plays.z_Nm[i] = memory->plays.torque_Nm;
+    memory->plays.z_Nm[i] = envelope_at(&parameters->plays, memory->plays.torque_Nm);
   }
 }
 

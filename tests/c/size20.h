@@ -53,6 +53,11 @@ static void put_friction_inside(lm_parameters *p) {
   (void)lm_build_play_bank(&p->plays, play, 4, 0, 0);
 }
 
+/* Plays that follow an envelope of the torque: half as much again about no torque. */
+static void follow_envelope(lm_parameters *p) {
+  (void)lm_set_envelope(&p->plays, 6, 12, 0);
+}
+
 /* Appends an effect; one or two values, the rest zero. */
 static void add_effect(lm_parameters *p, const lm_effect *effect, lm_real first, lm_real second) {
   lm_effect_use *use = &p->effect[p->effect_count++];

@@ -356,7 +356,9 @@ static void check_uncertainty(void) {
     truth = joint.memory;
     for (i = 0; i < 4; ++i) {
       lm_real radius_Nm = lm_find_play_radius(&parameters.plays, i, start_Nm);
-      truth.plays.z_Nm[i] = start_Nm + draw(&seed, -1, 1) * radius_Nm;
+      truth.plays.z_Nm[i] =
+          lm_find_envelope(&parameters.plays, start_Nm) + draw(&seed, -1, 1) * radius_Nm;
+      TEST_ASSERT_TRUE(joint.memory.plays.z_Nm[i] == lm_find_envelope(&parameters.plays, start_Nm));
     }
     lm_settle_model(&parameters, &truth);
     for (i = 0; i < 25; ++i) {
@@ -383,6 +385,8 @@ static void check_uncertainty(void) {
 static void the_uncertainty_bounds_the_truth_and_shrinks_to_nothing(void) {
   check_uncertainty();
   put_friction_inside(&parameters);
+  check_uncertainty();
+  follow_envelope(&parameters);
   check_uncertainty();
 }
 

@@ -65,7 +65,11 @@ static void evaluating_commits_nothing(void) {
 
 static void one_big_step_is_many_small_ones(void) {
   int trial;
-  for (trial = 0; trial < 200; ++trial) {
+  for (trial = 0; trial < 400; ++trial) {
+    if (trial == 200) {
+      follow_envelope(&parameters);
+      lm_settle_model(&parameters, &memory);
+    }
     lm_memory fine;
     lm_real from_Nm;
     lm_real to_Nm = draw(&seed, -80, 80);
@@ -84,13 +88,16 @@ static void one_big_step_is_many_small_ones(void) {
   }
 }
 
-/* Whatever happened below a swing is forgotten by it, in both places of friction. */
+/* Whatever happened below a swing is forgotten by it, in both places of friction, also where it
+ * follows an envelope. */
 static void a_larger_swing_wipes_out_what_went_before(void) {
-  int inside;
-  for (inside = 0; inside < 2; ++inside) {
+  int form;
+  for (form = 0; form < 3; ++form) {
     int trial;
-    if (inside) {
+    if (form == 1) {
       put_friction_inside(&parameters);
+    } else if (form == 2) {
+      follow_envelope(&parameters);
     }
     for (trial = 0; trial < 200; ++trial) {
       lm_memory plain;
@@ -111,13 +118,15 @@ static void a_larger_swing_wipes_out_what_went_before(void) {
   }
 }
 
-/* The bound of the header: 2^-23 limit + 8 e (angle + sum c limit) / ((1 - sum w) s - sum c). */
+/* The bound of the header: 2^-23 limit + 8 e (angle + sum c limit) / ((1 - r sum w) s - r sum c).
+ */
 static void check_round_trips(int histories) {
   lm_real s = lm_find_least_slope(&parameters.curve);
   const lm_play_bank *bank = &parameters.plays;
+  lm_real r = 1 + bank->envelope_Nm / bank->knee_Nm;
   lm_real bound = (LM_REAL_BITS == 64 ? LM_REAL(2.3e-16) : LM_REAL(1.2e-7)) * 80 +
                   8 * ROUNDING * (LM_REAL(4e-3) + bank->outside_rad_per_Nm * 80) /
-                      ((1 - bank->inside_share) * s - bank->outside_rad_per_Nm);
+                      ((1 - r * bank->inside_share) * s - r * bank->outside_rad_per_Nm);
   int trial;
   for (trial = 0; trial < histories; ++trial) {
     lm_memory kept;
@@ -136,8 +145,8 @@ static void check_round_trips(int histories) {
   }
 }
 
-/* A million random histories, half of each place of friction; fewer where nothing is optimized and
- * sanitizers or counters look at every step. */
+/* A million random histories, a third of each form of friction; fewer where nothing is optimized
+ * and sanitizers or counters look at every step. */
 #ifdef __OPTIMIZE__
 #define HISTORIES 1000000
 #else
@@ -145,10 +154,13 @@ static void check_round_trips(int histories) {
 #endif
 
 static void the_inverse_undoes_the_model(void) {
-  check_round_trips(HISTORIES / 2);
+  check_round_trips(HISTORIES / 3);
   put_friction_inside(&parameters);
   lm_settle_model(&parameters, &memory);
-  check_round_trips(HISTORIES / 2);
+  check_round_trips(HISTORIES / 3);
+  follow_envelope(&parameters);
+  lm_settle_model(&parameters, &memory);
+  check_round_trips(HISTORIES / 3);
 }
 
 static void the_inverse_knows_its_range(void) {
@@ -356,7 +368,7 @@ static lm_recording draw_recording(uint32_t columns) {
   return recording;
 }
 
-/* Up to twelve plays, with bands that widen or not, outside and inside. */
+/* Up to twelve plays, with bands that widen or not, outside and inside, some with an envelope. */
 static void draw_plays(void) {
   lm_play play[LM_PLAYS_MAX];
   int32_t count = (int32_t)draw(&seed, 0, LM_REAL(12.99));
@@ -369,6 +381,9 @@ static void draw_plays(void) {
     play[i].weight = i < outside ? LM_REAL(1e-7) : LM_REAL(0.05);
   }
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&parameters.plays, play, count, outside, &fault));
+  if (draw(&seed, 0, 1) < LM_REAL(0.4)) {
+    TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&parameters.plays, draw(&seed, 0, 6), 10, &fault));
+  }
 }
 
 /* Each effect of the library by chance, in the order of the kinds, at its typical values. */

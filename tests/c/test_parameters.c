@@ -20,6 +20,7 @@ void setUp(void) {
 }
 void tearDown(void) {
   (void)put_friction_inside;
+  follow_envelope(&parameters);
   (void)draw;
   (void)distance;
 }
@@ -72,7 +73,7 @@ static void what_is_stored_comes_back(void) {
 
 /* Written here by hand: the order of the bytes is part of the format. */
 static void the_binary_form_is_little_endian(void) {
-  static const uint8_t start[] = {'L', 'M', 'P', '1', 4, 3, 2, 1, 1, 0, 0, 0};
+  static const uint8_t start[] = {'L', 'M', 'P', '1', 4, 3, 2, 1, 2, 0, 0, 0};
   static const uint8_t eighty[] = {0x00, 0x00, 0xA0, 0x42}; /* 80 in binary32 */
   TEST_ASSERT_EQUAL_MEMORY(start, blob, sizeof start);
   TEST_ASSERT_EQUAL_MEMORY(eighty, blob + 16, sizeof eighty);
@@ -125,7 +126,8 @@ static void a_foreign_header_is_refused_by_name(void) {
 /* With a good CRC, what is inside must still make sense. */
 static void counts_beyond_the_build_are_refused(void) {
   size_t plays_at = 20 + 4 + 8 * 6;
-  size_t effects_at = plays_at + 8 + 12 * 4;
+  size_t envelope_at = plays_at + 8 + 12 * 4;
+  size_t effects_at = envelope_at + 8;
   uint8_t kept[LM_BLOB_BYTES_MAX];
   memcpy(kept, blob, length);
   put_word(20, LM_CURVE_POINTS_MAX + 1);
@@ -148,6 +150,11 @@ static void counts_beyond_the_build_are_refused(void) {
   put_word(plays_at + 8, 0x7FC00000u); /* a radius that is NaN */
   seal(length);
   TEST_ASSERT_EQUAL(LM_NOT_FINITE, load(length));
+  memcpy(blob, kept, length);
+  put_word(envelope_at, 0xBF800000u); /* -1 */
+  seal(length);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, load(length));
+  TEST_ASSERT_EQUAL_STRING("envelope_Nm", fault.input);
   memcpy(blob, kept, length);
   put_word(effects_at, LM_EFFECTS_MAX + 1);
   seal(length);

@@ -252,6 +252,86 @@ static void inside_friction_takes_its_part_of_the_torque(void) {
   TEST_ASSERT_TRUE(distance(sum.inside_Nm, LM_REAL(3.25)) <= 32 * ROUNDING * 30);
 }
 
+static void the_envelope_is_odd_and_rises_to_its_end(void) {
+  lm_real before = -1000000;
+  lm_real torque_Nm;
+  int k;
+  TEST_ASSERT_TRUE(lm_find_envelope(&bank, LM_REAL(12.3)) == LM_REAL(12.3));
+  TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, 3, 12, &fault));
+  TEST_ASSERT_TRUE(lm_find_envelope(&bank, 0) == 0);
+  /* At the knee two thirds of it, far beyond it all; about no torque it rises by 1 + 3 / 12. */
+  TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, 12), 14) <= 8 * ROUNDING * 14);
+  TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, 100000), 100003) <= LM_REAL(0.02));
+  TEST_ASSERT_TRUE(distance(lm_find_envelope(&bank, LM_REAL(0.01)), LM_REAL(0.0125)) <=
+                   LM_REAL(1e-6));
+  for (k = 0; k < 20000; ++k) {
+    torque_Nm = draw(-60, 60) * draw(0, 1);
+    TEST_ASSERT_TRUE(lm_find_envelope(&bank, -torque_Nm) == -lm_find_envelope(&bank, torque_Nm));
+  }
+  /* Steps of a few roundings: the larger torque never has the smaller envelope. */
+  torque_Nm = -15;
+  for (k = 0; k < 200000; ++k) {
+    lm_real now = lm_find_envelope(&bank, torque_Nm);
+    TEST_ASSERT_TRUE(now >= before);
+    before = now;
+    torque_Nm += k < 100000 ? 16 * ROUNDING : LM_REAL(3e-4);
+  }
+}
+
+/* A bank with an envelope at a torque is the bank without at what the envelope is there. */
+static void a_bank_with_an_envelope_stands_where_the_envelope_is(void) {
+  lm_play_bank plain = bank;
+  lm_play_memory other = memory;
+  int k;
+  int i;
+  TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, 5, 15, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, lm_find_least_slope(&backbone), &fault));
+  for (k = 0; k < 20000; ++k) {
+    lm_real torque_Nm = draw(-60, 60) * draw(0, 1);
+    lm_real at_Nm = lm_find_envelope(&bank, torque_Nm);
+    lm_play_memory scaled = memory;
+    lm_play_sum sum = lm_advance_plays(&bank, &memory, torque_Nm);
+    lm_play_sum expected = lm_advance_plays(&plain, &other, at_Nm);
+    (void)lm_advance_scaled_plays(&bank, &scaled, torque_Nm, 1);
+    TEST_ASSERT_TRUE(sum.outside_rad == expected.outside_rad);
+    TEST_ASSERT_TRUE(memory.torque_Nm == torque_Nm && scaled.torque_Nm == torque_Nm);
+    for (i = 0; i < S20_COUNT; ++i) {
+      TEST_ASSERT_TRUE(memory.z_Nm[i] == other.z_Nm[i]);
+      TEST_ASSERT_TRUE(distance(scaled.z_Nm[i], other.z_Nm[i]) <= 4 * ROUNDING * 60);
+      TEST_ASSERT_TRUE(lm_find_play_radius(&bank, i, torque_Nm) ==
+                       lm_find_play_radius(&plain, i, at_Nm));
+    }
+    scaled = memory;
+    lm_settle_plays(&bank, &scaled);
+    TEST_ASSERT_EQUAL_MEMORY(&memory, &scaled, sizeof memory);
+  }
+}
+
+static void an_envelope_that_lets_the_angle_fall_is_refused(void) {
+  static const lm_play inside[] = {{1, 0, LM_REAL(0.5)}};
+  lm_real slope = lm_find_least_slope(&backbone);
+  lm_real zero = 0;
+  TEST_ASSERT_EQUAL(LM_NULL, lm_set_envelope(0, 1, 1, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_set_envelope(&bank, -1, 1, &fault));
+  TEST_ASSERT_EQUAL_STRING("envelope_Nm", fault.input);
+  TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_set_envelope(&bank, zero / zero, 1, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_set_envelope(&bank, 1, 0, &fault));
+  TEST_ASSERT_EQUAL_STRING("knee_Nm", fault.input);
+  TEST_ASSERT_TRUE(bank.envelope_Nm == 0 && bank.knee_Nm == 1);
+  /* Outside: S20's weights are an eighth of the least slope, which so steep an envelope exceeds. */
+  TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, 20, 1, &fault));
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
+  TEST_ASSERT_EQUAL_STRING("outside_rad_per_Nm", fault.input);
+  bank.envelope_Nm = -1;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_play_bank(&bank, slope, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, inside, 1, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, LM_REAL(0.9), 1, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_check_play_bank(&bank, slope, &fault));
+  TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&bank, LM_REAL(1.1), 1, &fault));
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
+  TEST_ASSERT_EQUAL_STRING("inside_share", fault.input);
+}
+
 static void no_operators_are_the_identity(void) {
   lm_play_sum sum;
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&bank, 0, 0, 0, &fault));
@@ -381,6 +461,9 @@ int main(void) {
   RUN_TEST(the_bands_hold_and_a_second_step_changes_nothing);
   RUN_TEST(a_wider_band_widens_the_loop_in_proportion);
   RUN_TEST(inside_friction_takes_its_part_of_the_torque);
+  RUN_TEST(the_envelope_is_odd_and_rises_to_its_end);
+  RUN_TEST(a_bank_with_an_envelope_stands_where_the_envelope_is);
+  RUN_TEST(an_envelope_that_lets_the_angle_fall_is_refused);
   RUN_TEST(no_operators_are_the_identity);
   RUN_TEST(settling_repairs_any_memory);
   RUN_TEST(recordings_are_the_single_steps);

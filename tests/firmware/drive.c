@@ -75,5 +75,8 @@ int make_drive(lm_parameters *parameters) {
 #if LM_PROFILE != LM_PROFILE_GAP
   failed |= make_curve(parameters);
 #endif
+#if LM_ENVELOPE && LM_PROFILE == LM_PROFILE_STANDARD
+  failed |= lm_set_envelope(&parameters->plays, 6, 20, 0) != LM_OK;
+#endif
   return failed || lm_check_parameters(parameters, 0) != LM_OK;
 }

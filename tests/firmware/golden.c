@@ -175,6 +175,12 @@ int main(void) {
   use_effects();
   failed |= check("with effects", hash_compensator(), 0x8d6053c7u);
 #endif
+#if LM_ENVELOPE
+  if (lm_set_envelope(&parameters.plays, 6, 20, 0) != LM_OK) {
+    return 2;
+  }
+  failed |= check("in envelope ", hash_compensator() ^ hash_inverse(), 0x48cbcfe5u);
+#endif
 #endif
   return failed;
 }

@@ -144,7 +144,16 @@ ALL = [
     Target("PowerPC big-endian", "powerpc-linux-gnu-gcc", ("-static",), "qemu-ppc"),
 ]
 
-PROFILES = {"gap only": "GAP", "standard": "STANDARD", "full": "FULL"}
+PROFILES = {
+    "gap only": ("GAP", "-DLM_PROFILE=LM_PROFILE_GAP"),
+    "standard": ("STANDARD", "-DLM_PROFILE=LM_PROFILE_STANDARD"),
+    "with envelope": ("STANDARD", "-DLM_PROFILE=LM_PROFILE_STANDARD", "-DLM_ENVELOPE=1"),
+    "full": ("FULL", "-DLM_PROFILE=LM_PROFILE_FULL"),
+}
+"""The library's profile of each row of the table, and the options that it is compiled with."""
+
+Options = tuple[str, ...]
+
 STACK_MAX = 128
 RAM_MAX = 256
 RATIO_MAX = 1.5
@@ -263,23 +272,25 @@ def address(target: Target, program: Path, symbol: str) -> str:
     return "0x" + match[1]
 
 
-def compile_library(target: Target, profile: str, optimize: str, folder: Path) -> list[Path]:
+def compile_library(
+    target: Target, profile: str, sizes: Options, optimize: str, folder: Path
+) -> list[Path]:
     """Objects of the library without the effects' cards."""
     folder.mkdir()
     objects = []
     for source in library_of(profile):
         objects.append(folder / f"{source.stem}.o")
-        options = [optimize, f"-DLM_PROFILE=LM_PROFILE_{profile}", "-DLM_EFFECT_CARDS=0"]
+        options = [optimize, *sizes, "-DLM_EFFECT_CARDS=0"]
         run([target.compiler, *target.flags, *FLAGS, *options, "-c", source, "-o", objects[-1]])
     return objects
 
 
 def count(
-    target: Target, profile: str, measure: int, objects: list[Path], plugin: Path, folder: Path
+    target: Target, sizes: Options, measure: int, objects: list[Path], plugin: Path, folder: Path
 ) -> tuple[int, int, int]:
     """Least and most instructions between the marks, and bytes of stack."""
     program = folder / "cost.elf"
-    options = ["-O2", f"-DLM_PROFILE=LM_PROFILE_{profile}", f"-DMEASURE={measure}"]
+    options = ["-O2", *sizes, f"-DMEASURE={measure}"]
     start = [TARGETS / target.start, TARGETS / "print.c", HERE / "drive.c", HERE / "cost.c"]
     command = [target.compiler, *target.flags, *FLAGS, *options, *start, *objects, *target.link]
     run([*command, "-Wl,--gc-sections", "-o", program])
@@ -326,15 +337,14 @@ def measure_flash(
     return total
 
 
-def sizes_of(target: Target, profile: str, folder: Path) -> dict[str, int]:
+def sizes_of(target: Target, sizes: Options, folder: Path) -> dict[str, int]:
     """Bytes of an instance and of its parameters."""
     probe = folder / "sizes.c"
     probe.write_text(
         '#include "lostmotion/runtime.h"\n'
         "char instance[sizeof(lm_compensator)]; char parameters[sizeof(lm_parameters)];\n"
     )
-    options = [f"-DLM_PROFILE=LM_PROFILE_{profile}"]
-    run([target.compiler, *target.flags, *FLAGS, *options, "-c", probe, "-o", folder / "sizes.o"])
+    run([target.compiler, *target.flags, *FLAGS, *sizes, "-c", probe, "-o", folder / "sizes.o"])
     table = run([target.compiler.replace("gcc", "nm"), "-S", folder / "sizes.o"])
     found = re.findall(r"^\S+ (\S+) \w (\w+)$", table, re.MULTILINE)
     return {name: int(size, 16) for size, name in found}
@@ -419,22 +429,23 @@ def helper(name: str) -> bool:
 
 def measure_row(target: Target, name: str, plugin: Path, folder: Path) -> Row:
     """Measure one profile on one target."""
-    profile = PROFILES[name]
+    profile, *options = PROFILES[name]
+    sizes = tuple(options)
     with tempfile.TemporaryDirectory(dir=folder) as own:
         place = Path(own)
-        fast = compile_library(target, profile, "-O2", place / "fast")
-        small = compile_library(target, profile, "-Os", place / "small")
-        marks, *_ = count(target, profile, 0, fast, plugin, place)
-        spans = [count(target, profile, what, fast, plugin, place) for what in (MODEL, STEP)]
-        change = count(target, profile, CHANGE, fast, plugin, place)
+        fast = compile_library(target, profile, sizes, "-O2", place / "fast")
+        small = compile_library(target, profile, sizes, "-Os", place / "small")
+        marks, *_ = count(target, sizes, 0, fast, plugin, place)
+        spans = [count(target, sizes, what, fast, plugin, place) for what in (MODEL, STEP)]
+        change = count(target, sizes, CHANGE, fast, plugin, place)
         flash = [measure_flash(target, small, called, place) for called in (CORE, EVERYTHING)]
-        sizes = sizes_of(target, profile, place)
+        bytes_of = sizes_of(target, sizes, place)
         return Row(
             target,
             name,
             (flash[0]["text"] + flash[0]["rodata"], flash[1]["text"] + flash[1]["rodata"]),
-            sizes["parameters"],
-            sizes["instance"],
+            bytes_of["parameters"],
+            bytes_of["instance"],
             flash[1]["data"] + flash[1]["bss"],
             max(stack for *_, stack in spans),
             (spans[0][0] - marks, spans[0][1] - marks),
@@ -472,8 +483,10 @@ the parameters, start, step, mode and headroom; *with the rest* adds the uncerta
 change of parameters, save and restore. *parameters* is their constant struct, in flash as well;
 *RAM* one instance. All sizes are in bytes. *symbols* are what the objects want from elsewhere.
 
-The full profile is measured without an effect at work. Its 64 knots, 16 plays and 32 numbers of
-effect memory are beyond the limits that the other two are held to.
+*with envelope* is the standard profile built with `LM_ENVELOPE`, its plays on an envelope of the
+torque: what the parameters of a fit want. The full profile is measured without an effect and
+without an envelope at work. Its 64 knots, 16 plays and 32 numbers of
+effect memory are beyond the limits that the others are held to.
 
 Limits: model and step on the Cortex-M4F at most 200 and 320 instructions (gap only: model 50),
 model on the Cortex-M0+ at most 4500; most over least at most {RATIO_MAX}; flash on the Cortex-M4F

@@ -98,7 +98,9 @@ def campaign(
 def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
     result = compare(backbone(), campaign(outside=0.0, inside=0.4, scale=1.1))
     assert result.friction == "inside"
-    assert result.base.shares.sum() == pytest.approx(0.4, abs=0.04)
+    # The narrowest play is narrower than a step of the torque, which tells next to nothing of it.
+    assert result.base.shares[1:].sum() == pytest.approx(0.4, abs=0.04)
+    assert result.base.rise == pytest.approx(1.0, abs=0.05)
     assert result.base.shares[5] == pytest.approx(0.4, abs=0.06)
     assert result.rms_rad == pytest.approx(NOISE, rel=0.05)
     assert result.heldout_rms_rad == pytest.approx(NOISE, rel=0.07)

@@ -290,13 +290,11 @@ def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campa
     return Campaign([Run(i, "made", columns[i]) for i in range(runs)])
 
 
-@pytest.mark.parametrize(("seed", "seen"), [(1, ["creep"]), (2, [])])
-def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed, seen):
+@pytest.mark.parametrize("seed", [1, 2])
+def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed):
     found = diagnose(sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0).answer()
     assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])
-    small = [c for c in found["candidates"] if c.get("too_small")]
-    assert [c["name"] for c in small] == seen
-    assert all(c["size_arcsec"] < 0.2 and c["p"] < 0.01 for c in small)
+    assert not [c for c in found["candidates"] if c.get("too_small")]
 
 
 @pytest.mark.parametrize("name", ["load_dependent_friction", "creep"])

@@ -139,6 +139,18 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
         ("fit.values.play_radius_1_Nm", "numbers that do not rise", "rising ones"),
     ),
     (
+        {"fit": {"values": {"play_envelope_Nm": 1.0}}},
+        ("fit.values", "play_envelope_Nm alone", "both play_envelope_Nm and play_envelope_knee_Nm"),
+    ),
+    (
+        {"fit": {"values": {"play_envelope_Nm": -1.0, "play_envelope_knee_Nm": 9.0}}},
+        ("fit.values.play_envelope_Nm", "-1", "0 or more"),
+    ),
+    (
+        {"fit": {"values": {"play_envelope_Nm": 1.0, "play_envelope_knee_Nm": 0.0}}},
+        ("fit.values.play_envelope_knee_Nm", "0", "more than 0"),
+    ),
+    (
         {"fit": {"values": {"a": 1.0}, "standard_errors": {"b": 1.0}}},
         ("fit.standard_errors", "b", "keys of [fit.values]: a"),
     ),

@@ -23,6 +23,7 @@ from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import (
     Controller,
+    Envelope,
     Limits,
     Play,
     Watch,
@@ -73,6 +74,7 @@ def controllers() -> list[Controller]:
             ("thermal_friction", [0.02]),
             ("soft_windup", [5e-5, 2.0]),
         ],
+        envelope=Envelope(4.0, 12.0),
     )
     drives = [read_drive(DATA / "drives" / f"{name}.toml") for name in ("size_25", "reference_a")]
     return [*(make_controller(drive) for drive in drives), both]
@@ -91,10 +93,12 @@ def test_blob_is_what_the_library_writes_and_reads(index: int) -> None:
 def test_blob_has_the_stated_layout() -> None:
     blob = format_blob(controllers()[2])
     assert blob[:4] == b"LMP1"
-    assert struct.unpack("<3I", blob[4:16]) == (0x01020304, 1, len(blob))
+    assert struct.unpack("<3I", blob[4:16]) == (0x01020304, 2, len(blob))
     assert struct.unpack("<fI", blob[16:24]) == (50.0, 21)
     plays = 24 + 21 * 8
     assert struct.unpack("<2I", blob[plays : plays + 8]) == (3, 1)
+    envelope = plays + 8 + 3 * 12
+    assert struct.unpack("<2f", blob[envelope : envelope + 8]) == (4.0, 12.0)
     assert struct.unpack("<I", blob[-4:]) == (zlib.crc32(blob[:-4]),)
 
 
@@ -146,7 +150,7 @@ def test_header_compiles_and_holds_what_the_blob_holds(
     header = format_header(controller, "joint_parameters", "a */ joint")
     sizes = [f"-DLM_PROFILE=LM_PROFILE_{profile}"]
     if profile == "STANDARD":
-        sizes += ["-DLM_EFFECTS_MAX=3", "-DLM_EFFECT_MEMORY_MAX=0"]
+        sizes += ["-DLM_EFFECTS_MAX=3", "-DLM_EFFECT_MEMORY_MAX=0", "-DLM_ENVELOPE=1"]
     done = compile_header(tmp_path, header, sizes)
     assert done.returncode == 0, done.stderr
     run = subprocess.run([tmp_path / "check"], capture_output=True, check=False)
@@ -206,6 +210,10 @@ def test_header_that_does_not_fit_stops_the_build(tmp_path: Path) -> None:
         done = compile_header(tmp_path, header, [small])
         assert done.returncode != 0
         assert "these parameters need" in done.stderr
+    header = format_header(controllers()[2], "joint_parameters", "joint")
+    done = compile_header(tmp_path, header, ["-DLM_EFFECTS_MAX=3"])
+    assert done.returncode != 0
+    assert "LM_ENVELOPE 1" in done.stderr
 
 
 @needs_compiler
@@ -410,7 +418,16 @@ def test_drive_with_effects_says_how_to_compile(write: Write, bought: dict[str, 
         {"name": "creep", "share": 0.01, "onset_s": 1.0},
     ]
     notes = make_controller(read_drive(write(bought))).notes
-    assert any("-DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6" in note for note in notes)
+    said = "The standard build holds no effects: compile with -DLM_EFFECTS_MAX=2 "
+    assert f"{said}-DLM_EFFECT_MEMORY_MAX=6." in notes
+    del bought["effect"]
+    bought["fit"] = {"values": {"play_envelope_Nm": 4.0, "play_envelope_knee_Nm": 9.0}}
+    drive = read_drive(write(bought))
+    said = "The standard build holds no envelope of the plays: compile with -DLM_ENVELOPE=1."
+    assert said in make_controller(drive).notes
+    made = make_controller(drive, profile="full")
+    assert made.envelope == Envelope(4.0, 9.0)
+    assert not any("LM_ENVELOPE" in note for note in made.notes)
 
 
 def test_export_and_replay_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

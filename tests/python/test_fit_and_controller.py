@@ -14,7 +14,7 @@ from lostmotion.discover.conditions import RATE_WINDOW, Conditions
 from lostmotion.discover.drive_base import restore
 from lostmotion.discover.effects import library
 from lostmotion.discover.ladder import FittedModel, fit_model
-from lostmotion.drives import format_toml, read_drive
+from lostmotion.drives import PLAY_ENVELOPE, PLAY_KNEE, format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import build, make_controller
 from lostmotion.recordings import Campaign, read_campaign
@@ -91,6 +91,7 @@ def fitted(campaign: Campaign, name: str, size: float) -> Base:
     stretches = np.arange(base.slopes.size)
     base.slopes = 11.0 - 0.25 * stretches
     base.shares = 0.02 + 0.01 * np.arange(PLAYS)
+    base.envelope_Nm = 0.25 * base.knee_Nm
     effect = library()[name]
     values = effect.typical.copy()
     for i, value in enumerate(effect.values):
@@ -122,6 +123,7 @@ def fitted_file(base: Base, folder: Path) -> Path:
         for name, values in numbers.items()
         for i, value in enumerate(values)
     }
+    named |= {PLAY_ENVELOPE: base.envelope_Nm, PLAY_KNEE: base.knee_Nm}
     count = len(named)
     rung = {"effects": [], "rms_arcsec": 1.0, "rms_heldout_arcsec": 1.0}
     model = FittedModel(
@@ -217,6 +219,7 @@ def test_friction_outside_survives_its_file_and_is_refused_where_it_is_too_much(
     assert again.outside is not None
     assert base.outside is not None
     np.testing.assert_allclose(again.outside, base.outside, rtol=1e-12)
+    assert (again.envelope_Nm, again.knee_Nm) == (base.envelope_Nm, base.knee_Nm)
     made = make_controller(drive, profile="full")
     assert (len(made.outside), len(made.inside)) == (PLAYS, PLAYS)
     with pytest.raises(InputError, match="plays: found 16, expected at most 8 in the profile"):

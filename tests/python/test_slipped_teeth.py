@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_discover import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
+from lostmotion.backbone import run_plays
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.base import Base
 from lostmotion.discover.common_columns import gather_body
@@ -33,7 +34,9 @@ def overloaded(data, slips_at_Nm, teeth=1, peaks=(OVERLOAD_NM,)):
             slipped[k:] += teeth * np.sign(load)
             armed = False
         armed = armed or abs(load) < 0.5 * slips_at_Nm
-    wound = torque - 1.5 * np.sign(np.gradient(torque))
+    # The friction of the other runs, with what it remembers of them.
+    before = [run.columns["torque"] for run in data.runs]
+    wound = torque + 0.5 * run_plays(np.array([3.0]), np.concatenate((*before, torque)))[-rows:, 0]
     noise = np.random.default_rng(9).normal(size=rows)
     lost_motion = (wound * 7.0 + 25.0 * np.tanh(wound / 8.0) + noise) * ARCSEC
     columns = dict(like, torque=torque, lost_motion=lost_motion + slipped * TOOTH_RAD)

@@ -50,7 +50,8 @@ typedef struct lm_memory {
 } lm_memory;
 
 /* The memory of a drive that has rested at a torque [N*m] (the gap profile: at a commanded angle):
- * every play in the middle of its band, every effect's memory zero. */
+ * every play in the middle of its band, every effect's memory zero. Parameters whose plays follow
+ * an envelope want lm_settle_model after it where the torque is not 0 (lm_center_plays). */
 void lm_start_model(lm_memory *memory, lm_real torque_Nm);
 
 /* Makes any memory fit the parameters: plays pulled into their bands, what is not finite put to
@@ -71,9 +72,11 @@ lm_real lm_evaluate_model(const lm_parameters *parameters, const lm_memory *memo
  * conditions as in `at`. The memory is left alone. Bisection of a fixed number of steps between
  * +-torque limit, and a straight line in the end.
  *
- * The torque comes back within  2^-23 limit + 8 e (angle + sum c limit) / ((1 - sum w) s - sum c)
- * of what went in, with s the least slope and e the rounding 6e-8 (in double 2^-52 and 1.2e-16),
- * where the model rises strictly; effects at work must keep it rising.
+ * The torque comes back within
+ *     2^-23 limit + 8 e (angle + sum c limit) / ((1 - r sum w) s - r sum c)
+ * of what went in, with s the least slope, r the envelope's greatest (1 without one) and e the
+ * rounding 6e-8 (in double 2^-52 and 1.2e-16), where the model rises strictly; effects at work must
+ * keep it rising.
  * Errors: LM_NULL, LM_NOT_FINITE ("angle_rad"), LM_OUT_OF_RANGE: no torque within the limit gives
  * that angle (the fault says which angles there are). */
 lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memory,

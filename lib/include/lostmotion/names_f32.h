@@ -71,6 +71,7 @@
 #define lm_exponential lm_exponential_f32
 #define lm_find_crc lm_find_crc_f32
 #define lm_find_effect lm_find_effect_f32
+#define lm_find_envelope lm_find_envelope_f32
 #define lm_find_greatest_slope lm_find_greatest_slope_f32
 #define lm_find_least_slope lm_find_least_slope_f32
 #define lm_find_overlap_end lm_find_overlap_end_f32
@@ -144,6 +145,7 @@
 #define lm_save_compensator lm_save_compensator_f32
 #define lm_section_factor lm_section_factor_f32
 #define lm_section_place lm_section_place_f32
+#define lm_set_envelope lm_set_envelope_f32
 #define lm_set_headroom lm_set_headroom_f32
 #define lm_set_mode lm_set_mode_f32
 #define lm_settle_model lm_settle_model_f32

@@ -12,7 +12,7 @@
  *     length                     bytes in all
  *     torque limit
  *     curve      count, then torque and angle of each knot
- *     plays      count, outside count, then radius, widening, weight of each
+ *     plays      count, outside count, then radius, widening, weight of each; envelope, knee
  *     effects    count, then of each: id, number of values, values
  *     limits     the six of lm_limits
  *     watch      the four of lm_watch
@@ -34,7 +34,7 @@
 
 LM_BEGIN_DECLS
 
-#define LM_PARAMETERS_FORMAT 1u /* of the binary form and, with the sizes, of the struct */
+#define LM_PARAMETERS_FORMAT 2u /* of the binary form and, with the sizes, of the struct */
 
 /* What the struct carries: the format and the sizes of profile.h that it was compiled with, so that
  * a library of other sizes refuses it (a constant in flash need not pass the linker's eyes:
@@ -90,8 +90,8 @@ typedef struct lm_parameters {
 #define LM_TORQUE_LIMIT_MAX_NM LM_REAL(1e6)
 
 /* Bytes of the largest binary form. */
-#define LM_BLOB_BYTES_MAX                                             \
-  (16 + 4 + 4 + 8 * LM_CURVE_POINTS_MAX + 8 + 12 * LM_PLAYS_MAX + 4 + \
+#define LM_BLOB_BYTES_MAX                                                 \
+  (16 + 4 + 4 + 8 * LM_CURVE_POINTS_MAX + 8 + 12 * LM_PLAYS_MAX + 8 + 4 + \
    (8 + 4 * LM_EFFECT_VALUES_MAX) * LM_EFFECTS_MAX + 24 + 16 + 4)
 
 /* Accepts parameters or says what is wrong with them: format, every range above, the curve

@@ -1,14 +1,20 @@
 /* Friction memory: a bank of generalised play operators (generalised Prandtl-Ishlinskii).
  *
- * Operator i follows the torque T within a band of half width R_i = radius + widening * |T|:
+ * Operator i follows an envelope U(T) of the torque within a band of half width
+ * R_i = radius + widening * |U|:
  *
- *     z_i <- max(T - R_i(T), min(T + R_i(T), z_i))
+ *     U   = T + A sgn(T) (1 - 1 / (1 + t + t^2)),   t = |T| / K
+ *     z_i <- max(U - R_i(U), min(U + R_i(U), z_i))
  *
  * The first `outside_count` operators sit outside the elasticity and add an angle; the rest sit
  * inside: friction takes its part of the torque before the remainder winds the drive up.
  *
- *     h   =     sum_outside c_i (z_i - T)         angle = backbone(T_e) + h
- *     T_e = T + sum_inside  w_i (z_i - T)
+ *     h   =     sum_outside c_i (z_i - U)         angle = backbone(T_e) + h
+ *     T_e = T + sum_inside  w_i (z_i - U)
+ *
+ * A bank as it is built follows the torque itself, A = 0 (lm_set_envelope). Friction in parallel
+ * with the elasticity sticks by the angle: until its contacts slip they hold most of a change of
+ * torque where the drive is soft, about no torque. There the envelope rises most, by 1 + A / K.
  *
  * Rate independent; the memory is the last torque and z_1 .. z_n, nothing else. With
  * 0 <= widening < 1 both edges of every band rise with the torque, hence: a larger swing wipes out
@@ -37,7 +43,8 @@ typedef struct lm_play {
   lm_real weight; /* outside: compliance, rad/(N*m), 0 to 1; inside: share of the torque, 0 to 1 */
 } lm_play;
 
-#define LM_PLAY_RADIUS_MAX_NM LM_REAL(1e6)  /* a band's edge must not overflow */
+#define LM_PLAY_RADIUS_MAX_NM LM_REAL(1e6) /* a band's edge must not overflow */
+#define LM_PLAY_KNEE_MIN_NM LM_REAL(1e-6)
 #define LM_PLAY_WIDENING_MAX LM_REAL(0.999) /* both edges must rise with the torque */
 #define LM_PLAY_SUM_TOLERANCE LM_REAL(1e-5) /* relative, of the cached sums and edges */
 
@@ -55,6 +62,8 @@ typedef struct lm_play_bank {
   int32_t outside_count;           /* the first of them that sit outside, 0 to count */
   lm_real outside_rad_per_Nm;      /* sum of the weights outside, in order */
   lm_real inside_share;            /* sum of the weights inside, in order */
+  lm_real envelope_Nm;             /* A, 0 to LM_PLAY_RADIUS_MAX_NM; 0: none (LM_ENVELOPE) */
+  lm_real knee_Nm;                 /* K, LM_PLAY_KNEE_MIN_NM to LM_PLAY_RADIUS_MAX_NM */
   lm_play_slot slot[LM_PLAYS_MAX]; /* unused: radius 0, slopes 1, weight 0 */
 } lm_play_bank;
 
@@ -77,20 +86,34 @@ typedef struct lm_play_sum {
 lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t count,
                              int32_t outside_count, lm_fault *fault);
 
+/* Lets the operators of a bank follow an envelope of the torque: envelope_Nm, 0 to
+ * LM_PLAY_RADIUS_MAX_NM (0: the torque itself), is how much further than the torque it goes in the
+ * end; knee_Nm, LM_PLAY_KNEE_MIN_NM to LM_PLAY_RADIUS_MAX_NM, the torque at which two thirds of
+ * that are reached. Built with LM_ENVELOPE 0 (profile.h) there is none, envelope_Nm 0.
+ * Errors: LM_NULL, LM_OUT_OF_RANGE, LM_NOT_FINITE naming "envelope_Nm" or "knee_Nm". */
+lm_status lm_set_envelope(lm_play_bank *bank, lm_real envelope_Nm, lm_real knee_Nm,
+                          lm_fault *fault);
+
+/* What the operators follow [N*m] at a torque [N*m]. */
+lm_real lm_find_envelope(const lm_play_bank *bank, lm_real torque_Nm);
+
 /* Checks a bank that came from outside, against the least slope [rad/(N*m)] of its backbone:
- * everything lm_build_play_bank checks; cached sums, slopes and unused slots; the shares inside
- * sum up to at most 1; and the angle does not fall while every operator sticks,
- * (1 - sum w) least_slope >= sum c. The angle rises strictly, and has an inverse, where that
- * inequality is strict.
+ * everything lm_build_play_bank and lm_set_envelope check; cached sums, slopes and unused slots;
+ * and, with r = 1 + A / K the greatest slope of the envelope: operators inside that stick hold at
+ * most all of a change of torque, r sum w <= 1, and the angle does not fall while every operator
+ * sticks, (1 - r sum w) least_slope >= r sum c. The angle rises strictly, and has an inverse, where
+ * that inequality is strict.
  * Errors: as above, with "edge_slope"; LM_INCONSISTENT naming "padding", "edge_slope",
  * "outside_rad_per_Nm" or "inside_share". */
 lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_per_Nm,
                              lm_fault *fault);
 
-/* Half width [N*m] of operator i's band at a torque [N*m]. */
+/* Half width [N*m] of operator i's band about the envelope at a torque [N*m]. */
 lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_Nm);
 
-/* Every operator in the middle of its band, z_i = torque. At torque 0 that is the virgin state. */
+/* Every operator in the middle of its band, z_i = torque. At torque 0 that is the virgin state. At
+ * another torque the middle of a bank with an envelope is elsewhere: settle the memory then, which
+ * puts operators that are off onto the edge of their bands. */
 void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm);
 
 /* Pulls every z_i into its band at the memory's torque: to be called once after the memory was set
@@ -115,7 +138,8 @@ lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *me
 void lm_run_play_bank(const lm_play_bank *bank, lm_play_memory *memory, const lm_real *torque_Nm,
                       int64_t count, lm_real *outside_rad, lm_real *inside_Nm);
 
-/* For fitting the weights: z_i - T of any number of operators over a recording.
+/* For fitting the weights: z_i - T of any number of operators over a recording, of which torque_Nm
+ * may be the envelope.
  * radius_Nm[operators], widening[operators]; z_Nm[operators] carries the state in and out and need
  * not be settled; width_scale[count], or null, is a factor on all bands at each sample, from 0;
  * difference_Nm[count][operators] is written row by row. Same bits as lm_advance_plays without, as

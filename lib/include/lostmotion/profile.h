@@ -9,6 +9,7 @@
  * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
  * LM_EFFECTS_MAX           0          0     27   secondary effects at work at once
  * LM_EFFECT_MEMORY_MAX     0          0     32   numbers of memory that all effects share
+ * LM_ENVELOPE              0          0      1   1: plays can follow an envelope (play.h)
  *
  * The standard profile takes a few effects as well: -DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6,
  * say; the numbers of memory stand in each effect's file. The desktop library is built full.
@@ -79,6 +80,20 @@
 #endif
 #if LM_EFFECT_MEMORY_MAX < 0 || LM_EFFECT_MEMORY_MAX > 256
 #error "lostmotion: LM_EFFECT_MEMORY_MAX must be 0 to 256"
+#endif
+
+#ifndef LM_ENVELOPE
+#if LM_PROFILE == LM_PROFILE_FULL
+#define LM_ENVELOPE 1 /* 0 or 1: plays can follow an envelope of the torque */
+#else
+#define LM_ENVELOPE 0
+#endif
+#endif
+#if LM_ENVELOPE < 0 || LM_ENVELOPE > 1
+#error "lostmotion: LM_ENVELOPE must be 0 or 1"
+#endif
+#if LM_PROFILE == LM_PROFILE_GAP && LM_ENVELOPE > 0
+#error "lostmotion: the gap profile has no torque: LM_ENVELOPE must be 0"
 #endif
 
 #endif

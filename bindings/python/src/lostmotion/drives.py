@@ -321,6 +321,10 @@ PLAY_RADIUS = "play_radius_{}_Nm"
 PLAY_SHARE = "play_share_{}"
 PLAY_OUTSIDE = "play_outside_{}_rad_per_Nm"
 
+PLAY_ENVELOPE = "play_envelope_Nm"
+PLAY_KNEE = "play_envelope_knee_Nm"
+"""How much further than the torque the plays' envelope goes, and where two thirds are reached."""
+
 NUMBERED = (KNOT, SLOPE, PLAY_RADIUS, PLAY_SHARE, PLAY_OUTSIDE)
 """Values of a fit that come in rows, numbered from 1."""
 
@@ -396,6 +400,14 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
     if len(shares) != len(radii) or len(outside) not in (0, len(radii)):
         found = f"{len(radii)} radii of plays, {len(shares)} shares, {len(outside)} outside"
         raise InputError(file, "fit.values", found, "a share for each radius")
+    envelope, knee = (values.get(key) for key in (PLAY_ENVELOPE, PLAY_KNEE))
+    if (envelope is None) != (knee is None):
+        found = f"{PLAY_KNEE if envelope is None else PLAY_ENVELOPE} alone"
+        raise InputError(file, "fit.values", found, f"both {PLAY_ENVELOPE} and {PLAY_KNEE}")
+    if envelope is not None and envelope < 0:
+        raise InputError(file, f"fit.values.{PLAY_ENVELOPE}", f"{envelope:g}", "0 or more")
+    if knee is not None and knee <= 0:
+        raise InputError(file, f"fit.values.{PLAY_KNEE}", f"{knee:g}", "more than 0")
 
 
 def numbered(values: Mapping[str, float], pattern: str) -> list[float]:

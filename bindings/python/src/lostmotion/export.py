@@ -21,7 +21,15 @@ import numpy.typing as npt
 
 from lostmotion import __version__
 from lostmotion.core import KINDS, NEEDS, Bits, Core, core, library_effects, value_ranges
-from lostmotion.drives import PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, Drive, effect_values
+from lostmotion.drives import (
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    Drive,
+    effect_values,
+)
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
 from lostmotion.keys import Key, read_table
@@ -47,7 +55,7 @@ KNOTS_MAX: dict[Profile, int] = {"gap": 0, "standard": 33, "full": 64}
 PLAYS_MAX: dict[Profile, int] = {"gap": 1, "standard": 8, "full": 16}
 """Sizes of the profiles in profile.h."""
 
-FORMAT = 1
+FORMAT = 2
 """LM_PARAMETERS_FORMAT."""
 
 MARK = 0x01020304
@@ -104,6 +112,14 @@ class Play:
 
 
 @dataclass(frozen=True)
+class Envelope:
+    """What the plays follow: how much further than the torque it goes, and its knee."""
+
+    most_Nm: float = 0.0
+    knee_Nm: float = 1.0
+
+
+@dataclass(frozen=True)
 class Limits:
     """How fast the correction may move (`lm_limits`), in SI units."""
 
@@ -139,6 +155,8 @@ class Controller:
         Plays outside and inside the elasticity.
     effects : list of (name, values)
         In the order torque, width, angle.
+    envelope : Envelope
+        What the plays follow.
     notes : list of str
         What was assumed, one sentence each.
     own : mapping
@@ -153,6 +171,7 @@ class Controller:
     outside: Sequence[Play] = ()
     inside: Sequence[Play] = ()
     effects: Sequence[tuple[str, Sequence[float]]] = ()
+    envelope: Envelope = Envelope()
     notes: Sequence[str] = field(default_factory=list)
     own: Mapping[str, Effect] = field(default_factory=dict)
 
@@ -223,13 +242,18 @@ def make_controller(
     effects = _effects(drive, own or {})
     used = {name: own[name] for name, _ in effects if own and name in own}
     _fits(drive.file, "plays", len(outside) + len(inside), PLAYS_MAX[profile], profile)
-    if effects and profile == "standard":
-        notes.append(
-            f"The standard build holds no effects: compile with {effect_macros(effects, used)}."
-        )
+    envelope = _fitted_envelope(drive)
+    if profile == "standard" and (effects or envelope.most_Nm > 0):
+        lacks = "effects" if effects else "envelope of the plays"
+        if effects and envelope.most_Nm > 0:
+            lacks += " and no envelope of the plays"
+        macros = build_macros(effects, used, envelope)
+        notes.append(f"The standard build holds no {lacks}: compile with {macros}.")
     largest = float(np.max(np.abs(np.interp([-limit, limit], torque, angle))))
     limits, watch = _defaults(given, CORRECTION_SHARE * largest)
-    return Controller(limit, torque, angle, limits, watch, outside, inside, effects, notes, used)
+    return Controller(
+        limit, torque, angle, limits, watch, outside, inside, effects, envelope, notes, used
+    )
 
 
 def _fits(file: str, key: str, count: int, most: int, profile: Profile) -> None:
@@ -270,6 +294,14 @@ def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
     weights = fit_values(drive, pattern)
     pairs = zip(radii, weights, strict=False)
     return [Play(float(radius), 0.0, float(weight)) for radius, weight in pairs if weight > 0]
+
+
+def _fitted_envelope(drive: Drive) -> Envelope:
+    """What the plays of a fit follow."""
+    values = (drive.fit or {}).get("values", {})
+    if PLAY_ENVELOPE not in values:
+        return Envelope()
+    return Envelope(float(values[PLAY_ENVELOPE]), float(values[PLAY_KNEE]))
 
 
 def _friction(
@@ -371,11 +403,18 @@ def known_effects(c: Core, own: Mapping[str, Effect]) -> dict[str, Any]:
     return {**library_effects(c), **mine}
 
 
-def effect_macros(effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[str, Effect]) -> str:
-    """Compiler options without which the run-time code does not hold these effects."""
-    known = known_effects(core(32), own)
-    memory = sum(int(known[name].memory_count) for name, _ in effects)
-    return f"-DLM_EFFECTS_MAX={len(effects)} -DLM_EFFECT_MEMORY_MAX={memory}"
+def build_macros(
+    effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[str, Effect], envelope: Envelope
+) -> str:
+    """Compiler options without which the run-time code does not hold these parameters."""
+    macros = []
+    if effects:
+        known = known_effects(core(32), own)
+        memory = sum(int(known[name].memory_count) for name, _ in effects)
+        macros += [f"-DLM_EFFECTS_MAX={len(effects)}", f"-DLM_EFFECT_MEMORY_MAX={memory}"]
+    if envelope.most_Nm > 0:
+        macros.append("-DLM_ENVELOPE=1")
+    return " ".join(macros)
 
 
 def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
@@ -468,6 +507,9 @@ def build(controller: Controller, c: Core | None = None) -> Any:
             ),
             fault,
         )
+        bank = c.ffi.addressof(made.plays)
+        envelope = controller.envelope
+        c.check(c.lib.lm_set_envelope(bank, envelope.most_Nm, envelope.knee_Nm, fault), fault)
         c.check(c.lib.lm_check_parameters(made, fault), fault)
     except LibraryError as error:
         raise refused(error) from None
@@ -503,6 +545,7 @@ def blob_body(controller: Controller) -> bytes:
         # The library keeps 1 + widening, so this many digits of the widening come back.
         widening = np.float32(np.float32(1) + np.float32(play.widening)) - np.float32(1)
         parts.append(struct.pack("<3f", play.radius_Nm, widening, play.weight))
+    parts.append(struct.pack("<2f", controller.envelope.most_Nm, controller.envelope.knee_Nm))
     parts.append(struct.pack("<I", len(controller.effects)))
     for name, values in controller.effects:
         number, count = known[name].id, known[name].value_count
@@ -582,6 +625,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
             "LM_EFFECT_MEMORY_MAX": sum(
                 int(known[effect].memory_count) for effect, _ in controller.effects
             ),
+            "LM_ENVELOPE": int(controller.envelope.most_Nm > 0),
         }
         needs = "LM_PROFILE == LM_PROFILE_GAP || " + " || \\\n    ".join(
             f"{macro} < {value}" for macro, value in least.items()
@@ -643,7 +687,8 @@ def _plays_text(controller: Controller, gap: bool) -> list[str]:
     for play in controller.inside:
         inside = np.float32(inside + np.float32(play.weight))
     counts = f"{len(plays)}, {len(controller.outside)}, {literal(outside)}, {literal(inside)}"
-    text = [f"    {{{counts},", "     {"]
+    envelope = f"{literal(controller.envelope.most_Nm)}, {literal(controller.envelope.knee_Nm)}"
+    text = [f"    {{{counts}, {envelope},", "     {"]
     one = np.float32(1)
     for i, play in enumerate(plays):
         low, high = one - np.float32(play.widening), one + np.float32(play.widening)

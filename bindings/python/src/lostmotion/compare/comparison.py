@@ -141,6 +141,8 @@ class Comparison:
             "play_radius_Nm": [float(x) for x in base.radius_Nm],
             "play_inside_share": [float(x) for x in base.shares],
             "play_outside_rad_per_Nm": [float(x) for x in outside * ARCSEC],
+            "play_envelope_Nm": base.envelope_Nm,
+            "play_envelope_knee_Nm": base.knee_Nm,
             "start_state": [float(x) for x in base.start[0]],
         }
 
@@ -149,7 +151,8 @@ class Comparison:
         """Whether the angle never falls with rising torque while every play sticks."""
         base = self.base
         outside = 0.0 if base.outside is None else float(base.outside.sum())
-        return bool((1.0 - base.shares.sum()) * float(base.slopes.min()) >= outside)
+        stuck = 1.0 - base.rise * float(base.shares.sum())
+        return bool(stuck * float(base.slopes.min()) >= base.rise * outside)
 
     def answer(self) -> dict[str, Any]:
         """Return the answer of the command, ready for JSON."""

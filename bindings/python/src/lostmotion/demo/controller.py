@@ -42,6 +42,7 @@ FLAGS = (
     "-mthumb", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-std=gnu99", "-O2",
     "-ffp-contract=off", "-ffunction-sections", "-fdata-sections", "-DLM_REAL_BITS=32",
     "-Wall", "-Wextra", "-Werror", "-DLM_EFFECTS_MAX=8", "-DLM_EFFECT_MEMORY_MAX=8",
+    "-DLM_ENVELOPE=1",
 )  # fmt: skip
 LINK = (
     "-nostartfiles", "--specs=nano.specs", "-Wl,--gc-sections", "-Wl,--defsym=flash_origin=0",

@@ -1,9 +1,13 @@
 """The base that effects are added to: an odd backbone with friction inside it, flexible enough.
 
-    T_e = T + sum w_i (z_i - T)
-    phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - T)
+    U   = T + A sgn(T) (1 - 1 / (1 + t + t^2)),   t = |T| / K
+    T_e = T + sum w_i (z_i - U)
+    phi = offset_run + (1 + a_run) B(T_e) + g_run sat(T_e) + sum c_i (z_i - U)
 
-`B` is odd and rises in straight stretches; the plays have fixed half widths, times (1 + f_run). A
+`B` is odd and rises in straight stretches; the plays z_i follow the envelope U, with fixed half
+widths, times (1 + f_run). Friction in parallel with the elasticity sticks by the angle: until its
+contacts slip they hold most of the torque where the drive is soft, about no torque, and there the
+envelope rises most. Loops of one size hardly tell; small ones beside large ones do. A
 catalogue sheet knows three slopes, which is not enough to reach the noise of a good encoder; it
 serves as the start and as a weak prior. Friction outside the elasticity (`c_i`) is off unless the
 recordings ask for it.
@@ -42,12 +46,27 @@ PLAYS = 8
 PLAY_RANGE = (1 / 200, 0.6)
 """Least and greatest half width over the largest torque."""
 
-FIRST_SHARES = (0.03, 0.1)
-"""Shares of every play that a first fit starts from: play and friction have kinks, and with strong
-effects missing either start may end in a minimum that is not the lowest."""
+ENVELOPE_KNEE = 0.3
+"""Knee K of the plays' envelope over the rated torque: beyond where a drive is soft."""
+
+ENVELOPE_MAX = 5.0
+"""Largest A / K."""
+
+USUAL_ENVELOPE = 0.2
+"""About what A / K is where the recordings do not tell it."""
+
+FIRST_SHARES, FIRST_ENVELOPES = (0.03, 0.1), (1.0, USUAL_ENVELOPE)
+"""Shares of every play, and A / K of their envelope, that a first fit starts from: play and
+friction have kinks, and with strong effects missing either start may end in a minimum that is not
+the lowest."""
 
 SHARE_MAX = 0.98
-"""Shares of friction sum up to at most this: the backbone has to wind up."""
+"""Friction that sticks holds at most this share of a change of torque, at no torque, where it holds
+most: the backbone has to wind up."""
+
+SHARE_FIRM, FIRMNESS = 0.95, 1e4
+"""Beyond this share a fit is held back as by so many noises for all of it, so that it does not run
+against the bound."""
 
 OUTSIDE_FIRST = 0.02
 """Compliance of a play outside the elasticity that a fit starts from, over the mean one."""
@@ -128,6 +147,9 @@ class Base:
         Compliance of each stretch, arc seconds a N m.
     shares : ndarray
         Share of the torque that each play takes.
+    envelope_Nm, knee_Nm : float
+        How much further than the torque the plays' envelope goes under load, and where two thirds
+        is reached.
     outside : ndarray or None
         Compliance of each play outside the elasticity, arc seconds a N m; None: there is none.
     widens : bool
@@ -160,6 +182,8 @@ class Base:
         self.radius_Nm = self.largest * np.geomspace(*PLAY_RANGE, PLAYS)
         self.begin_from(c.lost_motion)
         self.shares = np.full(PLAYS, FIRST_SHARES[0])
+        self.knee_Nm = ENVELOPE_KNEE * self.rated_torque_Nm
+        self.envelope_Nm = FIRST_ENVELOPES[0] * self.knee_Nm
         self.outside: FloatArray | None = None
         self.start = np.zeros((len(self.sittings), PLAYS))
         self.deviations = np.zeros((c.runs, len(DEVIATIONS)))
@@ -211,9 +235,21 @@ class Base:
 
     # --- the parts -------------------------------------------------------------------------------
 
+    @property
+    def rise(self) -> float:
+        """Slope of the plays' envelope at no torque, where it is greatest."""
+        return 1.0 + self.envelope_Nm / self.knee_Nm
+
+    def envelope(self, torque: FloatArray) -> FloatArray:
+        """What the plays follow, N m."""
+        t = np.abs(torque) / self.knee_Nm
+        more = self.envelope_Nm * (1.0 - 1.0 / (1.0 + t * (1.0 + t)))
+        return np.asarray(torque + np.copysign(more, torque))
+
     def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:
-        """Differences ``z_i - T`` through the whole campaign; `width` scales the half widths."""
+        """Differences ``z_i - U`` through the whole campaign; `width` scales the half widths."""
         c = core(64)
+        torque = self.envelope(torque)
         out = c.zeros(torque.size, PLAYS)
         for at in self.sittings:
             c.lib.lm_run_plays(
@@ -234,7 +270,7 @@ class Base:
         for sitting in self.sittings:
             end = starts[np.searchsorted(starts, sitting.start, side="right")]
             at = slice(sitting.start, int(end))
-            torque = self.conditions.torque[at]
+            torque = self.envelope(self.conditions.torque[at])
             out = np.zeros((torque.size, PLAYS))
             for i, radius in enumerate(self.radius_Nm):
                 one = np.array([radius])
@@ -328,6 +364,7 @@ class Base:
         """Names of the columns of `fixed_columns`."""
         names = [f"slope_{i}" for i in range(self.slopes.size)]
         names += [f"share_{i}" for i in range(PLAYS)] + [f"start_{i}" for i in range(PLAYS)]
+        names.append("envelope")
         for term in self.terms:
             names += [f"{term.effect.name}.{term.effect.values[i].name}" for i in term.free]
         for shape in self.additives:
@@ -349,7 +386,8 @@ class Base:
         n = self.slopes.size
         np.multiply(point.ramps, (1.0 + self.deviations[:, 0])[c.run_of][:, None], out=out[:, :n])
         np.multiply(point.slope[:, None], point.plays, out=out[:, n : n + PLAYS])
-        at = n + 2 * PLAYS
+        at = self.first_term
+        out[:, at - 1] = self.envelope_column(point)
         for term in self.terms:
             for i in term.free:
                 out[:, at] = self.value_column(term, i, point)
@@ -368,6 +406,26 @@ class Base:
                 column[rows] += moved * self.outside
                 outside[rows] += moved * self.start[k]
         return whole, names
+
+    @property
+    def first_term(self) -> int:
+        """Place of the first value of an effect among the parameters; the envelope is before it."""
+        return self.slopes.size + 2 * PLAYS + 1
+
+    def envelope_column(self, point: Point) -> FloatArray:
+        """Derivative of the angle by how far the plays' envelope goes."""
+        kept, step = self.envelope_Nm, RADIUS_STEP * self.knee_Nm
+        low = max(kept - step, 0.0)
+        try:
+            self.envelope_Nm = kept + step
+            change = self.play_columns(point.torque, point.width)
+            self.envelope_Nm = low
+            change -= self.play_columns(point.torque, point.width)
+        finally:
+            self.envelope_Nm = kept
+        change /= kept + step - low
+        column = point.slope * (change @ self.shares)
+        return np.asarray(column if self.outside is None else column + change @ self.outside)
 
     def value_column(self, term: Term, index: int, point: Point) -> FloatArray:
         """Derivative of the angle by one value of a term."""
@@ -422,12 +480,13 @@ class Base:
 
     def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Free parameters and their bounds."""
-        x = [self.slopes, self.shares, self.start[0]]
-        low = [np.zeros(self.slopes.size), np.zeros(PLAYS), np.full(PLAYS, -1.0)]
+        x = [self.slopes, self.shares, self.start[0], np.array([self.envelope_Nm])]
+        low = [np.zeros(self.slopes.size), np.zeros(PLAYS), np.full(PLAYS, -1.0), np.zeros(1)]
         high = [
             np.full(self.slopes.size, SLOPE_MAX * self.mean_slope),
             np.full(PLAYS, SHARE_MAX),
             np.ones(PLAYS),
+            np.array([ENVELOPE_MAX * self.knee_Nm]),
         ]
         for term in self.terms:
             x.append(term.values[term.free])
@@ -451,11 +510,12 @@ class Base:
         n = self.slopes.size
         self.slopes = x[:n].copy()
         self.shares = x[n : n + PLAYS].copy()
-        total = float(self.shares.sum())
-        if total > SHARE_MAX:
-            self.shares *= SHARE_MAX / total
         self.start = np.array([x[places] for places in self.start_places(x.size)])
-        at = n + 2 * PLAYS
+        at = self.first_term
+        self.envelope_Nm = float(x[at - 1])
+        held = float(self.shares.sum()) * self.rise
+        if held > SHARE_MAX:
+            self.shares *= SHARE_MAX / held
         for term in self.terms:
             term.values = term.values.copy()
             term.values[term.free] = x[at : at + len(term.free)]
@@ -469,18 +529,26 @@ class Base:
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
         """Weak prior: slopes within their own size of the sheet's, start states within one.
 
-        Laws that only runs tell are within their bounds, about what is usual.
+        The plays' envelope is about the usual one. Laws that only runs tell are within their
+        bounds, about what is usual.
         """
-        n, states = self.slopes.size, self.start.size
-        sd = np.concatenate((np.maximum(self.prior_slopes, 0.1 * self.mean_slope), np.ones(states)))
+        n, states, knee = self.slopes.size, self.start.size, self.knee_Nm
+        slopes_sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
+        sd = np.concatenate((slopes_sd, np.ones(states), [knee]))
         starts = [np.arange(x.size)[places] for places in self.start_places(x.size)]
         laws, usual, laws_sd = self.laws_between_runs()
-        where = np.concatenate((np.arange(n), *starts, laws))
-        mean = np.concatenate((self.prior_slopes, np.zeros(states), usual))
+        where = np.concatenate((np.arange(n), *starts, [self.first_term - 1], laws))
+        mean = np.concatenate((self.prior_slopes, np.zeros(states), [USUAL_ENVELOPE * knee], usual))
         weight = np.concatenate((scale / sd, 1.0 / laws_sd))
-        rows = np.zeros((where.size, x.size))
+        rows = np.zeros((where.size + 1, x.size))
         rows[np.arange(where.size), where] = weight
-        return weight * (x[where] - mean), rows
+        shares, envelope = x[n : n + PLAYS], x[self.first_term - 1]
+        over = float(shares.sum()) * (1.0 + envelope / knee) - SHARE_FIRM
+        if over > 0:
+            rows[-1, n : n + PLAYS] = FIRMNESS * scale * (1.0 + envelope / knee)
+            rows[-1, self.first_term - 1] = FIRMNESS * scale * float(shares.sum()) / knee
+        held = FIRMNESS * scale * max(over, 0.0)
+        return np.append(weight * (x[where] - mean), held), rows
 
     def laws_between_runs(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Values that only runs tell (`LAWS_BETWEEN_RUNS`), and what is usual of them.
@@ -493,7 +561,7 @@ class Base:
             The prior of a fit: its weight is that of so much noise in every sample of a run.
         """
         places, usual, widths = [], [], []
-        place = self.slopes.size + 2 * PLAYS
+        place = self.first_term
         for term in self.terms:
             for i in term.free:
                 value = term.effect.values[i]
@@ -518,7 +586,8 @@ class Base:
         out[n : n + PLAYS] = 1.0
         for places in self.start_places(count):
             out[places] = 1.0
-        at = n + 2 * PLAYS
+        at = self.first_term
+        out[at - 1] = 1.0 / self.knee_Nm**2
         for term in self.terms:
             for i in term.free:
                 value = term.effect.values[i]
@@ -582,10 +651,12 @@ class Base:
         """
         fresh = self.fresh
         best, best_x = self.fit(steps=steps, rows=rows), self.vector()[0]
-        for share in FIRST_SHARES[1:] if fresh else ():
+        others = zip(FIRST_SHARES[1:], FIRST_ENVELOPES[1:], strict=True) if fresh else ()
+        for share, envelope in others:
             self.slopes[:] = self.mean_slope
             self.shares[:] = share
             self.start[:] = 0.0
+            self.envelope_Nm = envelope * self.knee_Nm
             found = self.fit(steps=steps, rows=rows)
             if found.cost < best.cost:
                 best, best_x = found, self.vector()[0]

@@ -14,6 +14,8 @@ from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.effects import Effect, find_effect
 from lostmotion.drives import (
     KNOT,
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
     PLAY_OUTSIDE,
     PLAY_RADIUS,
     PLAY_SHARE,
@@ -53,6 +55,9 @@ def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
     base.knots_Nm, base.radius_Nm = knots, radii
     base.slopes = fit_values(drive, SLOPE) / ARCSEC
     base.shares = fit_values(drive, PLAY_SHARE)
+    values = (drive.fit or {}).get("values", {})
+    base.envelope_Nm = float(values.get(PLAY_ENVELOPE, 0.0))
+    base.knee_Nm = float(values.get(PLAY_KNEE, base.knee_Nm))
     outside = fit_values(drive, PLAY_OUTSIDE)
     if outside.size:
         base.outside = outside / ARCSEC

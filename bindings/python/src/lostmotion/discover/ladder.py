@@ -34,7 +34,17 @@ from lostmotion.discover.study import (
 )
 from lostmotion.discover.tangents import given_values
 from lostmotion.discover.threads import one_thread
-from lostmotion.drives import KNOT, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE, SLOPE, Drive, row_names
+from lostmotion.drives import (
+    KNOT,
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    SLOPE,
+    Drive,
+    row_names,
+)
 from lostmotion.errors import InputError, given_as
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
@@ -282,13 +292,11 @@ def table_of(
     small = inverse / np.outer(scale, scale)
     stretches = base.slopes.size
     # Start states and the common offset belong to these recordings, not to the drive.
-    keep = [*range(stretches + PLAYS)]
-    names = row_names(SLOPE, stretches)
-    unit = [ARCSEC] * stretches
-    values = [*(base.slopes * ARCSEC), *base.shares]
-    names += row_names(PLAY_SHARE, PLAYS)
-    unit += [1.0] * PLAYS
-    place = stretches + 2 * PLAYS
+    place = base.first_term
+    keep = [*range(stretches + PLAYS), place - 1]
+    names = [*row_names(SLOPE, stretches), *row_names(PLAY_SHARE, PLAYS), PLAY_ENVELOPE]
+    unit = [*[ARCSEC] * stretches, *[1.0] * PLAYS, 1.0]
+    values = [*(base.slopes * ARCSEC), *base.shares, base.envelope_Nm]
     for term in base.terms:
         for i in term.free:
             keep.append(place)
@@ -306,8 +314,8 @@ def table_of(
     correlation = covariance / np.outer(deviation, deviation)
     close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
     inseparable = [[names[i], names[j]] for i, j in close]
-    fixed_names = row_names(KNOT, base.knots_Nm.size) + row_names(PLAY_RADIUS, PLAYS)
-    fixed = np.concatenate((base.knots_Nm, base.radius_Nm))
+    fixed_names = [*row_names(KNOT, base.knots_Nm.size), *row_names(PLAY_RADIUS, PLAYS), PLAY_KNEE]
+    fixed = np.concatenate((base.knots_Nm, base.radius_Nm, [base.knee_Nm]))
     whole = np.zeros((len(names) + fixed.size,) * 2)
     whole[: len(names), : len(names)] = covariance
     return (

@@ -372,8 +372,7 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
 
 def term_places(base: Base, place: int) -> npt.NDArray[np.intp]:
     """Places of a term's free values among the fixed columns."""
-    first = base.slopes.size + 2 * base.shares.size
-    first += sum(len(term.free) for term in base.terms[:place])
+    first = base.first_term + sum(len(term.free) for term in base.terms[:place])
     return np.arange(first, first + len(base.terms[place].free))
 
 

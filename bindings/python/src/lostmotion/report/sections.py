@@ -367,6 +367,7 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
             strict=True,
         )
     ]
+    envelope, knee = parameters["play_envelope_Nm"], parameters["play_envelope_knee_Nm"]
     return [
         Rows(
             f"Fitted compliance by torque, in {len(stretches)} stretches",
@@ -383,6 +384,22 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
                 "inside, share of the torque",
             ),
             plays,
+            (0, 1, 2),
+        ),
+        Rows(
+            "What the plays follow: an envelope of the torque",
+            (
+                "further than the torque, N·m",
+                "two thirds of it at, N·m",
+                "share that friction holds until it slips, about no torque",
+            ),
+            [
+                (
+                    written(envelope),
+                    written(knee),
+                    _small((1 + envelope / knee) * sum(parameters["play_inside_share"])),
+                )
+            ],
             (0, 1, 2),
         ),
     ]
