@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lostmotion.core import core
-from lostmotion.export import Controller, Limits, Play, Watch, build
+from lostmotion.export import Controller, Envelope, Limits, Play, Watch, build
 
 try:
     from numba import njit
@@ -112,10 +112,14 @@ def main() -> None:
     c = core(64)
     found: dict[str, Array] = {}
 
-    def library(name: str, some: list[tuple[str, list[float]]]) -> Callable[[], object]:
+    def library(
+        name: str, some: list[tuple[str, list[float]]], envelope: Envelope = Envelope()
+    ) -> Callable[[], object]:
         limits = Limits(1e-3, 1e-3, 1e-2, 1.0, 100.0, 50.0)
         watch = Watch(1.0, 1.0, 1e-5, 1e-4)
-        made = Controller(48.0, knots, angle, limits, watch, [], inside, some, [])
+        made = Controller(
+            48.0, knots, angle, limits, watch, [], inside, some, [], envelope=envelope
+        )
         parameters = build(made, c)
         record = c.ffi.new("lm_recording *")
         record.count = rows
@@ -136,10 +140,12 @@ def main() -> None:
     plain = best_of(library("plain", []))
     one = best_of(library("one", effects[:1]))
     full = best_of(library("full", effects))
+    followed = best_of(library("followed", effects, Envelope(3.0, 12.0)))
     times = {
         "library, base": plain,
         "library, base and kinematic error": one,
         "library, base and 3 effects": full,
+        "library, the same in an envelope": followed,
     }
     if njit is not None:
         in_numpy(run, knots, angle)  # compiles

@@ -155,12 +155,12 @@ class Controller:
         Plays outside and inside the elasticity.
     effects : list of (name, values)
         In the order torque, width, angle.
-    envelope : Envelope
-        What the plays follow.
     notes : list of str
         What was assumed, one sentence each.
     own : mapping
         The user's own effects by name, where some are among `effects`.
+    envelope : Envelope
+        What the plays follow.
     """
 
     torque_limit_Nm: float
@@ -171,9 +171,9 @@ class Controller:
     outside: Sequence[Play] = ()
     inside: Sequence[Play] = ()
     effects: Sequence[tuple[str, Sequence[float]]] = ()
-    envelope: Envelope = Envelope()
     notes: Sequence[str] = field(default_factory=list)
     own: Mapping[str, Effect] = field(default_factory=dict)
+    envelope: Envelope = Envelope()
 
     @property
     def plays(self) -> list[Play]:
@@ -252,7 +252,7 @@ def make_controller(
     largest = float(np.max(np.abs(np.interp([-limit, limit], torque, angle))))
     limits, watch = _defaults(given, CORRECTION_SHARE * largest)
     return Controller(
-        limit, torque, angle, limits, watch, outside, inside, effects, envelope, notes, used
+        limit, torque, angle, limits, watch, outside, inside, effects, notes, used, envelope
     )
 
 
