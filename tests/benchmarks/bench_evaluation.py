@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from lostmotion.core import core
 from lostmotion.export import Controller, Envelope, Limits, Play, Watch, build
 
+NO_ENVELOPE = Envelope()
+
 try:
     from numba import njit
 except ImportError:  # the library's own figures need no Numba
@@ -113,7 +115,7 @@ def main() -> None:
     found: dict[str, Array] = {}
 
     def library(
-        name: str, some: list[tuple[str, list[float]]], envelope: Envelope = Envelope()
+        name: str, some: list[tuple[str, list[float]]], envelope: Envelope = NO_ENVELOPE
     ) -> Callable[[], object]:
         limits = Limits(1e-3, 1e-3, 1e-2, 1.0, 100.0, 50.0)
         watch = Watch(1.0, 1.0, 1e-5, 1e-4)
