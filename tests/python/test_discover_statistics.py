@@ -8,7 +8,7 @@ from nulls import ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.contest import Contest
+from lostmotion.discover.contest import LOG_OMEGA, Contest, without_scatter
 from lostmotion.discover.diagnosis import noncentrality
 from lostmotion.discover.evidence import gather
 from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups, variance_of
@@ -106,6 +106,54 @@ def test_reml_comes_to_the_same_end_from_anywhere(start, scatter):
         for uneven in ((1.0, 1.0), (1.0, 1e-9), (1e-9, 1.0)):
             _, reached = contest.reml(evidence.index(), start * np.array(uneven))
             assert reached == pytest.approx(contest.null_objective, abs=0.1)
+
+
+def test_variances_at_their_bounds_leave_a_run_with_one_direction_solvable():
+    # Whole numbers: beside the product the identity is lost to the last bit, and a pivot is 0.
+    v = np.array([3.0, 4.0])
+    gram = np.array([2.0**40 * np.outer(v, v), np.diag([2.0, 5.0])])
+    omega = np.full(2, 2.0**30)
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.solve(np.eye(2) + gram * omega, gram)
+    solved, log_det = without_scatter(gram, omega, gram)
+    beside = 1.0 + 25 * 2.0**70
+    # What the scatter takes is all of it; what is left is far below the last bit.
+    assert (gram[0] * omega) @ solved[0] == pytest.approx(gram[0], rel=1e-9)
+    assert solved[1] == pytest.approx(np.diag([2 / (1 + 2 * 2.0**30), 5 / (1 + 5 * 2.0**30)]))
+    assert log_det[0] == pytest.approx(np.log(beside), rel=1e-12)
+    assert log_det[1] == pytest.approx(np.log1p(2 * 2.0**30) + np.log1p(5 * 2.0**30), rel=1e-12)
+
+
+def test_the_first_step_of_a_descent_to_the_bounds_ends_no_contest():
+    # A run says so much that the first step takes every variance to its bound; two columns alike.
+    rng = np.random.default_rng(2)
+    x, starts, run_of = ramps(RUNS, ROWS)
+    both = np.column_stack((x, x))
+    y = 3 * x + rng.normal(size=RUNS)[run_of] * x + rng.normal(size=x.size) / 2**8
+    noise = Noise([np.zeros(0)] * RUNS, np.full(RUNS, 2.0**-8))
+    evidence = gather(both[:, :1], np.zeros(1), both, [], y, noise, starts)
+    gram = evidence.gram[:, evidence.scatter[:, None], evidence.scatter]
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.inv(np.eye(2) + gram * np.exp(LOG_OMEGA[1]))
+    found = Contest(evidence).null_omega
+    scatter = np.sqrt(found.sum()) / evidence.scale[evidence.scatter[0]]
+    assert scatter == pytest.approx(1.0, rel=0.6)
+
+
+def test_columns_of_any_scale_and_dependence_end_no_contest():
+    # Scales over many decades, columns twice among the scatter, priors firm and none.
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        x, starts, run_of = ramps(RUNS, 60)
+        columns = np.column_stack([np.sin(k * x + run_of * rng.uniform()) for k in range(1, 9)])
+        columns *= 10.0 ** rng.uniform(-9, 6, 8)
+        count = int(rng.integers(1, 5))
+        scatter = columns[:, rng.integers(0, 8, count)] * 10.0 ** rng.uniform(-6, 6, count)
+        y = columns @ rng.normal(size=8) * 10.0 ** rng.uniform(-3, 6) + rng.normal(size=x.size)
+        noise = Noise([np.zeros(0)] * RUNS, np.full(RUNS, 10.0 ** rng.uniform(-9, 3)))
+        prior = np.where(rng.uniform(size=8) < 0.5, 0.0, 10.0 ** rng.uniform(-3, 12, 8))
+        evidence = gather(columns, prior, scatter, [], y, noise, starts)
+        assert np.isfinite(Contest(evidence).null_objective)
 
 
 def objective_at(contest: Contest, index, omega):

@@ -107,16 +107,59 @@ class Reduced:
     log_det: FloatArray
 
 
+def without_scatter(
+    gram: FloatArray, omega: FloatArray, sides: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Solve ``(I + gram omega) x = sides`` for every run, and the logarithms of the determinants.
+
+    Where the variances are so large that the identity is lost beside them (the first step of a
+    descent goes to their bounds), the elimination may meet a pivot of zero. The same in the
+    eigenvectors of the symmetric ``omega^1/2 gram omega^1/2`` loses nothing.
+
+    Parameters
+    ----------
+    gram : ndarray
+        Of the scattering columns, a matrix for each run, positive semidefinite.
+    omega : ndarray
+        Variance of each scattering column, above 0.
+    sides : ndarray
+        Right sides of each run.
+    """
+    k = np.eye(omega.size) + gram * omega
+    try:
+        return np.asarray(np.linalg.solve(k, sides)), np.asarray(np.linalg.slogdet(k)[1])
+    except np.linalg.LinAlgError:
+        root = np.sqrt(omega)
+        value, vector = np.linalg.eigh(root[:, None] * gram * root)
+        value = np.maximum(value, 0.0)
+        turned = vector.transpose(0, 2, 1) @ (root[:, None] * sides)
+        solved = vector @ (turned / (1.0 + value)[:, :, None]) / root[:, None]
+        return solved, np.log1p(value).sum(axis=1)
+
+
+def factored(h: FloatArray) -> FloatArray:
+    """Cholesky factor of normal equations; where roundoff has left them indefinite, damped."""
+    try:
+        return np.asarray(np.linalg.cholesky(h))
+    except np.linalg.LinAlgError:
+        unit = np.abs(np.diag(h)) + 1.0
+    for power in range(-6, 7):
+        try:
+            return np.asarray(np.linalg.cholesky(h + 10.0**power * np.diag(unit)))
+        except np.linalg.LinAlgError:
+            continue
+    raise np.linalg.LinAlgError("normal equations are not finite")
+
+
 def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
     """Take the scatter out of every run's Gram matrix (Woodbury)."""
     b = evidence.scatter
     sbb = evidence.gram[:, b[:, None], b]
     sbx = evidence.gram[:, b[:, None], index]
-    k = np.eye(b.size) + sbb * omega
-    c = np.linalg.solve(k, sbx)
+    c, log_det = without_scatter(sbb, omega, sbx)
     taken = (sbx * omega[:, None]).transpose(0, 2, 1) @ c
     matrix = evidence.gram[:, index[:, None], index] - taken
-    return Reduced(matrix, np.linalg.slogdet(k)[1])
+    return Reduced(matrix, log_det)
 
 
 def held_out(reduced: Reduced, ridge: FloatArray) -> FloatArray:
@@ -174,28 +217,21 @@ class Contest:
         sbx = np.ascontiguousarray(e.gram[:, b[:, None], index])
         sxx = self.total[np.ix_(index, index)]
         ridge = np.diag(self.ridge(index))
-        eye = np.eye(b.size)
         both = np.concatenate((sbx, sbb), axis=2)
         n = index.size
 
         def objective(log_omega: FloatArray) -> tuple[float, FloatArray]:
             omega = np.exp(log_omega)
-            k = eye + sbb * omega
-            solved = np.linalg.solve(k, both)
+            solved, log_det = without_scatter(sbb, omega, both)
             c, a = solved[:, :, :n], solved[:, :, n:]
             flat = (sbx * omega[:, None]).reshape(-1, n)
             x = sxx - flat.T @ c.reshape(-1, n)
             h = x[:-1, :-1] + ridge
-            try:
-                factor = np.linalg.cholesky(h)
-            except np.linalg.LinAlgError:
-                factor = np.linalg.cholesky(h + 1e-6 * np.diag(np.diag(h) + 1.0))
+            factor = factored(h)
             half = np.linalg.solve(factor, x[:-1, -1])
             delta = np.linalg.solve(factor.T, half)
             q = x[-1, -1] - half @ half
-            value = 0.5 * (
-                float(np.linalg.slogdet(k)[1].sum()) + q + 2.0 * np.log(np.diag(factor)).sum()
-            )
+            value = 0.5 * (float(log_det.sum()) + q + 2.0 * np.log(np.diag(factor)).sum())
             rest = c[:, :, -1] - c[:, :, :-1] @ delta
             inverse = np.linalg.inv(factor)
             spread = c[:, :, :-1] @ inverse.T
@@ -217,7 +253,7 @@ class Contest:
         # Close to nothing the logarithm hides the slope: a step too far stays there. The score says
         # what is to be gained (Rao's test), and from above the way down is even.
         score = -slope / omega
-        own = np.linalg.solve(eye + sbb * omega, sbb)
+        own, _ = without_scatter(sbb, omega, sbb)
         information = 0.5 * (np.einsum("rkk->rk", own) ** 2).sum(axis=0)
         idle = (score > 0) & (score**2 > 2.0 * STUCK * information)
         if idle.any():
@@ -233,9 +269,7 @@ class Contest:
         sbb = e.gram[:, b[:, None], b]
         sbx = e.gram[:, b[:, None], index]
         rest = sbx[:, :, -1] - sbx[:, :, :-1] @ delta
-        return np.asarray(
-            omega * np.linalg.solve(np.eye(b.size) + sbb * omega, rest[:, :, None])[:, :, 0]
-        )
+        return np.asarray(omega * without_scatter(sbb, omega, rest[:, :, None])[0][:, :, 0])
 
     def solve(self, matrix: FloatArray, index: IntArray) -> tuple[FloatArray, float]:
         """Fixed coefficients and the quadratic form that they leave."""
@@ -253,7 +287,7 @@ class Contest:
         left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
         raw = np.diag(total)[n0:-1]
         # In units of what each column has before the base takes its part.
-        unit = 1.0 / np.sqrt(np.maximum(raw, 1e-300))
+        unit = 1.0 / np.sqrt(np.maximum(raw, 1e-290))
         value, vector = np.linalg.eigh(left * np.outer(unit, unit))
         keep = value > max(VISIBLE, RANK * max(float(value[-1]), 0.0))
         return np.asarray(vector[:, keep] * unit[:, None])

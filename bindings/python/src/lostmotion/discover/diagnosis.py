@@ -16,7 +16,7 @@ from lostmotion.backbone import Backbone
 from lostmotion.discover.base import DEVIATIONS, Additive, Base, Term, start_values
 from lostmotion.discover.candidates import KINDS, NO_COLUMN
 from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.contest import Contest
+from lostmotion.discover.contest import Contest, without_scatter
 from lostmotion.discover.drive_base import make_base, require_samples
 from lostmotion.discover.effects import Effect, library
 from lostmotion.discover.events import (
@@ -413,7 +413,7 @@ def second_moments(contest: Contest) -> FloatArray:
     delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
     own = contest.deviations(index, omega, delta)
     gram = e.gram[:, e.scatter[:, None], e.scatter]
-    left = omega[:, None] * np.linalg.inv(np.eye(omega.size) + gram * omega)
+    left = omega[:, None] * without_scatter(gram, omega, np.eye(omega.size))[0]
     scale = e.scale[e.scatter]
     moment = own[:, :, None] * own[:, None, :] + left
     return np.asarray(moment / np.outer(scale, scale))

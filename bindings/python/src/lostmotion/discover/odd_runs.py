@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scipy import special
 
 from lostmotion.discover.base import DEVIATIONS
-from lostmotion.discover.contest import Contest
+from lostmotion.discover.contest import Contest, without_scatter
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -141,7 +141,7 @@ def share_told(contest: Contest) -> FloatArray:
     """Share of each deviation's variance that the recordings of its run tell."""
     e = contest.evidence
     gram = e.gram[:, e.scatter[:, None], e.scatter]
-    kept = np.linalg.inv(np.eye(e.scatter.size) + gram * contest.null_omega)
+    kept, _ = without_scatter(gram, contest.null_omega, np.eye(e.scatter.size))
     return np.asarray(1.0 - np.einsum("rii->ri", kept))
 
 
