@@ -123,9 +123,9 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
 #if LM_ENVELOPE
   {
     lm_play_memory *plays = &compensator->memory.plays;
-    torque_Nm = plays->torque_Nm;
-    lm_center_plays(plays, lm_find_envelope(&parameters->plays, torque_Nm));
-    plays->torque_Nm = torque_Nm;
+    lm_real held_Nm = plays->torque_Nm;
+    lm_center_plays(plays, lm_find_envelope(&parameters->plays, held_Nm));
+    plays->torque_Nm = held_Nm;
   }
 #endif
   lm_settle_model(parameters, &compensator->memory);

@@ -140,6 +140,9 @@ lm_status lm_check_play_bank(const lm_play_bank *bank, lm_real least_slope_rad_p
     return lm_refuse(fault, LM_NULL, "bank", 0, 0, 0);
   }
   status = check_counts(bank->count, bank->outside_count, fault);
+  if (status != LM_OK) {
+    return status;
+  }
   for (i = 0; status == LM_OK && i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
     status = check_play(slot->radius_Nm, slot->edge_slope[1] - 1, slot->weight, fault);

@@ -464,11 +464,15 @@ static void a_change_of_bands_makes_the_memory_unknown(void) {
   TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_MEMORY_UNKNOWN);
 }
 
-/* By the radius alone, or the widening alone. */
+/* By the radius alone, the widening, the envelope or its knee. */
 static void any_other_band_counts(void) {
   int i;
-  for (i = 0; i < 2; ++i) {
-    lm_parameters other = parameters;
+  for (i = 0; i < 4; ++i) {
+    lm_parameters other;
+    follow_envelope(&parameters);
+    other = parameters;
+    other.plays.envelope_Nm += LM_REAL(i == 2);
+    other.plays.knee_Nm += LM_REAL(i == 3);
     other.plays.slot[2].radius_Nm += LM_REAL(i == 0);
     other.plays.slot[2].edge_slope[0] -= LM_REAL(i == 1) / 64;
     other.plays.slot[2].edge_slope[1] += LM_REAL(i == 1) / 64;

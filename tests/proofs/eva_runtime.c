@@ -47,6 +47,8 @@ static void any_parameters(lm_parameters *p) {
   p->plays.outside_count = Frama_C_interval(0, LM_PLAYS_MAX);
   p->plays.outside_rad_per_Nm = Frama_C_float_interval(0.0f, 8.0f);
   p->plays.inside_share = Frama_C_float_interval(0.0f, 1.0f);
+  p->plays.envelope_Nm = Frama_C_float_interval(0.0f, LM_ENVELOPE ? LM_PLAY_RADIUS_MAX_NM : 0.0f);
+  p->plays.knee_Nm = Frama_C_float_interval(LM_PLAY_KNEE_MIN_NM, LM_PLAY_RADIUS_MAX_NM);
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     p->plays.slot[i].radius_Nm = Frama_C_float_interval(0.0f, 1e6f);
     p->plays.slot[i].edge_slope[0] = Frama_C_float_interval(0.0f, 1.0f);
