@@ -127,8 +127,8 @@ static lm_real diameter_of(const lm_graded_link *link, const lm_drive *drive) {
                                : drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
 }
 
-static lm_status build_tolerances(const lm_problem *problem, const lm_real value[], lm_drive *drive,
-                                  lm_fault *fault) {
+lm_status lm_grade_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
+                         lm_drive *drive, lm_fault *fault) {
   int i;
   drive->tolerance_count = problem->link_count;
   for (i = 0; i < problem->link_count; i++) {
@@ -168,7 +168,7 @@ lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
   drive->friction_angle_rad = value[LM_KEY_FRICTION_ANGLE_DEG] * DEGREE;
   drive->axial_sections = whole(value[LM_KEY_AXIAL_SECTIONS]);
   build_chains(problem, drive);
-  status = build_tolerances(problem, value, drive, fault);
+  status = lm_grade_drive(problem, value, drive, fault);
   if (status == LM_OK) {
     status = lm_complete_drive(drive, fault);
   }

@@ -21,6 +21,11 @@ void lm_fill_values(const lm_problem *problem, int combination, const lm_real un
 lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
                          lm_drive *drive, lm_fault *fault);
 
+/* The tolerance links of a drive that was built, anew from the grades of value[]. LM_OUT_OF_RANGE:
+ * a field that IT grades do not reach. */
+lm_status lm_grade_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
+                         lm_drive *drive, lm_fault *fault);
+
 /* What a tooth phase shows before any radial gap: the total turn at the stated torque backwards and
  * forwards, and at the rated one. */
 #define LM_GAPLESS_TORQUES 3

@@ -9,8 +9,13 @@
 #define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
 #define MUTATION_INDEX 20.0
 #define DIFFERENCE_SHARE 0.5 /* of the children; the others are crossed */
-#define GRAFT_SHARE_MAX 0.5  /* of the children, where tolerances are weighed */
+#define GRAFT_SHARE_MAX 0.5  /* of the children, where tolerances are weighed at a full price */
+#define LOOKS 8              /* at other tolerances of a design that nothing reported beats */
+#define LOOKS_BEATEN 2       /* ... and of one that is beaten */
+#define LOOKS_KEPT 2         /* of one design, that join the population */
+#define LINE_SHARE 0.8 /* of the looks on lines through others' tolerances; the rest anywhere */
 #define CHOICE_MUTATION 0.04
+#define REFUSED 1e3
 
 typedef struct breeder {
   const lm_problem *problem;
@@ -21,10 +26,12 @@ typedef struct breeder {
   int left;
   int combinations;
   double graft_share;
+  int looks;   /* whether tolerances are looked at by themselves */
+  int parents; /* of the present generation; they stand first */
   lm_scan scan;
   lm_layout layout;
   double result[LM_RESULT_MAX];
-  lm_found population[2 * LM_PARENT_MAX];
+  lm_found population[(2 + LOOKS_KEPT) * LM_PARENT_MAX];
   int count;
 } breeder;
 
@@ -37,26 +44,86 @@ static int pick(breeder *b, int count) {
   return (int)(draw(b) * count);
 }
 
-/* Violation, or 1e3 where the model refuses. */
-static double evaluate(breeder *b, int combination, const double unit[], double objective[]) {
-  double violation;
+/* Make a design of a point, its result[] and how far that breaks a limit; 1 when it is reported: it
+ * breaks none, and nothing reported is as good. */
+static int read_result(breeder *b, int combination, const double unit[], double violation,
+                       lm_found *found) {
+  const lm_problem *p = b->problem;
+  double objective[LM_OBJECTIVE_MAX] = {0};
   int j;
+  for (j = 0; j < p->objective_count; j++) {
+    objective[j] = lm_figure_of(&b->layout, b->result, p->objective[j]);
+  }
+  lm_fill_found(p, found, combination, unit, objective, violation);
+  return found->violation <= 0 &&
+         lm_insert_found(p, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, found);
+}
+
+/* Evaluate a point; 1 when it is reported. Where the model refuses, it is beaten by all. */
+static int evaluate(breeder *b, int combination, const double unit[], lm_found *found) {
+  static const double refused[LM_OBJECTIVE_MAX] = {REFUSED, REFUSED, REFUSED, REFUSED};
+  int reported;
   b->answer->plain++;
   b->left--;
   if (lm_evaluate_point(b->problem, &b->scan, &b->layout, combination, unit, b->result,
                         b->workspace, NULL) != LM_OK) {
+    lm_fill_found(b->problem, found, combination, unit, refused, REFUSED);
     b->answer->refused++;
-    for (j = 0; j < b->problem->objective_count; j++) {
-      objective[j] = 1e3;
+    return 0;
+  }
+  reported =
+      read_result(b, combination, unit, lm_violation_of(b->problem, &b->layout, b->result), found);
+  b->answer->feasible += found->violation <= 0;
+  return reported;
+}
+
+static int is_grade(const lm_problem *problem, int range) {
+  return problem->range[range].key >= LM_KEY_GRADE;
+}
+
+/* Tolerances on the line through those of two designs. */
+static void draw_line(breeder *b, const double p[], const double q[], double child[]) {
+  const double share = 1.5 * draw(b) - 0.25;
+  int k;
+  for (k = 0; k < b->problem->range_count; k++) {
+    if (is_grade(b->problem, k)) {
+      child[k] = lm_clip(p[k] + share * (q[k] - p[k]));
     }
-    return 1e3;
   }
-  for (j = 0; j < b->problem->objective_count; j++) {
-    objective[j] = lm_figure_of(&b->layout, b->result, b->problem->objective[j]);
+}
+
+/* The teeth of a design that breaks no limit with other tolerances, such as others have: which ones
+ * are worth their cost hangs little on the teeth, and contacts need not be found again. */
+static void look_around(breeder *b, const lm_found *design, int looks) {
+  int kept = 0;
+  int i;
+  for (i = 0; i < looks && b->left > 0; i++) {
+    double unit[LM_FREE_MAX];
+    lm_found found;
+    int k;
+    memcpy(unit, design->unit, sizeof unit);
+    if (b->parents > 0 && draw(b) < LINE_SHARE) {
+      const lm_found *p = &b->population[pick(b, b->parents)];
+      const lm_found *q = &b->population[pick(b, b->parents)];
+      draw_line(b, p->unit, q->unit, unit);
+    } else {
+      for (k = 0; k < b->problem->range_count; k++) {
+        unit[k] = is_grade(b->problem, k) ? draw(b) : unit[k];
+      }
+    }
+    b->left -= b->answer->looks % LM_LOOKS_CHARGED == 0;
+    b->answer->looks++;
+    if (lm_evaluate_tolerances(b->problem, &b->layout, design->combination, unit, b->result,
+                               b->workspace, NULL) != LM_OK) {
+      return;
+    }
+    if (read_result(b, design->combination, unit,
+                    lm_tolerance_violation_of(b->problem, &b->layout, b->result), &found) &&
+        kept < LOOKS_KEPT) {
+      b->population[b->count++] = found;
+      kept++;
+    }
   }
-  violation = lm_violation_of(b->problem, &b->layout, b->result);
-  b->answer->feasible += violation <= 0;
-  return violation;
 }
 
 /* Whether a second look, with the gap closed, may bring a better design. Not where another limit is
@@ -64,22 +131,22 @@ static double evaluate(breeder *b, int combination, const double unit[], double 
  * either direction and leaves the other figures, so where even that would be no better than a
  * member of the population it is not looked at. What interferes hides some of its lost motion:
  * hoped for is what it shows. */
-static int may_gain(const breeder *b, const double objective[], double violation) {
+static int may_gain(const breeder *b, const lm_found *design) {
   const lm_problem *p = b->problem;
   const double row = lm_gap_row_of(&b->layout, b->result);
   double hoped[LM_OBJECTIVE_MAX];
   int i;
-  if (violation > 0 && row < violation) {
+  if (design->violation > 0 && row < design->violation) {
     return 0;
   }
   for (i = 0; i < p->objective_count; i++) {
     const int figure = p->objective[i];
-    hoped[i] = objective[i];
+    hoped[i] = design->objective[i];
     if (row < 0 && (figure == LM_FIGURE_LOST_MOTION || figure == LM_FIGURE_TOLERANCE_LOST_MOTION)) {
       hoped[i] += 2 * row;
     }
   }
-  for (i = 0; i < b->count - 1; i++) {
+  for (i = 0; i < b->count; i++) {
     if (b->population[i].violation <= 0 && lm_is_as_good(p, b->population[i].objective, hoped)) {
       return 0;
     }
@@ -88,26 +155,22 @@ static int may_gain(const breeder *b, const double objective[], double violation
 }
 
 /* Judge a point and, where that may gain, once more with its gap closed; the better of both joins
- * the population. */
+ * the population, and what was judged last is looked at with other tolerances. */
 static void admit(breeder *b, int combination, double unit[]) {
-  lm_found *place = &b->population[b->count++];
-  double objective[LM_OBJECTIVE_MAX] = {0};
-  double violation = evaluate(b, combination, unit, objective);
-  lm_fill_found(b->problem, place, combination, unit, objective, violation);
-  if (violation <= 0) {
-    lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, place);
-  }
-  if (violation < 1e3 && b->left > 0 && may_gain(b, objective, violation) &&
+  lm_found last;
+  lm_found better;
+  int reported = evaluate(b, combination, unit, &last);
+  better = last;
+  if (last.violation < REFUSED && b->left > 0 && may_gain(b, &last) &&
       lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
-    lm_found closed;
-    violation = evaluate(b, combination, unit, objective);
-    lm_fill_found(b->problem, &closed, combination, unit, objective, violation);
-    if (violation <= 0) {
-      lm_insert_found(b->problem, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, &closed);
+    reported = evaluate(b, combination, unit, &last);
+    if (last.violation <= 0 || last.violation < better.violation) {
+      better = last;
     }
-    if (violation <= 0 || violation < place->violation) {
-      *place = closed;
-    }
+  }
+  b->population[b->count++] = better;
+  if (b->looks && last.violation <= 0) {
+    look_around(b, &last, reported ? LOOKS : LOOKS_BEATEN);
   }
 }
 
@@ -165,34 +228,29 @@ static void differ(breeder *b, const double x[], const double better[], const do
   }
 }
 
-static int is_grade(const lm_problem *problem, int range) {
-  return problem->range[range].key >= LM_KEY_GRADE;
+/* Where tolerances are no cheaper to look at: of the children, those that get other tolerances
+ * alone. None unless there are several. Half of them where every fourth variable is a tolerance;
+ * the more of the others there are, the more is left to them. */
+static double graft_share(const lm_problem *problem, int grades) {
+  return grades > 1 ? fmin(GRAFT_SHARE_MAX, 2.0 * grades / problem->range_count) : 0;
 }
 
-/* Of the children, those that get other tolerances alone: none unless there are several, which cost
- * and so are weighed against each other. Half of them where every fourth variable is a tolerance;
- * the more of the others there are, the more is left to them. */
-static double graft_share(const lm_problem *problem) {
-  int costs = problem->bounds.figure_max[LM_FIGURE_COST] > 0;
+/* How tolerances are weighed where they cost; not at all where they do not. */
+static void choose_grafts(breeder *b) {
+  const lm_problem *p = b->problem;
+  int costs = p->bounds.figure_max[LM_FIGURE_COST] > 0;
   int grades = 0;
   int i;
-  for (i = 0; i < problem->objective_count; i++) {
-    costs = costs || problem->objective[i] == LM_FIGURE_COST;
+  for (i = 0; i < p->objective_count; i++) {
+    costs = costs || p->objective[i] == LM_FIGURE_COST;
   }
-  for (i = 0; i < problem->range_count; i++) {
-    grades += is_grade(problem, i);
+  for (i = 0; i < p->range_count; i++) {
+    grades += is_grade(p, i);
   }
-  return costs && grades > 1 ? fmin(GRAFT_SHARE_MAX, 2.0 * grades / problem->range_count) : 0;
-}
-
-/* The teeth of one design with tolerances on the line through two others: which tolerances are
- * worth their cost hangs little on the teeth. */
-static void graft(breeder *b, const double teeth[], const double p[], const double q[],
-                  double child[]) {
-  const double share = 1.5 * draw(b) - 0.25;
-  int k;
-  for (k = 0; k < b->problem->range_count; k++) {
-    child[k] = is_grade(b->problem, k) ? lm_clip(p[k] + share * (q[k] - p[k])) : teeth[k];
+  if (costs && grades > 0 && lm_has_cheap_tolerances(p)) {
+    b->looks = 1;
+  } else if (costs) {
+    b->graft_share = graft_share(p, grades);
   }
 }
 
@@ -209,14 +267,16 @@ static void mutate(breeder *b, double child[]) {
 }
 
 static void breed(breeder *b, int parents) {
-  while (b->count < 2 * parents && b->left > 0 && !lm_is_stopped(b->stop)) {
+  int i;
+  for (i = 0; i < parents && b->left > 0 && !lm_is_stopped(b->stop); i++) {
     const lm_found *x = choose_parent(b, parents);
     const lm_found *y = choose_parent(b, parents);
     double child[LM_FREE_MAX] = {0};
     int combination;
     if (draw(b) < b->graft_share) {
       const lm_found *p = &b->population[pick(b, parents)];
-      graft(b, x->unit, y->unit, p->unit, child);
+      memcpy(child, x->unit, sizeof child);
+      draw_line(b, y->unit, p->unit, child);
       admit(b, cross_combinations(b, x->combination, x->combination), child);
       continue;
     }
@@ -247,7 +307,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   b->stop = stop;
   b->state = task->seed;
   b->left = task->budget;
-  b->graft_share = graft_share(problem);
+  choose_grafts(b);
   b->combinations = lm_count_combinations(problem);
   lm_default_scan(&b->scan);
   lm_lay_out(problem, &b->scan, &b->layout);
@@ -264,6 +324,7 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
   lm_select_found(problem, b->population, b->count, size);
   while (b->left > 0 && !lm_is_stopped(stop)) {
     b->count = size;
+    b->parents = size;
     breed(b, size);
     lm_select_found(problem, b->population, b->count, size);
   }

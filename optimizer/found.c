@@ -85,8 +85,8 @@ static int choose_place(const lm_problem *problem, const lm_found list[], int co
   return place;
 }
 
-void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
-                     const lm_found *found) {
+int lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
+                    const lm_found *found) {
   int kept = 0;
   int i;
   /* None of the list is as good as another: what pushes one off is beaten by none, so that nothing
@@ -94,7 +94,7 @@ void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int
   for (i = 0; i < *count; i++) {
     const int better = better_ones(problem, list[i].objective, found->objective);
     if (better < 2) {
-      return;
+      return 0;
     }
     if (better & 1) {
       if (kept < i) {
@@ -105,6 +105,7 @@ void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int
   }
   *count = kept < capacity ? kept + 1 : kept;
   list[kept < capacity ? kept : choose_place(problem, list, kept, found)] = *found;
+  return 1;
 }
 
 static int in_order(const void *a, const void *b) {

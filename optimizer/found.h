@@ -16,11 +16,11 @@ void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, 
 /* 1 when a is as good as b in every objective. */
 int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]);
 
-/* Insert unless a design of the list is as good in everything; designs that the new one beats
- * leave. A full list gives up the design nearest to the new one; the best of each objective stays,
- * where that is a small part of the list. */
-void lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
-                     const lm_found *found);
+/* Insert unless a design of the list is as good in everything, and say so: 1 when it is taken.
+ * Designs that the new one beats leave. A full list gives up the design nearest to the new one; the
+ * best of each objective stays, where that is a small part of the list. */
+int lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
+                    const lm_found *found);
 
 /* Sort by the objectives in turn, then by the point: a unique order. */
 void lm_sort_found(lm_found list[], int count);

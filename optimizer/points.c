@@ -559,6 +559,26 @@ lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, cons
   return status;
 }
 
+int lm_has_cheap_tolerances(const lm_problem *problem) {
+  return !problem->bounds.gap_at_worst_corner;
+}
+
+lm_status lm_evaluate_tolerances(const lm_problem *problem, const lm_layout *layout,
+                                 int combination, const double unit[], double result[],
+                                 lm_workspace *workspace, lm_fault *fault) {
+  lm_status status;
+  lm_fill_values(problem, combination, unit, workspace->value);
+  status = lm_grade_drive(problem, workspace->value, &workspace->drive, fault);
+  if (status == LM_OK) {
+    status = lm_measure_tolerances(problem, layout, workspace->value, &workspace->drive,
+                                   workspace->gapless, result, fault);
+  }
+  if (status == LM_OK) {
+    status = check_result(problem, layout, combination, unit, result, fault);
+  }
+  return status;
+}
+
 lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
                              const lm_layout *layout, int combination, const double unit[],
                              double result[], double slope[], lm_workspace *workspace,
@@ -615,8 +635,8 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure) 
   return largest_of(result + layout->figure_start[figure], layout->figure_count[figure]);
 }
 
-double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]) {
-  double largest = largest_of(result + layout->single_start, layout->count - layout->single_start);
+static double with_figures(const lm_problem *problem, const lm_layout *layout,
+                           const double result[], double largest) {
   int i;
   for (i = 0; i < LM_FIGURE_COUNT; i++) {
     if (problem->bounds.figure_max[i] > 0) {
@@ -625,6 +645,18 @@ double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const
     }
   }
   return largest;
+}
+
+double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]) {
+  return with_figures(
+      problem, layout, result,
+      largest_of(result + layout->single_start, layout->count - layout->single_start));
+}
+
+double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *layout,
+                                 const double result[]) {
+  return with_figures(problem, layout, result,
+                      result[layout->single_start + LM_LIMIT_INTERFERENCE]);
 }
 
 /* --- closing the gap ----------------------------------------------------------------------------

@@ -22,6 +22,10 @@ extern "C" {
 #define LM_GRADIENT_CHARGE 8
 int lm_slope_charge(const lm_problem *problem);
 
+/* So many looks at other tolerances of an evaluated design are charged as one plain evaluation:
+ * measured likewise, at the level that takes longest. */
+#define LM_LOOKS_CHARGED 16
+
 /* --- names; "" outside the list --- */
 
 /* Dotted key: "teeth.module_mm", "tolerance.3.grade". text: at least LM_KEY_NAME_MAX characters. */
@@ -81,8 +85,19 @@ lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, cons
                             int combination, const double unit[], double result[],
                             lm_workspace *workspace, lm_fault *fault);
 
-/* The same and the derivatives by each unit variable: slope[i * range_count + k] = d result[i] /
- * d unit[k]. */
+/* Whether lm_evaluate_tolerances may be used: not where gap_at_worst_corner is asked. */
+int lm_has_cheap_tolerances(const lm_problem *problem);
+
+/* The same at a point that differs in its tolerance grades alone from the one that this workspace
+ * and result[] hold, which is computed anew only where it hangs on tolerances: the same as
+ * lm_evaluate_point but for the last bits. After an error the next point has to be evaluated whole.
+ */
+lm_status lm_evaluate_tolerances(const lm_problem *problem, const lm_layout *layout,
+                                 int combination, const double unit[], double result[],
+                                 lm_workspace *workspace, lm_fault *fault);
+
+/* The same as lm_evaluate_point and the derivatives by each unit variable: slope[i * range_count +
+ * k] = d result[i] / d unit[k]. */
 lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
                              const lm_layout *layout, int combination, const double unit[],
                              double result[], double slope[], lm_workspace *workspace,
@@ -101,6 +116,10 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 
 /* The largest violation of all limits, those on figures included; <= 0: all hold. */
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
+
+/* The same of the limits alone that hang on tolerances, where gap_at_worst_corner is not asked. */
+double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *layout,
+                                 const double result[]);
 
 /* The largest row of the side clearances: < 0, so much may be closed everywhere. */
 double lm_gap_row_of(const lm_layout *layout, const double result[]);

@@ -15,7 +15,8 @@ void lm_lead_aim(lm_aim *aim) {
 }
 
 int lm_charge_of(const lm_problem *problem, const lm_answer *answer) {
-  return answer->plain + answer->slopes * lm_slope_charge(problem);
+  return answer->plain + answer->slopes * lm_slope_charge(problem) +
+         (answer->looks + LM_LOOKS_CHARGED - 1) / LM_LOOKS_CHARGED;
 }
 
 double lm_aim_value(const lm_problem *problem, const lm_aim *aim, const double objective[]) {

@@ -68,8 +68,9 @@ typedef struct lm_answer {
   int computed; /* 1: unit and what follows hold a design */
   int plain;    /* evaluations without */
   int slopes;   /* and with derivatives */
-  int refused;  /* of both, that the model refused or that gave no number */
-  int feasible; /* of both, that broke no limit */
+  int looks;    /* at other tolerances of what was evaluated */
+  int refused;  /* of the first two, that the model refused or that gave no number */
+  int feasible; /* of the first two, that broke no limit */
   int found_count;
   int member_count;
   double value; /* of the aim; of LM_TASK_REPAIR without a design what its limits cost */

@@ -1,4 +1,4 @@
-"""What the design search costs beside its model: of a gradient, of the search itself, of two cores.
+"""What the design search costs: a gradient, a look at other tolerances, the search, two cores.
 
     python tests/benchmarks/bench_search_cost.py [BUILD] [--spec NAME ...] [--evaluations N]
         [--repeats N]
@@ -6,10 +6,11 @@
 BUILD is a build folder with the static libraries, that of ``./dev`` unless it is given. Prints one
 row a spec, in about a minute:
 
-- *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones.
+- *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones;
+  *look*: of the same design with other tolerances, in plain ones.
 - *overhead*: CPU time of a whole search on one thread less that within the model, for each
-  evaluation. The linker puts a clock around the two functions that evaluate; what the clock itself
-  takes is measured with an empty model and taken off.
+  evaluation, whatever it looked at beside it. The linker puts a clock around the three functions
+  that evaluate; what the clock itself takes is measured with an empty model and taken off.
 - *two cores*: wall time on one thread over that on two, one after the other in pairs; the median of
   the pairs and the best one. Only an idle machine with two cores shows what the search can do:
   *machine* is how much more two processes that share nothing got done than one, *busy* its load.
@@ -46,19 +47,25 @@ from bench_search import (
 )
 
 POINTS = 40
+LOOKS = 2000
 CLOCK_PAIRS = 100_000
 CLOCK = r"""
 #define _POSIX_C_SOURCE 200809L
 #include <time.h>
 #include "points.h"
 static double spent;
+static long evaluations;
 static long calls;
 static double now(void) {
   struct timespec t;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
-void start_clock(void) { spent = 0; calls = 0; }
+void start_clock(void) {
+  spent = 0;
+  evaluations = 0;
+  calls = 0;
+}
 double clock_seconds(long pairs) {
   const double began = now();
   double within = 0;
@@ -71,7 +78,8 @@ double clock_seconds(long pairs) {
 }
 double model_seconds(void) { return spent; }
 long model_calls(void) { return calls; }
-#define CLOCKED(name, declared, passed)          \
+long model_evaluations(void) { return evaluations; }
+#define CLOCKED(name, counted, declared, passed) \
   lm_status __real_##name declared;              \
   lm_status __wrap_##name declared;              \
   lm_status __wrap_##name declared {             \
@@ -79,32 +87,37 @@ long model_calls(void) { return calls; }
     const lm_status status = __real_##name passed; \
     spent += now() - began;                      \
     calls++;                                     \
+    evaluations += counted;                      \
     return status;                               \
   }
-CLOCKED(lm_evaluate_point,
+CLOCKED(lm_evaluate_point, 1,
         (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
          const double unit[], double result[], lm_workspace *w, lm_fault *f),
         (p, s, l, combination, unit, result, w, f))
-CLOCKED(lm_evaluate_slopes,
+CLOCKED(lm_evaluate_slopes, 1,
         (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
          const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
         (p, s, l, combination, unit, result, slope, w, f))
+CLOCKED(lm_evaluate_tolerances, 0,
+        (const lm_problem *p, const lm_layout *l, int combination, const double unit[],
+         double result[], lm_workspace *w, lm_fault *f),
+        (p, l, combination, unit, result, w, f))
 """
 """Right for one thread alone."""
 HEAD = """\
-| spec | model, µs | gradient, plain ones | overhead, µs | two cores | best | machine | tasks \
-| CPU | busy |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
+| spec | model, µs | gradient, plain ones | look, plain ones | overhead, µs | two cores | best \
+| machine | tasks | CPU | busy |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
 
 
-def time_model(lib: c.CDLL, text: str, repeats: int) -> tuple[float, float]:
-    """Seconds of a plain evaluation and of a gradient, best of the repeats over the same points."""
+def time_model(lib: c.CDLL, text: str, repeats: int) -> tuple[float, float, float]:
+    """Seconds of a plain evaluation, a gradient and a look, best of the repeats, same points."""
     problem = Problem(lib, text)
     drawn = np.random.default_rng(1).uniform(0.2, 0.8, (POINTS, problem.ranges))
     units = [(c.c_double * FREE_MAX)(*row) for row in drawn]
     slope = (c.c_double * (RESULT_MAX * FREE_MAX))()
     common = problem.memory, problem.scan, c.byref(problem.layout), 0
-    plain, slopes = [], []
+    plain, slopes, looks = [], [], []
     for _ in range(repeats):
         began = time.process_time()
         for unit in units:
@@ -114,7 +127,23 @@ def time_model(lib: c.CDLL, text: str, repeats: int) -> tuple[float, float]:
             lib.lm_evaluate_slopes(*common, unit, problem.result, slope, problem.workspace, None)
         plain.append(middle - began)
         slopes.append(time.process_time() - middle)
-    return min(plain) / POINTS, min(slopes) / POINTS
+        looks.append(time_look(lib, problem, units[0]))
+    return min(plain) / POINTS, min(slopes) / POINTS, min(looks)
+
+
+def time_look(lib: c.CDLL, problem: Problem, unit: c.Array[c.c_double]) -> float:
+    """Seconds of a look at other tolerances of one design."""
+    lib.lm_evaluate_point(
+        problem.memory, problem.scan, c.byref(problem.layout), 0, unit, problem.result,
+        problem.workspace, None,
+    )  # fmt: skip
+    began = time.process_time()
+    for _ in range(LOOKS):
+        lib.lm_evaluate_tolerances(
+            problem.memory, c.byref(problem.layout), 0, unit, problem.result, problem.workspace,
+            None,
+        )  # fmt: skip
+    return (time.process_time() - began) / LOOKS
 
 
 def time_search(lib: c.CDLL, text: str, evaluations: int, workers: int) -> tuple[float, float]:
@@ -133,9 +162,11 @@ def load_clocked(build: Path) -> c.CDLL:
         lib = load(
             build, str(source), f"-I{ROOT / 'optimizer'}", f"-I{ROOT / 'lib/include'}",
             "-Wl,--wrap=lm_evaluate_point", "-Wl,--wrap=lm_evaluate_slopes",
+            "-Wl,--wrap=lm_evaluate_tolerances",
         )  # fmt: skip
     lib.model_seconds.restype = c.c_double
     lib.model_calls.restype = c.c_long
+    lib.model_evaluations.restype = c.c_long
     lib.clock_seconds.restype = c.c_double
     return lib
 
@@ -144,7 +175,8 @@ def time_overhead(lib: c.CDLL, text: str, evaluations: int) -> float:
     """CPU seconds beside the model, for each evaluation, without the clock's own."""
     lib.start_clock()
     _, cpu = time_search(lib, text, evaluations, 1)
-    return float((cpu - lib.model_seconds()) / lib.model_calls() - lib.clock_seconds(CLOCK_PAIRS))
+    clock = lib.clock_seconds(CLOCK_PAIRS) * lib.model_calls()
+    return float((cpu - lib.model_seconds() - clock) / lib.model_evaluations())
 
 
 def compare_threads(
@@ -203,14 +235,14 @@ def main() -> None:
     print(HEAD)
     for name in options.spec:
         text = read_spec(name)
-        plain, slopes = time_model(lib, text, options.repeats)
+        plain, slopes, look = time_model(lib, text, options.repeats)
         overhead = min(time_overhead(clocked, text, options.evaluations) for _ in repeats)
         wall, best, cpu = compare_threads(lib, text, options.evaluations, options.repeats)
         tasks = share_tasks(lib, text, options.evaluations)
         print(
-            f"| {name} | {1e6 * plain:.0f} | {slopes / plain:.1f} | {1e6 * overhead:.1f} | "
-            f"{wall:.2f} | {best:.2f} | {try_machine():.2f} | {tasks:.2f} | {cpu:.2f} | "
-            f"{os.getloadavg()[0]:.1f} |",
+            f"| {name} | {1e6 * plain:.0f} | {slopes / plain:.1f} | {look / plain:.3f} | "
+            f"{1e6 * overhead:.1f} | {wall:.2f} | {best:.2f} | {try_machine():.2f} | "
+            f"{tasks:.2f} | {cpu:.2f} | {os.getloadavg()[0]:.1f} |",
             flush=True,
         )
 

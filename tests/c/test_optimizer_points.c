@@ -77,6 +77,63 @@ static void test_gap_rows_are_the_published_clearances(void) {
   ASSERT_NEAR(0.003, -0.780, result[layout.gap_start + 2 * 10]);
 }
 
+/* At every level: what hangs on tolerances is computed anew, and nothing else does. */
+static void test_other_tolerances_alone_are_the_same_as_a_whole_evaluation(void) {
+  static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
+  static double whole[LM_RESULT_MAX];
+  static lm_workspace *other;
+  int changed = 0;
+  int i;
+  other = lm_create_workspace();
+  TEST_ASSERT_NOT_NULL(other);
+  for (i = 0; i < 60; i++) {
+    lm_spec_error error = {0, ""};
+    char text[4096];
+    double unit[LM_FREE_MAX] = {0};
+    double before;
+    int k;
+    snprintf(text, sizeof text,
+             "%sobjective cost\n%slink 0.5 48 0.5 0 1 normal generator\n"
+             "link 1.37 0.25 0.5 0 2 uniform teeth\n"
+             "range tolerance.0.grade 5 9\nrange tolerance.1.grade 5 9\n",
+             reference_spec, levels[i % 3]);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(text, &problem, &error), error.text);
+    TEST_ASSERT_TRUE(lm_has_cheap_tolerances(&problem));
+    lm_default_scan(&scan);
+    lm_lay_out(&problem, &scan, &layout);
+    for (k = 0; k < problem.range_count; k++) {
+      unit[k] = fmod(0.618034 * (i + 1) * (k + 1), 1);
+    }
+    TEST_ASSERT_EQUAL_INT(
+        LM_OK, lm_evaluate_point(&problem, &scan, &layout, 0, unit, result, workspace, NULL));
+    before = lm_figure_of(&layout, result, LM_FIGURE_TOLERANCE_LOST_MOTION);
+    unit[3] = fmod(unit[3] + 0.3, 1);
+    unit[4] = fmod(unit[4] + 0.5, 1);
+    TEST_ASSERT_EQUAL_INT(
+        LM_OK, lm_evaluate_tolerances(&problem, &layout, 0, unit, result, workspace, NULL));
+    TEST_ASSERT_EQUAL_INT(LM_OK,
+                          lm_evaluate_point(&problem, &scan, &layout, 0, unit, whole, other, NULL));
+    for (k = 0; k < layout.count; k++) {
+      ASSERT_NEAR(1e-12 * (1 + fabs(whole[k])), whole[k], result[k]);
+    }
+    changed += lm_figure_of(&layout, result, LM_FIGURE_TOLERANCE_LOST_MOTION) != before;
+  }
+  TEST_ASSERT_GREATER_THAN_INT(50, changed);
+  problem.damaged_share = 1;
+  TEST_ASSERT_EQUAL_INT(
+      LM_NOT_FINITE, lm_evaluate_tolerances(&problem, &layout, 0, middle, result, workspace, NULL));
+  problem.damaged_share = 0;
+  problem.link[1].distribution = 99;
+  TEST_ASSERT_NOT_EQUAL_INT(
+      LM_OK, lm_evaluate_tolerances(&problem, &layout, 0, middle, result, workspace, NULL));
+  problem.link[0].diameter_mm = 1e9;
+  TEST_ASSERT_NOT_EQUAL_INT(
+      LM_OK, lm_evaluate_tolerances(&problem, &layout, 0, middle, result, workspace, NULL));
+  problem.bounds.gap_at_worst_corner = 1;
+  TEST_ASSERT_FALSE(lm_has_cheap_tolerances(&problem));
+  lm_free_workspace(other);
+}
+
 /* The figure is what lm_reversal_lost_motion says of the same drive. */
 static void test_lost_motion_is_the_models(void) {
   lm_drive drive;
@@ -381,6 +438,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_point_is_the_drive_that_its_values_say);
   RUN_TEST(test_gap_rows_are_the_published_clearances);
+  RUN_TEST(test_other_tolerances_alone_are_the_same_as_a_whole_evaluation);
   RUN_TEST(test_lost_motion_is_the_models);
   RUN_TEST(test_closing_the_gap_leaves_the_reserve);
   RUN_TEST(test_closing_never_takes_too_much);

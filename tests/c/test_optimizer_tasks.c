@@ -75,7 +75,8 @@ static void check_answer(void) {
   TEST_ASSERT_EQUAL_INT(task.id, answer->id);
   TEST_ASSERT_EQUAL_INT(task.combination, answer->combination);
   TEST_ASSERT_TRUE(answer->refused + answer->feasible <= answer->plain + answer->slopes);
-  TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes * lm_slope_charge(&problem),
+  TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes * lm_slope_charge(&problem) +
+                            (int)ceil(answer->looks / (double)LM_LOOKS_CHARGED),
                         lm_charge_of(&problem, answer));
   for (i = 0; i < answer->found_count; i++) {
     TEST_ASSERT_TRUE(answer->found[i].violation <= 0 || task.kind != LM_TASK_SETTLE);
@@ -272,12 +273,58 @@ static void test_a_population_keeps_its_size(void) {
     run();
     check_answer();
     TEST_ASSERT_EQUAL_INT(LM_PARENT_MAX, answer->member_count);
-    TEST_ASSERT_TRUE(answer->plain >= 150 && answer->plain <= 152);
+    TEST_ASSERT_TRUE(lm_charge_of(&problem, answer) >= 150);
+    TEST_ASSERT_TRUE(lm_charge_of(&problem, answer) <= 152);
   }
   /* too few evaluations for a whole population */
   make_task(LM_TASK_EVOLVE, 5);
   run();
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
+}
+
+/* Where tolerances cost, and no side clearance hangs on them. What a look reports is what a whole
+ * evaluation of the same point says. */
+static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(void) {
+  static const char corner[] =
+      "objective lost_motion\nobjective cost\n"
+      "limit gap_at_worst_corner 1\n";
+  static const char free_of_cost[] = "objective tolerance_lost_motion\nobjective stress\n";
+  lm_scan scan;
+  lm_layout layout;
+  double result[LM_RESULT_MAX];
+  int i;
+  read_with("choose generator.type discs rollers\n", two_objectives, two_grades);
+  make_task(LM_TASK_EVOLVE, 400);
+  run();
+  check_answer();
+  TEST_ASSERT_GREATER_THAN_INT(answer->feasible, answer->looks);
+  TEST_ASSERT_GREATER_THAN_INT(20, answer->found_count);
+  lm_default_scan(&scan);
+  lm_lay_out(&problem, &scan, &layout);
+  for (i = 0; i < answer->found_count + answer->member_count; i++) {
+    const lm_found *found = &answer->found[i];
+    const lm_status status = lm_evaluate_point(&problem, &scan, &layout, found->combination,
+                                               found->unit, result, workspace, NULL);
+    if (status == LM_OK) {
+      double objective[LM_OBJECTIVE_MAX] = {0};
+      lm_found again;
+      objective[0] = lm_figure_of(&layout, result, problem.objective[0]);
+      objective[1] = lm_figure_of(&layout, result, problem.objective[1]);
+      lm_fill_found(&problem, &again, found->combination, found->unit, objective, found->violation);
+      TEST_ASSERT_EQUAL_MEMORY(&again, found, sizeof again);
+      TEST_ASSERT_TRUE((lm_violation_of(&problem, &layout, result) <= 0) ==
+                       (found->violation <= 0));
+    } else {
+      TEST_ASSERT_TRUE(i >= answer->found_count && found->violation > 0);
+    }
+  }
+  read_with("choose generator.type discs rollers\n", corner, two_grades);
+  make_task(LM_TASK_EVOLVE, 400);
+  run();
+  TEST_ASSERT_EQUAL_INT(0, answer->looks);
+  read_with("choose generator.type discs rollers\n", free_of_cost, two_grades);
+  run();
+  TEST_ASSERT_EQUAL_INT(0, answer->looks);
 }
 
 /* Members whose variables before the grades are those of a parent, but for the shift that closes
@@ -300,11 +347,12 @@ static int count_grafted(int teeth) {
   return grafted;
 }
 
-/* Tolerances alone are changed the less often, the more else there is. The parents break limits, so
- * that each child has a place. */
+/* Where they are no cheaper, tolerances alone are changed the less often, the more else there is.
+ * The parents break limits, so that each child has a place. */
 static void test_tolerances_alone_change_by_their_share_of_the_variables(void) {
   static const char *const more[] = {
-      "",
+      "limit gap_at_worst_corner 1\n",
+      "limit gap_at_worst_corner 1\n"
       "range teeth.tooth_height 1.4 2\nrange teeth.engagement_depth 0.9 1.3\n"
       "range teeth.pressure_angle_deg 20 25\nrange flexspline.rim_thickness_mm 0.45 0.8\n"
       "range flexspline.wall_thickness_mm 0.3 0.6\nrange flexspline.length_mm 20 30\n"
@@ -643,6 +691,7 @@ int main(void) {
   RUN_TEST(test_a_bound_of_the_aim_is_kept);
   RUN_TEST(test_a_bridge_lies_between_its_ends);
   RUN_TEST(test_a_population_keeps_its_size);
+  RUN_TEST(test_tolerances_are_looked_at_by_themselves_where_they_are_weighed);
   RUN_TEST(test_tolerances_alone_change_by_their_share_of_the_variables);
   RUN_TEST(test_a_second_look_goes_where_it_may_gain);
   RUN_TEST(test_a_limit_that_nothing_moves_hinders_nobody);
