@@ -49,19 +49,42 @@ static int all_links(const lm_drive *drive, lm_tolerance_link link[]) {
   return count;
 }
 
+/* The tooth phase that loses the most motion: its mesh, and what it loses without a radial gap. */
+static lm_status find_worst_phase(const lm_drive *drive, double torque_Nm, lm_mesh_state *mesh,
+                                  double *rest_rad, lm_workspace *workspace, lm_fault *fault) {
+  const double torque[2] = {-torque_Nm, torque_Nm};
+  const double pitch = 2 * LM_PI / drive->teeth.flexspline_teeth;
+  double most = 0;
+  int p;
+  for (p = 0; p < LM_CERTAIN_PHASES; p++) {
+    lm_contributions at[2];
+    lm_mesh_state here;
+    const lm_status status = lm_evaluate_characteristic(
+        drive, p * pitch / LM_CERTAIN_PHASES, torque, 2, at, &here, &workspace->design, fault);
+    if (status != LM_OK) {
+      return status;
+    }
+    if (p == 0 || at[1].total_rad - at[0].total_rad > most) {
+      most = at[1].total_rad - at[0].total_rad;
+      *mesh = here;
+      *rest_rad = most - (at[1].radial_gap_rad - at[0].radial_gap_rad);
+    }
+  }
+  return LM_OK;
+}
+
 static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c,
                                     lm_workspace *workspace, lm_fault *fault) {
-  const double torque[2] = {-problem->torque_Nm, problem->torque_Nm};
+  const double torque = problem->torque_Nm;
   lm_tolerance_link link[LM_TOLERANCE_CHAIN_MAX];
   const int count = all_links(&c->drive, link);
   const size_t length = LM_SAMPLE_GAP_WORKSPACE(SAMPLES_LOG2);
   double *samples = (double *)malloc(length * sizeof *samples);
   lm_sampling_plan plan;
-  lm_contributions at[2];
-  lm_mesh_state mesh;
+  lm_mesh_state mesh = {0};
   lm_tolerance_limits worst;
   lm_tolerance_limits probable;
-  double rest;
+  double rest = 0;
   double slope;
   lm_status status = samples == NULL ? LM_TOO_SMALL : LM_OK;
   plan.samples_log2 = SAMPLES_LOG2;
@@ -71,8 +94,7 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
   plan.high_probability = 0.9973;
   plan.limit_mm = 1e4;
   if (status == LM_OK) {
-    status =
-        lm_evaluate_characteristic(&c->drive, 0, torque, 2, at, &mesh, &workspace->design, fault);
+    status = find_worst_phase(&c->drive, torque, &mesh, &rest, workspace, fault);
   }
   if (status == LM_OK) {
     status = lm_worst_limits(link, count, &worst, fault);
@@ -91,15 +113,14 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
   if (status != LM_OK) {
     return status;
   }
-  rest = at[1].total_rad - at[1].radial_gap_rad - (at[0].total_rad - at[0].radial_gap_rad);
-  c->lost_motion_worst = lost_motion_at(c, &mesh, rest, worst.total_max_mm, torque[1]);
-  c->lost_motion_probable = lost_motion_at(c, &mesh, rest, probable.total_max_mm, torque[1]);
+  c->lost_motion_worst = lost_motion_at(c, &mesh, rest, worst.total_max_mm, torque);
+  c->lost_motion_probable = lost_motion_at(c, &mesh, rest, probable.total_max_mm, torque);
   /* Lost motion rises with the gap, so its quantiles are those of the gap; the standard error goes
    * through the slope. */
   slope = 2 * tan(mesh.flank_angle_rad) / mesh.radius_mm / ARCMIN;
-  c->lost_motion_median.value = lost_motion_at(c, &mesh, rest, c->gap.median_mm.value, torque[1]);
+  c->lost_motion_median.value = lost_motion_at(c, &mesh, rest, c->gap.median_mm.value, torque);
   c->lost_motion_median.standard_error = slope * c->gap.median_mm.standard_error;
-  c->lost_motion_quantile.value = lost_motion_at(c, &mesh, rest, c->gap.high_mm.value, torque[1]);
+  c->lost_motion_quantile.value = lost_motion_at(c, &mesh, rest, c->gap.high_mm.value, torque);
   c->lost_motion_quantile.standard_error = slope * c->gap.high_mm.standard_error;
   return LM_OK;
 }

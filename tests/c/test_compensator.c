@@ -469,6 +469,7 @@ static void any_other_band_counts(void) {
   int i;
   for (i = 0; i < 4; ++i) {
     lm_parameters other;
+    put_friction_inside(&parameters);
     follow_envelope(&parameters);
     other = parameters;
     other.plays.envelope_Nm += LM_REAL(i == 2);
