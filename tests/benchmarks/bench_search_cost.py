@@ -9,8 +9,8 @@ row a spec, in about a minute:
 - *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones;
   *look*: of the same design with other tolerances, in plain ones.
 - *overhead*: CPU time of a whole search on one thread less that within the model, for each
-  evaluation, whatever it looked at beside it. The linker puts a clock around the three functions
-  that evaluate; what the clock itself takes is measured with an empty model and taken off.
+  evaluation; a look counts as what it is charged. The linker puts a clock around the three
+  functions that evaluate; what the clock itself takes is measured with an empty model and taken off.
 - *two cores*: wall time on one thread over that on two, one after the other in pairs; the median of
   the pairs and the best one. Only an idle machine with two cores shows what the search can do:
   *machine* is how much more two processes that share nothing got done than one, *busy* its load.
@@ -48,6 +48,8 @@ from bench_search import (
 
 POINTS = 40
 LOOKS = 2000
+LOOKS_CHARGED = 16
+"""As one evaluation, `LM_LOOKS_CHARGED`."""
 CLOCK_PAIRS = 100_000
 CLOCK = r"""
 #define _POSIX_C_SOURCE 200809L
@@ -171,12 +173,14 @@ def load_clocked(build: Path) -> c.CDLL:
     return lib
 
 
-def time_overhead(lib: c.CDLL, text: str, evaluations: int) -> float:
+def time_overhead(lib: c.CDLL, text: str, budget: int) -> float:
     """CPU seconds beside the model, for each evaluation, without the clock's own."""
     lib.start_clock()
-    _, cpu = time_search(lib, text, evaluations, 1)
+    _, cpu = time_search(lib, text, budget, 1)
     clock = lib.clock_seconds(CLOCK_PAIRS) * lib.model_calls()
-    return float((cpu - lib.model_seconds() - clock) / lib.model_evaluations())
+    looks = lib.model_calls() - lib.model_evaluations()
+    evaluations = lib.model_evaluations() + looks / LOOKS_CHARGED
+    return float((cpu - lib.model_seconds() - clock) / evaluations)
 
 
 def compare_threads(
