@@ -9,8 +9,8 @@ row a spec, in about a minute:
 - *model*: CPU time of one plain evaluation; *gradient*: of one with all derivatives, in plain ones;
   *look*: of the same design with other tolerances, in plain ones.
 - *overhead*: CPU time of a whole search on one thread less that within the model, for each
-  evaluation; a look counts as what it is charged. The linker puts a clock around the three
-  functions that evaluate; what the clock itself takes is measured with an empty model and taken off.
+  evaluation; a look counts as what it is charged. The linker puts a clock around the functions that
+  evaluate; what the clock itself takes is measured with an empty model and taken off.
 - *two cores*: wall time on one thread over that on two, one after the other in pairs; the median of
   the pairs and the best one. Only an idle machine with two cores shows what the search can do:
   *machine* is how much more two processes that share nothing got done than one, *busy* its load.
