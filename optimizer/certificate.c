@@ -17,8 +17,9 @@
 #define SWEEPS 400
 
 /* Lost motion at a radial gap: what it is without one, and the share of the gap, (9), (9a). */
-static double lost_motion_at(const lm_certificate *c, const lm_mesh_state *mesh, double rest_rad,
-                             double gap_mm, double torque_Nm) {
+static double lost_motion_at(const lm_certificate *c, const lm_gapless *phase, double gap_mm,
+                             double torque_Nm) {
+  const lm_mesh_state *mesh = &phase->mesh;
   double full = 0;
   double closing = 0;
   double turned = 0;
@@ -26,7 +27,7 @@ static double lost_motion_at(const lm_certificate *c, const lm_mesh_state *mesh,
   (void)lm_gap_closing_torque(gap_mm, mesh->radius_mm, c->drive.gap.ring_stiffness_N_per_mm,
                               mesh->flank_angle_rad, &closing, NULL);
   (void)lm_gap_rotation(torque_Nm, closing, full, &turned, NULL);
-  return (rest_rad + 2 * turned) / ARCMIN;
+  return (phase->total_rad[1] - phase->total_rad[0] + 2 * turned) / ARCMIN;
 }
 
 /* The links of the drive, and its nominal gaps as links without tolerance: lm_prepare_problem
@@ -49,42 +50,32 @@ static int all_links(const lm_drive *drive, lm_tolerance_link link[]) {
   return count;
 }
 
-/* The tooth phase that loses the most motion: its mesh, and what it loses without a radial gap. */
-static lm_status find_worst_phase(const lm_drive *drive, double torque_Nm, lm_mesh_state *mesh,
-                                  double *rest_rad, lm_workspace *workspace, lm_fault *fault) {
-  const double torque[2] = {-torque_Nm, torque_Nm};
-  const double pitch = 2 * LM_PI / drive->teeth.flexspline_teeth;
-  double most = 0;
+/* Of the phases that were measured last, the one that loses the most motion at a radial gap. */
+static const lm_gapless *worst_phase(const lm_certificate *c, const lm_gapless gapless[],
+                                     double gap_mm, double torque_Nm) {
+  const lm_gapless *worst = &gapless[0];
   int p;
-  for (p = 0; p < LM_CERTAIN_PHASES; p++) {
-    lm_contributions at[2];
-    lm_mesh_state here;
-    const lm_status status = lm_evaluate_characteristic(
-        drive, p * pitch / LM_CERTAIN_PHASES, torque, 2, at, &here, &workspace->design, fault);
-    if (status != LM_OK) {
-      return status;
-    }
-    if (p == 0 || at[1].total_rad - at[0].total_rad > most) {
-      most = at[1].total_rad - at[0].total_rad;
-      *mesh = here;
-      *rest_rad = most - (at[1].radial_gap_rad - at[0].radial_gap_rad);
+  for (p = 1; p < LM_CERTAIN_PHASES; p++) {
+    if (lost_motion_at(c, &gapless[p], gap_mm, torque_Nm) >
+        lost_motion_at(c, worst, gap_mm, torque_Nm)) {
+      worst = &gapless[p];
     }
   }
-  return LM_OK;
+  return worst;
 }
 
+/* From what the fine evaluation left in the workspace. */
 static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c,
-                                    lm_workspace *workspace, lm_fault *fault) {
-  const double torque = problem->torque_Nm;
+                                    const lm_gapless gapless[], lm_fault *fault) {
+  const double torque_Nm = problem->torque_Nm;
   lm_tolerance_link link[LM_TOLERANCE_CHAIN_MAX];
   const int count = all_links(&c->drive, link);
   const size_t length = LM_SAMPLE_GAP_WORKSPACE(SAMPLES_LOG2);
   double *samples = (double *)malloc(length * sizeof *samples);
   lm_sampling_plan plan;
-  lm_mesh_state mesh = {0};
+  const lm_gapless *worst_at;
   lm_tolerance_limits worst;
   lm_tolerance_limits probable;
-  double rest = 0;
   double slope;
   lm_status status = samples == NULL ? LM_TOO_SMALL : LM_OK;
   plan.samples_log2 = SAMPLES_LOG2;
@@ -93,9 +84,6 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
   plan.low_probability = 0.00135;
   plan.high_probability = 0.9973;
   plan.limit_mm = 1e4;
-  if (status == LM_OK) {
-    status = find_worst_phase(&c->drive, torque, &mesh, &rest, workspace, fault);
-  }
   if (status == LM_OK) {
     status = lm_worst_limits(link, count, &worst, fault);
   }
@@ -113,14 +101,15 @@ static lm_status certify_tolerances(const lm_problem *problem, lm_certificate *c
   if (status != LM_OK) {
     return status;
   }
-  c->lost_motion_worst = lost_motion_at(c, &mesh, rest, worst.total_max_mm, torque);
-  c->lost_motion_probable = lost_motion_at(c, &mesh, rest, probable.total_max_mm, torque);
+  worst_at = worst_phase(c, gapless, c->gap.high_mm.value, torque_Nm);
+  c->lost_motion_worst = lost_motion_at(c, worst_at, worst.total_max_mm, torque_Nm);
+  c->lost_motion_probable = lost_motion_at(c, worst_at, probable.total_max_mm, torque_Nm);
   /* Lost motion rises with the gap, so its quantiles are those of the gap; the standard error goes
    * through the slope. */
-  slope = 2 * tan(mesh.flank_angle_rad) / mesh.radius_mm / ARCMIN;
-  c->lost_motion_median.value = lost_motion_at(c, &mesh, rest, c->gap.median_mm.value, torque);
+  slope = 2 * tan(worst_at->mesh.flank_angle_rad) / worst_at->mesh.radius_mm / ARCMIN;
+  c->lost_motion_median.value = lost_motion_at(c, worst_at, c->gap.median_mm.value, torque_Nm);
   c->lost_motion_median.standard_error = slope * c->gap.median_mm.standard_error;
-  c->lost_motion_quantile.value = lost_motion_at(c, &mesh, rest, c->gap.high_mm.value, torque);
+  c->lost_motion_quantile.value = lost_motion_at(c, worst_at, c->gap.high_mm.value, torque_Nm);
   c->lost_motion_quantile.standard_error = slope * c->gap.high_mm.standard_error;
   return LM_OK;
 }
@@ -347,9 +336,6 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
     status = lm_check_design(&c->drive, workspace->design.meshes, c->drive.axial_sections,
                              &c->smallest, c->check, fault);
   }
-  if (status == LM_OK) {
-    status = certify_tolerances(problem, c, workspace, fault);
-  }
   if (status != LM_OK) {
     return status;
   }
@@ -370,6 +356,9 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
     scan.nodes = LM_CERTAIN_NODES;
     lm_lay_out(finer, &scan, &layout);
     status = lm_evaluate_point(finer, &scan, &layout, combination, unit, result, workspace, fault);
+  }
+  if (status == LM_OK) {
+    status = certify_tolerances(problem, c, workspace->gapless, fault);
   }
   if (status == LM_OK) {
     c->holds = 1;

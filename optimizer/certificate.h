@@ -30,8 +30,7 @@ typedef struct lm_certificate {
   lm_limit_report limit[LM_LIMIT_COUNT];
   lm_smallest_gap smallest; /* 32 steps a tooth pitch, refined, all sections */
   lm_check check[LM_CHECK_COUNT];
-  /* lost motion of a reversal over the tolerances, arcmin, at the tooth phase that loses the most
-   */
+  /* lost motion of a reversal over the tolerances, arcmin, at the worst of the 8 tooth phases */
   double lost_motion_worst;
   double lost_motion_probable;
   lm_estimate lost_motion_median;

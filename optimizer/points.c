@@ -603,7 +603,7 @@ int lm_slope_charge(const lm_problem *problem) {
   int ranges = 0;
   int i;
   for (i = 0; i < problem->range_count; i++) {
-    ranges += problem->range[i].key < LM_KEY_GRADE || problem->bounds.gap_at_worst_corner;
+    ranges += problem->range[i].key < LM_KEY_GRADE || !lm_has_cheap_tolerances(problem);
   }
   return LM_GRADIENT_CHARGE * (ranges > 8 ? (ranges + 7) / 8 : 1);
 }

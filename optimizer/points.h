@@ -88,9 +88,9 @@ lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, cons
 /* Whether lm_evaluate_tolerances may be used: not where gap_at_worst_corner is asked. */
 int lm_has_cheap_tolerances(const lm_problem *problem);
 
-/* The same at a point that differs in its tolerance grades alone from the one that this workspace
- * and result[] hold, which is computed anew only where it hangs on tolerances: the same as
- * lm_evaluate_point but for the last bits. After an error the next point has to be evaluated whole.
+/* lm_evaluate_point, but for the last bits, at a point that differs in its tolerance grades alone
+ * from the one that this workspace and result[] hold: only what hangs on tolerances is computed.
+ * After an error the next point has to be evaluated whole.
  */
 lm_status lm_evaluate_tolerances(const lm_problem *problem, const lm_layout *layout,
                                  int combination, const double unit[], double result[],

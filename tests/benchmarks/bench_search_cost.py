@@ -48,15 +48,13 @@ from bench_search import (
 
 POINTS = 40
 LOOKS = 2000
-LOOKS_CHARGED = 16
-"""As one evaluation, `LM_LOOKS_CHARGED`."""
 CLOCK_PAIRS = 100_000
 CLOCK = r"""
 #define _POSIX_C_SOURCE 200809L
 #include <time.h>
 #include "points.h"
 static double spent;
-static long evaluations;
+static double evaluations;
 static long calls;
 static double now(void) {
   struct timespec t;
@@ -80,7 +78,7 @@ double clock_seconds(long pairs) {
 }
 double model_seconds(void) { return spent; }
 long model_calls(void) { return calls; }
-long model_evaluations(void) { return evaluations; }
+double model_evaluations(void) { return evaluations; }
 #define CLOCKED(name, counted, declared, passed) \
   lm_status __real_##name declared;              \
   lm_status __wrap_##name declared;              \
@@ -100,7 +98,7 @@ CLOCKED(lm_evaluate_slopes, 1,
         (const lm_problem *p, const lm_scan *s, const lm_layout *l, int combination,
          const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
         (p, s, l, combination, unit, result, slope, w, f))
-CLOCKED(lm_evaluate_tolerances, 0,
+CLOCKED(lm_evaluate_tolerances, 1.0 / LM_LOOKS_CHARGED,
         (const lm_problem *p, const lm_layout *l, int combination, const double unit[],
          double result[], lm_workspace *w, lm_fault *f),
         (p, l, combination, unit, result, w, f))
@@ -168,7 +166,7 @@ def load_clocked(build: Path) -> c.CDLL:
         )  # fmt: skip
     lib.model_seconds.restype = c.c_double
     lib.model_calls.restype = c.c_long
-    lib.model_evaluations.restype = c.c_long
+    lib.model_evaluations.restype = c.c_double
     lib.clock_seconds.restype = c.c_double
     return lib
 
@@ -178,9 +176,7 @@ def time_overhead(lib: c.CDLL, text: str, budget: int) -> float:
     lib.start_clock()
     _, cpu = time_search(lib, text, budget, 1)
     clock = lib.clock_seconds(CLOCK_PAIRS) * lib.model_calls()
-    looks = lib.model_calls() - lib.model_evaluations()
-    evaluations = lib.model_evaluations() + looks / LOOKS_CHARGED
-    return float((cpu - lib.model_seconds() - clock) / evaluations)
+    return float((cpu - lib.model_seconds() - clock) / lib.model_evaluations())
 
 
 def compare_threads(

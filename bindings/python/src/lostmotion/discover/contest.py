@@ -118,12 +118,17 @@ def without_scatter(
 
     Parameters
     ----------
-    gram : ndarray
-        Of the scattering columns, a matrix for each run, positive semidefinite.
-    omega : ndarray
+    gram : ndarray, (runs, n, n)
+        Of the scattering columns, positive semidefinite.
+    omega : ndarray, (n,)
         Variance of each scattering column, above 0.
-    sides : ndarray
-        Right sides of each run.
+    sides : ndarray, (runs, n, m) or (n, m)
+        Right sides, of each run or of all.
+
+    Returns
+    -------
+    solved : ndarray, (runs, n, m)
+    log_det : ndarray, (runs,)
     """
     k = np.eye(omega.size) + gram * omega
     try:
@@ -286,7 +291,8 @@ class Contest:
         cross = total[n0:-1, :n0]
         left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
         raw = np.diag(total)[n0:-1]
-        # In units of what each column has before the base takes its part.
+        # In units of what each column has before the base takes its part; of nothing, in one whose
+        # square is still a number.
         unit = 1.0 / np.sqrt(np.maximum(raw, 1e-290))
         value, vector = np.linalg.eigh(left * np.outer(unit, unit))
         keep = value > max(VISIBLE, RANK * max(float(value[-1]), 0.0))
