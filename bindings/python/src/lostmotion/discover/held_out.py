@@ -34,6 +34,9 @@ in truth."""
 REFIT_STEPS = 12
 """Evaluations of such a fit."""
 
+NEAR_BOUND = 1e-9
+"""A value this near to a bound, over the width between both, stands there but for rounding."""
+
 RIDGE = 1e-9
 """Relative ridge: what the other runs do not see stays where it is."""
 
@@ -64,7 +67,8 @@ def held_out_residual(
     laws, _, sd = base.laws_between_runs()
     known[laws] = 1.0 / sd**2
     x, low, high = base.vector()
-    free = (x > low) & (x < high)
+    room = np.where(np.isfinite(high - low), NEAR_BOUND * (high - low), 0.0)
+    free = (x > low + room) & (x < high - room)
     fixed, known = fixed[:, free], known[free] / out.size
     # The units of a column are such that it and what is known of its value are one together.
     norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
