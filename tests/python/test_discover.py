@@ -483,6 +483,23 @@ def test_a_lead_that_does_not_stand_hides_no_weaker_one(warm_gap, monkeypatch):
     assert step.rivals == []
 
 
+def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap):
+    """A gain within the runs of a fit is not enough: their form may be spelled out by anything."""
+    stage = warm_gap.selection.steps[0].field
+    found = {result.name: result for result in warm_gap.selection.steps[0].results}
+    opened, spelled = (
+        selection.refit(stage, found[name]) for name in ("thermal_gap", "kinematic_error")
+    )
+    spelled.gain = 2.0 * opened.gain
+    assert selection.simplest([opened, spelled]) is spelled
+    fit, idle = selection.of_use(stage, [opened, spelled])
+    assert (fit, idle) == ([opened], [spelled])
+    fit, idle = selection.of_use(stage, [spelled])
+    assert (fit, idle) == ([], [spelled])
+    # What an effect of the least size, a tenth of the noise, takes of the error (arcsec^2).
+    assert selection.held_out_fall(stage, spelled) < 0.01 < selection.held_out_fall(stage, opened)
+
+
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
     """Beside the gap that is there an effect without a part in it does not stand."""
     settled = warm_gap.selection.settled[-1]

@@ -215,6 +215,9 @@ def choose(
         behind = without(behind, leads)
         contenders = best_starts(contenders + in_parallel(follow, leads))
     fit = [c for c in contenders if c.passes]
+    if kept:
+        fit, idle = of_use(stage, fit)
+        fallen |= {c.result.name for c in idle}
     best_named = simplest([c for c in fit if c.candidate.named])
     best_shape = simplest([c for c in fit if not c.candidate.named])
     if best_shape is not None:
@@ -223,9 +226,9 @@ def choose(
             sharper.size = best_shape.size
             contenders.append(sharper)
             best_shape = max(best_shape, sharper, key=lambda c: c.gain)
-        if best_shape.result.p * paid[best_shape.candidate.kind] > P_SURE and raises_held_out(
-            stage, best_shape
-        ):
+        # What single runs have of their own can be spelled out by a shape that no other confirms.
+        unsure = best_shape.result.p * paid[best_shape.candidate.kind] > P_SURE
+        if unsure and held_out_fall(stage, best_shape) < 0:
             best_shape = None
     chosen = best_named or best_shape
     if best_named is not None and best_shape is not None:
@@ -257,15 +260,35 @@ def choose(
     return step
 
 
-def raises_held_out(stage: Field, shape: Contender) -> bool:
-    """Whether a shape makes the error on runs that a fit has not seen larger.
+def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Contender]]:
+    """Take out those that would be chosen beside the effects in the model, and are of no use there.
 
-    What single runs have of their own can be spelled out by a shape that no other run confirms.
+    What is left of an effect whose form is not exactly right can be spelled out by another one
+    within the runs that it is fitted to. Runs that the fit has not seen tell: their error has to
+    fall as by an effect of the least size. Of the effects, and of the shapes, the one that would be
+    chosen is asked, then the next one, until one is of use.
+
+    Returns
+    -------
+    fit, idle : list of Contender
     """
-    assert shape.settled is not None
+    least = SIZE_LEAST * noise_rms(stage.settled.noise, stage.settled.base)
+    left, idle = list(fit), []
+    for named in (True, False):
+        while best := simplest([c for c in left if c.candidate.named is named]):
+            if held_out_fall(stage, best) >= least**2:
+                break
+            left.remove(best)
+            idle.append(best)
+    return left, idle
+
+
+def held_out_fall(stage: Field, contender: Contender) -> float:
+    """Fall of the mean square, arc seconds squared, on runs that a fit of all has not seen."""
+    assert contender.settled is not None
     before = without_deviations(stage.settled.base)
-    after = without_deviations(shape.settled.base, before)
-    return held_out_rms(after) > held_out_rms(before)
+    after = without_deviations(contender.settled.base, before)
+    return held_out_rms(before) ** 2 - held_out_rms(after) ** 2
 
 
 def taken_from_all(base: Base, with_effect: Base) -> float:
