@@ -13,6 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+
+from blocks import read_blocks, same_line
 from conftest import NO_SEARCH
 from lostmotion.cli import main
 from lostmotion.demo.controller import missing_tools
@@ -119,6 +122,17 @@ def test_each_shipped_spec_is_searched_and_halves_the_lost_motion_of_its_start(s
         assert best["tolerance_lost_motion"] <= 0.5 * found["start"]["tolerance_lost_motion"]
         assert best["stress"] <= found["start"]["stress"]
         assert f"{name}: lost motion" in out
+
+
+def test_the_readme_quotes_what_it_prints(shown):
+    _, _, out, _ = shown
+    quoted = next(
+        block.code for block in read_blocks(ROOT / "README.md") if "emulated" in block.code
+    )
+    wanted = [line for line in quoted.splitlines() if not line.startswith("5 ")]
+    assert len(wanted) == 6
+    for line in wanted:
+        assert any(same_line(printed, line) for printed in out.splitlines()), line
 
 
 def test_it_is_short_and_one_page(shown):
