@@ -16,6 +16,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
 from blocks import read_blocks, same_line
+
 from conftest import NO_SEARCH
 from lostmotion.cli import main
 from lostmotion.demo.controller import missing_tools
