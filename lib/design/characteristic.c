@@ -10,19 +10,11 @@
 /* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius ---------------------
  */
 
-#define GIVE_NODES 5 /* linear between; the pair's own give is about 1 % of the lost motion */
-
-typedef struct give_table {
-  lm_real low_mm;
-  lm_real step_mm;
-  lm_real give_mm_per_N[GIVE_NODES];
-} give_table;
-
 /* `own` is the flank as lm_make_geometry gives it; pitch_half_rad is half the pitch angle where
  * that is the flank of a SPACE (the tooth has what it leaves), 0 where it is the tooth's own. */
 static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute *own,
                                lm_real pitch_half_rad, lm_real low_mm, lm_real high_mm,
-                               const lm_drive *drive, give_table *table, lm_fault *fault) {
+                               const lm_drive *drive, lm_give_table *table, lm_fault *fault) {
   const lm_real width = drive->teeth.face_width_mm;
   lm_tooth_material material;
   int i;
@@ -31,8 +23,8 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute
   material.poisson_ratio = drive->material.poisson_ratio;
   material.plane_strain = 1; /* a tooth is an order of magnitude wider than high */
   table->low_mm = low_mm;
-  table->step_mm = (high_mm - low_mm) / LM_REAL(GIVE_NODES - 1);
-  for (i = 0; i < GIVE_NODES; i++) {
+  table->step_mm = (high_mm - low_mm) / LM_REAL(LM_GIVE_NODES - 1);
+  for (i = 0; i < LM_GIVE_NODES; i++) {
     const lm_real radius = low_mm + table->step_mm * LM_REAL(i);
     const lm_involute_point at = lm_evaluate_involute(own, radius);
     const lm_real angle = at.pressure_angle_rad - at.half_angle_rad + pitch_half_rad;
@@ -58,19 +50,13 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute
   return LM_OK;
 }
 
-static lm_real look_up_give(const give_table *table, lm_real radius_mm) {
+static lm_real look_up_give(const lm_give_table *table, lm_real radius_mm) {
   const lm_real place = (radius_mm - table->low_mm) / table->step_mm;
   int i = place > LM_REAL(0) ? (int)place : 0;
-  i = i < GIVE_NODES - 1 ? i : GIVE_NODES - 2;
+  i = i < LM_GIVE_NODES - 1 ? i : LM_GIVE_NODES - 2;
   return table->give_mm_per_N[i] +
          (place - LM_REAL(i)) * (table->give_mm_per_N[i + 1] - table->give_mm_per_N[i]);
 }
-
-typedef struct pair_give {
-  give_table flexspline;
-  give_table rigid;
-  lm_real fixed_mm_per_N; /* > 0: given by the designer, no tables */
-} pair_give;
 
 static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
@@ -78,7 +64,7 @@ static lm_real larger(lm_real a, lm_real b) {
 
 /* The loaded radii run from where the mating tip can reach to the own tip; a load needs an involute
  * under it and some tooth below it. */
-static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_give *give,
+static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, lm_pair_give *give,
                               lm_fault *fault) {
   const lm_teeth *t = &drive->teeth;
   const lm_real w = g->deflection_mm;
@@ -133,7 +119,7 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, pair_
 
 /* Along the force; the flexspline's own radius of the contact follows from its foot on the neutral
  * line. */
-static lm_real give_at(const pair_give *give, const lm_mesh *mesh, lm_real angle_rad,
+static lm_real give_at(const lm_pair_give *give, const lm_mesh *mesh, lm_real angle_rad,
                        lm_real contact_mm) {
   lm_placement place;
   if (give->fixed_mm_per_N > LM_REAL(0)) {
@@ -177,7 +163,7 @@ static void find_nearest(const lm_clearance clearances[], int count, lm_real lim
 /* What builds the list of contacts. */
 typedef struct builder {
   const lm_drive *drive;
-  const pair_give *give;
+  const lm_pair_give *give;
   lm_contact *contacts;
   int count;
   int lobes;
@@ -274,6 +260,7 @@ lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspac
   if (drive == 0 || workspace == 0) {
     return refuse(fault, LM_NULL, drive == 0 ? "drive" : "workspace");
   }
+  workspace->give.known = 0;
   status = check_range(fault, "drive.axial_sections", LM_REAL(drive->axial_sections), LM_REAL(1),
                        LM_REAL(LM_SECTIONS_MAX));
   for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
@@ -290,13 +277,13 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
   const lm_real pitch = LM_REAL(2) * LM_PI / LM_REAL(g->flexspline_teeth);
   nearest forward = {REAL_INFINITY, LM_REAL(0)};
   nearest backward = {REAL_INFINITY, LM_REAL(0)};
-  pair_give give;
   builder b;
-  lm_status status = prepare_give(drive, g, &give, fault);
+  lm_status status = w->give.known ? LM_OK : prepare_give(drive, g, &w->give, fault);
   int count = 0;
   int i;
+  w->give.known = status == LM_OK;
   b.drive = drive;
-  b.give = &give;
+  b.give = &w->give;
   b.contacts = w->contacts;
   b.count = 0;
   b.lobes = drive->generator.floating || drive->generator.eccentricity_mm == LM_REAL(0) ? 1 : 2;

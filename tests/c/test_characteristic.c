@@ -1,5 +1,6 @@
 #include "lostmotion/characteristic.h"
 
+#include <string.h>
 #include <unity.h>
 
 #include "reference_drives.h"
@@ -516,21 +517,46 @@ static void the_largest_drive_has_room(void) {
 static void pairs_without_a_compliance_are_refused(void) {
   const lm_real torque[] = {1};
   int d;
+  int bad;
   for (d = 0; d < 2; d++) {
     const lm_drive good = completed(d == 0 ? reference_a() : reference_e());
-    lm_drive drive = good;
-    evaluate(&good, 0, torque, 1);
-    drive.material.youngs_modulus_MPa = 0;
-    TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0,
-                                                                  &workspace, &fault));
-    drive = good;
-    drive.teeth.flexspline_shift = LM_REAL(50);
-    TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0,
-                                                                  &workspace, &fault));
-    drive = good;
-    drive.teeth.rigid_shift = LM_REAL(50);
-    TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0,
-                                                                  &workspace, &fault));
+    for (bad = 0; bad < 3; bad++) {
+      lm_drive drive = good;
+      if (bad == 0) {
+        drive.material.youngs_modulus_MPa = 0;
+      } else if (bad == 1) {
+        drive.teeth.flexspline_shift = LM_REAL(50);
+      } else {
+        drive.teeth.rigid_shift = LM_REAL(50);
+      }
+      TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&good, LM_NEUTRAL_LINE_NODES, &workspace, &fault));
+      TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0,
+                                                                    &workspace, &fault));
+    }
+  }
+}
+
+/* What all tooth phases of a drive share is made once, and again for the next drive. */
+static void phases_one_after_the_other_give_the_bits_of_each_alone(void) {
+  const lm_real torque[] = {-40, LM_REAL(1.6), 40};
+  const lm_drive drive[] = {completed(reference_a()), completed(reference_e())};
+  lm_contributions alone[3];
+  int d;
+  int p;
+  for (d = 0; d < 2; d++) {
+    TEST_ASSERT_EQUAL(LM_OK,
+                      lm_prepare_meshes(&drive[d], LM_NEUTRAL_LINE_NODES, &workspace, &fault));
+    for (p = 0; p < 4; p++) {
+      static lm_design_workspace fresh;
+      const lm_real phase = PITCH * LM_REAL(p) / LM_REAL(4);
+      memset(&fresh, 0, sizeof fresh);
+      TEST_ASSERT_EQUAL(LM_OK, lm_prepare_meshes(&drive[d], LM_NEUTRAL_LINE_NODES, &fresh, &fault));
+      TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_characteristic(&drive[d], phase, torque, 3, alone,
+                                                          &state, &fresh, &fault));
+      TEST_ASSERT_EQUAL(LM_OK, lm_evaluate_characteristic(&drive[d], phase, torque, 3, point,
+                                                          &state, &workspace, &fault));
+      TEST_ASSERT_EQUAL_MEMORY(alone, point, sizeof alone);
+    }
   }
 }
 
@@ -548,6 +574,8 @@ static void pointed_teeth_are_refused_by_their_height(void) {
                     lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
   TEST_ASSERT_EQUAL_STRING("teeth.tooth_height", fault.input);
   TEST_ASSERT_TRUE(fault.found <= 0);
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT,
+                    lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
 }
 
 /* --- compact curve -------------------------------------------------------------------------------
@@ -668,6 +696,7 @@ int main(void) {
   RUN_TEST(refusals_of_the_parts_come_through);
   RUN_TEST(the_largest_drive_has_room);
   RUN_TEST(pairs_without_a_compliance_are_refused);
+  RUN_TEST(phases_one_after_the_other_give_the_bits_of_each_alone);
   RUN_TEST(pointed_teeth_are_refused_by_their_height);
   RUN_TEST(knots_of_a_straight_line_are_free);
   RUN_TEST(knots_follow_the_characteristic);

@@ -50,9 +50,26 @@ typedef struct lm_mesh_state {
   int preloaded_pairs;   /* that carry without load */
 } lm_mesh_state;
 
+/* How far a tooth of one gear gives at its flank, eq (6) and the tilt in its rim, over the loaded
+ * radius: straight between the nodes, for the pair's own give is about 1 % of the lost motion. */
+#define LM_GIVE_NODES 5
+typedef struct lm_give_table {
+  lm_real low_mm;
+  lm_real step_mm;
+  lm_real give_mm_per_N[LM_GIVE_NODES];
+} lm_give_table;
+
+typedef struct lm_pair_give {
+  int known;
+  lm_real fixed_mm_per_N; /* > 0: drive.support.tooth_compliance_mm_per_N, no tables */
+  lm_give_table flexspline;
+  lm_give_table rigid;
+} lm_pair_give;
+
 /* Memory of one evaluation, owned by the caller; sizeof is its constant size. */
 typedef struct lm_design_workspace {
   lm_mesh meshes[LM_SECTIONS_MAX];
+  lm_pair_give give; /* the same at all tooth phases: the first evaluation makes it */
   lm_clearance clearances[LM_SECTIONS_MAX][LM_LOBE_TEETH_MAX];
   lm_contact contacts[LM_CONTACTS_MAX];
   lm_foundation foundation;
@@ -64,17 +81,17 @@ typedef struct lm_design_workspace {
  * of the tolerance chain and clipped at 0. Reads a checked drive. */
 lm_real lm_mean_radial_gap(const lm_drive *drive);
 
-/* Fill workspace->meshes for the axial sections of the drive. nodes: LM_NEUTRAL_LINE_NODES, or
- * more. Errors as lm_make_mesh. */
+/* Fill workspace->meshes for the axial sections of the drive; what was evaluated of another drive
+ * is forgotten. nodes: LM_NEUTRAL_LINE_NODES, or more. Errors as lm_make_mesh. */
 lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
                             lm_fault *fault);
 
 /* The characteristic at one tooth phase of the generator (rad, 0 .. 2 pi / z). torque_Nm[count]
  * rising, 1 .. LM_TORQUES_MAX; contributions[count]; state may be null. Needs lm_prepare_meshes
- * before. The events of the take-up are left in workspace->take_up.stages, contacts in
- * workspace->contacts. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE; LM_NO_CONTACT when
- * the teeth of a flank cannot meet within the limits of drive.support. On error contributions[] is
- * not complete. */
+ * of the same drive before. The events of the take-up are left in workspace->take_up.stages,
+ * contacts in workspace->contacts. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE;
+ * LM_NO_CONTACT when the teeth of a flank cannot meet within the limits of drive.support. On error
+ * contributions[] is not complete. */
 lm_status lm_evaluate_characteristic(const lm_drive *drive, lm_real phase_rad,
                                      const lm_real torque_Nm[], int count,
                                      lm_contributions contributions[], lm_mesh_state *state,
