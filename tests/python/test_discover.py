@@ -318,6 +318,26 @@ def test_a_sensor_off_by_more_than_the_gap_is_wide_is_no_uneven_spring(off_Nm, w
     assert offset["parameters"]["offset_Nm"] == pytest.approx(-off_Nm, rel=0.1)
 
 
+def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
+    """Nor does it hide a weaker effect: its tangent goes on beyond the kink that it moves."""
+    sizes = []
+    fitted_size = selection.fitted_size
+
+    def noted(stage, contender):
+        sizes.append((contender.result.name, fitted_size(stage, contender)))
+        return sizes[-1][1]
+
+    monkeypatch.setattr(selection, "fitted_size", noted)
+    data = campaign(seed=3, add=lambda at, wound: 9.0 * np.tanh(wound / 0.1) + 0.5 * gap(at, wound))
+    for run in data.runs:
+        run.columns["torque"] = run.columns["torque"] + 1.5
+    found = answer_of(data)
+    assert found["effects"] == ["torque_offset", "thermal_gap"]
+    before, after = (rung["rms_arcsec"] for rung in found["ladder"][:2])
+    size = next(size for name, size in sizes if name == "torque_offset")
+    assert size == pytest.approx(np.sqrt(before**2 - after**2), rel=0.05)
+
+
 def test_what_no_effect_explains_is_said_to_hang_on_torque():
     found = answer_of(campaign(seed=3, add=ripple))
     assert found["verdict"] == "unexplained"

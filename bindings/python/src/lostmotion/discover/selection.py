@@ -195,7 +195,7 @@ def choose(
 
     def follow(lead: Lead) -> Contender:
         contender = refit(lead.stage, lead.result, stage.settled)
-        contender.size = fitted_size(contender) if lead.size is None else lead.size
+        contender.size = fitted_size(stage, contender) if lead.size is None else lead.size
         contender.passes = contender.gain >= GAIN_LEAST and (
             not contender.candidate.named or stands(contender, paid["effect"])
         )
@@ -261,12 +261,12 @@ def choose(
 
 
 def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Contender]]:
-    """Take out those that would be chosen beside the effects in the model, and are of no use there.
+    """Take out effects that would be named beside those in the model, and are of no use there.
 
     What is left of an effect whose form is not exactly right can be spelled out by another one
     within the runs that it is fitted to. Runs that the fit has not seen tell: their error has to
-    fall as by an effect of the least size. Of the effects, and of the shapes, the one that would be
-    chosen is asked, then the next one, until one is of use.
+    fall as by an effect of the least size. The one that would be chosen is asked, then the next
+    one, until one is of use. Shapes are not asked: they say that something is left, not what.
 
     Returns
     -------
@@ -274,12 +274,11 @@ def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Co
     """
     least = SIZE_LEAST * noise_rms(stage.settled.noise, stage.settled.base)
     left, idle = list(fit), []
-    for named in (True, False):
-        while best := simplest([c for c in left if c.candidate.named is named]):
-            if held_out_fall(stage, best) >= least**2:
-                break
-            left.remove(best)
-            idle.append(best)
+    while best := simplest([c for c in left if c.candidate.named]):
+        if held_out_fall(stage, best) >= least**2:
+            break
+        left.remove(best)
+        idle.append(best)
     return left, idle
 
 
@@ -302,11 +301,19 @@ def taken_from_all(base: Base, with_effect: Base) -> float:
     return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
 
 
-def fitted_size(contender: Contender) -> float:
-    """Root mean square, arc seconds, of what an effect does in the model fitted with it."""
+def fitted_size(stage: Field, contender: Contender) -> float:
+    """Root mean square, arc seconds, of what an effect does in the model fitted with it.
+
+    By its tangent there, as long as that is no more than was to be explained: a load that is off by
+    more than a kink is wide has a tangent that goes on beyond the kink, ten times as far as the
+    effect. What it takes from the error of all runs together counts then.
+    """
     assert contender.settled is not None
     base = contender.settled.base
-    return term_size(base, len(base.terms) - 1)
+    size = term_size(base, len(base.terms) - 1)
+    if size <= plain_rms(stage.settled.base):
+        return size
+    return taken_from_all(stage.settled.base, base)
 
 
 def simplest(contenders: list[Contender]) -> Contender | None:
