@@ -516,6 +516,12 @@ def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap)
     assert (fit, idle) == ([opened], [spelled])
     fit, idle = selection.of_use(stage, [spelled])
     assert (fit, idle) == ([], [spelled])
+    # A shape may be the same remainder without its name.
+    nameless = [r for r in found.values() if not stage.candidates[r.name].named]
+    shape = selection.refit(stage, nameless[-1])
+    assert selection.held_out_fall(stage, shape) < 0.01
+    assert selection.of_use(stage, [shape]) == ([shape], [])
+    assert selection.of_use(stage, [spelled, shape]) == ([], [spelled, shape])
     # What an effect of the least size, a tenth of the noise, takes of the error (arcsec^2).
     assert selection.held_out_fall(stage, spelled) < 0.01 < selection.held_out_fall(stage, opened)
 

@@ -266,7 +266,8 @@ def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Co
     What is left of an effect whose form is not exactly right can be spelled out by another one
     within the runs that it is fitted to. Runs that the fit has not seen tell: their error has to
     fall as by an effect of the least size. The one that would be chosen is asked, then the next
-    one, until one is of use. Shapes are not asked: they say that something is left, not what.
+    one, until one is of use. Shapes say that something is left, not what: they are asked where an
+    effect was of no use, for they may be the same remainder without its name.
 
     Returns
     -------
@@ -274,11 +275,12 @@ def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Co
     """
     least = SIZE_LEAST * noise_rms(stage.settled.noise, stage.settled.base)
     left, idle = list(fit), []
-    while best := simplest([c for c in left if c.candidate.named]):
-        if held_out_fall(stage, best) >= least**2:
-            break
-        left.remove(best)
-        idle.append(best)
+    for named in (True, False):
+        while best := simplest([c for c in left if c.candidate.named is named]):
+            if (not named and not idle) or held_out_fall(stage, best) >= least**2:
+                break
+            left.remove(best)
+            idle.append(best)
     return left, idle
 
 
