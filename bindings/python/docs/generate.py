@@ -246,6 +246,11 @@ def drive_file_page() -> str:
         "round, `NAME_UNIT/NUMBER` divides (`input_angle_rev/4096`: counts of an encoder). It "
         "counts in the files that have the column, and one that no file has is refused.",
         "",
+        "## [recordings]",
+        "",
+        "How the recordings of this drive are made; the options of a command go before.",
+        "",
+        *table(head, key_rows(drives.RECORDING_KEYS)),
         "## [fit] and [[effect]]",
         "",
         "What a fit found, and the effects at work with their parameters. Names of effects: "
@@ -273,6 +278,9 @@ def recordings_page() -> str:
         "CSV (`.csv`, `.csv.gz`) or Parquet, one row a sample. Several files or folders make one "
         "campaign. `run` (integer or text) numbers the uninterrupted recordings of a file; without "
         "it a file is one run. Needed are time, torque, and either the lost motion or both angles. "
+        "Where one side was locked (`--locked output`, `--locked input`) its angle may be left out; "
+        "with the output locked `motor_torque_Nm`, or `motor_current_A` with a torque constant, may "
+        "stand for the torque. `order`, a running number, may stand for the time. "
         "A column without a unit needs one by `--map COLUMN=NAME_UNIT`; columns that name nothing "
         "known are listed and left alone.",
         "",

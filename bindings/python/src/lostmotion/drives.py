@@ -1,8 +1,9 @@
 """Drive files: TOML that says what a drive is, read with every doubt refused.
 
 A file has ``[drive]`` and exactly one of ``[catalogue]`` (a drive that was bought) and ``[design]``
-(one that is being made). It may also carry ``[columns]`` (a column map for recordings), ``[fit]``
-and ``[[effect]]`` (what a fit found). Keys carry their unit as a suffix; any unit of the right
+(one that is being made). It may also carry ``[columns]`` (a column map for recordings),
+``[recordings]`` (which side was locked, and the motor's torque constant), ``[fit]`` and
+``[[effect]]`` (what a fit found). Keys carry their unit as a suffix; any unit of the right
 dimension will do.
 """
 
@@ -24,6 +25,7 @@ from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import read_bytes, write_whole
 from lostmotion.keys import Key, label, read_table, show
+from lostmotion.recordings.protocol import FREE, SIDES, Protocol
 from lostmotion.structs import Design, Entry
 
 if sys.version_info >= (3, 11):
@@ -96,7 +98,7 @@ CHAINS: dict[str, dict[str, tuple[Key, ...]]] = {
 }
 """Arrays of tables under [design] and the kinds of their entries."""
 
-SECTIONS = ("drive", "catalogue", "design", "columns", "fit", "effect")
+SECTIONS = ("drive", "catalogue", "design", "columns", "recordings", "fit", "effect")
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,8 @@ class Drive:
         Exactly one of them is there.
     columns : dict
         Column map for recordings of this drive.
+    protocol : Protocol
+        Which side was locked in them.
     fit, effects
         What a fit found, as the file has it.
     document : dict
@@ -122,6 +126,7 @@ class Drive:
     catalogue: Catalogue | None = None
     design: Design | None = None
     columns: dict[str, str] = field(default_factory=dict)
+    protocol: Protocol = FREE
     fit: dict[str, Any] | None = None
     effects: list[dict[str, Any]] = field(default_factory=list)
     document: dict[str, Any] = field(default_factory=dict)
@@ -206,6 +211,7 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
         catalogue,
         design,
         _columns(file, document.get("columns", {})),
+        _protocol(file, document.get("recordings", {})),
         _fit(file, document["fit"]) if "fit" in document else None,
         _effects(file, document.get("effect", []), _fitted_effects(document.get("fit"))),
         document,
@@ -313,6 +319,19 @@ def _columns(file: str, table: Any) -> dict[str, str]:
         if not isinstance(target, str):
             raise InputError(file, f"columns.{column}", show(target), "a name with unit, as text")
     return dict(table)
+
+
+RECORDING_KEYS = (
+    Key("locked", kind="choice", choices=SIDES),
+    Key("torque_constant", "Nm_per_A", low=1e-6, high=1e3),
+)
+"""What a drive file may say of how its recordings are made."""
+
+
+def _protocol(file: str, table: Any) -> Protocol:
+    values = read_table(file, "recordings", table, RECORDING_KEYS)
+    number = {name: value.value for name, value in values.items()}
+    return Protocol(number.get("locked"), number.get("torque_constant"))
 
 
 KNOT = "knot_{}_Nm"

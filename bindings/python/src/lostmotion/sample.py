@@ -28,9 +28,19 @@ from lostmotion.backbone import run_plays
 from lostmotion.cluster import connect, no_dask
 from lostmotion.discover.threads import cores
 from lostmotion.errors import InputError, one_line
-from lostmotion.recordings import QUANTITIES, Campaign, Finding, Run, read_campaign, recording_files
+from lostmotion.recordings import (
+    QUANTITIES,
+    Campaign,
+    Finding,
+    Protocol,
+    Run,
+    read_campaign,
+    recording_files,
+)
 from lostmotion.recordings.columns import check_map, in_si, resolve_columns, unused
 from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
+from lostmotion.recordings.findings import UNUSED
+from lostmotion.recordings.protocol import FREE, REPLACED
 from lostmotion.recordings.reading import RATIO_EXPECTED, name_apart, note_missing, run_codes
 from lostmotion.recordings.soundness import (
     BACKWARD_ACTION,
@@ -114,6 +124,8 @@ class Task:
 
     piece: Piece
     mapping: Mapping[str, str]
+    protocol: Protocol
+    ratio: float | None
     before: Mapping[Label, int]
     stride: Mapping[Label, int]
     turn_Nm: float
@@ -140,24 +152,29 @@ def recorded_rows(files: Sequence[Path]) -> int:
 
 
 def batches(
-    piece: Piece, mapping: Mapping[str, str], wanted: Sequence[str] | None
+    piece: Piece,
+    mapping: Mapping[str, str],
+    protocol: Protocol,
+    ratio: float | None,
+    wanted: Sequence[str] | None,
 ) -> Iterator[tuple[IntArray, list[Label], dict[str, FloatArray]]]:
     """Yield the rows of a piece: run of every row, labels of the runs, and columns in SI."""
     file = Path(piece.file)
     label = file.name.split(".")[0]
     if piece.group is None:
         table = read_table(file)
-        chosen, _ = resolve_columns(piece.file, list(table), mapping)
+        chosen, _ = resolve_columns(piece.file, list(table), mapping, protocol)
         tables: Iterator[dict[str, npt.NDArray[Any]]] = iter([table])
     else:
         opened = open_parquet(file)
-        chosen, _ = resolve_columns(piece.file, opened.schema_arrow.names, mapping)
+        chosen, _ = resolve_columns(piece.file, opened.schema_arrow.names, mapping, protocol)
         if wanted is not None:
-            chosen = {name: column for name, column in chosen.items() if name in wanted}
+            kept = {*wanted, *REPLACED}
+            chosen = {name: column for name, column in chosen.items() if name in kept}
         names = [column for column, _ in chosen.values()]
         tables = group_batches(file, opened, piece.group, names)
     for table in tables:
-        numbers = in_si(piece.file, table, chosen)
+        numbers = in_si(piece.file, table, chosen, protocol, ratio)
         if "run" in chosen:
             column = chosen["run"][0]
             codes, labels = run_codes(piece.file, column, table[column])
@@ -175,7 +192,7 @@ def group_batches(
             yield from_arrow(batch)
 
 
-def count_piece(work: tuple[Piece, Mapping[str, str]]) -> list[Part]:
+def count_piece(work: tuple[Piece, Mapping[str, str], Protocol, float | None]) -> list[Part]:
     """Count the rows of every run in a piece."""
     parts: dict[Label, Part] = {}
     for codes, labels, numbers in batches(*work, ("run", "torque")):
@@ -192,7 +209,9 @@ def count_piece(work: tuple[Piece, Mapping[str, str]]) -> list[Part]:
 def sample_piece(task: Task) -> list[Part]:
     """Take the sample of every run in a piece."""
     parts: dict[Label, Part] = {}
-    for codes, labels, numbers in batches(task.piece, task.mapping, None):
+    for codes, labels, numbers in batches(
+        task.piece, task.mapping, task.protocol, task.ratio, None
+    ):
         for code, label in enumerate(labels):
             part = parts.setdefault(label, Part(label))
             here = codes == code
@@ -288,6 +307,7 @@ def sample_campaign(
     *,
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
+    protocol: Protocol = FREE,
     rows: int = ROWS,
     dask: str | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -296,7 +316,7 @@ def sample_campaign(
 
     Parameters
     ----------
-    paths, ratio, mapping
+    paths, ratio, mapping, protocol
         As for `lostmotion.recordings.read_campaign`.
     rows : int
         Rows of the sample, about.
@@ -315,7 +335,7 @@ def sample_campaign(
     names = dict(mapping or {})
     check_map(files, names)
     pieces = pieces_of(files)
-    counted = run_pieces(count_piece, [(piece, names) for piece in pieces], dask)
+    counted = run_pieces(count_piece, [(piece, names, protocol, ratio) for piece in pieces], dask)
     if progress is not None:
         progress(1, 3)
     totals: dict[tuple[str, Label], int] = {}
@@ -331,6 +351,8 @@ def sample_campaign(
         Task(
             piece,
             names,
+            protocol,
+            ratio,
             of_runs,
             {label: strides[piece.file, label] for label in of_runs},
             TURN_SHARE * largest,
@@ -344,7 +366,7 @@ def sample_campaign(
     for piece, parts in zip(pieces, sampled, strict=True):
         for part in parts:
             found.setdefault((piece.file, part.label), []).append(part)
-    findings = [finding for file in files for finding in note_ignored(file, names)]
+    findings = [finding for file in files for finding in note_ignored(file, names, protocol)]
     runs = []
     for (file, label), parts in found.items():
         run = join_parts(file, label, parts, ratio, findings)
@@ -363,12 +385,17 @@ def sample_campaign(
     return campaign
 
 
-def note_ignored(file: Path, mapping: Mapping[str, str]) -> list[Finding]:
-    """Note the columns of a file that are not used."""
-    chosen, ignored = resolve_columns(str(file), header_of(file), mapping)
+def note_ignored(file: Path, mapping: Mapping[str, str], protocol: Protocol) -> list[Finding]:
+    """Note the columns of a file that are not used, and what its protocol puts into the others."""
+    name = str(file)
+    chosen, ignored = resolve_columns(name, header_of(file), mapping, protocol)
+    spare = [(chosen[quantity][0], UNUSED) for quantity in protocol.unused(chosen)]
     return [
-        Finding("ignored_column", str(file), column, None, 1, unused(column, chosen))
-        for column in ignored
+        *protocol.findings(name, chosen),
+        *(
+            Finding("ignored_column", name, column, None, 1, action)
+            for column, action in [(c, unused(c, chosen)) for c in ignored] + spare
+        ),
     ]
 
 
@@ -459,6 +486,7 @@ def read_or_sample(
     *,
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
+    protocol: Protocol = FREE,
     dask: str | None = None,
     rows: int = ROWS,
     progress: Callable[[int, int], None] | None = None,
@@ -470,9 +498,16 @@ def read_or_sample(
     files = recording_files(paths)
     if dask is not None or recorded_rows(files) > rows:
         return sample_campaign(
-            paths, ratio=ratio, mapping=mapping, rows=rows, dask=dask, progress=progress
+            paths,
+            ratio=ratio,
+            mapping=mapping,
+            protocol=protocol,
+            rows=rows,
+            dask=dask,
+            progress=progress,
         )
-    return thin_campaign(read_campaign(paths, ratio=ratio, mapping=mapping), rows)
+    campaign = read_campaign(paths, ratio=ratio, mapping=mapping, protocol=protocol)
+    return thin_campaign(campaign, rows)
 
 
 def run_pieces(

@@ -16,22 +16,25 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-Dimension = tuple[int, int, int, int, int]
-"""Powers of force, length, time, angle and temperature."""
+Dimension = tuple[int, int, int, int, int, int]
+"""Powers of force, length, time, angle, temperature and electric current."""
 
-DIMENSIONLESS: Dimension = (0, 0, 0, 0, 0)
-FORCE: Dimension = (1, 0, 0, 0, 0)
-LENGTH: Dimension = (0, 1, 0, 0, 0)
-TIME: Dimension = (0, 0, 1, 0, 0)
-ANGLE: Dimension = (0, 0, 0, 1, 0)
-TEMPERATURE: Dimension = (0, 0, 0, 0, 1)
-TORQUE: Dimension = (1, 1, 0, 0, 0)
-TORSIONAL_STIFFNESS: Dimension = (1, 1, 0, -1, 0)
-STIFFNESS: Dimension = (1, -1, 0, 0, 0)
-COMPLIANCE: Dimension = (-1, 1, 0, 0, 0)
-STRESS: Dimension = (1, -2, 0, 0, 0)
-BENDING_STIFFNESS: Dimension = (1, 2, 0, 0, 0)
-ANGULAR_SPEED: Dimension = (0, 0, -1, 1, 0)
+DIMENSIONLESS: Dimension = (0, 0, 0, 0, 0, 0)
+FORCE: Dimension = (1, 0, 0, 0, 0, 0)
+LENGTH: Dimension = (0, 1, 0, 0, 0, 0)
+TIME: Dimension = (0, 0, 1, 0, 0, 0)
+ANGLE: Dimension = (0, 0, 0, 1, 0, 0)
+TEMPERATURE: Dimension = (0, 0, 0, 0, 1, 0)
+TORQUE: Dimension = (1, 1, 0, 0, 0, 0)
+TORSIONAL_STIFFNESS: Dimension = (1, 1, 0, -1, 0, 0)
+STIFFNESS: Dimension = (1, -1, 0, 0, 0, 0)
+COMPLIANCE: Dimension = (-1, 1, 0, 0, 0, 0)
+STRESS: Dimension = (1, -2, 0, 0, 0, 0)
+BENDING_STIFFNESS: Dimension = (1, 2, 0, 0, 0, 0)
+ANGULAR_SPEED: Dimension = (0, 0, -1, 1, 0, 0)
+
+CURRENT: Dimension = (0, 0, 0, 0, 0, 1)
+TORQUE_CONSTANT: Dimension = (1, 1, 0, 0, 0, -1)
 
 ZERO_CELSIUS_K = 273.15
 
@@ -42,7 +45,7 @@ Number = TypeVar("Number", float, npt.NDArray[np.float64])
 class Unit:
     """A unit: ``SI value = scale * value + offset``.
 
-    The SI base here is N, m, s, rad and K.
+    The SI base here is N, m, s, rad, K and A.
     """
 
     symbol: str
@@ -100,9 +103,11 @@ def _atoms() -> dict[str, Unit]:
         ("kPa", STRESS, 1e3, 0.0),
         ("MPa", STRESS, 1e6, 0.0),
         ("GPa", STRESS, 1e9, 0.0),
-        ("kg", (1, -1, 2, 0, 0), 1.0, 0.0),
-        ("g", (1, -1, 2, 0, 0), 1e-3, 0.0),
-        ("Hz", (0, 0, -1, 0, 0), 1.0, 0.0),
+        ("kg", (1, -1, 2, 0, 0, 0), 1.0, 0.0),
+        ("g", (1, -1, 2, 0, 0, 0), 1e-3, 0.0),
+        ("Hz", (0, 0, -1, 0, 0, 0), 1.0, 0.0),
+        ("A", CURRENT, 1.0, 0.0),
+        ("mA", CURRENT, 1e-3, 0.0),
         ("rpm", ANGULAR_SPEED, 2 * math.pi / 60, 0.0),
     ]
     return {
@@ -126,6 +131,8 @@ _EXAMPLES: dict[Dimension, str] = {
     STRESS: "a stress (MPa, GPa, Pa or N_per_mm2)",
     BENDING_STIFFNESS: "a bending stiffness (N_mm2 or N_m2)",
     ANGULAR_SPEED: "an angular speed (rad_per_s or rpm)",
+    CURRENT: "an electric current (A or mA)",
+    TORQUE_CONSTANT: "a torque constant (Nm_per_A or mNm_per_A)",
 }
 
 
@@ -133,7 +140,7 @@ def describe(dimension: Dimension) -> str:
     """Name a dimension together with units that have it."""
     if dimension in _EXAMPLES:
         return _EXAMPLES[dimension]
-    names = ("N", "m", "s", "rad", "K")
+    names = ("N", "m", "s", "rad", "K", "A")
     parts = [f"{name}^{power}" for name, power in zip(names, dimension, strict=True) if power]
     return "a unit of dimension " + " ".join(parts)
 
@@ -148,7 +155,7 @@ def parse_unit(symbol: str) -> Unit | None:
         return ATOMS[symbol]
     if "_" not in symbol and not symbol[-1:].isdigit():
         return None
-    dimension = [0, 0, 0, 0, 0]
+    dimension = [0, 0, 0, 0, 0, 0]
     scale = 1.0
     sign = 1
     expects_unit = True
@@ -172,8 +179,8 @@ def parse_unit(symbol: str) -> Unit | None:
         expects_unit = False
     if expects_unit:
         return None
-    f, le, t, a, k = dimension
-    return Unit(symbol, (f, le, t, a, k), scale)
+    f, le, t, a, k, i = dimension
+    return Unit(symbol, (f, le, t, a, k, i), scale)
 
 
 def split_unit(name: str) -> tuple[str, Unit | None]:

@@ -11,7 +11,7 @@ from typing import Any, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.commands.inputs import read_inputs
+from lostmotion.commands.inputs import protocol_of, read_inputs
 from lostmotion.discover.campaign_evidence import load_body
 from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.diagnosis import (
@@ -143,13 +143,15 @@ def run_check(arguments: argparse.Namespace) -> None:
     """``lostmotion check``."""
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
     paths, mapping = arguments.data, parse_map(arguments.map)
-    campaign = read_campaign(paths, ratio=1.0 if stated is None else stated, mapping=mapping)
+    protocol = protocol_of(arguments)
+    ratio = 1.0 if stated is None else stated
+    campaign = read_campaign(paths, ratio=ratio, mapping=mapping, protocol=protocol)
     known = stated is not None or not any(np.ptp(angle) > 0 for angle in input_angles(campaign))
     if not known:
-        ratio = estimate_ratio(campaign)
-        if ratio is not None:
-            campaign = read_campaign(paths, ratio=ratio, mapping=mapping)
-        campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, ratio)]
+        found = estimate_ratio(campaign)
+        if found is not None:
+            campaign = read_campaign(paths, ratio=found, mapping=mapping, protocol=protocol)
+        campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, found)]
     answer = {**check(campaign, library()), "ratio_known": known}
     deliver(answer, arguments, lambda out: show_check(answer, out))
 

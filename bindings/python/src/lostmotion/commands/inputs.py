@@ -6,9 +6,27 @@ import argparse
 
 from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
+from lostmotion.errors import InputError
 from lostmotion.model import make_backbone
-from lostmotion.recordings import Campaign, check_scale, parse_map
+from lostmotion.options import number
+from lostmotion.recordings import Campaign, Protocol, check_scale, parse_map
+from lostmotion.recordings.protocol import FREE
 from lostmotion.sample import read_or_sample
+
+TORQUE_CONSTANT_MAX = 1e3
+"""Largest torque constant of a motor in N m/A; direct drives have some tens."""
+
+
+def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Protocol:
+    """Read which side was locked: as the options say, else as a drive file does."""
+    constant = stated.torque_constant_Nm_per_A
+    if arguments.torque_constant is not None:
+        option = "--torque-constant-Nm-per-A"
+        constant = number(option, arguments.torque_constant, TORQUE_CONSTANT_MAX)
+        if constant == 0:
+            raise InputError(option, "", "0", "the torque of the motor for one ampere")
+    locked = stated.locked if arguments.locked is None else arguments.locked
+    return Protocol(locked, constant)
 
 
 def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
@@ -18,6 +36,7 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
         arguments.data,
         ratio=drive.ratio,
         mapping={**drive.columns, **parse_map(arguments.map)},
+        protocol=protocol_of(arguments, drive.protocol),
         dask=arguments.dask,
     )
     campaign.require_variation()

@@ -18,6 +18,7 @@ BAD_INPUT = 2
 PROFILES = ("standard", "full", "gap")
 SHELLS = ("bash", "zsh", "tcsh", "fish", "powershell")
 PROGRESS = ("bar", "json", "none")
+SIDES = ("output", "input")
 
 Command = Callable[[str, str, str, str], argparse.ArgumentParser]
 """Adds a command: its name, MODULE:FUNCTION that runs it, what it does, an example."""
@@ -318,9 +319,10 @@ def add_data(
     metavar: str = "DATA",
     what: str = "recordings, or folders of them",
 ) -> None:
-    """Add recordings, and the option that reads foreign column names."""
+    """Add recordings, and the options that say how they are to be read."""
     parser.add_argument("data", metavar=metavar, nargs="+", help=what)
     add_map(parser)
+    add_protocol(parser)
 
 
 def add_inputs(parser: argparse.ArgumentParser) -> None:
@@ -374,6 +376,22 @@ def add_map(parser: argparse.ArgumentParser) -> None:
         help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round, "
         "NAME_UNIT/NUMBER divides (counts: input_angle_rev/4096); it counts in the files that have "
         "the column",
+    )
+
+
+def add_protocol(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say which side was locked, and what the motor's current means."""
+    parser.add_argument(
+        "--locked",
+        choices=SIDES,
+        help="the side that was locked, where its angle was not recorded; with the output locked "
+        "motor_torque_Nm or motor_current_A may stand for the torque",
+    )
+    parser.add_argument(
+        "--torque-constant-Nm-per-A",
+        dest="torque_constant",
+        metavar="K",
+        help="torque of the motor for one ampere, with --locked output",
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from lostmotion.commands.inputs import protocol_of
 from lostmotion.export import read_settings
 from lostmotion.files import write_whole
 from lostmotion.options import own_effects
@@ -18,7 +19,8 @@ def run_replay(arguments: argparse.Namespace) -> None:
         arguments.drive, read_settings(arguments.set), own=own_effects(arguments, 32)
     )
     mapping = {**columns, **parse_map(arguments.map)}
-    campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping)
+    protocol = protocol_of(arguments)
+    campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping, protocol=protocol)
     with Progress("replaying", quiet=arguments.quiet) as progress:
         result = replay(parameters, campaign, progress)
     if arguments.table is not None:

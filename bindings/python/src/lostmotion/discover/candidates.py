@@ -102,6 +102,9 @@ RECORDED_AS = {
 }
 """Columns from which conditions are derived that nobody records."""
 
+BY_THE_CLOCK = {"input_velocity_rad_s", "output_acceleration_rad_s2", "elapsed_s"}
+"""Conditions that rows without time stamps do not have."""
+
 DERIVED = {
     "input_velocity_rad_s": "speed of the input",
     "output_acceleration_rad_s2": "acceleration of the output",
@@ -111,7 +114,10 @@ DERIVED = {
 
 def missing_columns(effect: Effect, conditions: Conditions) -> list[str]:
     """Columns that the effect needs and the recordings lack, by the name they are recorded by."""
-    return sorted({RECORDED_AS.get(need, need) for need in effect.needs - conditions.known()})
+    lacking = effect.needs - conditions.known()
+    if not conditions.campaign.timed and lacking & BY_THE_CLOCK:
+        return ["time_s"]
+    return sorted({RECORDED_AS.get(need, need) for need in lacking})
 
 
 def closed_by_columns(

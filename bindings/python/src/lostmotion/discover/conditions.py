@@ -88,17 +88,19 @@ class Conditions:
                     continue
                 values = self.fill(values)
             self.columns[condition] = np.ascontiguousarray(values)
-        if "input_angle_rad" in self.columns:
+        if "input_angle_rad" in self.columns and campaign.timed:
             self.columns["input_velocity_rad_s"] = self.rate(self.columns["input_angle_rad"])
         if "output_angle_rad" in self.columns:
             reading = self.columns["output_angle_rad"]
             place = self.unwound()
             self.columns["output_angle_rad"] = place
-            samples = RATE_WINDOW if place is reading else QUIET_WINDOW
-            self.columns["output_acceleration_rad_s2"] = self.rate(self.rate(place), samples)
-        elapsed = np.diff(self.time_s, prepend=self.time_s[0])
-        elapsed[self.starts[:-1]] = 0.0
-        self.columns["elapsed_s"] = np.maximum(elapsed, 0.0)
+            if campaign.timed:
+                samples = RATE_WINDOW if place is reading else QUIET_WINDOW
+                self.columns["output_acceleration_rad_s2"] = self.rate(self.rate(place), samples)
+        if campaign.timed:
+            elapsed = np.diff(self.time_s, prepend=self.time_s[0])
+            elapsed[self.starts[:-1]] = 0.0
+            self.columns["elapsed_s"] = np.maximum(elapsed, 0.0)
 
     @cached_property
     def wrapped_rad(self) -> FloatArray | None:

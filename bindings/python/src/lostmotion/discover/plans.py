@@ -26,6 +26,7 @@ from lostmotion.drives import Drive
 from lostmotion.errors import InputError
 from lostmotion.recordings import QUANTITIES, Campaign, Run, recording_files, told
 from lostmotion.recordings.columns import check_range, parse_column
+from lostmotion.recordings.protocol import REPLACED
 from lostmotion.recordings.reading import run_codes
 from lostmotion.recordings.soundness import check_steps
 from lostmotion.recordings.tables import numbers_of, read_table
@@ -68,7 +69,7 @@ def read_plan(
         labels = None
         for header in table:
             name = parse_column(str(file), header, (mapping or {}).get(header, header))
-            if name is None:
+            if name is None or name.quantity.name in REPLACED:
                 continue
             if name.quantity.name == "run":
                 labels = table[header]

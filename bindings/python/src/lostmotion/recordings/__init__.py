@@ -12,6 +12,7 @@ Angles get back the turns that their encoders lost (`encoders`), each run is loo
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import parse_map
 from lostmotion.recordings.findings import Finding, told
+from lostmotion.recordings.protocol import Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.reading import read_campaign, recording_files
 from lostmotion.recordings.scale import check_scale
@@ -20,6 +21,7 @@ __all__ = [
     "QUANTITIES",
     "Campaign",
     "Finding",
+    "Protocol",
     "Run",
     "check_scale",
     "parse_map",

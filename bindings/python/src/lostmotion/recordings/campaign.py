@@ -102,6 +102,11 @@ class Campaign:
         """Largest torque in either direction."""
         return max(float(np.max(np.abs(run.torque_Nm))) for run in self.runs)
 
+    @property
+    def timed(self) -> bool:
+        """Whether the time is one: rows may have come with a running number in its place."""
+        return not any(finding.kind == "untimed" for finding in self.findings)
+
     def require_torque(self) -> None:
         """Refuse a campaign whose torque stands still.
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.recordings.findings import UNUSED
+from lostmotion.recordings.protocol import FREE, ORDER, Protocol, advice
 from lostmotion.recordings.quantities import QUANTITIES, Quantity
 from lostmotion.recordings.tables import header_of, numbers_of
 
@@ -125,7 +126,7 @@ def parse_column(file: str, column: str, name: str) -> ColumnName | None:
 
 
 def resolve_columns(
-    file: str, header: Sequence[str], mapping: Mapping[str, str]
+    file: str, header: Sequence[str], mapping: Mapping[str, str], protocol: Protocol = FREE
 ) -> tuple[dict[str, tuple[str, ColumnName]], list[str]]:
     """Decide which column of a file is which quantity; a map counts where its column is.
 
@@ -177,15 +178,21 @@ def resolve_columns(
         else:
             faults.append(doubt)
             there |= meant
-    refuse_faults(file, faults + lacking(file, header, mapping, there))
+    refuse_faults(file, faults + lacking(file, header, mapping, there, protocol))
     return chosen, ignored
 
 
 def lacking(
-    file: str, header: Sequence[str], mapping: Mapping[str, str], there: Collection[str]
+    file: str,
+    header: Sequence[str],
+    mapping: Mapping[str, str],
+    there: Collection[str],
+    protocol: Protocol = FREE,
 ) -> list[InputError]:
     """Say which quantities a recording needs and a file has not."""
     faults = []
+    recorded, there = there, {*there, *protocol.supplies(there)}
+    locked = advice(recorded) if protocol.locked is None else ""
     nothing = f"no such column (there are {', '.join(header)})"
 
     def named(name: str) -> str:
@@ -201,13 +208,17 @@ def lacking(
             near = {h.lower(): h for h in header}
             close = difflib.get_close_matches(name, near, n=1)
             meant = near[close[0]] if close else "COLUMN"
-            faults.append(
-                InputError(file, column, nothing, f"{named(name)}, or --map {meant}={column}")
-            )
+            measured = name == "time" and "torque" in there
+            others = f", or {ORDER}, a running number" if measured else ""
+            if name == "torque" and locked and "output_angle" not in there:
+                others = f"; {locked}"
+            expected = f"{named(name)}, or --map {meant}={column}{others}"
+            faults.append(InputError(file, column, nothing, expected))
     if "lost_motion" not in there and not {"input_angle", "output_angle"} <= set(there):
         have = [name for name in ("input_angle", "output_angle") if name in there]
         found = f"only {have[0]} among {', '.join(header)}" if have else nothing
         expected = f"{named('input_angle')} and {named('output_angle')}, or {named('lost_motion')}"
+        expected += f"; or {locked}" if locked else ""
         faults.append(InputError(file, "lost_motion_rad", found, expected))
     return faults
 
@@ -260,8 +271,13 @@ def in_si(
     file: str,
     table: Mapping[str, npt.NDArray[Any]],
     chosen: Mapping[str, tuple[str, ColumnName]],
+    protocol: Protocol = FREE,
+    ratio: float | None = None,
 ) -> dict[str, FloatArray]:
-    """Return the quantities of a table, but for the run, in the units that they are kept in."""
+    """Return the quantities of a table, but for the run, in the units that they are kept in.
+
+    What the protocol tells, which needs the ratio, is put in.
+    """
     numbers: dict[str, FloatArray] = {}
     for quantity, (column, meaning) in chosen.items():
         if quantity == "run":
@@ -271,7 +287,7 @@ def in_si(
             values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
         check_range(file, column, values, meaning.quantity)
         numbers[quantity] = np.ascontiguousarray(values)
-    return numbers
+    return protocol.complete(file, numbers, ratio)
 
 
 def check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:

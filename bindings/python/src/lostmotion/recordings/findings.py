@@ -20,7 +20,8 @@ class Finding:
     ----------
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
-        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``.
+        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``, ``locked``,
+        ``motor_torque``, ``untimed``.
     file, column : str
         Where.
     run : int or str or None

@@ -42,5 +42,8 @@ QUANTITIES = {
         Quantity("tilt_moment", "Nm", units.TORQUE, -1e6, 1e6),
         Quantity("axial_force", "N", units.FORCE, -1e9, 1e9),
         Quantity("direction", "", units.DIMENSIONLESS, -1e6, 1e6),
+        Quantity("motor_torque", "Nm", units.TORQUE, -1e6, 1e6),
+        Quantity("motor_current", "A", units.CURRENT, -1e6, 1e6),
+        Quantity("order", "", units.DIMENSIONLESS, -1e12, 1e12),
     )
 }

@@ -16,7 +16,8 @@ from lostmotion.files import reason
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import check_map, in_si, resolve_columns, unused
 from lostmotion.recordings.encoders import bring_together
-from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.findings import UNUSED, Finding
+from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import read_table
@@ -83,6 +84,7 @@ def read_campaign(
     *,
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
+    protocol: Protocol = FREE,
 ) -> Campaign:
     """Read recordings into one campaign.
 
@@ -97,6 +99,8 @@ def read_campaign(
         From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round,
         ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts). It counts in the files that
         have the column, where it goes before a column that has the name already.
+    protocol : Protocol, optional
+        Which side was locked, and the motor's torque constant; by default neither side.
 
     Returns
     -------
@@ -115,7 +119,7 @@ def read_campaign(
     findings: list[Finding] = []
     runs: list[Run] = []
     for file in files:
-        found = _read_file(file, dict(mapping or {}), ratio, findings)
+        found = _read_file(file, dict(mapping or {}), ratio, findings, protocol)
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
     name_apart(runs)
@@ -130,17 +134,26 @@ def read_campaign(
 
 
 def _read_file(
-    file: Path, mapping: dict[str, str], ratio: float | None, findings: list[Finding]
+    file: Path,
+    mapping: dict[str, str],
+    ratio: float | None,
+    findings: list[Finding],
+    protocol: Protocol,
 ) -> list[Run]:
     table = read_table(file)
     name = str(file)
-    chosen, ignored = resolve_columns(name, list(table), mapping)
+    chosen, ignored = resolve_columns(name, list(table), mapping, protocol)
+    findings += protocol.findings(name, chosen)
     for column in ignored:
         findings.append(Finding("ignored_column", name, column, None, 1, unused(column, chosen)))
-    numbers = in_si(name, table, chosen)
+    for quantity in protocol.unused(chosen):
+        findings.append(Finding("ignored_column", name, chosen[quantity][0], None, 1, UNUSED))
+    numbers = in_si(name, table, chosen, protocol, ratio)
     rows = len(numbers["torque"])
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
+    if ratio is None and protocol.locked == "input" and "input_angle" not in chosen:
+        ratio = 1.0  # of an input that stands still, whatever it is
     if "lost_motion" not in numbers and ratio is None:
         raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 

@@ -101,7 +101,9 @@ class Bench:
         """Read recordings of the drive, or of that of a file, and compare the model with them."""
         drive = self.need_drive() if file is None else read_drive(file)
         names = {**drive.columns, **parse_map(mapping)}
-        campaign = read_campaign(list(paths), ratio=drive.ratio, mapping=names)
+        campaign = read_campaign(
+            list(paths), ratio=drive.ratio, mapping=names, protocol=drive.protocol
+        )
         backbone = make_backbone(drive, campaign.largest_torque_Nm)
         check_scale(campaign, backbone)
         with one_thread():

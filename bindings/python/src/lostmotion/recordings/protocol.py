@@ -1,0 +1,185 @@
+"""The protocol of a recording: which side was locked, and what was measured in place of the rest.
+
+With one side locked, its angle stands still and needs no encoder. With the output locked, the
+external torque on it is the reaction to the motor's,
+
+    torque = -ratio * motor_torque,        motor_torque = torque_constant * motor_current,
+
+because the reducer is in balance at rest and its power sums to zero,
+``motor_torque * input_speed + torque * output_speed = 0`` with ``output_speed = input_speed /
+ratio``. The lost motion is ``-input_angle / ratio``. A motor that pushes in its positive direction
+makes both negative, so they keep the sign that `docs/units.md` states, whatever the sign of the
+ratio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError
+from lostmotion.recordings.findings import Finding
+
+FloatArray = npt.NDArray[np.float64]
+
+Side = Literal["output", "input"]
+
+SIDES: tuple[Side, ...] = ("output", "input")
+"""What can be locked."""
+
+MOTOR_SIDE = ("motor_torque", "motor_current")
+"""Quantities of the motor, which only a locked output turns into the torque on the output."""
+
+ORDER = "order"
+"""A running number in place of time stamps."""
+
+REPLACED = (*MOTOR_SIDE, ORDER)
+"""Quantities that stand for others and are in no campaign themselves."""
+
+MOTOR_ACTION = (
+    "the torque is that of the motor times the ratio: it holds the friction and cogging of the "
+    "motor and the losses of the gear, so the hysteresis is that of both"
+)
+"""What a torque contains that was measured at the motor of a locked output."""
+
+INPUT_ACTION = (
+    "the input counts as locked and was not measured: how far its lock gives way is in the lost "
+    "motion"
+)
+"""What a lost motion contains whose input angle was not measured."""
+
+OUTPUT_ACTION = (
+    "the output counts as locked and was not measured: how far its lock gives way is in the lost "
+    "motion"
+)
+"""What a lost motion contains whose output angle was not measured."""
+
+ORDER_ACTION = (
+    "no time stamps: rows in the stated order; nothing that depends on time or speed is testable"
+)
+"""What a running number in place of a clock costs."""
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What stood still while the recordings were made.
+
+    Attributes
+    ----------
+    locked : {"output", "input"} or None
+        The side that was locked; None where both angles or the lost motion were recorded.
+    torque_constant_Nm_per_A : float or None
+        Motor torque for one ampere of ``motor_current_A``.
+    """
+
+    locked: Side | None = None
+    torque_constant_Nm_per_A: float | None = None
+
+    def supplies(self, there: Collection[str]) -> set[str]:
+        """Quantities that need no column of their own, given those that are there."""
+        found = set()
+        if ORDER in there:
+            found.add("time")
+        if self.locked == "input":
+            found.add("input_angle")
+        if self.locked == "output":
+            found.add("output_angle")
+            if "motor_torque" in there or self._converts(there):
+                found.add("torque")
+        return found
+
+    def _converts(self, there: Collection[str]) -> bool:
+        return "motor_current" in there and self.torque_constant_Nm_per_A is not None
+
+    def complete(
+        self, file: str, numbers: dict[str, FloatArray], ratio: float | None
+    ) -> dict[str, FloatArray]:
+        """Put in what the protocol tells, and leave out what stood for it.
+
+        Parameters
+        ----------
+        file : str
+            For messages.
+        numbers : dict
+            Columns in SI by quantity.
+        ratio : float or None
+            Input turns for one output turn, signed.
+
+        Raises
+        ------
+        InputError
+            When the torque comes from the motor and the ratio is not known.
+        """
+        out = {name: values for name, values in numbers.items() if name not in REPLACED}
+        rows = next((values.size for values in numbers.values()), 0)
+        if "time" not in numbers and ORDER in numbers:
+            out["time"] = numbers[ORDER]
+        if self.locked == "output" and "torque" not in numbers:
+            motor = numbers.get("motor_torque")
+            if motor is None and self._converts(numbers):
+                assert self.torque_constant_Nm_per_A is not None
+                motor = self.torque_constant_Nm_per_A * numbers["motor_current"]
+            if motor is not None:
+                if ratio is None:
+                    expected = "the ratio, which turns the motor's torque into that on the output"
+                    raise InputError(file, "torque_Nm", "no ratio", expected)
+                out["torque"] = -ratio * motor
+        if self.locked is not None and "lost_motion" not in numbers:
+            angle = f"{self.locked}_angle"
+            out.setdefault(angle, np.zeros(rows))
+        return out
+
+    def unused(self, there: Collection[str]) -> list[str]:
+        """Quantities of a file that stand for others, where nothing needs them."""
+        return [
+            name
+            for name in REPLACED
+            if name in there
+            and ("time" in there if name == ORDER else not self._drives_torque(name, there))
+        ]
+
+    def _drives_torque(self, name: str, there: Collection[str]) -> bool:
+        if self.locked != "output" or "torque" in there:
+            return False
+        return name == "motor_torque" or ("motor_torque" not in there and self._converts(there))
+
+    def findings(self, file: str, there: Collection[str]) -> list[Finding]:
+        """Say what the numbers of a file contain because of how they were measured."""
+
+        def note(kind: str, column: str, action: str) -> Finding:
+            return Finding(kind, file, column, None, 1, action)
+
+        found = []
+        lost = "lost_motion" in there
+        if self.locked == "output" and "output_angle" not in there and not lost:
+            found.append(note("locked", "output_angle_rad", OUTPUT_ACTION))
+        if self.locked == "input" and "input_angle" not in there and not lost:
+            found.append(note("locked", "input_angle_rad", INPUT_ACTION))
+        if self.locked == "output" and "torque" not in there:
+            found.append(note("motor_torque", "torque_Nm", MOTOR_ACTION))
+        if "time" not in there and ORDER in there:
+            found.append(note("untimed", "time_s", ORDER_ACTION))
+        return found
+
+
+FREE = Protocol()
+"""Both sides measured, or the lost motion."""
+
+
+def advice(there: Collection[str]) -> str:
+    """Say which protocol would read a file that lacks columns; nothing where none would."""
+    if "lost_motion" in there:
+        return ""
+    if "input_angle" in there and "output_angle" not in there:
+        if "torque" in there or "motor_torque" in there:
+            return "--locked output where the output was locked"
+        if "motor_current" in there:
+            return "--locked output --torque-constant-Nm-per-A K where the output was locked"
+        return ""
+    if "output_angle" in there and "input_angle" not in there:
+        return "--locked input where the input was locked"
+    return ""
