@@ -7,19 +7,17 @@ import itertools
 import json
 import os
 import re
-import signal
 import socket
 import subprocess
 import sys
 import time
-import urllib.error
-import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from chromium import BROWSER, DRIVER, SPEC, TESTS, WIDTHS, needs_driver
+from workbench_server import answer, opener, serving
 
 PATIENCE_S = 600.0
 """For a diagnosis on a machine that does other things too."""
@@ -57,40 +55,6 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
         check=True, cwd=TESTS, stdout=subprocess.DEVNULL,
     )  # fmt: skip
     return folder
-
-
-@contextlib.contextmanager
-def serving(folder: Path, *words: str | Path) -> Iterator[str]:
-    """Run the workbench in a folder; its address. It must end when it is interrupted.
-
-    NiceGUI behaves differently where it sees that a test runs it: it is not told.
-    """
-    server = subprocess.Popen(
-        [sys.executable, "-m", "lostmotion", "workbench", *map(str, words), "--no-browser",
-         "--port", "0"],
-        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        env={name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"},
-    )  # fmt: skip
-    assert server.stdout is not None
-    said = server.stdout.readline()
-    try:
-        found = re.search(r"http://127\.0\.0\.1:\d+/", said)
-        assert found, said + server.stdout.read()
-        for _ in range(100):
-            try:
-                urllib.request.urlopen(found[0], timeout=10).close()
-                break
-            except urllib.error.URLError:
-                time.sleep(0.1)
-        else:
-            raise AssertionError("the page does not answer")
-        yield found[0]
-        server.send_signal(signal.SIGINT)
-        rest, _ = server.communicate(timeout=60)
-        assert "Traceback" not in rest, rest
-    finally:
-        server.kill()
-        server.wait()
 
 
 class View:
@@ -568,25 +532,16 @@ def test_nothing_is_cut_off_or_overlaps_at_either_width(
 # --- without a browser -------------------------------------------------------------------------
 
 
-def answer(address: str, **headers: str) -> int:
-    """Status of a request."""
-    request = urllib.request.Request(address, headers=headers)
-    try:
-        with urllib.request.urlopen(request, timeout=30) as reply:
-            return int(reply.status)
-    except urllib.error.HTTPError as error:
-        return error.code
-
-
 def test_only_this_machine_is_served(tmp_path: Path) -> None:
     with serving(tmp_path) as address:
-        place = address.removeprefix("http://").strip("/")
+        place = address.removeprefix("http://").partition("/")[0]
         port = int(place.partition(":")[2])
-        assert answer(address) == 200
-        assert answer(address, Host="evil.example") == 403
-        assert answer(address, Origin="http://evil.example") == 403
-        assert answer(address, Origin=f"http://{place}") == 200
-        assert answer(f"{address}numbers/none.csv") == 404
+        own, top = opener(address), f"http://{place}/"
+        assert answer(top, own) == 200
+        assert answer(top, own, Host="evil.example") == 403
+        assert answer(top, own, Origin="http://evil.example") == 403
+        assert answer(top, own, Origin=f"http://{place}") == 200
+        assert answer(f"{top}numbers/none.csv", own) == 404
         for other in {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None)}:
             if not other.startswith("127.") and ":" not in other:
                 with pytest.raises(OSError, match=r"refused|unreachable|timed out"):

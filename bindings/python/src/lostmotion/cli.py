@@ -15,9 +15,13 @@ from collections.abc import Iterator, Sequence
 from lostmotion.commands.parser import BAD_INPUT, make_parser
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.files import check_place, reason
+from lostmotion.terminal import TerminatedError, ending_in_order
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
 """Exit statuses beside that of bad input."""
+
+SIGNALLED = 128
+"""Added to the number of the signal that ended a command, as shells do."""
 
 WRITERS = ("fit", "export")
 """Commands whose output is one file, not a folder."""
@@ -42,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
             raise InputError("COMMAND", "", "none", "one of those above, e.g. lostmotion predict")
         check_places(arguments)
-        with loudness(arguments):
+        with ending_in_order(), loudness(arguments):
             module, _, function = arguments.run.partition(":")
             getattr(importlib.import_module(module), function)(arguments)
         sys.stdout.flush()
@@ -54,6 +58,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except LostMotionError as error:
         print(f"lostmotion: {one_line(str(error))}", file=sys.stderr)
         return FAILED
+    except TerminatedError as signalled:
+        print(f"lostmotion: ended by signal {signalled.number}", file=sys.stderr)
+        return SIGNALLED + signalled.number
     except KeyboardInterrupt:
         print("lostmotion: interrupted", file=sys.stderr)
         return INTERRUPTED

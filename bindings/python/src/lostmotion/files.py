@@ -6,6 +6,7 @@ import contextlib
 import logging
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from lostmotion.errors import InputError
@@ -64,10 +65,31 @@ def check_place(option: str, path: str | Path) -> None:
     raise InputError(option, "", found, "a file in a folder that exists")
 
 
+def check_plain(path: str | Path, expected: str) -> None:
+    """Refuse a pipe or a device: who opens one may wait for ever.
+
+    Raises
+    ------
+    InputError
+        `expected` says what it should be.
+    """
+    if is_stream(path):
+        raise InputError(path, "", "a pipe or a device", expected)
+
+
+def is_inside(path: str | Path, roots: Iterable[str | Path]) -> bool:
+    """Whether a path lies in one of some folders, links followed."""
+    place = Path(os.path.realpath(path))
+    return any(place.is_relative_to(os.path.realpath(root)) for root in roots)
+
+
 def is_stream(path: str | Path) -> bool:
     """Whether a path is a pipe or a device: written to, never replaced."""
     path = Path(path)
-    return path.exists() and not (path.is_file() or path.is_dir())
+    try:
+        return path.exists() and not (path.is_file() or path.is_dir())
+    except (OSError, ValueError):  # a path that no system has; who opens it says so
+        return False
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:

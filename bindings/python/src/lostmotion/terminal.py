@@ -1,11 +1,14 @@
-"""How commands answer: tables for people, JSON for programs, a progress bar for the patient."""
+"""How commands answer and end: tables, JSON, a progress bar, and signals taken in order."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import signal
 import sys
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TextIO
 
 from lostmotion.errors import one_line
@@ -28,6 +31,43 @@ def deliver(
     made = [file for file in (getattr(arguments, "report", None), to) if file is not None]
     if made:
         print(f"\nwritten: {', '.join(map(one_line, made))}")
+
+
+class TerminatedError(KeyboardInterrupt):
+    """The system asks the program to end: it ends as by Ctrl-C, with what was done saved.
+
+    Parameters
+    ----------
+    number : int
+        The signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
+
+
+@contextlib.contextmanager
+def ending_in_order() -> Iterator[None]:
+    """Turn SIGTERM and SIGHUP into `TerminatedError`; one that is ignored (nohup) stays so."""
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    numbers = [getattr(signal, name) for name in names]
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(number: int, _: object) -> None:
+        raise TerminatedError(number)
+
+    before = {n: signal.getsignal(n) for n in numbers}
+    taken = [n for n in numbers if before[n] == signal.SIG_DFL]
+    for n in taken:
+        signal.signal(n, end)
+    try:
+        yield
+    finally:
+        for n in taken:
+            signal.signal(n, before[n])
 
 
 class Progress:

@@ -305,6 +305,13 @@ def add_workbench(command: Command) -> None:
     added.add_argument("data", metavar="DATA", nargs="*", help="recordings, or folders of them")
     added.add_argument("--port", metavar="N", help="of the page (default: a free one)")
     added.add_argument("--no-browser", action="store_true", help="print the address only")
+    added.add_argument(
+        "--root",
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="where design searches may write; repeat it for several (default: this folder)",
+    )
     add_map(added)
     add_effects(added)
 
@@ -345,7 +352,7 @@ def add_dask(parser: argparse.ArgumentParser) -> None:
 
 def add_effects(
     parser: argparse.ArgumentParser,
-    what: str = "your own effects: a Python file, or a shared object made from C",
+    what: str = "your own effects: a Python file, or a shared object made from C, whose code is run",
 ) -> None:
     """Add the option for the user's own effects."""
     parser.add_argument(

@@ -28,4 +28,5 @@ def run_workbench(arguments: argparse.Namespace) -> None:
         port=port,
         show=not arguments.no_browser,
         quiet=arguments.quiet,
+        roots=arguments.root,
     )

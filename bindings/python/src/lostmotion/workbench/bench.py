@@ -21,7 +21,7 @@ from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import Profile, export, make_controller, read_settings
-from lostmotion.files import write_whole
+from lostmotion.files import check_plain, write_whole
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, recording_files
 from lostmotion.report import comparison_section, drive_section
@@ -87,6 +87,7 @@ class Bench:
 
     def load_drive(self, file: str | Path) -> None:
         """Read a drive file and predict from it; recordings of another drive go."""
+        check_plain(file, "a drive file")
         drive = read_drive(file)
         self.drive, self.drive_page = drive, render_section(drive_section(drive))
         self._forget_recordings()
@@ -99,6 +100,8 @@ class Bench:
         file: str | Path | None = None,
     ) -> None:
         """Read recordings of the drive, or of that of a file, and compare the model with them."""
+        for path in (*paths, *([] if file is None else [file])):
+            check_plain(path, "a drive file" if path == file else "a recording or a folder of them")
         drive = self.need_drive() if file is None else read_drive(file)
         names = {**drive.columns, **parse_map(mapping)}
         campaign = read_campaign(
@@ -212,6 +215,8 @@ class Bench:
         """Say which of some planned runs decides best between what is still open."""
         drive = self.need_drive()
         names = {**drive.columns, **parse_map(self.mapping)}
+        for path in paths:
+            check_plain(path, "a plan")
         options = read_plan(list(paths), drive.ratio, names)
         if self.diagnosis is None:
             self.find_missing(tick)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from html import escape
 from pathlib import Path
@@ -16,13 +17,14 @@ from lostmotion.design.engine import figures
 from lostmotion.design.report import limit_name, margin_unit
 from lostmotion.design.spec import read_spec
 from lostmotion.drives import format_toml
-from lostmotion.errors import LostMotionError, one_line
-from lostmotion.files import write_whole
+from lostmotion.errors import InputError, LostMotionError
+from lostmotion.files import check_plain, is_inside, write_whole
 from lostmotion.report.front import axis_name, draw_front
 from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import written
 from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.disclosure import told
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import LOG, Work
 
@@ -32,6 +34,11 @@ MARGINS = 14
 
 class Search:
     """A design search beside the page; it does not stand in the way of the analysis.
+
+    Parameters
+    ----------
+    roots : sequence of path
+        Folders that a search may write into.
 
     Attributes
     ----------
@@ -43,7 +50,8 @@ class Search:
         Of the last search that ended or was stopped.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, roots: Sequence[str | Path] = (".",)) -> None:
+        self.roots = tuple(roots)
         self.spec = ""
         self.folder = ""
         self.names: tuple[str, ...] = ()
@@ -71,6 +79,11 @@ class Search:
         spec, folder = self.spec, self.folder
         words = ["lostmotion", "design", spec, "-o", folder, *(["--resume"] if resume else [])]
         try:
+            check_plain(spec, "a search spec")
+            if folder and not is_inside(folder, self.roots):
+                inside = " or ".join(f"'{root}'" for root in self.roots)
+                where = f"a folder in {inside}; workbench --root FOLDER allows another"
+                raise InputError(folder, "", "a folder elsewhere", where)
             listed = figures()
             chosen = [listed[i] for i in read_spec(spec).objectives]
             self.names, self.units = tuple(n for n, _ in chosen), tuple(u for _, u in chosen)
@@ -84,10 +97,10 @@ class Search:
             )
             self.message = self.result.note
         except LostMotionError as error:
-            self.message = one_line(str(error))
+            self.message = told(error)
         except Exception as error:
             LOG.exception("the search failed")
-            self.message = f"{type(error).__name__}: {one_line(str(error))}"
+            self.message = f"{type(error).__name__}; the terminal says more"
         finally:
             self.running = False
             self.version += 1
@@ -95,6 +108,12 @@ class Search:
     def take(self, seen: dict[str, Any]) -> None:
         """Take note of progress."""
         self.seen = seen
+        self.version += 1
+
+    def name(self, spec: str) -> None:
+        """Take another spec; what was said of the last one goes."""
+        self.spec, self.folder = spec, f"{Path(spec).stem}_run"
+        self.message = ""
         self.version += 1
 
     def close(self) -> None:

@@ -2,50 +2,137 @@
 
 from __future__ import annotations
 
+import hmac
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 Message = MutableMapping[str, Any]
-App = Callable[
-    [Message, Callable[[], Awaitable[Message]], Callable[[Message], Awaitable[None]]],
-    Awaitable[None],
-]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Message, Receive, Send], Awaitable[None]]
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 """Names of this machine."""
 
+REFUSED = b"403: open the address that lostmotion workbench printed, with its token\n"
+
+TOKEN = "token"
+"""Parameter of the opened address."""
+
+HEADERS = (
+    (b"content-security-policy", b"frame-ancestors 'none'"),
+    (b"x-frame-options", b"DENY"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+)
+"""Of every answer: no frame of another page shows it, and no link carries its address away."""
+
 
 class Guard:
-    """Refuses requests that were not made for this machine, or that another page sends.
+    """Refuses every request that does not carry the token of this run.
 
-    Listening on the loopback address keeps other machines out, but not a foreign page in the user's
-    own browser: it could open a socket to the workbench, or reach it under a name of its own.
+    The loopback address keeps other machines out, but neither other users of this machine nor a
+    foreign page in the user's own browser. So the opened address carries a random token; the first
+    answer makes it a cookie, and every further request and the websocket must bring it. Host and
+    origin are held against this machine besides: a foreign page could reach the server under a
+    name of its own.
+
+    Parameters
+    ----------
+    app
+        What answers the requests that pass.
+    token : str
+        The secret.
+    cookie : str
+        Name of the cookie. Browsers keep cookies by host, not by port: two workbenches at once
+        need two names.
     """
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: App, token: str, cookie: str) -> None:
         self.app = app
+        self.token = token
+        self.cookie = cookie
 
-    async def __call__(
-        self,
-        scope: Message,
-        receive: Callable[[], Awaitable[Message]],
-        send: Callable[[Message], Awaitable[None]],
-    ) -> None:
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
-        if scope["type"] not in ("http", "websocket") or own(dict(scope["headers"])):
+        if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
+            return
+        headers = scope["headers"]
+        local = is_local(headers)
+        if local and is_opening(scope) and self.is_secret(token_of(scope)):
+            cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Lax"
+            more = [(b"location", b"/"), (b"set-cookie", cookie.encode())]
+            await answer(with_headers(send), 303, more, b"")
+        elif local and self.is_secret(cookie_of(headers, self.cookie)):
+            await self.app(scope, receive, with_headers(send))
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
-            await send({"type": "http.response.start", "status": 403, "headers": []})
-            await send({"type": "http.response.body", "body": b"for this machine only\n"})
+            await answer(with_headers(send), 403, [], REFUSED)
+
+    def is_secret(self, given: str) -> bool:
+        """Whether this is the token; how long that takes tells nothing about it."""
+        return hmac.compare_digest(given.encode(), self.token.encode())
 
 
-def own(headers: dict[bytes, bytes]) -> bool:
+async def answer(send: Send, status: int, headers: list[tuple[bytes, bytes]], body: bytes) -> None:
+    """Send a whole answer."""
+    headers = [
+        (b"content-type", b"text/plain; charset=utf-8"),
+        (b"content-length", str(len(body)).encode()),
+        (b"cache-control", b"no-store"),
+        *headers,
+    ]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})
+
+
+def with_headers(send: Send) -> Send:
+    """Add `HEADERS` to an answer."""
+
+    async def added(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            message["headers"] = [*message.get("headers", ()), *HEADERS]
+        await send(message)
+
+    return added
+
+
+def values_of(headers: list[tuple[bytes, bytes]], name: bytes) -> list[str]:
+    """Every value of a header."""
+    return [value.decode("latin-1") for key, value in headers if key.lower() == name]
+
+
+def cookie_of(headers: list[tuple[bytes, bytes]], name: str) -> str:
+    """Value of a cookie, or nothing."""
+    for line in values_of(headers, b"cookie"):
+        for part in line.split(";"):
+            key, _, value = part.strip().partition("=")
+            if key == name:
+                return value
+    return ""
+
+
+def is_opening(scope: Message) -> bool:
+    """Whether a request asks for the page itself."""
+    return scope["type"] == "http" and scope["path"] == "/" and scope["method"] in ("GET", "HEAD")
+
+
+def token_of(scope: Message) -> str:
+    """Token in the address of a request, or nothing."""
+    query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
+    return str(query.get(TOKEN, [""])[0])
+
+
+def is_local(headers: list[tuple[bytes, bytes]]) -> bool:
     """Whether host and origin, where they are stated, are this machine."""
-    host = headers.get(b"host", b"").decode("latin-1")
-    origin = headers.get(b"origin", b"").decode("latin-1")
-    if urlsplit(f"//{host}").hostname not in LOOPBACK:
+    hosts, origins = values_of(headers, b"host"), values_of(headers, b"origin")
+    try:
+        if len(hosts) != 1 or urlsplit(f"//{hosts[0]}").hostname not in LOOPBACK:
+            return False
+        return all(urlsplit(origin).netloc == hosts[0] for origin in origins)
+    except ValueError:  # a host that is none, as "[::1"
         return False
-    return not origin or urlsplit(origin).netloc == host

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import shlex
+import tempfile
+from collections.abc import Collection
 from html import escape
 from pathlib import Path
 
@@ -41,6 +45,12 @@ DRIVE_SUFFIX = ".toml"
 DROPPED = (DRIVE_SUFFIX, ".csv", ".gz", ".parquet")
 """Suffixes of what can be dropped."""
 
+LONG_FIRST = (".csv.gz", *DROPPED)
+"""The same, such that what a name ends in is found whole."""
+
+NAME_BYTES = 200
+"""Of the name of a dropped file; file systems take 255, and some of them go to its suffix."""
+
 
 class Page:
     """One view of the bench; a second tab of the browser shows the same bench."""
@@ -61,7 +71,6 @@ class Page:
         ]
         self.seen: tuple[int, int] | None = None
         self.open = self.panels[0]
-        self.arrived = 0
 
     def build(self) -> None:
         """Make the page."""
@@ -110,9 +119,7 @@ class Page:
                 auto_upload=True,
                 label="or drop files here: a drive, recordings, a search spec",
                 on_multi_upload=self.uploaded,
-                on_rejected=lambda: self.work.say(
-                    f"dropped files: found another kind, expected {', '.join(DROPPED)}"
-                ),
+                on_rejected=self.refuse_kind,
             )
             self.drop.props(f'flat accept="{",".join(DROPPED)}"').mark("upload")
         drive = self.bench.drive
@@ -166,15 +173,24 @@ class Page:
             return
         if self.work.start("comparing" if paths else "predicting", task):
             self.turn_to("measured" if paths else "drive")
+        else:
+            self.work.say(f"not loaded: the page is {self.work.label}; stop that, or load again")
+
+    def refuse_kind(self) -> None:
+        """Say what can be dropped."""
+        self.drop.reset()
+        self.work.say(f"dropped files: found another kind, expected {', '.join(DROPPED)}")
 
     async def uploaded(self, event: MultiUploadEventArguments) -> None:
         """Load what was dropped: kept as files, so that they are read like any others."""
-        self.arrived += 1
-        folder = self.bench.folder / f"drop{self.arrived}"
-        folder.mkdir()
-        names = []
+        self.work.say("")
+        folder = Path(tempfile.mkdtemp(prefix="drop", dir=self.bench.folder))
+        names: list[str] = []
         for file in event.files:
-            name = Path(file.name).name or "recording.csv"
+            name = plain_name(file.name, {Path(other).name for other in names})
+            if not name.lower().endswith(DROPPED):
+                self.refuse_kind()
+                return
             await file.save(folder / name)
             names.append(str(folder / name))
         self.drop.reset()
@@ -182,8 +198,7 @@ class Page:
         drives = [name for name in names if name.endswith(DRIVE_SUFFIX) and name not in specs]
         recordings = [name for name in names if name not in (*specs, *drives)]
         if specs:
-            self.search.spec = specs[-1]
-            self.search.folder = f"{Path(specs[-1]).stem}_run"
+            self.search.name(specs[-1])
             self.turn_to("design")
             if not drives and not recordings:
                 return
@@ -192,6 +207,8 @@ class Page:
             return
         if drives:
             self.drive_path.value = drives[0]
+        elif self.bench.drive is not None:  # the field may name one that could not be read
+            self.drive_path.value = self.bench.drive.file
         if recordings:
             self.data_paths.value = shlex.join(recordings)
         self.load_paths() if recordings else self.load(self.drive_path.value, [], [])
@@ -289,6 +306,21 @@ class Page:
     def told(self, message: str) -> str:
         """Say a message as on the command line; dropped files have no folder to name."""
         return message.replace(f"{self.bench.folder}/", "")
+
+
+def plain_name(name: str, taken: Collection[str] = ()) -> str:
+    """Make a file name that any folder can hold of what a browser calls a file.
+
+    Folders, control characters and leading dots go; a long one is cut, its suffix kept; a second
+    file of a name gets a number.
+    """
+    last = re.split(r"[/\\]", name)[-1]
+    last = "".join(c for c in last if c.isprintable()).strip().lstrip(".") or "recording.csv"
+    suffix = next((s for s in LONG_FIRST if last.lower().endswith(s)), "")
+    stem, end = last[: len(last) - len(suffix)] or "recording", last[len(last) - len(suffix) :]
+    stem = stem.encode(errors="replace")[:NAME_BYTES].decode(errors="ignore")
+    numbers = itertools.chain([""], (f"_{i}" for i in itertools.count(2)))
+    return next(made for n in numbers if (made := f"{stem}{n}{end}") not in taken)
 
 
 def is_spec(file: str) -> bool:

@@ -1,19 +1,26 @@
-"""The server of the workbench: on the loopback address, for one person."""
+"""The server of the workbench: on the loopback address, for who knows its token."""
 
 from __future__ import annotations
 
 import contextlib
+import secrets
+import signal
 import socket
-from collections.abc import Mapping, Sequence
+import threading
+import time
+import webbrowser
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 from nicegui import app, ui
 from starlette.responses import PlainTextResponse, Response
 
 from lostmotion.discover.effects import Effect
 from lostmotion.errors import InputError
+from lostmotion.terminal import ending_in_order
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import Search
-from lostmotion.workbench.guard import Guard
+from lostmotion.workbench.guard import TOKEN, Guard
 from lostmotion.workbench.page import Page
 from lostmotion.workbench.work import Work
 
@@ -21,6 +28,12 @@ HOST = "127.0.0.1"
 
 FIRST_PORT, PORTS = 8265, 20
 """Ports that are tried where none is stated."""
+
+TOKEN_BYTES = 32
+"""Random bytes of the token, as the documentation of `secrets` advises."""
+
+LISTEN_TRIES = 100
+"""How often, a tenth of a second apart, the server is looked for before the browser opens."""
 
 AWAY_S = 600.0
 """How long a browser that is busy or asleep may be silent before its page is forgotten; after that
@@ -48,6 +61,7 @@ def serve(
     port: int | None = None,
     show: bool = True,
     quiet: bool = False,
+    roots: Sequence[str | Path] = (),
 ) -> None:
     """Show the workbench until it is interrupted.
 
@@ -62,7 +76,9 @@ def serve(
     show : bool
         Whether to open the browser.
     quiet : bool
-        Whether to keep the address to oneself.
+        Whether to keep the address to oneself; without a browser it is printed all the same.
+    roots : sequence of path
+        Folders that a design search may write into; by default the one at hand.
 
     Raises
     ------
@@ -70,37 +86,77 @@ def serve(
         The drive, the recordings or the port.
     """
     place = free_port(port)
-    bench, work, search = Bench(effects=dict(effects)), Work(), Search()
-    try:
+    token = secrets.token_urlsafe(TOKEN_BYTES)
+    address = f"http://{HOST}:{place}/?{TOKEN}={token}"
+    with ending_in_order(), contextlib.ExitStack() as stack:
+        stack.enter_context(hangup_as_termination())
+        bench, work, search = Bench(effects=dict(effects)), Work(), Search(roots or (".",))
+        for close in (bench.close, work.close, search.close):
+            stack.callback(close)
         if drive is not None:
             bench.load_drive(drive)
         if data:
             bench.load_recordings(data, mapping, lambda done, steps: None)
         make_app(bench, work, search)
-        if not quiet:
-            print(f"workbench at http://{HOST}:{place}/ (end it with Ctrl-C)", flush=True)
+        app.add_middleware(Guard, token=token, cookie=f"lostmotion_{place}")
+        if not quiet or not show:
+            print(f"workbench at {address} (end it with Ctrl-C)", flush=True)
+        if show:
+            app.on_startup(lambda: open_browser(address, place, bench.folder))
         ui.run(
             host=HOST,
             port=place,
             title="lostmotion workbench",
             language="en-US",
             favicon="📐",
-            show=show,
+            show=False,
             reload=False,
             reconnect_timeout=AWAY_S,
             show_welcome_message=False,
             tailwind=False,
             access_log=False,
         )
+
+
+@contextlib.contextmanager
+def hangup_as_termination() -> Iterator[None]:
+    """Let SIGHUP end the server as SIGTERM does, which the server knows how to take."""
+    if not hasattr(signal, "SIGHUP") or signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+        yield
+        return
+    before = signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
+    try:
+        yield
     finally:
-        search.close()
-        work.close()
-        bench.close()
+        signal.signal(signal.SIGHUP, before)
+
+
+def open_browser(address: str, port: int, folder: Path) -> None:
+    """Open the page once the server listens.
+
+    By way of a file that nobody else can read: other users see the words of a command line, and
+    the address holds the token.
+    """
+    leads = folder / "workbench.html"
+    leads.write_text(
+        f'<!doctype html><meta charset="utf-8"><title>lostmotion workbench</title>'
+        f'<meta http-equiv="refresh" content="0;url={address}"><a href="{address}">workbench</a>\n',
+        encoding="utf-8",
+    )
+    leads.chmod(0o600)
+
+    def wait() -> None:
+        for _ in range(LISTEN_TRIES):
+            with contextlib.suppress(OSError), socket.create_connection((HOST, port), 1.0):
+                webbrowser.open(leads.as_uri())
+                return
+            time.sleep(0.1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def make_app(bench: Bench, work: Work, search: Search) -> None:
     """Lay out the page and the links to the numbers behind its pictures."""
-    app.add_middleware(Guard)
 
     @ui.page("/")
     def page() -> None:

@@ -7,7 +7,8 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from lostmotion.errors import LostMotionError, one_line
+from lostmotion.errors import LostMotionError
+from lostmotion.workbench.disclosure import told
 
 LOG = logging.getLogger(__name__)
 
@@ -82,12 +83,12 @@ class Work:
         except StoppedError:
             message = f"{self.label}: stopped"
         except LostMotionError as error:
-            message = one_line(str(error))
+            message = told(error)
         except MemoryError:
             message = f"{self.label}: not enough memory"
         except Exception as error:
             LOG.exception("%s failed", self.label)
-            message = f"{self.label}: {type(error).__name__}: {one_line(str(error))}"
+            message = f"{self.label}: {type(error).__name__}; the terminal says more"
         finally:
             self.label = ""
             self.say(message)
