@@ -49,60 +49,37 @@ static int whole(lm_real value) {
   return (int)(value + LM_REAL(0.5));
 }
 
-static void build_teeth(const lm_problem *problem, const lm_real value[], lm_teeth *teeth) {
-  teeth->deformation = value[LM_KEY_DEFORMATION] > LM_REAL(0.5) ? LM_EXTERNAL : LM_INTERNAL;
-  teeth->module_mm = value[LM_KEY_MODULE_MM];
-  teeth->flexspline_teeth = whole(value[LM_KEY_FLEXSPLINE_TEETH]);
-  teeth->rigid_teeth = teeth->flexspline_teeth + (teeth->deformation == LM_INTERNAL ? 2 : -2);
-  teeth->pressure_angle_rad = value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE;
-  teeth->flexspline_shift = value[LM_KEY_FLEXSPLINE_SHIFT];
-  teeth->rigid_shift = problem->given[LM_KEY_SHIFT_DIFFERENCE]
-                           ? value[LM_KEY_FLEXSPLINE_SHIFT] + value[LM_KEY_SHIFT_DIFFERENCE]
-                           : value[LM_KEY_RIGID_SHIFT];
-  teeth->rack_addendum = value[LM_KEY_RACK_ADDENDUM];
-  teeth->root_clearance = value[LM_KEY_ROOT_CLEARANCE];
-  teeth->tooth_height = value[LM_KEY_TOOTH_HEIGHT];
-  teeth->engagement_depth = value[LM_KEY_ENGAGEMENT_DEPTH];
-  teeth->face_width_mm = value[LM_KEY_FACE_WIDTH_MM];
-}
+/* A row of design_key_list.h as an assignment: the value in the unit of the search becomes the
+ * member of lm_drive. */
+#define UNIT_SAME(value) (value)
+#define UNIT_IN_DEG(value) ((value) * DEGREE)
+#define UNIT_IN_ARCMIN(value) ((value) * ARCMIN)
+#define UNIT_FOLLOWS(value) (value)
+#define MEMBER_REAL(value) (value)
+#define MEMBER_COUNT(value) whole(value)
+#define MEMBER_SWITCH(value) whole(value)
+#define MEMBER_DEFORMATION(value) ((lm_deformation)whole(value))
+#define MEMBER_GENERATOR(value) ((lm_generator_type)whole(value))
+#define OWNER_teeth drive->teeth.
+#define OWNER_generator drive->generator.
+#define OWNER_flexspline drive->flexspline.
+#define OWNER_material drive->material.
+#define OWNER_support drive->support.
+#define OWNER_gap drive->gap.
+#define OWNER_drive drive->
+#define ASSIGN(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
+  OWNER_##section stem##suffix = MEMBER_##kind(UNIT_##vary(value[LM_KEY_##id]));
 
-static void build_generator(const lm_problem *problem, const lm_real value[], lm_generator *g) {
-  g->type = (lm_generator_type)whole(value[LM_KEY_GENERATOR_TYPE]);
-  g->deflection_mm = problem->given[LM_KEY_DEFLECTION_MODULES]
-                         ? value[LM_KEY_DEFLECTION_MODULES] * value[LM_KEY_MODULE_MM]
-                         : value[LM_KEY_DEFLECTION_MM];
-  g->contact_half_angle_rad = value[LM_KEY_CONTACT_HALF_ANGLE_DEG] * DEGREE;
-  g->cam_offset_mm = value[LM_KEY_CAM_OFFSET_MM];
-  g->floating = 1;
-  g->eccentricity_mm = LM_REAL(0);
-  g->eccentricity_angle_rad = LM_REAL(0);
-}
-
-static void build_material(const lm_real value[], lm_drive *drive) {
-  drive->material.youngs_modulus_MPa = value[LM_KEY_YOUNGS_MODULUS_MPA];
-  drive->material.shear_modulus_MPa = value[LM_KEY_SHEAR_MODULUS_MPA];
-  drive->material.poisson_ratio = value[LM_KEY_POISSON_RATIO];
-  drive->material.bending_fatigue_MPa = value[LM_KEY_BENDING_FATIGUE_MPA];
-  drive->material.shear_fatigue_MPa = value[LM_KEY_SHEAR_FATIGUE_MPA];
-  drive->material.bending_notch_factor = value[LM_KEY_BENDING_NOTCH_FACTOR];
-  drive->material.shear_notch_factor = value[LM_KEY_SHEAR_NOTCH_FACTOR];
-  drive->material.mean_stress_factor = value[LM_KEY_MEAN_STRESS_FACTOR];
-  drive->material.tooth_stress_factor = value[LM_KEY_TOOTH_STRESS_FACTOR];
-}
-
-static void build_support(const lm_real value[], lm_drive *drive) {
-  drive->support.foundation_N_per_mm2 = value[LM_KEY_FOUNDATION_N_PER_MM2];
-  drive->support.ring_stiffness_N_mm2 = value[LM_KEY_RING_STIFFNESS_N_MM2];
-  drive->support.ring_factor = value[LM_KEY_RING_FACTOR];
-  drive->support.tooth_compliance_mm_per_N = value[LM_KEY_TOOTH_COMPLIANCE_MM_PER_N];
-  drive->support.engagement_limit_rad = value[LM_KEY_ENGAGEMENT_LIMIT_DEG] * DEGREE;
-  drive->support.gap_limit_rad = value[LM_KEY_GAP_LIMIT_ARCMIN] * ARCMIN;
-}
-
-static void build_gap(const lm_real value[], lm_drive *drive) {
-  drive->gap.generator_mm = value[LM_KEY_GENERATOR_GAP_MM];
-  drive->gap.teeth_mm = value[LM_KEY_TEETH_GAP_MM];
-  drive->gap.ring_stiffness_N_per_mm = value[LM_KEY_GAP_RING_STIFFNESS_N_PER_MM];
+static void build_members(const lm_problem *problem, const lm_real value[], lm_drive *drive) {
+  LM_DESIGN_KEYS(ASSIGN, ASSIGN)
+  drive->teeth.rigid_teeth =
+      drive->teeth.flexspline_teeth + (drive->teeth.deformation == LM_INTERNAL ? 2 : -2);
+  if (problem->given[LM_KEY_SHIFT_DIFFERENCE]) {
+    drive->teeth.rigid_shift = value[LM_KEY_FLEXSPLINE_SHIFT] + value[LM_KEY_SHIFT_DIFFERENCE];
+  }
+  if (problem->given[LM_KEY_DEFLECTION_MODULES]) {
+    drive->generator.deflection_mm = value[LM_KEY_DEFLECTION_MODULES] * value[LM_KEY_MODULE_MM];
+  }
 }
 
 static void build_chains(const lm_problem *problem, lm_drive *drive) {
@@ -152,21 +129,12 @@ lm_status lm_grade_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
 lm_status lm_build_drive(const lm_problem *problem, const lm_real value[LM_KEY_COUNT],
                          lm_drive *drive, lm_fault *fault) {
   lm_status status;
-  build_teeth(problem, value, &drive->teeth);
-  build_generator(problem, value, &drive->generator);
+  build_members(problem, value, drive);
   drive->ratio = LM_REAL(problem->ratio_sign) *
                  LM_REAL(problem->rigid_gear_turns ? drive->teeth.rigid_teeth
                                                    : drive->teeth.flexspline_teeth) /
                  LM_REAL(2);
   drive->rated_torque_Nm = LM_REAL(problem->rated_torque_Nm);
-  drive->flexspline.rim_thickness_mm = value[LM_KEY_RIM_THICKNESS_MM];
-  drive->flexspline.wall_thickness_mm = value[LM_KEY_WALL_THICKNESS_MM];
-  drive->flexspline.length_mm = value[LM_KEY_LENGTH_MM];
-  build_material(value, drive);
-  build_support(value, drive);
-  build_gap(value, drive);
-  drive->friction_angle_rad = value[LM_KEY_FRICTION_ANGLE_DEG] * DEGREE;
-  drive->axial_sections = whole(value[LM_KEY_AXIAL_SECTIONS]);
   build_chains(problem, drive);
   status = lm_grade_drive(problem, value, drive, fault);
   if (status == LM_OK) {

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "spec.h"
+#include "lostmotion/design_keys.h"
 
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
@@ -13,61 +13,43 @@ static void write_number(FILE *file, const char *key, double value) {
   fprintf(file, "%s = %.17g\n", key, value);
 }
 
+/* A row of design_key_list.h as a line of a drive file. */
+#define WRITE_REAL(key, value) write_number(file, key, value)
+#define WRITE_COUNT(key, value) fprintf(file, "%s = %d\n", key, value)
+#define WRITE_SWITCH(key, value) fprintf(file, "%s = %s\n", key, (value) ? "true" : "false")
+#define WRITE_DEFORMATION(key, value) \
+  fprintf(file, "%s = \"%s\"\n", key, lm_deformation_name((int)(value)))
+#define WRITE_GENERATOR(key, value) \
+  fprintf(file, "%s = \"%s\"\n", key, lm_generator_name((int)(value)))
+#define OWNER_teeth drive->teeth.
+#define OWNER_generator drive->generator.
+#define OWNER_flexspline drive->flexspline.
+#define OWNER_material drive->material.
+#define OWNER_support drive->support.
+#define OWNER_gap drive->gap.
+#define OWNER_drive drive->
+#define WRITE(id, section, stem, suffix, kind, per, low, high, file_, usual, vary, meaning) \
+  WRITE_##kind(#stem #suffix, OWNER_##section stem##suffix);
+
 void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
-  static const char *const distributions[] = {"normal", "normal_inspected", "triangular",
-                                              "uniform"};
-  static const char *const zones[] = {"generator", "teeth"};
-  const lm_teeth *t = &drive->teeth;
-  const lm_material *m = &drive->material;
   int i;
   fprintf(file, "[drive]\nname = \"%s\"\n", name);
   write_number(file, "ratio", drive->ratio);
   write_number(file, "rated_torque_Nm", drive->rated_torque_Nm);
   fprintf(file, "\n[design]\n");
-  write_number(file, "friction_angle_rad", drive->friction_angle_rad);
-  fprintf(file, "axial_sections = %d\n", drive->axial_sections);
-  fprintf(file, "\n[design.teeth]\ndeformation = \"%s\"\n",
-          t->deformation == LM_EXTERNAL ? "external" : "internal");
-  write_number(file, "module_mm", t->module_mm);
-  fprintf(file, "flexspline_teeth = %d\nrigid_teeth = %d\n", t->flexspline_teeth, t->rigid_teeth);
-  write_number(file, "pressure_angle_rad", t->pressure_angle_rad);
-  write_number(file, "flexspline_shift", t->flexspline_shift);
-  write_number(file, "rigid_shift", t->rigid_shift);
-  write_number(file, "rack_addendum", t->rack_addendum);
-  write_number(file, "root_clearance", t->root_clearance);
-  write_number(file, "tooth_height", t->tooth_height);
-  write_number(file, "engagement_depth", t->engagement_depth);
-  write_number(file, "face_width_mm", t->face_width_mm);
-  fprintf(file, "\n[design.generator]\ntype = \"%s\"\n",
-          lm_generator_name((int)drive->generator.type));
-  write_number(file, "deflection_mm", drive->generator.deflection_mm);
-  write_number(file, "contact_half_angle_rad", drive->generator.contact_half_angle_rad);
-  write_number(file, "cam_offset_mm", drive->generator.cam_offset_mm);
+  LM_DRIVE_KEYS(WRITE, WRITE)
+  fprintf(file, "\n[design.teeth]\n");
+  LM_TEETH_KEYS(WRITE, WRITE)
+  fprintf(file, "\n[design.generator]\n");
+  LM_GENERATOR_KEYS(WRITE, WRITE)
   fprintf(file, "\n[design.flexspline]\n");
-  write_number(file, "rim_thickness_mm", drive->flexspline.rim_thickness_mm);
-  write_number(file, "wall_thickness_mm", drive->flexspline.wall_thickness_mm);
-  write_number(file, "length_mm", drive->flexspline.length_mm);
+  LM_FLEXSPLINE_KEYS(WRITE, WRITE)
   fprintf(file, "\n[design.material]\n");
-  write_number(file, "youngs_modulus_MPa", m->youngs_modulus_MPa);
-  write_number(file, "shear_modulus_MPa", m->shear_modulus_MPa);
-  write_number(file, "poisson_ratio", m->poisson_ratio);
-  write_number(file, "bending_fatigue_MPa", m->bending_fatigue_MPa);
-  write_number(file, "shear_fatigue_MPa", m->shear_fatigue_MPa);
-  write_number(file, "bending_notch_factor", m->bending_notch_factor);
-  write_number(file, "shear_notch_factor", m->shear_notch_factor);
-  write_number(file, "mean_stress_factor", m->mean_stress_factor);
-  write_number(file, "tooth_stress_factor", m->tooth_stress_factor);
+  LM_MATERIAL_KEYS(WRITE, WRITE)
   fprintf(file, "\n[design.support]\n");
-  write_number(file, "foundation_N_per_mm2", drive->support.foundation_N_per_mm2);
-  write_number(file, "ring_stiffness_N_mm2", drive->support.ring_stiffness_N_mm2);
-  write_number(file, "ring_factor", drive->support.ring_factor);
-  write_number(file, "tooth_compliance_mm_per_N", drive->support.tooth_compliance_mm_per_N);
-  write_number(file, "engagement_limit_rad", drive->support.engagement_limit_rad);
-  write_number(file, "gap_limit_rad", drive->support.gap_limit_rad);
+  LM_SUPPORT_KEYS(WRITE, WRITE)
   fprintf(file, "\n[design.gap]\n");
-  write_number(file, "generator_mm", drive->gap.generator_mm);
-  write_number(file, "teeth_mm", drive->gap.teeth_mm);
-  write_number(file, "ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm);
+  LM_GAP_KEYS(WRITE, WRITE)
   for (i = 0; i < drive->radial_law_count; i++) {
     const lm_radial_law *law = &drive->radial_laws[i];
     fprintf(file, "\n[[design.radial_chain]]\nkind = \"power\"\n");
@@ -84,11 +66,12 @@ void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
   }
   for (i = 0; i < drive->tolerance_count; i++) {
     const lm_tolerance_link *link = &drive->tolerances[i];
-    fprintf(file, "\n[[design.tolerance]]\nkind = \"link\"\nzone = \"%s\"\n", zones[link->zone]);
+    fprintf(file, "\n[[design.tolerance]]\nkind = \"link\"\nzone = \"%s\"\n",
+            lm_zone_name((int)link->zone));
     write_number(file, "influence", link->influence);
     write_number(file, "lower_mm", link->lower_mm);
     write_number(file, "upper_mm", link->upper_mm);
-    fprintf(file, "distribution = \"%s\"\n", distributions[link->distribution]);
+    fprintf(file, "distribution = \"%s\"\n", lm_distribution_name((int)link->distribution));
   }
 }
 
@@ -121,7 +104,7 @@ static void write_choice(FILE *file, const lm_problem *problem, int combination,
   if (key == LM_KEY_GENERATOR_TYPE) {
     fprintf(file, "%s", lm_generator_name((int)value));
   } else if (key == LM_KEY_DEFORMATION) {
-    fprintf(file, "%s", value > 0 ? "external" : "internal");
+    fprintf(file, "%s", lm_deformation_name((int)value));
   } else {
     fprintf(file, "%.17g", value);
   }

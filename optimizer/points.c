@@ -14,57 +14,70 @@
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
 
-/* Name of a key, its default and the range that a spec may give it. A default of 0 stands for what
- * lm_complete_drive fills in. */
+/* Name of a key, what it is when a spec is silent, and the range that a spec may give it. A value
+ * of 0 stands for what lm_complete_drive fills in. */
 typedef struct key_entry {
-  const char *name;
+  const char *name; /* "" where a search cannot set it */
+  int discrete;     /* 1: no value between two of them means anything */
   double otherwise;
   double low;
   double high;
 } key_entry;
 
+/* A row of design_key_list.h as an entry: the range is the widest that any size of drive allows, in
+ * the unit in which a search states the key. */
+#define NAME_SAME(prefix, stem, suffix) prefix stem suffix
+#define NAME_IN_DEG(prefix, stem, suffix) prefix stem "_deg"
+#define NAME_IN_ARCMIN(prefix, stem, suffix) prefix stem "_arcmin"
+#define NAME_FOLLOWS(prefix, stem, suffix) ""
+#define PREFIX_teeth "teeth."
+#define PREFIX_generator "generator."
+#define PREFIX_flexspline "flexspline."
+#define PREFIX_material "material."
+#define PREFIX_support "support."
+#define PREFIX_gap "gap."
+#define PREFIX_drive ""
+#define DISCRETE_REAL 0
+#define DISCRETE_COUNT 1
+#define DISCRETE_SWITCH 1
+#define DISCRETE_DEFORMATION 1
+#define DISCRETE_GENERATOR 1
+#define LEAST_DIAMETER_MM (LM_MODULE_LEAST_MM * LM_FLEXSPLINE_TEETH_MIN)
+#define MOST_DIAMETER_MM (LM_MODULE_MOST_MM * LM_FLEXSPLINE_TEETH_MAX)
+#define LEAST_ONE_SAME 1
+#define MOST_ONE_SAME 1
+#define LEAST_ONE_FOLLOWS 1
+#define MOST_ONE_FOLLOWS 1
+#define LEAST_ONE_IN_DEG (1 / DEGREE)
+#define MOST_ONE_IN_DEG (1 / DEGREE)
+#define LEAST_DEGREE_IN_DEG 1
+#define MOST_DEGREE_IN_DEG 1
+#define LEAST_ARCMIN_IN_ARCMIN 1
+#define MOST_ARCMIN_IN_ARCMIN 1
+#define LEAST_MODULE_SAME LM_MODULE_LEAST_MM
+#define MOST_MODULE_SAME LM_MODULE_MOST_MM
+#define LEAST_MODULE_FOLLOWS LM_MODULE_LEAST_MM
+#define MOST_MODULE_FOLLOWS LM_MODULE_MOST_MM
+#define LEAST_DIAMETER_SAME LEAST_DIAMETER_MM
+#define MOST_DIAMETER_SAME MOST_DIAMETER_MM
+#define LEAST_RIM_SAME (LM_RIM_LEAST * LEAST_DIAMETER_MM)
+#define MOST_RIM_SAME (LM_RIM_MOST * MOST_DIAMETER_MM)
+#define LEAST_FACE_SAME LM_FACE_WIDTH_LEAST_MM
+#define MOST_FACE_SAME LM_FACE_WIDTH_MOST_MM
+#define OR_ZERO_REQUIRED(low) (low)
+#define OR_ZERO_DEFAULT(low) (low)
+#define OR_ZERO_FILLED(low) 0
+#define ENTRY(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
+  {NAME_##vary(PREFIX_##section, #stem, #suffix), DISCRETE_##kind, usual,                  \
+   OR_ZERO_##file((low) * LEAST_##per##_##vary), (high) * MOST_##per##_##vary},
+
+/* By lm_key; the grades share the last one. */
 static const key_entry keys[LM_KEY_GRADE + 1] = {
-    {"teeth.deformation", 0, 0, 1},
-    {"teeth.module_mm", 0, 0.05, 10},
-    {"teeth.flexspline_teeth", 0, LM_FLEXSPLINE_TEETH_MIN, LM_FLEXSPLINE_TEETH_MAX},
-    {"teeth.pressure_angle_deg", 20, 10, 35},
-    {"teeth.flexspline_shift", 3, -2, 12},
-    {"teeth.rigid_shift", 3, -2, 12},
-    {"teeth.shift_difference", 0, -2, 2},
-    {"teeth.rack_addendum", 1, 0.5, 1.5},
-    {"teeth.root_clearance", 0.35, 0.05, 0.6},
-    {"teeth.tooth_height", 1.75, 0.5, 3},
-    {"teeth.engagement_depth", 1.2, 0.2, 2.5},
-    {"teeth.face_width_mm", 0, 0.5, 400},
-    {"generator.type", 0, 0, 4},
-    {"generator.deflection_mm", 0, 0.01, 20},
-    {"generator.deflection_modules", 0, 0.2, 2},
-    {"generator.contact_half_angle_deg", 30, 0, 68.75},
-    {"generator.cam_offset_mm", 0, 0, 1000},
-    {"flexspline.rim_thickness_mm", 0, 0, 500},
-    {"flexspline.wall_thickness_mm", 0, 0, 500},
-    {"flexspline.length_mm", 0, 0, 8000},
-    {"axial_sections", 1, 1, 7},
-    {"friction_angle_deg", 0, 0, 17},
-    {"material.youngs_modulus_MPa", 0, 0, 1e7},
-    {"material.shear_modulus_MPa", 0, 0, 1e7},
-    {"material.poisson_ratio", 0, 0, 0.49},
-    {"material.bending_fatigue_MPa", 0, 0, 1e5},
-    {"material.shear_fatigue_MPa", 0, 0, 1e5},
-    {"material.bending_notch_factor", 0, 0, 10},
-    {"material.shear_notch_factor", 0, 0, 10},
-    {"material.mean_stress_factor", 0, 0, 1},
-    {"material.tooth_stress_factor", 0, 0, 5},
-    {"support.foundation_N_per_mm2", 0, 0, 1e12},
-    {"support.ring_stiffness_N_mm2", 0, 0, 1e12},
-    {"support.ring_factor", 0, 0, 1000},
-    {"support.tooth_compliance_mm_per_N", 0, 0, 1},
-    {"support.engagement_limit_deg", 0, 0, 90},
-    {"support.gap_limit_arcmin", 0, 0, 600},
-    {"gap.generator_mm", 0, 0, 10},
-    {"gap.teeth_mm", 0, 0, 10},
-    {"gap.ring_stiffness_N_per_mm", 0, 0, 1e12},
-    {"tolerance.grade", 7, 3, 12},
+    LM_DESIGN_KEYS(ENTRY, ENTRY) /* clang-format off */
+    {"teeth.shift_difference", 0, 0, -2, 2},
+    {"generator.deflection_modules", 0, 0, 0.2, 2},
+    {"tolerance.grade", 0, 7, 3, 12},
+                                 /* clang-format on */
 };
 
 static const key_entry *entry_of(int key) {
@@ -86,7 +99,7 @@ int lm_find_key(const char *name) {
   int key;
   for (key = 0; key < LM_KEY_COUNT; key++) {
     lm_write_key(key, text);
-    if (strcmp(text, name) == 0) {
+    if (text[0] != '\0' && strcmp(text, name) == 0) {
       return key;
     }
   }
@@ -186,17 +199,11 @@ static lm_status check_number(lm_fault *fault, const char *input, double found, 
                        high);
 }
 
-/* Keys of which a drive has one of few values, so that no value between them means anything. */
-static int is_discrete(int key) {
-  return key == LM_KEY_DEFORMATION || key == LM_KEY_FLEXSPLINE_TEETH ||
-         key == LM_KEY_GENERATOR_TYPE || key == LM_KEY_AXIAL_SECTIONS;
-}
-
 static lm_status check_key(lm_fault *fault, int key, double found) {
   const key_entry *entry = entry_of(key);
   const double step = key == LM_KEY_FLEXSPLINE_TEETH ? 2 : 1;
   const lm_status status = check_number(fault, entry->name, found, entry->low, entry->high);
-  if (status == LM_OK && is_discrete(key) && fmod(found, step) != 0) {
+  if (status == LM_OK && entry->discrete && fmod(found, step) != 0) {
     const double low = step * floor(found / step);
     return refuse_number(fault, LM_INCONSISTENT, entry->name, found, low, low + step);
   }
@@ -215,8 +222,9 @@ static lm_status check_range(const lm_range *range, unsigned char seen[], lm_fau
   if (range->low >= range->high || seen[range->key]++) {
     return refuse_number(fault, LM_INCONSISTENT, name, range->low, range->low, range->high);
   }
-  return is_discrete(range->key) ? refuse_number(fault, LM_INCONSISTENT, name, range->low, 0, 0)
-                                 : LM_OK;
+  return entry_of(range->key)->discrete
+             ? refuse_number(fault, LM_INCONSISTENT, name, range->low, 0, 0)
+             : LM_OK;
 }
 
 static lm_status check_choice(const lm_choice *choice, unsigned char seen[], lm_fault *fault) {

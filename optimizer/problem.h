@@ -10,56 +10,24 @@
 #ifndef LOSTMOTION_OPTIMIZER_PROBLEM_H
 #define LOSTMOTION_OPTIMIZER_PROBLEM_H
 
+#include "lostmotion/design_key_list.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* What can be fixed, varied or chosen: the dotted keys of a drive file's [design], and a few
- * ratios that stay sensible when the size changes. Order and names in points.c. */
+/* What can be fixed, varied or chosen: the dotted keys of a drive file's [design], as listed in
+ * lostmotion/design_key_list.h; what two of them stand for in a way that stays sensible when the
+ * size changes; and the grades of the tolerances. */
+#define LM_KEY_OF_ROW(id, ...) LM_KEY_##id,
 typedef enum lm_key {
-  LM_KEY_DEFORMATION = 0, /* teeth.deformation: 0 internal, 1 external */
-  LM_KEY_MODULE_MM,
-  LM_KEY_FLEXSPLINE_TEETH,
-  LM_KEY_PRESSURE_ANGLE_DEG,
-  LM_KEY_FLEXSPLINE_SHIFT,
-  LM_KEY_RIGID_SHIFT,
-  LM_KEY_SHIFT_DIFFERENCE, /* teeth.shift_difference = x2 - x1, in place of rigid_shift */
-  LM_KEY_RACK_ADDENDUM,
-  LM_KEY_ROOT_CLEARANCE,
-  LM_KEY_TOOTH_HEIGHT,
-  LM_KEY_ENGAGEMENT_DEPTH,
-  LM_KEY_FACE_WIDTH_MM,
-  LM_KEY_GENERATOR_TYPE, /* generator.type: lm_generator_type */
-  LM_KEY_DEFLECTION_MM,
+  LM_DESIGN_KEYS(LM_KEY_OF_ROW, LM_KEY_OF_ROW) /* in the order of the list, from 0 */
+  LM_KEY_SHIFT_DIFFERENCE,   /* teeth.shift_difference = x2 - x1, in place of rigid_shift */
   LM_KEY_DEFLECTION_MODULES, /* generator.deflection_modules = w0 / m, in place of deflection_mm */
-  LM_KEY_CONTACT_HALF_ANGLE_DEG,
-  LM_KEY_CAM_OFFSET_MM,
-  LM_KEY_RIM_THICKNESS_MM,
-  LM_KEY_WALL_THICKNESS_MM,
-  LM_KEY_LENGTH_MM,
-  LM_KEY_AXIAL_SECTIONS,
-  LM_KEY_FRICTION_ANGLE_DEG,
-  LM_KEY_YOUNGS_MODULUS_MPA,
-  LM_KEY_SHEAR_MODULUS_MPA,
-  LM_KEY_POISSON_RATIO,
-  LM_KEY_BENDING_FATIGUE_MPA,
-  LM_KEY_SHEAR_FATIGUE_MPA,
-  LM_KEY_BENDING_NOTCH_FACTOR,
-  LM_KEY_SHEAR_NOTCH_FACTOR,
-  LM_KEY_MEAN_STRESS_FACTOR,
-  LM_KEY_TOOTH_STRESS_FACTOR,
-  LM_KEY_FOUNDATION_N_PER_MM2,
-  LM_KEY_RING_STIFFNESS_N_MM2,
-  LM_KEY_RING_FACTOR,
-  LM_KEY_TOOTH_COMPLIANCE_MM_PER_N,
-  LM_KEY_ENGAGEMENT_LIMIT_DEG,
-  LM_KEY_GAP_LIMIT_ARCMIN,
-  LM_KEY_GENERATOR_GAP_MM,
-  LM_KEY_TEETH_GAP_MM,
-  LM_KEY_GAP_RING_STIFFNESS_N_PER_MM,
-  LM_KEY_GRADE, /* "tolerance.0.grade"; link i is LM_KEY_GRADE + i */
+  LM_KEY_GRADE,              /* "tolerance.0.grade"; link i is LM_KEY_GRADE + i */
   LM_KEY_COUNT = LM_KEY_GRADE + 32
 } lm_key;
+#undef LM_KEY_OF_ROW
 
 #define LM_FREE_MAX 24          /* variables with a range */
 #define LM_CHOICE_MAX 8         /* variables with a list of values */

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lostmotion/drive.h"
+#include "lostmotion/design_keys.h"
 #include "lostmotion/tolerance.h"
 
 #define WORDS_MAX (LM_CHOICE_VALUES_MAX + 2)
@@ -19,18 +19,7 @@ typedef struct statement {
   int cut; /* 1: the line holds more than that */
 } statement;
 
-static const char *const generator_names[] = {"cosine", "ellipse", "discs", "rollers", "ring"};
-static const char *const deformation_names[] = {"internal", "external"};
-static const char *const level_names[] = {"worst", "probable", "quantile"};
-static const char *const distribution_names[] = {"normal", "normal_inspected", "triangular",
-                                                 "uniform"};
-static const char *const zone_names[] = {"generator", "teeth"};
-
 #define COUNT(array) ((int)(sizeof(array) / sizeof((array)[0])))
-
-const char *lm_generator_name(int type) {
-  return type >= 0 && type < COUNT(generator_names) ? generator_names[type] : "";
-}
 
 uint64_t lm_hash_text(const char *text) {
   uint64_t hash = UINT64_C(0xcbf29ce484222325);
@@ -46,11 +35,16 @@ static lm_status complain(lm_spec_error *error, int line, const char *what, cons
   return LM_CORRUPT;
 }
 
-/* Index of a word in a list of names, or -1. */
-static int find_name(const char *word, const char *const names[], int count) {
+static const char *level_name(int level) {
+  static const char *const names[] = {"worst", "probable", "quantile"};
+  return level < COUNT(names) ? names[level] : "";
+}
+
+/* Index of a word among the names of an enumeration, which end with "", or -1. */
+static int find_name(const char *word, const char *(*name_of)(int)) {
   int i;
-  for (i = 0; i < count; i++) {
-    if (strcmp(word, names[i]) == 0) {
+  for (i = 0; *name_of(i) != '\0'; i++) {
+    if (strcmp(word, name_of(i)) == 0) {
       return i;
     }
   }
@@ -60,9 +54,9 @@ static int find_name(const char *word, const char *const names[], int count) {
 /* A number, or a name of a drive file that stands for one. */
 static int read_number(const char *word, double *value) {
   char *end;
-  int name = find_name(word, generator_names, COUNT(generator_names));
+  int name = find_name(word, lm_generator_name);
   if (name < 0) {
-    name = find_name(word, deformation_names, COUNT(deformation_names));
+    name = find_name(word, lm_deformation_name);
   }
   if (name >= 0) {
     *value = name;
@@ -261,8 +255,8 @@ static lm_status read_link(const statement *s, lm_problem *p, int line, lm_spec_
   link->position = value[2];
   link->offset_mm = value[3];
   link->cost_weight = value[4];
-  link->distribution = find_name(s->word[6], distribution_names, COUNT(distribution_names));
-  link->zone = find_name(s->word[7], zone_names, COUNT(zone_names));
+  link->distribution = find_name(s->word[6], lm_distribution_name);
+  link->zone = find_name(s->word[7], lm_zone_name);
   if (link->distribution < 0) {
     return complain(error, line, "unknown distribution", s->word[6]);
   }
@@ -295,7 +289,7 @@ static lm_status read_cost(const statement *s, lm_problem *p, int line, lm_spec_
   if (s->count != 3 || !read_number(s->word[2], &value)) {
     return complain(error, line, "expected one number after the coefficient", s->word[1]);
   }
-  type = find_name(s->word[1], generator_names, COUNT(generator_names));
+  type = find_name(s->word[1], lm_generator_name);
   if (strcmp(s->word[1], "tolerance_exponent") == 0) {
     p->cost.tolerance_exponent = value;
   } else if (strcmp(s->word[1], "size") == 0) {
@@ -442,7 +436,7 @@ static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_
     return LM_OK;
   }
   if (strcmp(word, "level") == 0) {
-    name = find_name(s->word[1], level_names, COUNT(level_names));
+    name = find_name(s->word[1], level_name);
     if (name < 0) {
       return complain(error, line, "expected worst, probable or quantile", s->word[1]);
     }

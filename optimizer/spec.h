@@ -51,9 +51,6 @@ typedef struct lm_spec_error {
  * what lm_prepare_problem refuses. */
 lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *error);
 
-/* Names of the generator types as in drive files; "" outside. */
-const char *lm_generator_name(int type);
-
 /* FNV-1a of a text: what tells the journal of one spec from another's. */
 uint64_t lm_hash_text(const char *text);
 

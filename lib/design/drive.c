@@ -1,5 +1,6 @@
 #include "lostmotion/drive.h"
 
+#include "lostmotion/design_key_list.h"
 #include "lostmotion/involute.h"
 #include "lostmotion/mesh.h"
 #include "lostmotion/radial_gap.h"
@@ -11,22 +12,52 @@
 #define DEGREE (LM_PI / LM_REAL(180))
 #define ARCMIN (DEGREE / LM_REAL(60))
 
-static lm_status check_teeth(const lm_teeth *t, lm_fault *fault) {
-  const bound bounds[] = {
-      {"teeth.deformation", LM_REAL((int)t->deformation), LM_REAL(LM_INTERNAL),
-       LM_REAL(LM_EXTERNAL)},
-      {"teeth.module_mm", t->module_mm, LM_REAL(0.05), LM_REAL(10)},
-      {"teeth.flexspline_teeth", LM_REAL(t->flexspline_teeth), LM_REAL(LM_FLEXSPLINE_TEETH_MIN),
-       LM_REAL(LM_FLEXSPLINE_TEETH_MAX)},
-      {"teeth.pressure_angle_rad", t->pressure_angle_rad, LM_REAL(10) * DEGREE,
-       LM_REAL(35) * DEGREE},
-      {"teeth.flexspline_shift", t->flexspline_shift, LM_REAL(-2), LM_REAL(12)},
-      {"teeth.rigid_shift", t->rigid_shift, LM_REAL(-2), LM_REAL(12)},
-      {"teeth.rack_addendum", t->rack_addendum, LM_REAL(0.5), LM_REAL(1.5)},
-      {"teeth.root_clearance", t->root_clearance, LM_REAL(0.05), LM_REAL(0.6)},
-      {"teeth.tooth_height", t->tooth_height, LM_REAL(0.5), LM_REAL(3)},
-      {"teeth.engagement_depth", t->engagement_depth, LM_REAL(0.2), LM_REAL(2.5)},
-      {"teeth.face_width_mm", t->face_width_mm, LM_REAL(0.5), LM_REAL(400)}};
+/* What the ranges of design_key_list.h are measured in. */
+typedef struct key_scales {
+  lm_real per_ONE;
+  lm_real per_DEGREE;
+  lm_real per_ARCMIN;
+  lm_real per_MODULE;
+  lm_real per_DIAMETER;
+  lm_real per_RIM;
+  lm_real per_FACE;
+} key_scales;
+
+static key_scales scales_of(const lm_drive *drive) {
+  key_scales scales;
+  scales.per_ONE = LM_REAL(1);
+  scales.per_DEGREE = LM_PI / LM_REAL(180);
+  scales.per_ARCMIN = LM_PI / LM_REAL(10800);
+  scales.per_MODULE = drive->teeth.module_mm;
+  scales.per_DIAMETER = drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth);
+  scales.per_RIM = drive->flexspline.rim_thickness_mm;
+  scales.per_FACE = drive->teeth.face_width_mm;
+  return scales;
+}
+
+/* The member of lm_drive that a row of the list names, as a number. */
+#define OWNER_teeth drive->teeth.
+#define OWNER_generator drive->generator.
+#define OWNER_flexspline drive->flexspline.
+#define OWNER_material drive->material.
+#define OWNER_support drive->support.
+#define OWNER_gap drive->gap.
+#define OWNER_drive drive->
+#define NUMBER_REAL(value) (value)
+#define NUMBER_COUNT(value) LM_REAL(value)
+#define NUMBER_SWITCH(value) LM_REAL(value)
+#define NUMBER_DEFORMATION(value) LM_REAL((int)(value))
+
+/* A row as a bound. Dependent rows are checked where their range is known. */
+#define BOUND(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
+  {#section "." #stem #suffix, NUMBER_##kind(OWNER_##section stem##suffix),                \
+   LM_REAL(low) * scales.per_##per, LM_REAL(high) * scales.per_##per},
+#define NO_BOUND(id, ...)
+
+static lm_status check_teeth(const lm_drive *drive, lm_fault *fault) {
+  const lm_teeth *t = &drive->teeth;
+  const key_scales scales = scales_of(drive);
+  const bound bounds[] = {LM_TEETH_KEYS(BOUND, NO_BOUND)};
   const lm_status status = check_bounds(fault, bounds, COUNT_OF(bounds));
   const int difference = t->deformation == LM_INTERNAL ? 2 : -2;
   if (status != LM_OK) {
@@ -44,24 +75,20 @@ static lm_status check_teeth(const lm_teeth *t, lm_fault *fault) {
   return LM_OK;
 }
 
-static lm_status check_generator(const lm_generator *g, const lm_teeth *t, lm_fault *fault) {
+static lm_status check_generator(const lm_drive *drive, lm_fault *fault) {
+  const lm_generator *g = &drive->generator;
+  const int external = drive->teeth.deformation == LM_EXTERNAL;
+  const key_scales scales = scales_of(drive);
+  const bound bounds[] = {LM_GENERATOR_KEYS(BOUND, NO_BOUND)};
   lm_shape shape;
-  const bound bounds[] = {
-      {"generator.deflection_mm", g->deflection_mm, LM_REAL(0.2) * t->module_mm,
-       LM_REAL(2) * t->module_mm},
-      {"generator.cam_offset_mm", g->cam_offset_mm, LM_REAL(0),
-       LM_REAL(0.2) * t->module_mm * LM_REAL(t->flexspline_teeth)},
-      {"generator.floating", LM_REAL(g->floating), LM_REAL(0), LM_REAL(1)},
-      {"generator.eccentricity_mm", g->eccentricity_mm, LM_REAL(0), t->module_mm},
-      {"generator.eccentricity_angle_rad", g->eccentricity_angle_rad, LM_REAL(-10), LM_REAL(10)}};
   lm_status status = lm_make_shape(g->type, g->contact_half_angle_rad, &shape, fault);
   if (status == LM_OK) {
     status = check_bounds(fault, bounds, COUNT_OF(bounds));
   }
-  if (status == LM_OK && (g->type == LM_RING) != (t->deformation == LM_EXTERNAL)) {
+  if (status == LM_OK && (g->type == LM_RING) != external) {
     status = refuse_contradiction(fault, "generator.type", LM_REAL((int)g->type),
-                                  LM_REAL(t->deformation == LM_EXTERNAL ? LM_RING : LM_COSINE),
-                                  LM_REAL(t->deformation == LM_EXTERNAL ? LM_RING : LM_ROLLERS));
+                                  LM_REAL(external ? LM_RING : LM_COSINE),
+                                  LM_REAL(external ? LM_RING : LM_ROLLERS));
   }
   return status;
 }
@@ -85,9 +112,9 @@ static lm_status check_ratio(const lm_drive *d, lm_fault *fault) {
 
 /* What lm_complete_drive needs before it can fill the rest. */
 static lm_status check_given(const lm_drive *d, lm_fault *fault) {
-  lm_status status = check_teeth(&d->teeth, fault);
+  lm_status status = check_teeth(d, fault);
   if (status == LM_OK) {
-    status = check_generator(&d->generator, &d->teeth, fault);
+    status = check_generator(d, fault);
   }
   if (status == LM_OK) {
     status = check_ratio(d, fault);
@@ -108,51 +135,20 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
   }
   status = check_given(drive, fault);
   if (status == LM_OK) {
-    const lm_real m = drive->teeth.module_mm;
-    const lm_real d = m * LM_REAL(drive->teeth.flexspline_teeth);
-    const lm_real s = drive->flexspline.rim_thickness_mm;
-    const lm_real b = drive->teeth.face_width_mm;
-    const lm_real large = LM_REAL(1e15);
-    const lm_real least = LM_REAL(1e-9);
+    const key_scales scales = scales_of(drive);
     const bound bounds[] = {
-        {"flexspline.rim_thickness_mm", s, LM_REAL(0.002) * d, LM_REAL(0.1) * d},
-        {"flexspline.wall_thickness_mm", drive->flexspline.wall_thickness_mm, LM_REAL(0.1) * s,
-         LM_REAL(3) * s},
-        {"flexspline.length_mm", drive->flexspline.length_mm, LM_REAL(0.8) * b, LM_REAL(20) * b},
-        {"material.youngs_modulus_MPa", drive->material.youngs_modulus_MPa, LM_REAL(1),
-         LM_REAL(1e7)},
-        {"material.shear_modulus_MPa", drive->material.shear_modulus_MPa, LM_REAL(1), LM_REAL(1e7)},
-        {"material.poisson_ratio", drive->material.poisson_ratio, LM_REAL(0), LM_REAL(0.49)},
-        {"material.bending_fatigue_MPa", drive->material.bending_fatigue_MPa, LM_REAL(1),
-         LM_REAL(1e5)},
-        {"material.shear_fatigue_MPa", drive->material.shear_fatigue_MPa, LM_REAL(1), LM_REAL(1e5)},
-        {"material.bending_notch_factor", drive->material.bending_notch_factor, LM_REAL(1),
-         LM_REAL(10)},
-        {"material.shear_notch_factor", drive->material.shear_notch_factor, LM_REAL(1),
-         LM_REAL(10)},
-        {"material.mean_stress_factor", drive->material.mean_stress_factor, LM_REAL(0), LM_REAL(1)},
-        {"material.tooth_stress_factor", drive->material.tooth_stress_factor, LM_REAL(1),
-         LM_REAL(5)},
-        {"support.foundation_N_per_mm2", drive->support.foundation_N_per_mm2, least, large},
-        {"support.ring_stiffness_N_mm2", drive->support.ring_stiffness_N_mm2, least, large},
-        {"support.ring_factor", drive->support.ring_factor, LM_REAL(0), LM_REAL(1000)},
-        {"support.tooth_compliance_mm_per_N", drive->support.tooth_compliance_mm_per_N, LM_REAL(0),
-         LM_REAL(1)},
-        {"support.engagement_limit_rad", drive->support.engagement_limit_rad, LM_REAL(5) * DEGREE,
-         LM_REAL(90) * DEGREE},
-        {"support.gap_limit_rad", drive->support.gap_limit_rad, LM_REAL(0.01) * ARCMIN,
-         LM_REAL(600) * ARCMIN},
-        {"gap.generator_mm", drive->gap.generator_mm, LM_REAL(0), m},
-        {"gap.teeth_mm", drive->gap.teeth_mm, LM_REAL(0), m},
-        {"gap.ring_stiffness_N_per_mm", drive->gap.ring_stiffness_N_per_mm, least, large},
-        {"drive.friction_angle_rad", drive->friction_angle_rad, LM_REAL(0), LM_REAL(0.3)},
-        {"drive.axial_sections", LM_REAL(drive->axial_sections), LM_REAL(1),
-         LM_REAL(LM_SECTIONS_MAX)},
         {"radial_chain", LM_REAL(drive->radial_law_count), LM_REAL(0), LM_REAL(LM_RADIAL_LAWS_MAX)},
         {"torsion_chain", LM_REAL(drive->torsion_count), LM_REAL(0),
          LM_REAL(LM_TORSION_ELEMENTS_MAX)},
-        {"tolerance", LM_REAL(drive->tolerance_count), LM_REAL(0),
-         LM_REAL(LM_TOLERANCE_LINKS_MAX)}};
+        {"tolerance", LM_REAL(drive->tolerance_count), LM_REAL(0), LM_REAL(LM_TOLERANCE_LINKS_MAX)},
+        /* clang-format off */
+        LM_FLEXSPLINE_KEYS(BOUND, NO_BOUND)
+        LM_MATERIAL_KEYS(BOUND, NO_BOUND)
+        LM_SUPPORT_KEYS(BOUND, NO_BOUND)
+        LM_GAP_KEYS(BOUND, NO_BOUND)
+        LM_DRIVE_KEYS(BOUND, NO_BOUND)
+        /* clang-format on */
+    };
     status = check_bounds(fault, bounds, COUNT_OF(bounds));
   }
   if (status == LM_OK) {

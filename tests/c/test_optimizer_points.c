@@ -3,6 +3,7 @@
 
 #include "certificate.h"
 #include "found.h"
+#include "lostmotion/design_keys.h"
 #include "output.h"
 #include "reference_drives.h"
 #include "spec.h"
@@ -385,8 +386,14 @@ static void test_names_go_both_ways(void) {
   int i;
   for (i = 0; i < LM_KEY_COUNT; i++) {
     lm_write_key(i, text);
-    TEST_ASSERT_EQUAL_INT(i, lm_find_key(text));
+    TEST_ASSERT_EQUAL_INT(text[0] == '\0' ? -1 : i, lm_find_key(text));
   }
+  lm_write_key(LM_KEY_RIGID_TEETH, text); /* follows from the flexspline's */
+  TEST_ASSERT_EQUAL_STRING("", text);
+  lm_write_key(LM_KEY_PRESSURE_ANGLE_DEG, text);
+  TEST_ASSERT_EQUAL_STRING("teeth.pressure_angle_deg", text);
+  lm_write_key(LM_KEY_AXIAL_SECTIONS, text);
+  TEST_ASSERT_EQUAL_STRING("axial_sections", text);
   lm_write_key(-1, text);
   TEST_ASSERT_EQUAL_STRING("", text);
   for (i = 0; i < LM_FIGURE_COUNT; i++) {

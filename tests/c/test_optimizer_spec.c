@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "found.h"
+#include "lostmotion/design_keys.h"
 #include "lostmotion/tolerance.h"
 #include "spec.h"
 #include "unity.h"

@@ -31,7 +31,10 @@
 #define lm_cosine lm_cosine_f32
 #define lm_coupled_take_up lm_coupled_take_up_f32
 #define lm_declare_memory_known lm_declare_memory_known_f32
+#define lm_deformation_name lm_deformation_name_f32
+#define lm_describe_design_key lm_describe_design_key_f32
 #define lm_distribution_factor lm_distribution_factor_f32
+#define lm_distribution_name lm_distribution_name_f32
 #define lm_effect_asymmetric_stiffness lm_effect_asymmetric_stiffness_f32
 #define lm_effect_axial_shift lm_effect_axial_shift_f32
 #define lm_effect_creep lm_effect_creep_f32
@@ -81,6 +84,7 @@
 #define lm_gap_closing_torque lm_gap_closing_torque_f32
 #define lm_gap_rotation lm_gap_rotation_f32
 #define lm_gap_rotation_smooth lm_gap_rotation_smooth_f32
+#define lm_generator_name lm_generator_name_f32
 #define lm_guess_torque lm_guess_torque_f32
 #define lm_hold_torque lm_hold_torque_f32
 #define lm_hyperbolic_tangent lm_hyperbolic_tangent_f32
@@ -172,5 +176,6 @@
 #define lm_tooth_rectangle_compliance lm_tooth_rectangle_compliance_f32
 #define lm_watch_output lm_watch_output_f32
 #define lm_worst_limits lm_worst_limits_f32
+#define lm_zone_name lm_zone_name_f32
 
 #endif
