@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from conftest import DRAWN
 from lostmotion.catalogue import PARTS
-from lostmotion.core import Bits
+from lostmotion.core import Bits, core
 from lostmotion.drives import parse_drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.model import DesignModel, design_model, make_backbone
 from lostmotion.predict import clearances, predict
+from lostmotion.structs import DesignKey, design_keys, field_path, make_drive
 from lostmotion.units import ARCMIN
 
 Document = dict[str, Any]
@@ -385,3 +386,35 @@ def test_two_constants_bring_reference_A_to_the_catalogue_of_size_20() -> None:
     # Published with it: 6, 13 and 24 teeth a lobe; tooth bending about 1 % of the total.
     assert answer["engaged_teeth_per_lobe"] == [6, 13, 24]
     assert 0.005 < answer["parts_arcmin"]["tooth_bending"][2] / answer["total_arcmin"][2] < 0.05
+
+
+KEYS = [key for key in design_keys() if key.range and key.kind == "real"]
+CHECKED_ELSEWHERE = {"contact_half_angle"}  # by the shape of the generator that has one
+
+
+@pytest.mark.parametrize("key", KEYS, ids=lambda key: field_path(key.section, key))
+def test_a_value_beyond_the_range_of_its_row_is_refused_by_its_name(key: DesignKey) -> None:
+    c = core(64)
+    design = parse_drive(variant()).design
+    assert design is not None
+    drive = make_drive(design)
+    member = field_path(key.section, key)
+    owner = drive
+    for name in member.split(".")[:-1]:
+        owner = getattr(owner, name)
+    fault = c.fault()
+    setattr(owner, key.written, 1e30)
+    assert c.lib.lm_check_drive(drive, fault) == c.lib.LM_OUT_OF_RANGE
+    assert c.ffi.string(fault.input).decode().removeprefix("drive.") in (member, key.written)
+    assert fault.found == 1e30
+    measure = {
+        "deg": math.pi / 180,
+        "arcmin": math.pi / 10_800,
+        "modules": drive.teeth.module_mm,
+        "pitch": drive.teeth.module_mm * drive.teeth.flexspline_teeth,
+        "rim": drive.flexspline.rim_thickness_mm,
+        "face": drive.teeth.face_width_mm,
+    }
+    if key.name not in CHECKED_ELSEWHERE:
+        _, _, high, *per = key.range.split()
+        assert fault.high == pytest.approx(float(high) * (measure[per[0]] if per else 1.0))

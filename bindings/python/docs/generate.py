@@ -15,8 +15,15 @@ from lostmotion.units import describe
 GROUPS = {
     "For everybody": ("real", "status", "version"),
     "Design model: geometry to characteristic": (
-        *("drive", "shape", "involute", "mesh", "takeup", "radial_gap", "radial_chain"),
-        *("torsion_chain", "tooth_bending", "tolerance", "checks", "characteristic"),
+        *("drive", "design_keys", "shape", "involute", "mesh", "takeup", "radial_gap"),
+        *(
+            "radial_chain",
+            "torsion_chain",
+            "tooth_bending",
+            "tolerance",
+            "checks",
+            "characteristic",
+        ),
     ),
     "Runtime: what a motor controller links": (
         *("runtime", "compensator", "model", "parameters", "curve", "play", "effects", "torque"),
@@ -211,6 +218,23 @@ def key_rows(keys: tuple[Key, ...]) -> list[list[str]]:
     return rows
 
 
+def design_rows(keys: tuple[structs.DesignKey, ...]) -> list[list[str]]:
+    """Rows of a table of keys of a design, with their ranges and meanings."""
+    rows = []
+    for key, (written, value, required) in zip(keys, key_rows(keys), strict=True):
+        if key.kind in ("real", "integer"):
+            value = key.range
+        if key.default is not None:
+            shown = f"{key.default:.4g}" if key.kind == "real" else str(int(key.default))
+            if key.kind == "choice":
+                shown = f"`{key.choices[int(key.default)]}`"
+            elif key.kind == "switch":
+                shown = "`true`" if key.default else "`false`"
+            required = f"no: {shown}"
+        rows.append([written, value, required, escape(key.meaning)])
+    return rows
+
+
 def drive_file_page() -> str:
     """List the keys of a drive file from the tables that read it."""
     head = ["key", "value", "required"]
@@ -221,8 +245,8 @@ def drive_file_page() -> str:
         "`[design]` (one that is being made). The unit is a suffix of the key; any unit of the "
         "same dimension will do, `rated_torque_mNm` for `rated_torque_Nm`. An unknown key, a wrong "
         "unit, a wrong type or an impossible value is refused. What a design leaves out gets a "
-        "default in proportion to its size, and `lostmotion predict` lists it; the ranges stand in "
-        "[`drive.h`](drive_h.md).",
+        "default in proportion to its size, and `lostmotion predict` lists it. Ranges are in the "
+        "unit of the key unless another is stated.",
         "",
         "## [drive]",
         "",
@@ -233,7 +257,7 @@ def drive_file_page() -> str:
     ]
     for section, keys in structs.FIELDS.items():
         lines += [f"## [design.{section}]" if section else "## [design]", ""]
-        lines += table(head, key_rows(keys))
+        lines += table([*head, "meaning"], design_rows(keys))
     for chain, kinds in drives.CHAINS.items():
         lines += [f"## [[design.{chain}]]", ""]
         lines += ["Each entry has a `kind`, may have a `name`, and besides:", ""]

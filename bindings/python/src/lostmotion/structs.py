@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,84 +11,94 @@ from typing import Any
 from lostmotion import units
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
-from lostmotion.keys import Key, Value
+from lostmotion.keys import Key, Kind, Value
 
-DEFORMATIONS = ("internal", "external")
+MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
+"""What a range of a design key is measured in, by the value of `lm_key_measure`; "": its unit."""
+
+
+def _names(name_of: Callable[[int], Any]) -> tuple[str, ...]:
+    """Names of an enumeration of the library, by its values."""
+    ffi = core().ffi
+    names = (ffi.string(name_of(value)).decode() for value in itertools.count())
+    return tuple(itertools.takewhile(bool, names))
+
+
+DEFORMATIONS = _names(core().lib.lm_deformation_name)
 """By the value of `lm_deformation`."""
 
-GENERATORS = ("cosine", "ellipse", "discs", "rollers", "ring")
+GENERATORS = _names(core().lib.lm_generator_name)
 """By the value of `lm_generator_type`."""
 
-DISTRIBUTIONS = ("normal", "normal_inspected", "triangular", "uniform")
+DISTRIBUTIONS = _names(core().lib.lm_distribution_name)
 """By the value of `lm_distribution`."""
 
-ZONES = ("generator", "teeth")
+ZONES = _names(core().lib.lm_zone_name)
 """By the value of `lm_gap_zone`."""
 
-FIELDS: dict[str, tuple[Key, ...]] = {
-    "teeth": (
-        Key("deformation", kind="choice", choices=DEFORMATIONS),
-        Key("module", "mm", required=True),
-        Key("flexspline_teeth", kind="integer", required=True),
-        Key("rigid_teeth", kind="integer", required=True),
-        Key("pressure_angle", "rad"),
-        Key("flexspline_shift", required=True),
-        Key("rigid_shift", required=True),
-        Key("rack_addendum"),
-        Key("root_clearance"),
-        Key("tooth_height", required=True),
-        Key("engagement_depth", required=True),
-        Key("face_width", "mm", required=True),
-    ),
-    "generator": (
-        Key("type", kind="choice", choices=GENERATORS, required=True),
-        Key("deflection", "mm", required=True),
-        Key("contact_half_angle", "rad"),
-        Key("cam_offset", "mm"),
-        Key("floating", kind="switch"),
-        Key("eccentricity", "mm"),
-        Key("eccentricity_angle", "rad"),
-    ),
-    "flexspline": (
-        Key("rim_thickness", "mm"),
-        Key("wall_thickness", "mm"),
-        Key("length", "mm"),
-    ),
-    "material": (
-        Key("youngs_modulus", "MPa"),
-        Key("shear_modulus", "MPa"),
-        Key("poisson_ratio"),
-        Key("bending_fatigue", "MPa"),
-        Key("shear_fatigue", "MPa"),
-        Key("bending_notch_factor"),
-        Key("shear_notch_factor"),
-        Key("mean_stress_factor"),
-        Key("tooth_stress_factor"),
-    ),
-    "support": (
-        Key("foundation", "N_per_mm2"),
-        Key("ring_stiffness", "N_mm2"),
-        Key("ring_factor"),
-        Key("tooth_compliance", "mm_per_N"),
-        Key("engagement_limit", "rad"),
-        Key("gap_limit", "rad"),
-    ),
-    "gap": (
-        Key("generator", "mm"),
-        Key("teeth", "mm"),
-        Key("ring_stiffness", "N_per_mm"),
-    ),
-    "": (Key("friction_angle", "rad"), Key("axial_sections", kind="integer")),
+
+@dataclass(frozen=True)
+class DesignKey(Key):
+    """A key of a table under [design], as the library lists it.
+
+    Attributes
+    ----------
+    section : str
+        The table; "" is [design] itself.
+    meaning : str
+        One sentence without a full stop.
+    range : str
+        What the library takes, in words.
+    default : float or None
+        In `unit`, where a file that leaves the key out gets a fixed one.
+    """
+
+    section: str = ""
+    meaning: str = ""
+    range: str = ""
+    default: float | None = None
+
+
+def design_keys() -> list[DesignKey]:
+    """List the keys of a design, in the order of ``lostmotion/design_key_list.h``."""
+    c = core()
+    lib, row = c.lib, c.ffi.new("lm_design_key *")
+    kinds: dict[int, tuple[Kind, tuple[str, ...]]] = {
+        lib.LM_KIND_REAL: ("real", ()),
+        lib.LM_KIND_COUNT: ("integer", ()),
+        lib.LM_KIND_SWITCH: ("switch", ()),
+        lib.LM_KIND_DEFORMATION: ("choice", DEFORMATIONS),
+        lib.LM_KIND_GENERATOR: ("choice", GENERATORS),
+    }
+    found = []
+    for index in range(lib.LM_DESIGN_KEY_COUNT):
+        c.check(lib.lm_describe_design_key(index, row, c.ffi.NULL))
+        section, stem, suffix, meaning = (
+            c.ffi.string(text).decode() for text in (row.section, row.stem, row.suffix, row.meaning)
+        )
+        kind, choices = kinds[row.kind]
+        measure = MEASURES[row.per]
+        found.append(
+            DesignKey(
+                stem,
+                suffix.removeprefix("_"),
+                kind,
+                required=row.file == lib.LM_FILE_REQUIRED,
+                choices=choices,
+                section="" if section == "drive" else section,
+                meaning=meaning,
+                range=f"{row.low:g} to {row.high:g}{measure and ' ' + measure}",
+                default=row.usual if row.file == lib.LM_FILE_DEFAULT else None,
+            )
+        )
+    return found
+
+
+FIELDS: dict[str, tuple[DesignKey, ...]] = {
+    section: tuple(keys)
+    for section, keys in itertools.groupby(design_keys(), lambda key: key.section)
 }
 """Tables under [design] and their keys, named as in `lm_drive`; "" is [design] itself."""
-
-TOOTH_DEFAULTS: dict[str, float | int] = {
-    "teeth.deformation": 0,
-    "teeth.pressure_angle_rad": 0.3490658503988659,  # 20 deg, ISO 53
-    "teeth.rack_addendum": 1.0,  # ISO 53
-    "teeth.root_clearance": 0.35,  # fine modules, up to 0.5 mm
-}
-"""What the library leaves to the designer and a file may leave out."""
 
 TORSION_DEFAULTS = ("cup wall", "diaphragm", "input shaft", "output shaft")
 """Members of the torsion chain that the library fills in, in its order."""
@@ -267,9 +278,10 @@ def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
     drive = c.ffi.new("lm_drive *")
     drive.ratio = design.ratio
     drive.rated_torque_Nm = design.rated_torque_Nm
-    for path, default in TOOTH_DEFAULTS.items():
-        _set(drive, path, default)
-    drive.generator.floating = 1
+    for key in itertools.chain.from_iterable(FIELDS.values()):
+        if key.default is not None:
+            value = key.default if key.kind == "real" else int(key.default)
+            _set(drive, field_path(key.section, key), value)
     _set_all(drive, design, paths)
     return drive
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lostmotion import units
+from lostmotion import structs, units
 from lostmotion.core import core
 from lostmotion.design.engine import engine, figures, keys, limits, text_of
 from lostmotion.drives import parse_drive, read_toml
@@ -95,7 +95,11 @@ SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
 
 DEFORMATION = "teeth.deformation"
 
-NAMED = {"generator.type": GENERATORS, DEFORMATION: DEFORMATIONS}
+NAMED = {
+    structs.field_path(key.section, key): key.choices
+    for key in structs.design_keys()
+    if key.kind == "choice"
+}
 """Keys whose values are names."""
 
 WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
