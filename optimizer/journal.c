@@ -1,5 +1,6 @@
 #if !defined(_WIN32)
 #define _XOPEN_SOURCE 700 /* lockf */
+#include <sys/stat.h>
 #include <unistd.h>
 #endif
 
@@ -44,6 +45,17 @@ static void fill_header(header *h, const char *spec) {
   h->spec_hash = lm_hash_text(spec);
   h->spec_length = (uint32_t)strlen(spec);
   h->answer_size = (uint32_t)sizeof(lm_answer);
+}
+
+/* A pipe would be waited at for ever. */
+static int is_regular(FILE *file) {
+#if !defined(_WIN32)
+  struct stat found;
+  return fstat(fileno(file), &found) == 0 && S_ISREG(found.st_mode);
+#else
+  (void)file;
+  return 1;
+#endif
 }
 
 /* 1: another process has the file. Else it is ours until it is closed, also by our end; where the
@@ -168,8 +180,7 @@ static lm_status cut(FILE *file, long length) {
   return fseek(file, length, SEEK_SET) == 0 ? LM_OK : LM_CORRUPT;
 }
 
-lm_status lm_resume_journal(const char *path, const char *spec,
-                            void (*sink)(void *context, const lm_answer *answer), void *context,
+lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink sink, void *context,
                             lm_journal **journal, lm_journal_report *report) {
   lm_answer *answer;
   lm_status status;
@@ -184,6 +195,11 @@ lm_status lm_resume_journal(const char *path, const char *spec,
   if (file == NULL) {
     return LM_CORRUPT;
   }
+  if (!is_regular(file)) {
+    fclose(file);
+    errno = 0;
+    return LM_CORRUPT;
+  }
   if (is_held(file)) {
     fclose(file);
     errno = EBUSY;
@@ -193,14 +209,16 @@ lm_status lm_resume_journal(const char *path, const char *spec,
   status = answer == NULL ? LM_TOO_SMALL : check_header(file, spec);
   if (status == LM_OK) {
     whole = ftell(file);
-    while (read_record(file, answer)) {
-      sink(context, answer);
-      report->answers++;
+    while (status == LM_OK && read_record(file, answer)) {
+      status = sink(context, answer) == LM_OK ? LM_OK : LM_OUT_OF_RANGE;
+      report->answers += status == LM_OK;
       whole = ftell(file);
     }
-    status = fseek(file, 0, SEEK_END) == 0 ? LM_OK : LM_CORRUPT;
-    end = ftell(file);
-    report->torn = end != whole;
+    if (status == LM_OK) {
+      status = fseek(file, 0, SEEK_END) == 0 ? LM_OK : LM_CORRUPT;
+      end = ftell(file);
+      report->torn = end != whole;
+    }
     if (status == LM_OK) {
       status = cut(file, whole);
     }

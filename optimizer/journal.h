@@ -30,11 +30,14 @@ typedef struct lm_journal_report {
   int torn;    /* 1: the end of the file was no whole record and has been cut off */
 } lm_journal_report;
 
+/* Takes an answer of a journal; LM_OK: go on. */
+typedef lm_status (*lm_journal_sink)(void *context, const lm_answer *answer);
+
 /* Go on with a journal: every answer goes to the sink in the order of the file, then the journal
  * stands open for more. LM_NULL; LM_CORRUPT: no such file (errno), another process has it (errno
- * EBUSY), no journal, or of another build; LM_INCONSISTENT: of another spec. */
-lm_status lm_resume_journal(const char *path, const char *spec,
-                            void (*sink)(void *context, const lm_answer *answer), void *context,
+ * EBUSY), no journal, or of another build; LM_INCONSISTENT: of another spec; LM_OUT_OF_RANGE: the
+ * sink refused the answer number report->answers + 1. Then the file stays as it was. */
+lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink sink, void *context,
                             lm_journal **journal, lm_journal_report *report);
 
 /* Add an answer. LM_NULL, LM_CORRUPT (errno: disk full and so on; what was

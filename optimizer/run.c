@@ -52,13 +52,15 @@ static void join(char path[PATH_MAX_CHARACTERS], const lm_run *run, const char *
   snprintf(path, PATH_MAX_CHARACTERS, "%s/%s", run->folder, name);
 }
 
-/* Files appear whole: written beside and renamed. */
+/* Files appear whole: written beside and renamed. What a killed search left beside goes; a link
+ * that somebody put there is not followed. */
 static FILE *begin_file(const lm_run *run, const char *name) {
   char path[PATH_MAX_CHARACTERS];
   char part[80];
   snprintf(part, sizeof part, "%s.part", name);
   join(path, run, part);
-  return fopen(path, "w");
+  (void)unlink(path);
+  return fopen(path, "wx");
 }
 
 /* 1: the file is whole and in its place; otherwise nothing is left of it. */
@@ -107,8 +109,8 @@ static lm_status take(lm_run *run, const lm_answer *answer) {
   return status;
 }
 
-static void take_old(void *context, const lm_answer *answer) {
-  (void)take((lm_run *)context, answer);
+static lm_status take_old(void *context, const lm_answer *answer) {
+  return take((lm_run *)context, answer);
 }
 
 lm_status lm_take_answer(lm_run *run, const lm_answer *answer) {
@@ -124,6 +126,40 @@ lm_status lm_take_answer(lm_run *run, const lm_answer *answer) {
 
 /* --- begin --------------------------------------------------------------------------------------
  */
+
+/* 1: the same file, whatever its names. */
+static int is_same(const char *a, const char *b) {
+  struct stat of_a;
+  struct stat of_b;
+  return stat(a, &of_a) == 0 && stat(b, &of_b) == 0 && of_a.st_dev == of_b.st_dev &&
+         of_a.st_ino == of_b.st_ino;
+}
+
+/* Refuse a folder in which the results would take the place of the spec or, without a journal, of
+ * files that no search there wrote. */
+static int check_results(const lm_run *run, const char *spec_name, int resume,
+                         char note[LM_NOTE_MAX]) {
+  static const char *const names[] = LM_RESULT_NAMES;
+  char path[PATH_MAX_CHARACTERS];
+  struct stat found;
+  int begun;
+  size_t i;
+  join(path, run, "journal.bin");
+  begun = resume || lstat(path, &found) == 0;
+  for (i = 0; i < sizeof names / sizeof names[0]; i++) {
+    join(path, run, names[i]);
+    if (is_same(path, spec_name)) {
+      return say(note, LM_EXIT_BAD_INPUT,
+                 "%s: found the spec itself where a result goes, expected another folder", path);
+    }
+    if (!begun && lstat(path, &found) == 0) {
+      return say(note, LM_EXIT_BAD_INPUT,
+                 "%s: found a file that no search in this folder wrote, expected another folder",
+                 path);
+    }
+  }
+  return LM_EXIT_DONE;
+}
 
 static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_NOTE_MAX]) {
   char path[PATH_MAX_CHARACTERS];
@@ -156,6 +192,12 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
                "%s: found the journal of another spec, expected the one that began it; "
                "start_from in [search] begins anew with its designs, in another folder",
                path);
+  }
+  if (status == LM_OUT_OF_RANGE) {
+    return say(note, LM_EXIT_BAD_INPUT,
+               "%s: found an answer that no task of this search has (number %d), expected the "
+               "journal that this search wrote",
+               path, report.answers + 1);
   }
   if (status != LM_OK && errno == EBUSY) {
     return say(note, LM_EXIT_BAD_INPUT,
@@ -199,7 +241,10 @@ int lm_open_run(const char *spec_name, const char *spec, const char *folder, int
       status = say(note, LM_EXIT_FAILED, "no temporary file: %s", strerror(errno));
     } else {
       fprintf(r->history, "tasks,evaluations,best,front\n");
-      status = open_journal(r, spec, resume, note);
+      status = check_results(r, spec_name, resume, note);
+      if (status == LM_EXIT_DONE) {
+        status = open_journal(r, spec, resume, note);
+      }
     }
   }
   if (status != LM_EXIT_DONE) {

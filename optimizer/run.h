@@ -26,6 +26,11 @@ extern "C" {
 
 #define LM_NOTE_MAX 1024
 
+/* What the search, and the package behind it, write into the folder beside the journal. */
+#define LM_RESULT_NAMES                                                      \
+  {"best.toml",       "front.csv",   "combinations.csv", "certificate.json", \
+   "infeasible.json", "nearest.csv", "history.csv",      "report.html"}
+
 #define LM_EXIT_DONE 0
 #define LM_EXIT_FAILED 1
 #define LM_EXIT_BAD_INPUT 2
@@ -34,7 +39,9 @@ extern "C" {
 typedef struct lm_run lm_run;
 
 /* Begin a search in a folder, which is made, or go on with the one that is there. The spec is a
- * text of spec.h; its name is for messages. On anything but 0 nothing was written and *run is null.
+ * text of spec.h; its name is for messages, and where it is that of a file, no result takes its
+ * place. Nor does one take the place of a file that was there before the search. On anything but 0
+ * nothing was written and *run is null.
  * With 0 the note may say that the journal's end was torn. */
 int lm_open_run(const char *spec_name, const char *spec, const char *folder, int resume,
                 lm_run **run, char note[LM_NOTE_MAX]);

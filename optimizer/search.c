@@ -8,6 +8,7 @@
 #include "found.h"
 #include "race.h"
 #include "search_state.h"
+#include "sound_answer.h"
 #include "spread.h"
 
 #define SETTLE_SLOPES 300 /* gradients for one design; most take a third */
@@ -182,10 +183,10 @@ static void insert_settled(lm_search *search, const lm_found *found) {
 static void reduce_answer(lm_search *search, const lm_task *task, const lm_answer *answer) {
   const lm_problem *p = &search->problem;
   int i;
-  search->plain += answer->plain;
-  search->slopes += answer->slopes;
-  search->refused += answer->refused;
-  search->feasible += answer->feasible;
+  search->plain = lm_add_count(search->plain, answer->plain);
+  search->slopes = lm_add_count(search->slopes, answer->slopes);
+  search->refused = lm_add_count(search->refused, answer->refused);
+  search->feasible = lm_add_count(search->feasible, answer->feasible);
   search->tasks_done++;
   if (task->kind == LM_TASK_SETTLE) {
     for (i = 0; i < answer->found_count; i++) {
@@ -194,7 +195,7 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
     return;
   }
   if (task->kind != LM_TASK_REPAIR) {
-    search->used += lm_charge_of(p, answer);
+    search->used = lm_add_count(search->used, lm_charge_of(p, answer));
   } else if (answer->violation > 0 &&
              (!search->has_nearest || answer->value < search->nearest_slack)) {
     search->has_nearest = 1;
@@ -311,6 +312,9 @@ lm_status lm_accept_answer(lm_search *search, const lm_answer *answer) {
   if (lm_is_answered(search, answer->id)) {
     return LM_OK;
   }
+  if (!lm_is_sound_answer(&search->problem, search->combinations, answer)) {
+    return LM_OUT_OF_RANGE;
+  }
   search->answer[place] = *answer;
   search->answered[place] = 1;
   search->missing--;
@@ -366,7 +370,7 @@ int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FR
 }
 
 void lm_read_progress(const lm_search *search, lm_progress *progress) {
-  const int evaluations = search->plain + search->slopes;
+  const int evaluations = lm_add_count(search->plain, search->slopes);
   lm_found best;
   int i;
   memset(progress, 0, sizeof *progress);

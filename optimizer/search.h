@@ -59,7 +59,7 @@ void lm_close_search(lm_search *search);
 int lm_next_tasks(lm_search *search, const lm_task **tasks);
 
 /* Take an answer; one that is not awaited (a repetition) is ignored. LM_NULL, LM_OUT_OF_RANGE (an
- * id of no awaited or answered task). */
+ * id of no awaited or answered task, or values that no answer to it has: lm_is_sound_answer). */
 lm_status lm_accept_answer(lm_search *search, const lm_answer *answer);
 
 /* 1 when the answer to this task is in. */

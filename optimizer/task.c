@@ -1,5 +1,6 @@
 #include "task.h"
 
+#include <limits.h>
 #include <math.h>
 
 #include "points.h"
@@ -15,8 +16,9 @@ void lm_lead_aim(lm_aim *aim) {
 }
 
 int lm_charge_of(const lm_problem *problem, const lm_answer *answer) {
-  return answer->plain + answer->slopes * lm_slope_charge(problem) +
-         (answer->looks + LM_LOOKS_CHARGED - 1) / LM_LOOKS_CHARGED;
+  const int64_t charge = answer->plain + (int64_t)answer->slopes * lm_slope_charge(problem) +
+                         ((int64_t)answer->looks + LM_LOOKS_CHARGED - 1) / LM_LOOKS_CHARGED;
+  return charge < INT_MAX ? (int)charge : INT_MAX;
 }
 
 double lm_aim_value(const lm_problem *problem, const lm_aim *aim, const double objective[]) {

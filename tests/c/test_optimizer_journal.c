@@ -43,10 +43,15 @@ void tearDown(void) {
   free(last);
 }
 
-static void take(void *context, const lm_answer *found) {
+static lm_status take(void *context, const lm_answer *found) {
   (void)context;
   *last = *found;
   taken++;
+  return LM_OK;
+}
+
+static lm_status take_one(void *context, const lm_answer *found) {
+  return taken > 0 ? LM_OUT_OF_RANGE : take(context, found);
 }
 
 /* A journal with two answers, of 3 designs and of 2 members. */
@@ -95,6 +100,20 @@ static void test_answers_come_back_in_their_order(void) {
   TEST_ASSERT_EQUAL_INT(0, report.torn);
   TEST_ASSERT_EQUAL_INT(2, last->id);
   TEST_ASSERT_EQUAL_MEMORY(answer, last, offsetof(lm_answer, found) + 2 * sizeof last->found[0]);
+}
+
+/* What the sink refuses is no torn end: nothing is cut. */
+static void test_a_refused_answer_leaves_the_journal_as_it_was(void) {
+  lm_journal *journal = NULL;
+  write_journal();
+  TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE,
+                        lm_resume_journal(path, spec, take_one, NULL, &journal, &report));
+  TEST_ASSERT_EQUAL_INT(1, report.answers);
+  TEST_ASSERT_EQUAL_INT(0, report.torn);
+  TEST_ASSERT_NULL(journal);
+  taken = 0;
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(2, taken);
 }
 
 /* A record that is not what was written ends the journal there, and what follows it is cut. */
@@ -228,6 +247,7 @@ static void test_nothing_is_refused(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_answers_come_back_in_their_order);
+  RUN_TEST(test_a_refused_answer_leaves_the_journal_as_it_was);
   RUN_TEST(test_a_record_that_is_none_ends_the_journal);
   RUN_TEST(test_a_header_of_something_else_is_refused);
   RUN_TEST(test_a_journal_that_is_there_is_not_replaced);

@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "journal.h"
 #include "output.h"
 #include "run.h"
 #include "solve.h"
@@ -187,6 +188,87 @@ static void test_what_cannot_be_opened_is_told_and_nothing_written(void) {
   snprintf(command, sizeof command, "rmdir %s/journal.bin && echo hello > %s/journal.bin", folder,
            folder);
   TEST_ASSERT_EQUAL_INT(0, system(command));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
+  assert_noted("expected the journal of a search");
+}
+
+static void put(const char *name, const char *text) {
+  char path[256];
+  FILE *file;
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  file = fopen(path, "wb");
+  TEST_ASSERT_NOT_NULL(file);
+  fputs(text, file);
+  fclose(file);
+}
+
+/* A result takes the place of nothing that a search did not write, and never that of the spec. */
+static void test_files_that_no_search_wrote_are_not_overwritten(void) {
+  static const char *const names[] = LM_RESULT_NAMES;
+  char path[256];
+  size_t i;
+  for (i = 0; i < sizeof names / sizeof names[0]; i++) {
+    snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+    put(names[i], "mine");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(LM_EXIT_BAD_INPUT, open_here(small_spec, 0), names[i]);
+    assert_noted("that no search in this folder wrote");
+    TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, lm_open_run(path, small_spec, folder, 0, &run, note));
+    assert_noted("the spec itself");
+    assert_missing("journal.bin");
+    assert_holds(names[i], "mine");
+    TEST_ASSERT_EQUAL_INT(0, remove(path));
+  }
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  put("best.toml", "mine");
+  snprintf(path, sizeof path, "%s/best.toml", folder);
+  lm_close_run(run);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, lm_open_run(path, small_spec, folder, 1, &run, note));
+  assert_noted("the spec itself");
+  assert_holds("best.toml", "mine");
+}
+
+/* What a killed search left beside a result, or somebody put there, is not written through. */
+static void test_a_link_beside_a_result_is_not_followed(void) {
+  char link[256];
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  put("precious", "mine");
+  snprintf(link, sizeof link, "%s/front.csv.part", folder);
+  TEST_ASSERT_EQUAL_INT(0, symlink("precious", link));
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_STOPPED, lm_finish_run(run, LM_EXIT_STOPPED, note));
+  assert_holds("precious", "mine");
+  assert_holds("front.csv", "settled,");
+}
+
+/* A journal of somebody else, its checksums right: refused, and left as it was. */
+static void test_a_journal_with_an_answer_of_no_task_is_refused(void) {
+  const lm_task *tasks;
+  lm_answer *answer = (lm_answer *)calloc(1, sizeof *answer);
+  lm_journal *journal;
+  char path[256];
+  snprintf(path, sizeof path, "%s/journal.bin", folder);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
+  TEST_ASSERT_GREATER_THAN_INT(0, lm_next_tasks(lm_run_search(run), &tasks));
+  answer->id = tasks[0].id;
+  answer->combination = tasks[0].combination;
+  answer->found_count = 1;
+  answer->found[0].combination = 123456789;
+  lm_close_run(run);
+  run = NULL;
+  TEST_ASSERT_EQUAL_INT(0, remove(path));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, small_spec, &journal));
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(journal, answer));
+  lm_close_journal(journal);
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
+  assert_noted("found an answer that no task of this search has (number 1)");
+  TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
+  assert_noted("(number 1)");
+  free(answer);
+}
+
+static void test_a_pipe_is_no_journal(void) {
+  char path[256];
+  snprintf(path, sizeof path, "%s/journal.bin", folder);
+  TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_BAD_INPUT, open_here(small_spec, 1));
   assert_noted("expected the journal of a search");
 }
@@ -592,6 +674,10 @@ int main(void) {
   RUN_TEST(test_a_search_already_there_is_not_overwritten);
   RUN_TEST(test_a_stopped_run_goes_on_to_the_same_bytes);
   RUN_TEST(test_what_cannot_be_opened_is_told_and_nothing_written);
+  RUN_TEST(test_files_that_no_search_wrote_are_not_overwritten);
+  RUN_TEST(test_a_link_beside_a_result_is_not_followed);
+  RUN_TEST(test_a_journal_with_an_answer_of_no_task_is_refused);
+  RUN_TEST(test_a_pipe_is_no_journal);
   RUN_TEST(test_another_specs_journal_is_refused);
   RUN_TEST(test_limits_that_contradict_say_what_would_have_to_give);
   RUN_TEST(test_a_design_that_the_budget_does_not_meet_is_found);

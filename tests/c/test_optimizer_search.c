@@ -1,4 +1,6 @@
 /* The search as a whole: the same bytes whoever computes, in whatever order, and after a kill. */
+#include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -9,6 +11,7 @@
 #include "pool.h"
 #include "reference_drives.h"
 #include "search.h"
+#include "sound_answer.h"
 #include "spec.h"
 #include "stop.h"
 #include "unity.h"
@@ -62,6 +65,10 @@ static void read_spec(const char *text) {
 
 static void accept(void *context, const lm_answer *answer) {
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer((lm_search *)context, answer));
+}
+
+static lm_status take(void *context, const lm_answer *answer) {
+  return lm_accept_answer((lm_search *)context, answer);
 }
 
 static int is_answered(void *context, int id) {
@@ -139,6 +146,66 @@ static void test_an_answer_that_nobody_awaits_is_refused(void) {
   free(answer);
 }
 
+/* Each value of an answer in turn, out of its range: a journal of somebody else, its checksum
+ * right.
+ */
+static void test_an_answer_with_a_value_out_of_range_is_refused(void) {
+  lm_answer *sound = (lm_answer *)calloc(1, sizeof *sound);
+  lm_answer *bad = (lm_answer *)calloc(1, sizeof *bad);
+  int *const whole[] = {&bad->computed,
+                        &bad->plain,
+                        &bad->slopes,
+                        &bad->looks,
+                        &bad->refused,
+                        &bad->feasible,
+                        &bad->found_count,
+                        &bad->member_count,
+                        &bad->found[0].combination,
+                        &bad->found[0].settled,
+                        &bad->found[2].combination};
+  double *const real[] = {&bad->value,
+                          &bad->violation,
+                          &bad->unit[0],
+                          &bad->found[0].unit[1],
+                          &bad->found[0].violation,
+                          &bad->found[2].unit[0],
+                          &bad->found[1].objective[0]};
+  static const int wrong[] = {-1, INT_MIN, INT_MAX, 2000000000};
+  const lm_task *tasks;
+  size_t i;
+  size_t k;
+  read_spec(small_spec);
+  search = lm_open_search(&problem);
+  TEST_ASSERT_GREATER_THAN_INT(0, lm_next_tasks(search, &tasks));
+  sound->id = tasks[0].id;
+  sound->combination = tasks[0].combination;
+  sound->found_count = 2;
+  sound->member_count = 1;
+  for (i = 0; i < sizeof whole / sizeof whole[0]; i++) {
+    for (k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
+      *bad = *sound;
+      *whole[i] = wrong[k];
+      TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE, lm_accept_answer(search, bad));
+    }
+  }
+  for (i = 0; i < sizeof real / sizeof real[0]; i++) {
+    *bad = *sound;
+    *real[i] = NAN;
+    TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE, lm_accept_answer(search, bad));
+  }
+  for (k = 0; k < 2; k++) {
+    *bad = *sound;
+    bad->unit[0] = k == 0 ? -1e-9 : 1 + 1e-9;
+    TEST_ASSERT_EQUAL_INT(LM_OUT_OF_RANGE, lm_accept_answer(search, bad));
+  }
+  TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, sound));
+  TEST_ASSERT_EQUAL_INT(INT_MAX, lm_add_count(INT_MAX - 1, 2));
+  sound->slopes = LM_COUNTED_MAX;
+  TEST_ASSERT_EQUAL_INT(INT_MAX, lm_charge_of(&problem, sound));
+  free(sound);
+  free(bad);
+}
+
 /* --- journal --- */
 
 typedef struct recorder {
@@ -179,7 +246,7 @@ static void resume(recorder *r, lm_journal_report *report) {
   lm_close_search(search);
   search = lm_open_search(&problem);
   TEST_ASSERT_EQUAL_INT(LM_OK,
-                        lm_resume_journal(path, small_spec, accept, search, &r->journal, report));
+                        lm_resume_journal(path, small_spec, take, search, &r->journal, report));
 }
 
 /* Killed twice, the second time in the middle of writing a record. */
@@ -244,7 +311,7 @@ static void test_another_specs_journal_is_refused(void) {
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, "seed 4\n", &journal));
   lm_close_journal(journal);
   TEST_ASSERT_EQUAL_INT(LM_INCONSISTENT,
-                        lm_resume_journal(path, small_spec, accept, search, &journal, &report));
+                        lm_resume_journal(path, small_spec, take, search, &journal, &report));
 }
 
 static void test_what_is_no_journal_is_refused(void) {
@@ -254,9 +321,9 @@ static void test_what_is_no_journal_is_refused(void) {
   fputs("[drive]\n", file);
   fclose(file);
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT,
-                        lm_resume_journal(path, small_spec, accept, NULL, &journal, &report));
+                        lm_resume_journal(path, small_spec, take, NULL, &journal, &report));
   TEST_ASSERT_EQUAL_INT(
-      LM_CORRUPT, lm_resume_journal("no/such/file", small_spec, accept, NULL, &journal, &report));
+      LM_CORRUPT, lm_resume_journal("no/such/file", small_spec, take, NULL, &journal, &report));
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT, lm_create_journal("no/such/file", small_spec, &journal));
   TEST_ASSERT_EQUAL_INT(LM_NULL, lm_append_answer(NULL, NULL));
 }
@@ -471,6 +538,7 @@ int main(void) {
   RUN_TEST(test_one_and_three_threads_give_the_same_bytes);
   RUN_TEST(test_the_order_of_answers_does_not_matter);
   RUN_TEST(test_an_answer_that_nobody_awaits_is_refused);
+  RUN_TEST(test_an_answer_with_a_value_out_of_range_is_refused);
   RUN_TEST(test_a_killed_search_ends_in_the_same_bytes);
   RUN_TEST(test_a_changed_byte_ends_the_journal_there);
   RUN_TEST(test_another_specs_journal_is_refused);

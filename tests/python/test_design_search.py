@@ -11,10 +11,12 @@ import os
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import threading
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -687,6 +689,62 @@ def test_designs_that_the_new_ranges_exclude_are_left_out(
     small["search"]["range"]["teeth.tooth_height"] = [1.6, 1.8]
     with pytest.raises(InputError, match=r"without a column teeth\.tooth_height"):
         parse_spec(small, file)
+
+
+def test_a_spec_among_the_names_of_the_results_is_kept(
+    small: dict[str, Any],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = format_spec(small)
+    Path("best.toml").write_text(text)
+    assert main(["design", "best.toml", "-o", ".", "-q"]) == 2
+    said = "lostmotion: ./best.toml: found the spec itself where a result goes, expected another"
+    assert capsys.readouterr().err.startswith(said)
+    Path("spec.toml").write_text(text)
+    assert main(["design", "spec.toml", "-o", ".", "-q"]) == 2
+    assert "best.toml: found a file that no search in this folder" in capsys.readouterr().err
+    assert {p.name: p.read_text() for p in Path().iterdir()} == {
+        "best.toml": text,
+        "spec.toml": text,
+    }
+
+
+RECORD = struct.Struct("<III")
+"""Head of a journal's record: its mark, length and CRC."""
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [(0, -1), (4, 2**31 - 1), (8, 7), (12, -5), (28, 2**31 - 1)],
+    ids=["id", "combination", "computed", "plain", "feasible"],
+)
+def test_a_journal_of_somebody_else_is_refused_in_one_line(
+    reference: tuple[Path, Path, dict[str, bytes]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    place: int,
+    value: int,
+) -> None:
+    spec, run, _ = reference
+    shutil.copytree(run, tmp_path / "run")
+    file = tmp_path / "run" / "journal.bin"
+    journal = bytearray(file.read_bytes())
+    at = journal.index(b"NAML")
+    mark, length, crc = RECORD.unpack_from(journal, at)
+    body = memoryview(journal)[at + RECORD.size : at + RECORD.size + length]
+    assert zlib.crc32(body) == crc
+    struct.pack_into("<i", body, place, value)
+    RECORD.pack_into(journal, at, mark, length, zlib.crc32(body))
+    file.write_bytes(journal)
+    before = {path.name: path.read_bytes() for path in file.parent.iterdir()}
+    status = main(["design", str(spec), "-o", str(file.parent), "--resume", "-q"])
+    error = capsys.readouterr().err
+    assert (status, error.count("\n")) == (2, 1)
+    assert "journal.bin: found an answer that no task of this search has (number 1)" in error
+    assert {path.name: path.read_bytes() for path in file.parent.iterdir()} == before
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,26 @@
+/* Whether an answer can be one of a problem. Answers come from files and other machines: their
+ * checksum tells damage, not truth, so each is looked at before the search indexes by it. */
+#ifndef LOSTMOTION_OPTIMIZER_SOUND_ANSWER_H
+#define LOSTMOTION_OPTIMIZER_SOUND_ANSWER_H
+
+#include "task.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Most evaluations that an answer counts: the largest budget of a spec. */
+#define LM_COUNTED_MAX 1000000000
+
+/* 1: every count, combination and point lies in its range, and no value is NaN. `combinations` as
+ * by lm_count_combinations(). */
+int lm_is_sound_answer(const lm_problem *problem, int combinations, const lm_answer *answer);
+
+/* a + b, at most the largest int; both >= 0. */
+int lm_add_count(int a, int b);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
