@@ -25,9 +25,9 @@ from sklearn.ensemble import HistGradientBoostingRegressor
 from sklearn.inspection import permutation_importance
 from sklearn.linear_model import LassoCV
 
-from lostmotion.discover.base import Base
-from lostmotion.discover.candidates import named_candidates
-from lostmotion.discover.effects import library
+from lostmotion.candidates.named import named_candidates
+from lostmotion.effects.library import library
+from lostmotion.fit.baseline import Base
 
 FloatArray = npt.NDArray[np.float64]
 

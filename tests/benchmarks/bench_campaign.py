@@ -17,10 +17,10 @@ from typing import Any
 
 from lostmotion.compare import compare
 from lostmotion.discover import diagnose
-from lostmotion.discover.threads import cores
 from lostmotion.drives import read_drive
 from lostmotion.model import make_backbone
 from lostmotion.recordings import read_campaign
+from lostmotion.threads import cores
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rig.campaign import make_campaign

@@ -29,11 +29,11 @@ from diagnosis_tables import page
 from verdicts import judge, kind_of
 
 from lostmotion.discover import diagnose
-from lostmotion.discover.diagnosis import Diagnosis
-from lostmotion.discover.threads import one_thread
+from lostmotion.discover.answer import Diagnosis
 from lostmotion.drives import Drive, read_drive
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, read_campaign
+from lostmotion.threads import one_thread
 
 Record = dict[str, Any]
 
@@ -83,9 +83,9 @@ def run_rivals(truth_file: Path) -> Record:
     """Let other tools try one campaign."""
     from baselines import baselines
 
-    from lostmotion.discover.base import Base
-    from lostmotion.discover.conditions import Conditions
-    from lostmotion.discover.study import clean_outliers
+    from lostmotion.discover.outliers import clean_outliers
+    from lostmotion.effects.conditions import Conditions
+    from lostmotion.fit.baseline import Base
 
     truth, drive, campaign = read(truth_file)
     cpu = time.process_time()

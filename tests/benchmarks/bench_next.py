@@ -34,9 +34,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from rig.following import drive_number, followed, offered, options_text, repeated
 from rig.plans import Run
 
-from lostmotion.discover.effects import library
-from lostmotion.discover.plans import next_runs, read_plan
-from lostmotion.discover.threads import one_thread
+from lostmotion.discover.next_run import next_runs
+from lostmotion.discover.plan_file import read_plan
+from lostmotion.effects.library import library
+from lostmotion.threads import one_thread
 
 UNDECIDED = ("aliased", "short")
 """Suites whose plans leave effects open."""

@@ -303,7 +303,7 @@ def rivals(tried: list[Record], rows: list[Record]) -> list[str]:
     """What other tools claim first, beside ours."""
     from baselines import claim, wanted_columns
 
-    from lostmotion.discover.effects import library
+    from lostmotion.effects.library import library
 
     ours = {(d["suite"], d["name"]): d for d in rows if d["what"] == "diagnosis"}
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion import cli
-from lostmotion.discover.template import template
 from lostmotion.drives import format_toml, read_toml
+from lostmotion.effects.template import template
 
 RUNS, ROWS = 3, 40
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import binom
 
-from lostmotion.discover.noise import Noise
+from lostmotion.evidence.noise import Noise
 
 Numbers = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]

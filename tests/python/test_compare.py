@@ -22,16 +22,16 @@ from lostmotion.compare.chance import explained
 from lostmotion.compare.loops import directions, zero_widths
 from lostmotion.compare.repeatability import noise_floor
 from lostmotion.discover import Value, diagnose, effect
-from lostmotion.discover.base import PLAY_RANGE, PLAYS
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.drive_base import make_base
-from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import fit_model
+from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import format_toml, read_drive
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
+from lostmotion.fit.baseline import PLAY_RANGE, PLAYS
+from lostmotion.fit.drive_file import make_base
+from lostmotion.fit.least_squares import break_stick, stick_jacobian
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, Run, read_campaign
-from lostmotion.solve import break_stick, stick_jacobian
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]

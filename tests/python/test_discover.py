@@ -13,32 +13,30 @@ import pytest
 
 from conftest import needs_compiler
 from lostmotion.backbone import run_plays
+from lostmotion.candidates.tangents import form_of
 from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library, selection
-from lostmotion.discover.base import RUN_SCATTER, Base, Term
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import plausible
-from lostmotion.discover.drive_base import make_base
-from lostmotion.discover.effects import load_python, load_shared_object
-from lostmotion.discover.judging import size_of
-from lostmotion.discover.ladder import fit_model
-from lostmotion.discover.plans import check, next_runs
+from lostmotion.discover.answer import plausible
+from lostmotion.discover.fitted_model import fit_model
+from lostmotion.discover.gates import size_of
+from lostmotion.discover.linearise import plain_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.next_run import next_runs
+from lostmotion.discover.outliers import clean_outliers
+from lostmotion.discover.recording_check import check
 from lostmotion.discover.refits import refitted, without_deviations
 from lostmotion.discover.selection import taken_from_all, without_idle
-from lostmotion.discover.study import (
-    clean_outliers,
-    estimate_noise,
-    plain_rms,
-    settle,
-    term_size,
-)
-from lostmotion.discover.tangents import form_of
-from lostmotion.discover.template import template
-from lostmotion.discover.threads import in_parallel
+from lostmotion.discover.terms import term_size
 from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.loading import load_python, load_shared_object
+from lostmotion.effects.template import template
 from lostmotion.errors import InputError
+from lostmotion.fit.baseline import RUN_SCATTER, Base, Term
+from lostmotion.fit.drive_file import make_base
 from lostmotion.recordings import Campaign, Run
 from lostmotion.report.discovery import verdict_sentence
+from lostmotion.threads import in_parallel
 from lostmotion.units import parse_unit
 
 ARCSEC = np.pi / 180 / 3600

@@ -9,27 +9,23 @@ import pytest
 from test_discover import RATED_NM, RATIO, campaign, torque_of
 
 from lostmotion.backbone import run_plays
+from lostmotion.candidates.between_runs import SIDE_LEAST, levels, partings, run_drifts, scan
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.named import named_candidates
+from lostmotion.candidates.shapes import waves
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.base import Base, Term
-from lostmotion.discover.between_runs import SIDE_LEAST, levels, partings, run_drifts, scan
-from lostmotion.discover.candidates import Candidate, named_candidates
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.contest import Contest
-from lostmotion.discover.diagnosis import noise_floor
-from lostmotion.discover.evidence import gather
-from lostmotion.discover.judging import accepted, judge, paid_by_kind
-from lostmotion.discover.noise import Noise
+from lostmotion.discover.contest_round import Field, make_candidates, make_field
+from lostmotion.discover.gates import accepted, judge, paid_by_kind
+from lostmotion.discover.linearise import noise_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.noise_floor import noise_floor
 from lostmotion.discover.refits import refit
-from lostmotion.discover.shapes import waves
-from lostmotion.discover.study import (
-    Field,
-    contest_of_term,
-    estimate_noise,
-    make_candidates,
-    make_field,
-    noise_rms,
-    settle,
-)
+from lostmotion.discover.terms import contest_of_term
+from lostmotion.effects.conditions import Conditions
+from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.gram import gather
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import Base, Term
 from lostmotion.recordings import Campaign, Run
 
 ARCSEC = np.pi / 180 / 3600

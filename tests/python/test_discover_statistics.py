@@ -8,10 +8,10 @@ from nulls import ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.contest import LOG_OMEGA, Contest, without_scatter
-from lostmotion.discover.diagnosis import noncentrality
-from lostmotion.discover.evidence import gather
-from lostmotion.discover.noise import Noise, autoregression, fit_noise, rate_groups, variance_of
+from lostmotion.discover.detectable import noncentrality
+from lostmotion.evidence.contest import LOG_OMEGA, Contest, without_scatter
+from lostmotion.evidence.gram import gather
+from lostmotion.evidence.noise import Noise, autoregression, fit_noise, rate_groups, variance_of
 
 RUNS, ROWS = 14, 120
 

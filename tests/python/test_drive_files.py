@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from conftest import BOUGHT, DRAWN
 from lostmotion.core import core, library_effects
-from lostmotion.discover.drive_base import term_from
-from lostmotion.discover.effects import library
 from lostmotion.drives import EFFECTS, format_toml, parse_drive, read_drive, write_drive
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import make_controller
+from lostmotion.fit.drive_file import term_from
 from lostmotion.keys import Key, read_table
 from lostmotion.model import design_model
 from lostmotion.predict import predict

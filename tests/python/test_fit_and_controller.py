@@ -9,14 +9,14 @@ import numpy.typing as npt
 import pytest
 
 from lostmotion.core import core
-from lostmotion.discover.base import PLAYS, Base, Term
-from lostmotion.discover.conditions import RATE_WINDOW, Conditions
-from lostmotion.discover.drive_base import restore
-from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import FittedModel, fit_model
+from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import PLAY_ENVELOPE, PLAY_KNEE, format_toml, read_drive
+from lostmotion.effects.conditions import RATE_WINDOW, Conditions
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import build, make_controller
+from lostmotion.fit.baseline import PLAYS, Base, Term
+from lostmotion.fit.drive_file import restore
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.replay import OUTPUTS, conditions, replay
 from lostmotion.units import ARCSEC
@@ -74,7 +74,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 
 
 PLACES = ("inside", "both")
-"""Where friction sits (`lostmotion.discover.held_out.Friction`)."""
+"""Where friction sits (`lostmotion.fit.held_out.Friction`)."""
 
 OUTSIDE = 0.04
 """Compliance of each play outside, over the least one of the backbone."""

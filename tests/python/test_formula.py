@@ -10,8 +10,9 @@ import pytest
 
 from conftest import needs_compiler
 from lostmotion.discover import Value, formula
-from lostmotion.discover.effects import Effect, load_shared_object
-from lostmotion.discover.formula import write_c
+from lostmotion.effects.effect import Effect
+from lostmotion.effects.formula import write_c
+from lostmotion.effects.loading import load_shared_object
 from lostmotion.errors import InputError
 
 LIB = Path(__file__).parents[2] / "lib"

@@ -11,10 +11,10 @@ from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.compare import compare
 from lostmotion.discover import Diagnosis, FittedModel, diagnose, fit_model
-from lostmotion.discover.drive_base import make_base
-from lostmotion.discover.effects import library
 from lostmotion.drives import Drive, parse_drive, read_drive
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
+from lostmotion.fit.drive_file import make_base
 from lostmotion.model import make_backbone
 from lostmotion.predict import predict
 from lostmotion.recordings import QUANTITIES, Campaign

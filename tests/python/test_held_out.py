@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from test_discover import ARCSEC, RATED_NM, RATIO, campaign
 
-from lostmotion.discover import held_out, library
-from lostmotion.discover.base import Base, Term
-from lostmotion.discover.candidates import named_candidates
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.held_out import held_out_residual
+from lostmotion.candidates.named import named_candidates
+from lostmotion.discover import library
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit import held_out
+from lostmotion.fit.baseline import Base, Term
+from lostmotion.fit.held_out import held_out_residual
 
 RUNS = 9
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from lostmotion.cli import main
-from lostmotion.discover.candidates import closed_by_columns
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.effects import library
 from lostmotion.drives import read_drive
+from lostmotion.effects.columns import closed_by_columns
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.recordings import Protocol, read_campaign
 from lostmotion.sample import sample_campaign

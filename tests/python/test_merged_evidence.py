@@ -14,13 +14,13 @@ from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 from lostmotion.backbone import run_plays
 from lostmotion.cli import main
 from lostmotion.discover import diagnose, fit_model
-from lostmotion.discover.campaign_evidence import Body, load_body
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.effects import library
-from lostmotion.discover.evidence_verdict import judge_body
-from lostmotion.discover.merging import merge_bodies
+from lostmotion.discover.merged_verdict import judge_body
 from lostmotion.drives import parse_drive, read_drive
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
+from lostmotion.evidence.file import Body, load_body
+from lostmotion.evidence.merging import merge_bodies
 from lostmotion.recordings import Campaign
 from lostmotion.units import ARCSEC
 

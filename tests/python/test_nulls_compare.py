@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from lostmotion.compare.chance import explained
 from lostmotion.compare.failures import where_it_fails
 from lostmotion.compare.repeatability import noise_floor
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
 from lostmotion.recordings import Campaign, Run
 
 TRIALS = 60

@@ -8,9 +8,7 @@ from nulls import fewest, most, ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.contest import Contest
-from lostmotion.discover.evidence import Evidence, gather
-from lostmotion.discover.judging import (
+from lostmotion.discover.gates import (
     PAIRED_T,
     SIGNED_RANK,
     accepted,
@@ -18,7 +16,9 @@ from lostmotion.discover.judging import (
     signed_rank,
     told_apart,
 )
-from lostmotion.discover.noise import fit_noise
+from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.gram import Evidence, gather
+from lostmotion.evidence.noise import fit_noise
 
 RUNS, ROWS, SCATTER, COLOUR = 14, 100, 0.5, 0.7
 CANDIDATES = 16

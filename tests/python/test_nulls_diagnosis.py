@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from test_discover import DRIVE, RATED_NM, RATIO, campaign
 
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.ladder import fit_model
+from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import parse_drive, tomllib
 from lostmotion.recordings import Campaign
 

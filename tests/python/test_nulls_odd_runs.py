@@ -8,8 +8,6 @@ from nulls import fewest, most, ramps, white
 from test_discover import RATED_NM, RATIO, campaign
 
 from lostmotion.discover import diagnose
-from lostmotion.discover.contest import Contest
-from lostmotion.discover.evidence import gather
 from lostmotion.discover.odd_runs import (
     LEVEL,
     TESTED_LEAST,
@@ -20,6 +18,8 @@ from lostmotion.discover.odd_runs import (
     parted_by,
     share_told,
 )
+from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.gram import gather
 
 RUNS, ROWS = 24, 60
 LOADS = np.tile([1.0, 2.0, 3.0], RUNS // 3)

@@ -8,12 +8,12 @@ from nulls import most
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.base import Base
-from lostmotion.discover.conditions import Conditions
 from lostmotion.discover.events import SCORE_LEAST, scan_run
-from lostmotion.discover.noise import PERSISTENCE_MAX, Noise, fit_noise
-from lostmotion.discover.plans import check
-from lostmotion.discover.study import clean_outliers
+from lostmotion.discover.outliers import clean_outliers
+from lostmotion.discover.recording_check import check
+from lostmotion.effects.conditions import Conditions
+from lostmotion.evidence.noise import PERSISTENCE_MAX, Noise, fit_noise
+from lostmotion.fit.baseline import Base
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.encoders import unwrap
 from lostmotion.recordings.soundness import check_sign, longest_stuck

@@ -28,10 +28,10 @@ from lostmotion.catalogue import PARTS
 from lostmotion.cli import main
 from lostmotion.compare import Comparison, compare
 from lostmotion.discover import diagnose
-from lostmotion.discover.diagnosis import Diagnosis
-from lostmotion.discover.effects import library
-from lostmotion.discover.ladder import FittedModel, fit_model
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import Drive, parse_drive, read_drive
+from lostmotion.effects.library import library
 from lostmotion.model import design_model, make_backbone
 from lostmotion.predict import predict
 from lostmotion.recordings import Campaign, Run, read_campaign

@@ -7,12 +7,14 @@ import pytest
 from nulls import most
 from test_discover import ARCSEC, RATED_NM, RATIO, campaign
 
+from lostmotion.candidates.ripples import ripples
 from lostmotion.discover import diagnose
-from lostmotion.discover.base import Base
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.judging import judge_all
-from lostmotion.discover.ripples import ripples
-from lostmotion.discover.study import estimate_noise, make_field, settle
+from lostmotion.discover.contest_round import make_field
+from lostmotion.discover.gates import judge_all
+from lostmotion.discover.linearise import settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit.baseline import Base
 from lostmotion.recordings import Campaign
 
 TURNS = 7.3

@@ -10,12 +10,12 @@ from test_discover import RATED_NM, RATIO, campaign, write
 
 from lostmotion.backbone import run_plays
 from lostmotion.discover import diagnose
-from lostmotion.discover.base import PLAYS, Base
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.effects import library
-from lostmotion.discover.evidence_verdict import judge_body
-from lostmotion.discover.merging import merge_bodies
+from lostmotion.discover.merged_verdict import judge_body
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.library import library
+from lostmotion.evidence.merging import merge_bodies
+from lostmotion.fit.baseline import PLAYS, Base
 from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.sample import thin_campaign
 from lostmotion.units import ARCSEC

@@ -7,14 +7,14 @@ import pytest
 from test_discover import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion.backbone import run_plays
+from lostmotion.candidates.slipped_teeth import jumps
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.base import Base
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.evidence_verdict import judge_body
-from lostmotion.discover.merging import merge_bodies
-from lostmotion.discover.slipped_teeth import jumps
+from lostmotion.discover.merged_verdict import judge_body
 from lostmotion.drives import parse_drive, tomllib
+from lostmotion.effects.conditions import Conditions
+from lostmotion.evidence.merging import merge_bodies
+from lostmotion.fit.baseline import Base
 from lostmotion.recordings import Campaign, Run
 
 TOOTH_RAD = 2 * np.pi / (2 * RATIO + 2)

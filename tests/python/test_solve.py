@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares, lsq_linear
 
-from lostmotion.solve import bounded_least_squares, solve_within
+from lostmotion.fit.least_squares import bounded_least_squares, solve_within
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -17,10 +17,12 @@ from lostmotion.backbone import Backbone
 from lostmotion.cli import main
 from lostmotion.commands.discover import show_diagnosis, show_next
 from lostmotion.compare import Comparison, compare
-from lostmotion.discover.drive_base import term_from
-from lostmotion.discover.effects import find_effect, library, load
-from lostmotion.discover.plans import rank_correlation
+from lostmotion.discover.recording_check import rank_correlation
+from lostmotion.effects.effect import find_effect
+from lostmotion.effects.library import library
+from lostmotion.effects.loading import load
 from lostmotion.errors import InputError
+from lostmotion.fit.drive_file import term_from
 from lostmotion.recordings import Campaign, Finding, read_campaign, told
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.bench import Bench

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.discover.effects import library
+from lostmotion.effects.library import library
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import (
     chance,

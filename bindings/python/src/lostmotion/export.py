@@ -43,7 +43,7 @@ from lostmotion.model import (
 from lostmotion.units import ARCMIN, ARCSEC
 
 if TYPE_CHECKING:
-    from lostmotion.discover.effects import Effect
+    from lostmotion.effects.effect import Effect
 
 FloatArray = npt.NDArray[np.float64]
 Profile = Literal["standard", "full", "gap"]
@@ -791,7 +791,7 @@ def _own_sources(controller: Controller, folder: Path) -> dict[Path, str]:
     InputError
         When an effect is a Python function.
     """
-    from lostmotion.discover.formula import write_c
+    from lostmotion.effects.formula import write_c
 
     made = {
         folder / f"{effect.name}.c": write_c(effect)

@@ -10,12 +10,12 @@ from lostmotion.errors import InputError
 
 if TYPE_CHECKING:
     from lostmotion.core import Bits
-    from lostmotion.discover.effects import Effect
+    from lostmotion.effects.effect import Effect
 
 
 def effects_of(arguments: argparse.Namespace) -> dict[str, Effect]:
     """Return the library's effects and the user's own."""
-    from lostmotion.discover.effects import library
+    from lostmotion.effects.library import library
 
     return {**library(), **own_effects(arguments)}
 
@@ -24,7 +24,8 @@ def own_effects(arguments: argparse.Namespace, bits: Bits = 64) -> dict[str, Eff
     """Return the user's own effects, those in C compiled in a precision."""
     found: dict[str, Effect] = {}
     for file in arguments.effects:
-        from lostmotion.discover.effects import library, load
+        from lostmotion.effects.library import library
+        from lostmotion.effects.loading import load
 
         for name, effect in load(file, bits).items():
             if name in library() or name in found:

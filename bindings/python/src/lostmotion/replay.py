@@ -27,7 +27,7 @@ from lostmotion.recordings import Campaign, Run
 from lostmotion.units import ARCSEC
 
 if TYPE_CHECKING:
-    from lostmotion.discover.effects import Effect
+    from lostmotion.effects.effect import Effect
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -26,7 +26,6 @@ import numpy.typing as npt
 
 from lostmotion.backbone import run_plays
 from lostmotion.cluster import connect, no_dask
-from lostmotion.discover.threads import cores
 from lostmotion.errors import InputError, one_line
 from lostmotion.recordings import (
     QUANTITIES,
@@ -56,6 +55,7 @@ from lostmotion.recordings.tables import (
     open_parquet,
     read_table,
 )
+from lostmotion.threads import cores
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]

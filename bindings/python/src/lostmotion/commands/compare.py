@@ -8,7 +8,7 @@ from typing import TextIO
 from lostmotion import units
 from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
-from lostmotion.discover.drive_base import SAMPLES_LEAST
+from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table

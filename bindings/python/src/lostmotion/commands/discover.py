@@ -12,25 +12,24 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.commands.inputs import protocol_of, read_inputs
-from lostmotion.discover.campaign_evidence import load_body
+from lostmotion.discover.advice import RUNS_LEAST, count_runs
+from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.common_columns import gather_body
-from lostmotion.discover.diagnosis import (
-    RUNS_LEAST,
-    Diagnosis,
-    count_pieces,
-    count_runs,
-    diagnose,
-)
-from lostmotion.discover.effects import Effect, card, find_effect, library
+from lostmotion.discover.diagnosis import count_pieces, diagnose
 from lostmotion.discover.events import dependence
-from lostmotion.discover.evidence_verdict import judge_body
-from lostmotion.discover.ladder import FittedModel, fit_model
-from lostmotion.discover.merging import merge_bodies
-from lostmotion.discover.plans import check, forecast, next_runs, read_plan
-from lostmotion.discover.template import template
-from lostmotion.discover.threads import one_thread
+from lostmotion.discover.fitted_model import FittedModel, fit_model
+from lostmotion.discover.forecast import forecast
+from lostmotion.discover.merged_verdict import judge_body
+from lostmotion.discover.next_run import next_runs
+from lostmotion.discover.plan_file import read_plan
+from lostmotion.discover.recording_check import check
 from lostmotion.drives import Drive, format_toml, read_drive
+from lostmotion.effects.effect import Effect, card, find_effect
+from lostmotion.effects.library import library
+from lostmotion.effects.template import template
 from lostmotion.errors import InputError
+from lostmotion.evidence.file import load_body
+from lostmotion.evidence.merging import merge_bodies
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, number
@@ -47,6 +46,7 @@ from lostmotion.report.wording import (
     TOO_SMALL,
 )
 from lostmotion.terminal import Progress, deliver, show_findings
+from lostmotion.threads import one_thread
 from lostmotion.units import plain_number
 
 RATIO_MAX = 1e4

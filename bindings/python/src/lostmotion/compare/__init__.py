@@ -1,6 +1,6 @@
 """Model against measurement: how well the base model fits, and where it fails.
 
-The base of `lostmotion.discover.base`, the one that `diagnose` starts from, is fitted to a
+The baseline model of `lostmotion.fit`, the one that `diagnose` starts from, is fitted to a
 campaign, tested on runs that the fit has not seen (`comparison`), and set against the repeatability
 of the recordings (`repeatability`). What is left is then asked of every recorded quantity: how much
 of it hangs on that quantity (`failures`), and could that be chance (`chance`)?

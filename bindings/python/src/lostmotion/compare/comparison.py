@@ -13,17 +13,18 @@ from lostmotion.backbone import Backbone
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Noise, noise_floor
-from lostmotion.discover.base import Base
-from lostmotion.discover.candidates import closed_by_columns
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.drive_base import make_base
-from lostmotion.discover.effects import Effect, library
-from lostmotion.discover.held_out import CLEARLY_BETTER, Friction, held_out_residual
-from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive
+from lostmotion.effects.columns import closed_by_columns
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.effect import Effect
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.drive_file import make_base
+from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_residual
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, told
+from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from lostmotion.compare.chance import TINY, common_part, explained, explained_apart
 from lostmotion.compare.loops import BLOCKS_LEAST, branch_blocks, directions, time_under_load
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.backbone import run_plays
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]

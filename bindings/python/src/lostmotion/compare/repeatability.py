@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.compare.loops import directions
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
 
 FloatArray = npt.NDArray[np.float64]
 

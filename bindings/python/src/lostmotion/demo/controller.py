@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.demo.inputs import FIRMWARE, find_inputs
 from lostmotion.drives import read_drive
 from lostmotion.export import export, make_controller
 from lostmotion.recordings import Campaign, Run
 from lostmotion.replay import Tape, errors_of, read_parameters, replay
+from lostmotion.shipped import FIRMWARE, find_inputs
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]

@@ -4,29 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import lostmotion
-from lostmotion.errors import InputError
 from lostmotion.files import write_whole
-
-INPUTS = "demo_inputs"
-"""Folder of the package that holds what the demonstration reads."""
-
-FIRMWARE = "firmware"
-"""Folder within it with the controller's sources, which are not copied."""
-
-
-def find_inputs() -> Path:
-    """Find the folder with the inputs in the installed package.
-
-    Raises
-    ------
-    InputError
-        When the package was installed without it.
-    """
-    for place in lostmotion.__path__:
-        if (Path(place) / INPUTS).is_dir():
-            return Path(place) / INPUTS
-    raise InputError("lostmotion", INPUTS, "no such folder", "a complete installation")
+from lostmotion.shipped import FIRMWARE, find_inputs
 
 
 def copy_inputs(folder: Path) -> None:

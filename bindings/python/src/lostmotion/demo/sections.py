@@ -6,7 +6,7 @@ import numpy as np
 
 from lostmotion.demo.controller import Emulated, Scores
 from lostmotion.design import Result
-from lostmotion.discover.diagnosis import Diagnosis
+from lostmotion.discover.answer import Diagnosis
 from lostmotion.drives import Drive
 from lostmotion.report import Section
 from lostmotion.report.chart import Axes, round_up

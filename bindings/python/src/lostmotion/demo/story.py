@@ -27,15 +27,16 @@ from lostmotion.demo.sections import (
     overview_section,
 )
 from lostmotion.design import Result, search
-from lostmotion.discover.diagnosis import Diagnosis, diagnose
-from lostmotion.discover.ladder import FittedModel, fit_model
-from lostmotion.discover.threads import one_thread
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.diagnosis import diagnose
+from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.files import write_whole
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.report import Section, comparison_section, write_report
 from lostmotion.report.discovery import diagnosis_section
+from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
 JOINT = Path("joint")

@@ -1,10 +1,13 @@
 """Which physical effect is missing: joint refits of base and candidates, judged run by run."""
 
-from lostmotion.discover.diagnosis import Diagnosis, diagnose
-from lostmotion.discover.effects import Effect, Value, effect, library, load
-from lostmotion.discover.formula import formula
-from lostmotion.discover.ladder import FittedModel, fit_model
-from lostmotion.discover.template import include_folder
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.diagnosis import diagnose
+from lostmotion.discover.fitted_model import FittedModel, fit_model
+from lostmotion.effects.effect import Effect, Value, effect
+from lostmotion.effects.formula import formula
+from lostmotion.effects.library import library
+from lostmotion.effects.loading import load
+from lostmotion.shipped import include_folder
 
 __all__ = [
     "Diagnosis",

@@ -12,20 +12,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from lostmotion.discover.base import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
-from lostmotion.discover.campaign_evidence import Body
-from lostmotion.discover.candidates import LATENT, NO_COLUMN, Candidate, missing_columns, tangent
-from lostmotion.discover.conditions import side_by_side
-from lostmotion.discover.diagnosis import Diagnosis
-from lostmotion.discover.effects import Effect
-from lostmotion.discover.evidence import Evidence, gather
-from lostmotion.discover.noise import Noise
-from lostmotion.discover.shapes import ANGLE_ORDERS, channels, legendre, parts_of
-from lostmotion.discover.study import columns_of, settle, swing_by_run, term_size
-
-FloatArray = npt.NDArray[np.float64]
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.named import LATENT, tangent
+from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, parts_of
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.contest_round import swing_by_run
+from lostmotion.discover.linearise import columns_of, settle
+from lostmotion.discover.terms import term_size
+from lostmotion.effects.columns import NO_COLUMN, missing_columns
+from lostmotion.effects.conditions import side_by_side
+from lostmotion.effects.effect import Effect
+from lostmotion.evidence.file import Body
+from lostmotion.evidence.gram import Evidence, gather
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
 
 TORQUE_WAVES = 32
 """Periods of a ripple over twice the rated torque, finest."""

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import special
 
-from lostmotion.discover.base import Additive, Base
-from lostmotion.discover.conditions import side_by_side
-from lostmotion.discover.noise import Noise
-from lostmotion.discover.study import columns_of
+from lostmotion.discover.linearise import columns_of
+from lostmotion.effects.conditions import side_by_side
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import Additive, Base
 from lostmotion.units import ARCSEC, plain_number
 
 FloatArray = npt.NDArray[np.float64]

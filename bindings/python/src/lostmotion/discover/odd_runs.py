@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from lostmotion.discover.base import DEVIATIONS
-from lostmotion.discover.contest import Contest, without_scatter
+from lostmotion.evidence.contest import Contest, without_scatter
+from lostmotion.fit.baseline import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

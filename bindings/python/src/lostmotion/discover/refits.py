@@ -7,23 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover import shapes as shape_room
-from lostmotion.discover.base import TOLERANCE, Additive, Base, Term
-from lostmotion.discover.candidates import Candidate
-from lostmotion.discover.contest import Result
-from lostmotion.discover.judging import accepted, judge, leading
-from lostmotion.discover.noise import Noise
-from lostmotion.discover.study import (
-    WORSE,
-    Field,
-    Settled,
-    contest_of_term,
-    make_field,
-    plain_rms,
-    settle,
-    take_step,
-)
-from lostmotion.discover.tangents import form_of
+from lostmotion.candidates import shapes as shape_room
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.tangents import form_of
+from lostmotion.discover.contest_round import Field, make_field
+from lostmotion.discover.gates import accepted, judge, leading
+from lostmotion.discover.linearise import WORSE, Settled, plain_rms, settle, take_step
+from lostmotion.discover.terms import contest_of_term
+from lostmotion.evidence.contest import Result
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import TOLERANCE, Additive, Base, Term
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 from dataclasses import field as made
 
 import numpy as np
-import numpy.typing as npt
 
-from lostmotion.discover import shapes as shape_room
-from lostmotion.discover.base import Base
-from lostmotion.discover.between_runs import between_runs
-from lostmotion.discover.candidates import LOAD_NEEDS, Candidate, named_candidates
-from lostmotion.discover.contest import Result
-from lostmotion.discover.effects import Effect
-from lostmotion.discover.held_out import held_out_rms
-from lostmotion.discover.judging import (
+from lostmotion.candidates import shapes as shape_room
+from lostmotion.candidates.between_runs import between_runs
+from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
+from lostmotion.candidates.named import named_candidates
+from lostmotion.discover.contest_round import Field, make_candidates, make_field
+from lostmotion.discover.gates import (
     GAIN_LEAST,
     P_LIMIT,
     RIVAL_SHARE,
@@ -27,7 +24,8 @@ from lostmotion.discover.judging import (
     size_of,
     told_apart,
 )
-from lostmotion.discover.noise import Noise
+from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import (
     Contender,
     refit,
@@ -37,22 +35,13 @@ from lostmotion.discover.refits import (
     term_stands,
     without_deviations,
 )
-from lostmotion.discover.study import (
-    Field,
-    Settled,
-    estimate_noise,
-    make_candidates,
-    make_field,
-    noise_rms,
-    plain_of,
-    plain_rms,
-    settle,
-    term_places,
-    term_size,
-)
-from lostmotion.discover.threads import in_parallel
-
-FloatArray = npt.NDArray[np.float64]
+from lostmotion.discover.terms import term_places, term_size
+from lostmotion.effects.effect import Effect
+from lostmotion.evidence.contest import Result
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.held_out import held_out_rms
+from lostmotion.threads import in_parallel
 
 SIZE_LEAST = 0.1
 """Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
@@ -274,7 +263,7 @@ def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Co
     fit, idle : list of Contender
     """
     least = SIZE_LEAST * noise_rms(stage.settled.noise, stage.settled.base)
-    left, idle = list(fit), []
+    left, idle = list(fit), list[Contender]()
     for named in (True, False):
         while best := simplest([c for c in left if c.candidate.named is named]):
             if (not named and not idle) or held_out_fall(stage, best) >= least**2:

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lostmotion.discover.diagnosis import RUNS_LEAST, Diagnosis, count_runs
-from lostmotion.discover.ladder import FittedModel
+from lostmotion.discover.advice import RUNS_LEAST, count_runs
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.recordings import told
 from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure

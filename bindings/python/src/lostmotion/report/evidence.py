@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.diagnosis import TWIN_DEG
+from lostmotion.candidates.shapes import channels
+from lostmotion.discover.detectable import TWIN_DEG
 from lostmotion.discover.selection import Selection, Step
-from lostmotion.discover.shapes import channels
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.compare.loops import directions
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
 from lostmotion.report.chart import Axes, label, limits, nice_step
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import (

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.base import Base
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit.baseline import Base
 from lostmotion.report.chart import Axes, limits, nice_step
 from lostmotion.report.loops import LOOP_LEAST
 from lostmotion.report.page import Figure, Table

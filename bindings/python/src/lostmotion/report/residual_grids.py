@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.compare.loops import branch_blocks, directions
-from lostmotion.discover.conditions import Conditions
+from lostmotion.effects.conditions import Conditions
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
 from lostmotion.report.wording import NOISE_FLOOR, angle_text, written

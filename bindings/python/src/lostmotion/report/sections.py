@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS
 from lostmotion.compare import REPEATABILITY, Comparison
-from lostmotion.discover.diagnosis import count_runs
+from lostmotion.discover.advice import count_runs
 from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default

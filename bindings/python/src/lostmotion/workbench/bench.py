@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 
 from lostmotion.compare import REPEATABILITY, Comparison, compare
-from lostmotion.discover.conditions import Conditions
-from lostmotion.discover.diagnosis import Diagnosis, count_pieces, diagnose
-from lostmotion.discover.effects import Effect, library
-from lostmotion.discover.ladder import FittedModel, fit_model
-from lostmotion.discover.plans import next_runs, read_plan
-from lostmotion.discover.threads import one_thread
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.diagnosis import count_pieces, diagnose
+from lostmotion.discover.fitted_model import FittedModel, fit_model
+from lostmotion.discover.next_run import next_runs
+from lostmotion.discover.plan_file import read_plan
 from lostmotion.drives import Drive, format_toml, read_drive
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.effect import Effect
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import check_plain, write_whole
@@ -27,6 +29,7 @@ from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaig
 from lostmotion.report import comparison_section, drive_section
 from lostmotion.report.maps import Residuals, collect_residuals
 from lostmotion.report.wording import NOISE_FLOOR
+from lostmotion.threads import one_thread
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.figures import Rendered, render_section
 

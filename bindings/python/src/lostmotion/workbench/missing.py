@@ -10,8 +10,8 @@ from typing import Any
 
 from nicegui import ui
 
-from lostmotion.discover.diagnosis import TWIN_DEG
-from lostmotion.discover.plans import WARN_DEG
+from lostmotion.discover.detectable import TWIN_DEG
+from lostmotion.discover.forecast import WARN_DEG
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure

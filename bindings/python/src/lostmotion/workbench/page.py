@@ -14,11 +14,11 @@ from nicegui import ui
 from nicegui.events import MultiUploadEventArguments
 
 from lostmotion.compare import REPEATABILITY
-from lostmotion.demo.inputs import find_inputs
 from lostmotion.drives import read_toml
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.report.ladder import draw_ladder
 from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, words
+from lostmotion.shipped import find_inputs
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import DesignPanel, Search
 from lostmotion.workbench.handing_out import ExportPanel

@@ -15,7 +15,7 @@ from pathlib import Path
 from nicegui import app, ui
 from starlette.responses import PlainTextResponse, Response
 
-from lostmotion.discover.effects import Effect
+from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.terminal import ending_in_order
 from lostmotion.workbench.bench import Bench

@@ -1,0 +1,146 @@
+"""What runs have of their own: two classes of them, or a part of the base that drifts steadily.
+
+A low polynomial cannot follow what sets in at a threshold, when a few quick runs at the end of a
+channel are all that is beyond it. Every way of parting the runs along a channel is looked at; the
+best one competes, and its test pays for all that were looked at. A polynomial also spends most of
+its directions on bends that a drift does not have; there are few runs to pay for them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.shapes import usual_rates
+from lostmotion.evidence.contest import Contest, reduce
+from lostmotion.evidence.noise import group_within
+from lostmotion.fit.baseline import DEVIATIONS, Base
+
+FloatArray = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+SIDE_LEAST = 2
+"""Runs on either side: what a single run does no other run can confirm."""
+
+SAME_RATE = 1.25
+"""Runs whose load changes as quickly within this factor are of one rate: the noise of the torque
+makes each a little different, and no cause sets in between them."""
+
+STANDING = 1e-3
+"""Share of the quickest rate below which a load stands still."""
+
+
+def run_channels(base: Base) -> dict[str, tuple[FloatArray, str]]:
+    """Quantities that are one number for each run, and their units."""
+    rates = usual_rates(base)[base.conditions.starts[:-1]]
+    return {
+        "torque_rate": (levels(rates), "Nm/s"),
+        "run": (np.arange(base.conditions.runs, dtype=np.float64), ""),
+    }
+
+
+def levels(rates: FloatArray) -> FloatArray:
+    """Rates with those that are the same in practice made the same, by their geometric mean."""
+    floored = np.maximum(rates, STANDING * max(float(rates.max(initial=0.0)), 1e-300))
+    group = group_within(floored, SAME_RATE)
+    sums = np.bincount(group, weights=np.log(floored))
+    return np.asarray(np.exp(sums / np.bincount(group))[group])
+
+
+def partings(values: FloatArray) -> list[tuple[float, Mask]]:
+    """Every threshold between different values, with the runs beyond it."""
+    found = np.unique(values)
+    out = []
+    for below, above in pairwise(found.tolist()):
+        beyond = values >= above
+        if SIDE_LEAST <= np.count_nonzero(beyond) <= values.size - SIDE_LEAST:
+            out.append((float(0.5 * (below + above)), beyond))
+    return out
+
+
+def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
+    """Fall of the quadratic form by each parting of one scattering column."""
+    e = contest.evidence
+    index = np.concatenate((e.fixed, [e.scatter[part]], [e.response])).astype(np.intp)
+    matrix = reduce(e, index, contest.null_omega).matrix
+    n0 = e.fixed.size
+    total = matrix.sum(axis=0)
+    h0 = total[:n0, :n0] + np.diag(contest.ridge(e.index())[:n0])
+    # Rows: the column of each parting against the base, itself and the residual.
+    cross = masks @ matrix[:, n0, :n0]
+    own = masks @ matrix[:, n0, n0]
+    score = masks @ matrix[:, n0, -1] - cross @ np.linalg.solve(h0, total[:n0, -1])
+    left = own - np.einsum("mi,mi->m", cross, np.linalg.solve(h0, cross.T).T)
+    seen = left > 1e-9 * np.maximum(own, 1e-300)
+    return np.where(seen, score**2 / np.where(seen, left, 1.0), 0.0)
+
+
+def between_runs(base: Base, contest: Contest) -> list[Candidate]:
+    """All ways in which runs may differ that compete."""
+    return [*run_steps(base, contest), *run_drifts(base)]
+
+
+def run_steps(base: Base, contest: Contest) -> list[Candidate]:
+    """For each part of the base and each channel the parting of the runs that explains most."""
+    c = base.conditions
+    tangents = base.run_columns(base.at())
+    out: dict[tuple[str, bytes], Candidate] = {}
+    for channel, (values, unit) in run_channels(base).items():
+        found = partings(values)
+        if not found:
+            continue
+        masks = np.array([beyond for _, beyond in found], dtype=np.float64)
+        for place, part in enumerate(DEVIATIONS):
+            best = int(np.argmax(scan(contest, place, masks)))
+            threshold, beyond = found[best]
+            smaller = beyond if 2 * np.count_nonzero(beyond) <= c.runs else ~beyond
+            key = (part, smaller.tobytes())
+            where = (
+                f"from run {c.labels[int(np.argmax(beyond))]} on"
+                if channel == "run"
+                else f"beyond {threshold:.3g} {unit}"
+            )
+            shape = f"{part}, a step {where}"
+            if key in out:
+                # Two channels that part the runs alike cannot be told apart. Each has its test, and
+                # either may be the one that passes: the one with fewer partings.
+                one = out[key]
+                out[key] = replace(
+                    one,
+                    trials=min(one.trials, len(found)),
+                    tests=one.tests + 1,
+                    also=[*one.also, (channel, shape)],
+                )
+                continue
+            out[key] = Candidate(
+                f"step of {part} by {channel}",
+                False,
+                (tangents[:, place] * smaller[c.run_of])[:, None],
+                channel,
+                shape,
+                trials=len(found),
+                kind="run",
+            )
+    return list(out.values())
+
+
+def run_drifts(base: Base) -> list[Candidate]:
+    """Each part of the base as it changes by the same from every run to the next."""
+    c = base.conditions
+    tangents = base.run_columns(base.at())
+    along = np.linspace(-1.0, 1.0, c.runs)[c.run_of]
+    return [
+        Candidate(
+            f"drift of {part} by run",
+            False,
+            (tangents[:, place] * along)[:, None],
+            "run",
+            f"{part}, a steady drift",
+            kind="run",
+        )
+        for place, part in enumerate(DEVIATIONS)
+    ]

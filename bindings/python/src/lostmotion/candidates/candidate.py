@@ -1,0 +1,73 @@
+"""A candidate: a block of columns that competes to be what the baseline model lacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.effects.effect import Effect
+
+FloatArray = npt.NDArray[np.float64]
+
+
+LOAD_NEEDS = {"torque_Nm", "elapsed_s"}
+LOAD_CHANNELS = {"torque", "torque_rate", "time"}
+"""Conditions of effects, and quantities of shapes, that are the torque and its history."""
+
+KINDS = ("effect", "shape", "ripple", "run")
+"""Named effects, smooth shapes, ripples over a torque or an angle, what runs have of their own."""
+
+
+@dataclass
+class Candidate:
+    """A block of columns that competes.
+
+    Attributes
+    ----------
+    name : str
+    named : bool
+        An effect of the library (or the user's), against a shape without a name.
+    columns : ndarray
+        Arc seconds per unit.
+    covariate, shape : str
+        What a shape hangs on, in words.
+    starts : list of ndarray
+        Values to start a joint refit from.
+    start_of : list of int
+        The start that each column belongs to.
+    trials : int
+        How many columns were looked at to find these; their test pays for all of them.
+    tests : int
+        How many tests it is the answer of.
+    also : list of tuple
+        Other quantities that would give the same columns, and in what shape.
+    kind : str
+        Of `KINDS`: with which others it shares a part of the level.
+    """
+
+    name: str
+    named: bool
+    columns: FloatArray
+    covariate: str = ""
+    shape: str = ""
+    effect: Effect | None = None
+    starts: list[FloatArray] = field(default_factory=list)
+    start_of: list[int] = field(default_factory=list)
+    trials: int = 1
+    tests: int = 1
+    also: list[tuple[str, str]] = field(default_factory=list)
+    kind: str = "shape"
+
+    def __post_init__(self) -> None:
+        """Effects are a kind of their own."""
+        if self.named:
+            self.kind = "effect"
+
+    @property
+    def hangs_on_load_alone(self) -> bool:
+        """Whether it hangs on the torque and its history, as all that the base consists of."""
+        if self.effect is not None:
+            return self.effect.needs <= LOAD_NEEDS
+        return self.covariate in LOAD_CHANNELS

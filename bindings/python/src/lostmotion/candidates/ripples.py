@@ -1,0 +1,102 @@
+"""A ripple over an angle, of any order: bearings and belts make some that are no whole number.
+
+The spectrum of what the base leaves is looked at over all orders that the turning runs resolve. The
+one that stands out most from its neighbours competes, and its test pays for all of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy import fft
+
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.shapes import ANGLE_ORDERS, over_the_output
+from lostmotion.effects.conditions import Conditions, side_by_side
+from lostmotion.fit.baseline import Base
+
+FloatArray = npt.NDArray[np.float64]
+
+TURNS_LEAST = 2.0
+"""Turns of an angle within a run from which on it turns."""
+
+ORDER_MOST = 40.0
+"""Highest order that is looked at."""
+
+BINS = 6.0
+"""Bins of the angle in a period of the highest order."""
+
+BINS_MOST = 2**18
+"""Most bins: who records thousands of turns does so in search of what is slow."""
+
+PADDING = 4
+"""Points of the spectrum for each order that the recorded turns tell apart."""
+
+NEIGHBOURS = 50
+"""Orders on either side of one that say how strong the noise is there."""
+
+LOWEST = 3.0
+"""Periods over all turns: what is slower is a drift of time."""
+
+
+def ripples(base: Base) -> list[Candidate]:
+    """Of the first angle that turns, the order that stands out most from its neighbours."""
+    c = base.conditions
+    for channel in ("input_angle", "output_angle"):
+        angle = c.columns.get(f"{channel}_rad")
+        turning = [] if angle is None else turning_runs(c, angle)
+        if angle is not None and turning:
+            return strongest(base, channel, angle / (2 * np.pi), turning)
+    return []
+
+
+def turning_runs(c: Conditions, angle_rad: FloatArray) -> list[slice]:
+    """Rows of the runs in which an angle turns."""
+    return [at for at in c.slices() if float(np.ptp(angle_rad[at])) > TURNS_LEAST * 2 * np.pi]
+
+
+def strongest(base: Base, channel: str, turns: FloatArray, turning: list[slice]) -> list[Candidate]:
+    """Find the order of an angle, in turns, that stands out most; none where none is resolved."""
+    c = base.conditions
+    residual = base.residual()
+    residual = residual - c.run_mean(residual)[c.run_of]
+    rows = np.concatenate([np.arange(at.start, at.stop) for at in turning])
+    # Twice a period, as sampled by the slowest run.
+    step = min(float(np.median(np.abs(np.diff(turns[at])))) for at in turning)
+    first = float(turns[rows].min())
+    span = float(np.ptp(turns[rows]))
+    highest = min(ORDER_MOST, 0.5 / max(step, 1e-9), BINS_MOST / (BINS * span))
+    place = ((turns[rows] - first) * BINS * highest).astype(np.intp)
+    binned = np.bincount(place, weights=residual[rows])
+    points = fft.next_fast_len(PADDING * binned.size, real=True)
+    power = np.abs(fft.rfft(binned, points)) ** 2
+    orders = np.arange(power.size) * BINS * highest / points
+    level = local_level(power, 2 * NEIGHBOURS * PADDING)
+    looked_at = (orders >= LOWEST / span) & (orders <= highest)
+    for order in ANGLE_ORDERS:  # those compete already
+        looked_at &= np.abs(orders - order) > 1.0 / span
+    if not looked_at.any():
+        return []
+    best = int(np.argmax(np.where(looked_at, power / np.maximum(level, 1e-300), 0.0)))
+    order = float(orders[best])
+    phase = 2 * np.pi * order * turns
+    return [
+        Candidate(
+            f"order {order:.6g} of {channel}",
+            False,
+            side_by_side(np.cos(phase), np.sin(phase)),
+            channel,
+            f"{order:.4g} per revolution",
+            trials=max(int(span * highest), 1),
+            also=over_the_output(c, order) if channel == "input_angle" else [],
+            kind="ripple",
+        )
+    ]
+
+
+def local_level(power: FloatArray, width: int) -> FloatArray:
+    """Level of a spectrum about each point: medians of pieces, and straight lines between them."""
+    pieces = np.array_split(power, max(1, power.size // width))
+    middles = np.cumsum([piece.size for piece in pieces]) - 0.5 * np.array([p.size for p in pieces])
+    medians = [float(np.median(piece)) for piece in pieces]
+    return np.interp(np.arange(power.size), middles, medians)

@@ -1,0 +1,221 @@
+"""Shapes without a name: a part of the base that varies with a recorded quantity in some way.
+
+They compete with the named effects. When one wins, the answer is "unexplained", and the shape says
+on what it depends and how.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.candidates.candidate import Candidate
+from lostmotion.effects.conditions import Conditions, side_by_side
+from lostmotion.fit.baseline import Base, Point
+
+FloatArray = npt.NDArray[np.float64]
+
+ORDER_MAX = 3
+"""Higher polynomials extrapolate badly when a run is left out."""
+
+TORQUE_WAVES = 48
+"""Periods of a ripple over the range of torque, finest."""
+
+ANGLE_ORDERS = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12)
+"""Orders of a turn that are looked at beside the first four."""
+
+SEEN_RAD = 0.5
+"""Part of a wave over an angle that has to be recorded: less of it is a power of anything slow."""
+
+PARTS = ("lost motion", "stiffness", "friction", "gap")
+
+
+def rank_scale(values: FloatArray) -> FloatArray:
+    """Ranks from -1 to 1; equal values share theirs."""
+    unique, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
+    if unique.size < 2:
+        return np.zeros_like(values)
+    last = np.cumsum(count)
+    middle = last - 0.5 * (count + 1)
+    return np.asarray((middle / (values.size - 1) * 2 - 1)[inverse])
+
+
+def legendre(q: FloatArray) -> list[FloatArray]:
+    """First three Legendre polynomials."""
+    return [q, 1.5 * q * q - 0.5, 2.5 * q**3 - 1.5 * q]
+
+
+def parts_of(base: Base, point: Point) -> dict[str, FloatArray]:
+    """What can vary."""
+    run = base.run_columns(point)
+    return {
+        "lost motion": run[:, 3],
+        "stiffness": run[:, 0],
+        "friction": run[:, 1],
+        "gap": run[:, 2],
+    }
+
+
+def channels(base: Base) -> dict[str, FloatArray]:
+    """Quantities on which a part may depend smoothly."""
+    c = base.conditions
+    found = {"torque": c.torque}
+    for name, column in (
+        ("temperature", "temperature_C"),
+        ("cycles", "cycles"),
+        ("speed", "input_velocity_rad_s"),
+        ("tilt_moment", "tilt_moment_Nm"),
+        ("axial_force", "axial_force_N"),
+    ):
+        if column in c.columns and np.ptp(c.columns[column]) > 0:
+            found[name] = c.columns[column]
+    if not base.has_effects:
+        # What is left of creep or of a lag hangs on rates too, and is no second cause.
+        found["torque_rate"] = usual_rates(base)
+    found["time"] = c.time_s - c.time_s[c.starts[:-1]][c.run_of]
+    found["run"] = c.run_of.astype(np.float64)
+    return found
+
+
+def usual_rates(base: Base) -> FloatArray:
+    """How quickly the load changes in each run, N m / s: the median over the run."""
+    c = base.conditions
+    rates = []
+    for at in c.slices():
+        step = np.diff(c.time_s[at])
+        change = np.abs(np.diff(c.torque[at]))[step > 0]
+        rates.append(float(np.median(change / step[step > 0])) if change.size else 0.0)
+    return np.asarray(rates)[c.run_of]
+
+
+def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
+    """Low orders of every part over every channel, and low harmonics over the angles."""
+    out = []
+    parts = parts_of(base, point)
+    for channel, values in channels(base).items():
+        waves = legendre(rank_scale(values))
+        for part, tangent in parts.items():
+            columns = side_by_side(*(tangent * wave for wave in waves))
+            out.append(
+                Candidate(f"{part} by {channel}", False, columns, channel, f"{part}, smooth")
+            )
+    c = base.conditions
+    for channel in ("input_angle", "output_angle"):
+        angle = c.columns.get(f"{channel}_rad")
+        if angle is None:
+            continue
+        for part in PARTS:
+            for orders in ((1, 2), (3, 4)):
+                if orders[0] * np.ptp(angle) < SEEN_RAD:
+                    continue
+                columns = side_by_side(
+                    *(parts[part] * f(k * angle) for k in orders for f in (np.cos, np.sin))
+                )
+                shape = f"{orders[0]} and {orders[1]} per revolution"
+                if part != "lost motion":
+                    shape = f"{part}, {shape}"
+                out.append(
+                    Candidate(
+                        f"{part} by {channel}, {orders[0]}-{orders[1]}",
+                        False,
+                        columns,
+                        channel,
+                        shape,
+                    )
+                )
+    return out
+
+
+def waves(base: Base) -> list[Candidate]:
+    """Fine scan: ripples over torque, and single orders of the angles."""
+    c = base.conditions
+    out = []
+    span = 2.0 * base.largest
+    torque = c.torque
+    for k in range(1, TORQUE_WAVES + 1):
+        phase = 2 * np.pi * k / span * torque
+        out.append(
+            Candidate(
+                f"wave {k} over torque",
+                False,
+                side_by_side(np.cos(phase), np.sin(phase)),
+                "torque",
+                f"ripple of {span / k:.3g} Nm",
+                kind="ripple",
+            )
+        )
+    for channel in ("input_angle", "output_angle"):
+        angle = c.columns.get(f"{channel}_rad")
+        if angle is None:
+            continue
+        for order in ANGLE_ORDERS:
+            if order * np.ptp(angle) < SEEN_RAD:
+                continue
+            out.append(
+                Candidate(
+                    f"order {order:g} of {channel}",
+                    False,
+                    side_by_side(np.cos(order * angle), np.sin(order * angle)),
+                    channel,
+                    f"{order:g} per revolution",
+                    kind="ripple",
+                )
+            )
+    return out
+
+
+FINE = 0.1
+"""Step of the finer scan about a wave, over the step of the first scan."""
+
+
+def finer(base: Base, coarse: Candidate) -> list[Candidate]:
+    """Scan about a wave that won; none for other shapes."""
+    c = base.conditions
+    kind = coarse.name.split()
+    if kind[0] == "wave":
+        span = 2.0 * base.largest
+        middle = float(kind[1])
+        scan = middle + FINE * np.arange(-10, 11)
+        x = c.torque / span
+        words = [f"ripple of {span / k:.3g} Nm" for k in scan if k > 0]
+    elif kind[0] == "order" and coarse.covariate in ("input_angle", "output_angle"):
+        middle = float(kind[1])
+        x = c.columns[f"{coarse.covariate}_rad"] / (2 * np.pi)
+        # An order is as sharp as the turns that were recorded.
+        width = 1.0 / max(float(np.ptp(x)), 1.0)
+        scan = middle + width * FINE * np.arange(-10, 11)
+        words = [f"{k:.4g} per revolution" for k in scan if k > 0]
+    else:
+        return []
+    out = []
+    for k, word in zip(scan[scan > 0], words, strict=True):
+        phase = 2 * np.pi * k * x
+        columns = side_by_side(np.cos(phase), np.sin(phase))
+        name = f"{kind[0]} {k:.6g} {' '.join(kind[2:])}"
+        also = over_the_output(c, float(k)) if coarse.also else []
+        out.append(
+            Candidate(name, False, columns, coarse.covariate, word, also=also, kind=coarse.kind)
+        )
+    return out
+
+
+def over_the_output(c: Conditions, order: float) -> list[tuple[str, str]]:
+    """A ripple over the input as one over the output, which the gear binds to it."""
+    output = c.columns.get("output_angle_rad")
+    if output is None or np.ptp(output) == 0:
+        return []
+    geared = order * float(np.ptp(c.columns["input_angle_rad"])) / float(np.ptp(output))
+    return [("output_angle", f"{geared:.3g} per revolution")]
+
+
+def with_neighbours(base: Base, wave: Candidate) -> Candidate:
+    """Widen a wave by its derivatives over the frequency: the rest of it is taken up too."""
+    c = base.conditions
+    x = c.torque / base.largest
+    if wave.covariate != "torque":
+        x = c.columns[f"{wave.covariate}_rad"]
+        x = (x - x.mean()) / max(float(np.std(x)), 1e-12)
+    columns = side_by_side(wave.columns, wave.columns * x[:, None])
+    return replace(wave, columns=columns)

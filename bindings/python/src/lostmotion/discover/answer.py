@@ -1,0 +1,282 @@
+"""The answer of a diagnosis: its parts, ready for JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.candidates.slipped_teeth import RATCHETING, slips_of
+from lostmotion.discover.events import (
+    EVENT_NAME,
+    Event,
+)
+from lostmotion.discover.gates import (
+    accepted,
+    family_p,
+    large_enough,
+    paid_by_kind,
+    size_of,
+)
+from lostmotion.discover.linearise import Settled
+from lostmotion.discover.refits import term_of
+from lostmotion.discover.selection import Selection, Step
+from lostmotion.discover.terms import contest_of_term, term_size
+from lostmotion.effects.effect import Effect
+from lostmotion.fit.baseline import Additive, Base
+from lostmotion.fit.held_out import held_out_rms
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+IMPLAUSIBLE = 100.0
+"""A value this many times the typical one is marked."""
+
+
+@dataclass
+class Diagnosis:
+    """The answer of `diagnose`; `answer` gives it ready for JSON."""
+
+    verdict: str
+    effects: list[str]
+    noise_floor_arcsec: float
+    ladder: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    events: list[dict[str, Any]]
+    smallest_detectable: dict[str, Any]
+    unexplained: dict[str, Any]
+    next_experiment: str
+    details: dict[str, Any] = field(default_factory=dict)
+    base: Base | None = None
+    selection: Selection | None = None
+    models: list[Base] = field(default_factory=list)
+    """The base and the model after each term, fitted for all runs together: the ladder's."""
+
+    def __repr__(self) -> str:
+        """Say what came out; what it was found with fills screens."""
+        names = f" {', '.join(self.effects)}" if self.effects else ""
+        first, last = self.ladder[0], self.ladder[-1]
+        return (
+            f"<Diagnosis: {self.verdict}{names}; held out {first['rms_heldout_arcsec']:.3g} to "
+            f"{last['rms_heldout_arcsec']:.3g} arcsec, noise floor {self.noise_floor_arcsec:.3g}>"
+        )
+
+    def answer(self) -> dict[str, Any]:
+        """Return the answer, ready for JSON."""
+        return {
+            "schema": "lostmotion.diagnosis/1",
+            "verdict": self.verdict,
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "effects": self.effects,
+            "ladder": self.ladder,
+            "candidates": self.candidates,
+            "events": self.events,
+            "smallest_detectable": self.smallest_detectable,
+            "unexplained": self.unexplained,
+            "next_experiment": self.next_experiment,
+            **self.details,
+        }
+
+
+def shapes_of(base: Base) -> list[Additive]:
+    """Shapes without a name in a base, events left out."""
+    return [added for added in base.additives if not added.name.startswith(EVENT_NAME)]
+
+
+def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -> dict[str, Any]:
+    """Make the entry of teeth that slipped among the candidates."""
+    term = settled.base.terms[place]
+    contest, name = contest_of_term(settled, place)
+    result = contest.test(name)
+    paid = paid_by_kind(step.field)["effect"]
+    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+    return {
+        "name": name,
+        "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
+        "evidence": 0.0 if result is None else result.gain,
+        "parameters": values,
+        "at_bound": [],
+        "not_fitted": not_fitted(term.effect),
+        "confused_with": [],
+        "plausible": plausible(term.effect, term.values),
+        "testable": True,
+        "p": 1.0 if result is None else min(1.0, result.p * paid),
+        "size_arcsec": term_size(settled.base, place),
+    }
+
+
+def told_slips(base: Base, place: int, within: float) -> list[dict[str, Any]]:
+    """Say in which runs and at which moments teeth slipped."""
+    c, term = base.conditions, base.terms[place]
+    found = []
+    for row, size_rad in slips_of(c, term.effect, term.values).items():
+        size, run = size_rad / ARCSEC, int(c.run_of[row])
+        event = Event(run, row, float(c.time_s[row]), size, abs(size) / within)
+        found.append({**event.told(c.labels), "teeth": 1 if size > 0 else -1})
+    return found
+
+
+def make_ladder(models: list[Base]) -> list[dict[str, Any]]:
+    """Fitted and held-out error of the base and after each term."""
+    rungs = []
+    for base in models:
+        rungs.append(
+            {
+                "effects": [t.effect.name for t in base.terms]
+                + [shape.name for shape in shapes_of(base)],
+                "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
+                "rms_heldout_arcsec": held_out_rms(base),
+            }
+        )
+    return rungs
+
+
+def describe(step: Step) -> list[dict[str, Any]]:
+    """Say on what a shape without a name hangs; on several things, where they look alike."""
+    assert step.chosen is not None
+    candidate, result = step.chosen.candidate, step.chosen.result
+    if candidate.named:
+        return []
+    return [
+        {
+            "covariate": covariate,
+            "shape": shape,
+            "p": family_p(step.field, candidate, result),
+            "rms_arcsec": step.chosen.size,
+        }
+        for covariate, shape in ((candidate.covariate, candidate.shape), *candidate.also)
+    ]
+
+
+def weak_leftovers(step: Step) -> list[dict[str, Any]]:
+    """What passes the gates but is too small to count."""
+    paid = paid_by_kind(step.field)
+    out = []
+    for result in step.results[:10]:
+        candidate = step.field.candidates[result.name]
+        if accepted(result, paid[candidate.kind]):
+            out.append(
+                {
+                    "covariate": candidate.covariate or candidate.name,
+                    "shape": candidate.shape or "the effect's own",
+                    "gain_nats": result.gain,
+                }
+            )
+    return out
+
+
+def list_candidates(
+    selection: Selection,
+    effects: Mapping[str, Effect],
+    rivals: list[str],
+    ladder: list[dict[str, Any]],
+) -> list[dict[str, Any]]:
+    """List every effect: strongest first, then those that are not testable."""
+    out: list[dict[str, Any]] = []
+    final = selection.settled[-1].base
+    present = {term.effect.name: term for term in final.terms}
+    first = selection.steps[0]
+    shown: set[str] = set()
+    for number, step in enumerate(selection.steps):
+        if step.chosen is not None and step.chosen.result.name in present:
+            name = step.chosen.result.name
+            if name in shown:
+                continue
+            shown.add(name)
+            term = present[name]
+            rung = next(r for r in ladder[number + 1 :] if name in r["effects"])
+            values = {
+                v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)
+            }
+            out.append(
+                {
+                    "name": name,
+                    "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
+                    "evidence": step.chosen.gain,
+                    "parameters": values,
+                    "at_bound": term.effect.at_bound(term.values),
+                    "not_fitted": not_fitted(term.effect),
+                    "confused_with": sorted(step.rivals),
+                    "plausible": plausible(term.effect, term.values),
+                    "testable": True,
+                    "p": family_p(step.field, step.chosen.candidate, step.chosen.result),
+                    "size_arcsec": step.chosen.size,
+                }
+            )
+    stage = selection.steps[-1]
+    judged = {r.name: (r, stage) for r in stage.results}
+    for result in first.results:
+        # A rival of a chosen effect is judged where it competed.
+        if result.name in rivals:
+            judged[result.name] = (result, first)
+    order = sorted(judged.values(), key=lambda pair: (-pair[0].gain, pair[0].name))
+    held = ladder[-1]["rms_heldout_arcsec"]
+    for result, where in order:
+        candidate = where.field.candidates[result.name]
+        if not candidate.named or result.name in shown:
+            continue
+        shown.add(result.name)
+        effect = candidate.effect
+        assert effect is not None
+        values_array = term_of(where.field, result).values
+        fitted = [c.size for c in where.contenders if c.result.name == result.name]
+        size = fitted[0] if fitted else size_of(where.field, result)
+        stands_out = accepted(result, paid_by_kind(where.field)["effect"])
+        large = large_enough(where.field, result, size, where.least_arcsec)
+        out.append(
+            {
+                "name": result.name,
+                "heldout_rms_arcsec": held,
+                "evidence": result.gain,
+                "parameters": {
+                    v.name: float(x) for v, x in zip(effect.values, values_array, strict=True)
+                },
+                "at_bound": effect.at_bound(values_array),
+                "not_fitted": not_fitted(effect),
+                "confused_with": sorted(present) if result.name in rivals else [],
+                "plausible": plausible(effect, values_array),
+                "testable": True,
+                "p": family_p(where.field, candidate, result),
+                "size_arcsec": size,
+                "too_small": stands_out and not large,
+            }
+        )
+    closed = {**selection.steps[0].field.closed, **stage.field.closed}
+    for name in effects:
+        if name not in shown and (name != RATCHETING or name not in present):
+            out.append(
+                {
+                    "name": name,
+                    "heldout_rms_arcsec": None,
+                    "evidence": 0.0,
+                    "parameters": {},
+                    "confused_with": list(effects[name].confused_with),
+                    "plausible": True,
+                    "testable": False,
+                    "reason": closed.get(name, "not visible with this plan"),
+                }
+            )
+    return out
+
+
+def not_fitted(effect: Effect) -> list[str]:
+    """Names of the values that a fit leaves as they are, but for those that are given."""
+    free = effect.free()
+    return [v.name for i, v in enumerate(effect.values) if v.role != "given" and i not in free]
+
+
+def plausible(effect: Effect, values: FloatArray) -> bool:
+    """Whether the values are such as drives have: within bounds, and not far beyond typical."""
+    if effect.against_its_name(values) is not None:
+        return False
+    for value, x in zip(effect.values, values, strict=True):
+        if value.role == "given":
+            continue
+        at_bound = value.role == "linear" and (x <= value.low or x >= value.high)
+        far = value.role == "linear" and value.typical and abs(x) > IMPLAUSIBLE * abs(value.typical)
+        if at_bound or far:
+            return False
+    return True

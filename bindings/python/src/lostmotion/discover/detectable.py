@@ -1,0 +1,90 @@
+"""The smallest size of each effect that recordings, or a plan, would show."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy import special
+from scipy.optimize import brentq
+
+from lostmotion.candidates.candidate import KINDS
+from lostmotion.discover.contest_round import Field
+from lostmotion.discover.gates import (
+    P_LIMIT,
+    count_tests,
+)
+from lostmotion.discover.selection import SIZE_LEAST
+from lostmotion.units import ARCSEC, split_unit
+
+POWER = 0.8
+"""Chance with which the smallest detectable size would be found."""
+
+TWIN_DEG = 10.0
+"""Effects within this angle look alike with this plan."""
+
+
+def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]:
+    """Smallest size of each effect that would be found with probability `POWER`.
+
+    Parameters
+    ----------
+    within, form : float
+        Noise within runs, and what the form of the base is wrong by, arc seconds.
+    """
+    out: dict[str, Any] = {}
+    contest = stage.contest
+    count = len(KINDS) * count_tests(stage)["effect"]  # as in a diagnosis, also where none is held
+    for name, candidate in stage.candidates.items():
+        if not candidate.named or candidate.effect is None:
+            continue
+        block = f"{name}#0" if f"{name}#0" in contest.evidence.blocks else name
+        information = contest.projected([block])
+        scale = contest.evidence.scale[contest.evidence.blocks[block]]
+        rank = information.shape[0]
+        needed = noncentrality(rank, max(contest.runs - 2 - rank, 1), P_LIMIT / count)
+        info = float(np.mean(np.diag(information)))
+        if not info > 1e-12:
+            continue
+        amplitude = math.sqrt(needed / info)
+        columns = candidate.columns[:, : min(rank, candidate.columns.shape[1])]
+        rms = amplitude * float(
+            np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]])
+        )
+        least = SIZE_LEAST * within
+        if candidate.hangs_on_load_alone:
+            least = max(least, form)
+        if rms < least:
+            amplitude *= least / max(rms, 1e-300)
+            rms = least
+        places = candidate.effect.indices("linear") or candidate.effect.indices("shape")
+        value = candidate.effect.values[places[0]]
+        size = amplitude / float(np.mean(scale))
+        parameter, unit = split_unit(value.name)
+        if not candidate.effect.free():  # what slips by a tooth has the size of a tooth
+            parameter, unit = "teeth", None
+        symbol = unit.symbol if unit is not None else "-"
+        if symbol.startswith("rad"):
+            size, symbol = size / ARCSEC, "arcsec" + symbol.removeprefix("rad")
+        out[name] = {
+            "value": size,
+            "unit": symbol.replace("_", " "),
+            "parameter": parameter,
+            "rms_arcsec": rms,
+        }
+    return out
+
+
+def noncentrality(rank: int, freedom: int, alpha: float) -> float:
+    """Noncentrality at which the F test at level alpha has the wanted power."""
+    limit = float(special.fdtri(rank, freedom, 1.0 - alpha))
+
+    def lacking(log_size: float) -> float:
+        power = 1.0 - special.ncfdtr(rank, freedom, math.exp(log_size), limit)
+        return float(power) - POWER
+
+    low, high = math.log(1e-2), math.log(1e-1)
+    while lacking(high) < 0 and high < 20:
+        high += 1.0
+    return math.exp(brentq(lacking, low, high, xtol=1e-3)) if lacking(low) < 0 else 1e-2

@@ -1,0 +1,324 @@
+"""Fit with effects added: how the error falls from the base to the last effect, and the file of it.
+
+The result is written into the drive file as ``[fit]`` (values, standard errors, covariance, data
+fingerprint) and ``[[effect]]`` tables, and read back by `fit.drive_file.restore`.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.backbone import Backbone
+from lostmotion.candidates import shapes
+from lostmotion.candidates.named import tangent
+from lostmotion.candidates.tangents import given_values
+from lostmotion.discover.answer import not_fitted
+from lostmotion.discover.contest_round import make_candidates, make_field
+from lostmotion.discover.linearise import Settled, noise_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.noise_floor import noise_floor
+from lostmotion.discover.outliers import clean_outliers
+from lostmotion.discover.refits import term_of
+from lostmotion.drives import (
+    KNOT,
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    SLOPE,
+    Drive,
+    row_names,
+)
+from lostmotion.effects.columns import constant_columns
+from lostmotion.effects.effect import Effect, find_effect
+from lostmotion.effects.library import library
+from lostmotion.errors import InputError, given_as
+from lostmotion.fit.baseline import PLAYS, Base, Term, start_values
+from lostmotion.fit.drive_file import effect_table, make_base, require
+from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_rms
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign
+from lostmotion.threads import one_thread
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+STEPS = 40
+"""Evaluations of each rung's fit."""
+
+
+@dataclass
+class FittedModel:
+    """A base with effects, fitted to a campaign.
+
+    Attributes
+    ----------
+    base : Base
+        Without deviations of single runs.
+    ladder : list of dict
+        One rung for the base and one for each effect.
+    names, values, standard_errors, covariance
+        In the units of the drive file.
+    """
+
+    base: Base
+    ladder: list[dict[str, Any]]
+    noise_floor_arcsec: float
+    within_runs_arcsec: float
+    names: list[str]
+    values: FloatArray
+    standard_errors: FloatArray
+    covariance: FloatArray
+    inseparable: list[list[str]]
+
+    def __repr__(self) -> str:
+        """Say what came out; the samples it was fitted to fill screens."""
+        names = ", ".join(term.effect.name for term in self.base.terms)
+        first, last = self.ladder[0], self.ladder[-1]
+        return (
+            f"<FittedModel{' with ' + names if names else ''}: held out "
+            f"{first['rms_heldout_arcsec']:.3g} to {last['rms_heldout_arcsec']:.3g} arcsec, "
+            f"noise floor {self.noise_floor_arcsec:.3g}>"
+        )
+
+    def answer(self) -> dict[str, Any]:
+        """Return the answer of ``fit``, ready for JSON."""
+        return {
+            "schema": "lostmotion.fit/1",
+            "ladder": self.ladder,
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "noise": {"within_runs_arcsec": self.within_runs_arcsec},
+            "values": dict(zip(self.names, map(float, self.values), strict=True)),
+            "standard_errors": dict(zip(self.names, map(float, self.standard_errors), strict=True)),
+            "effects": [effect_table(term) for term in self.base.terms],
+            "at_bound": self.at_bound(),
+            "not_fitted": self.not_fitted(),
+            "inseparable": self.inseparable,
+            "data_fingerprint": self.base.conditions.campaign.fingerprint(),
+            "samples": self.base.conditions.rows,
+        }
+
+    def at_bound(self) -> dict[str, float]:
+        """Values of effects that stand at a bound, as `names` has them, also those not fitted."""
+        return {
+            f"{table['name']}.{name}": table[name]
+            for term, table in ((term, effect_table(term)) for term in self.base.terms)
+            for name in term.effect.at_bound(term.values)
+        }
+
+    def not_fitted(self) -> dict[str, float]:
+        """Values of effects that the fit left as they are, by name as in `names`."""
+        return {
+            f"{table['name']}.{name}": table[name]
+            for term, table in ((term, effect_table(term)) for term in self.base.terms)
+            for name in not_fitted(term.effect)
+        }
+
+    def document(self, drive: Drive) -> dict[str, Any]:
+        """Tables of the drive file with the fit in it."""
+        document = copy.deepcopy(drive.document)
+        last = self.ladder[-1]
+        # What was chosen and not estimated, as the knots, has no error.
+        estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
+        document["fit"] = {
+            "data_fingerprint": self.base.conditions.campaign.fingerprint(),
+            "friction": "inside" if self.base.outside is None else "both",
+            "rms_arcsec": last["rms_arcsec"],
+            "heldout_rms_arcsec": last["rms_heldout_arcsec"],
+            "noise_floor_arcsec": self.noise_floor_arcsec,
+            "samples": self.base.conditions.rows,
+            "covariance": [
+                [float(f"{self.covariance[i, j]:.6g}") for j in estimated] for i in estimated
+            ],
+            "values": dict(zip(self.names, map(float, self.values), strict=True)),
+            "standard_errors": {
+                self.names[i]: float(f"{self.standard_errors[i]:.6g}") for i in estimated
+            },
+        }
+        document["effect"] = [effect_table(term) for term in self.base.terms]
+        if not document["effect"]:
+            del document["effect"]
+        return document
+
+
+def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Term:
+    """Start an effect where the linearised evidence points."""
+    candidate = tangent(effect, base, base.at(), ratio)
+    if candidate.columns.shape[1] == 0:
+        return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
+    stage = make_field(settled, [candidate], {})
+    result = stage.contest.test(effect.name)
+    if result is None:
+        raise InputError(
+            "--add",
+            effect.name,
+            "an effect that the base takes up wholly",
+            "one that these recordings show",
+        )
+    return term_of(stage, result)
+
+
+@one_thread()
+def fit_model(
+    drive: Drive,
+    campaign: Campaign,
+    backbone: Backbone | None = None,
+    add: str | Sequence[str] = (),
+    effects: Mapping[str, Effect] | None = None,
+    *,
+    friction: Friction | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> FittedModel:
+    """Fit the base, then each effect on top, all refitted together at each rung.
+
+    Parameters
+    ----------
+    drive : Drive
+    campaign : Campaign
+    backbone : Backbone, optional
+        What the drive says of the characteristic; by default made of its file.
+    add : str or sequence of str
+        Effects to add, in this order.
+    effects : mapping, optional
+        Effects by name; by default those of the library.
+    friction : {"inside", "both"}, optional
+        Where friction sits: inside the elasticity, or outside as well. By default as in a file that
+        was fitted already, else as runs that the fit has not seen ask for.
+    """
+    given_as("fit_model", "drive", drive, Drive)
+    given_as("fit_model", "campaign", campaign, Campaign)
+    effects = library() if effects is None else effects
+    if backbone is None:
+        backbone = make_backbone(drive, campaign.largest_torque_Nm)
+    chosen = [find_effect(name, effects) for name in ([add] if isinstance(add, str) else add)]
+    base = make_base(drive, campaign, backbone, effects)
+    if friction == "inside":
+        base.outside = None
+    present = {term.effect.name for term in base.terms}
+    for effect in chosen:
+        require(effect, base.conditions)
+        flat = constant_columns(effect, base.conditions)
+        if flat:
+            raise InputError(
+                campaign.runs[0].file, flat[0], "a constant", f"it to vary, for {effect.name}"
+            )
+        if effect.name in present:
+            raise InputError("--add", effect.name, "an effect that the file has already", "others")
+        present.add(effect.name)
+    base.first_fit(steps=STEPS)
+    if clean_outliers(base):
+        base.fit(steps=STEPS)
+    waves = shapes.waves(base)
+    candidates, _ = make_candidates(base, effects, drive.ratio, waves)
+    noise = estimate_noise(base, [c.columns for c in candidates])
+    base.noise_arcsec = noise_rms(noise, base)
+    steps = 2 + len(chosen)
+
+    def rung(of: Base) -> dict[str, Any]:
+        return {
+            "effects": [term.effect.name for term in of.terms],
+            "rms_arcsec": float(np.sqrt(np.mean(of.residual() ** 2))),
+            "rms_heldout_arcsec": held_out_rms(of),
+        }
+
+    ladder = [rung(base)]
+    for number, effect in enumerate(chosen):
+        if progress is not None:
+            progress(number + 1, steps)
+        settled = settle(base, noise)
+        base = base.copy()
+        base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
+        base.fit(steps=STEPS)
+        ladder.append(rung(base))
+    if base.outside is None and friction != "inside":
+        both = with_outside_friction(base)
+        found = rung(both)
+        best = CLEARLY_BETTER * ladder[-1]["rms_heldout_arcsec"]
+        if friction == "both" or found["rms_heldout_arcsec"] < best:
+            base = both
+            ladder.append({**found, "friction": "both"})
+    candidates, _ = make_candidates(base, effects, drive.ratio, waves)
+    noise = estimate_noise(base, [c.columns for c in candidates])
+    settled = settle(base, noise)
+    within = noise_rms(noise, base)
+    names, values, covariance, inseparable = table_of(base, settled)
+    if progress is not None:
+        progress(steps, steps)
+    return FittedModel(
+        base,
+        ladder,
+        noise_floor(settled, within, ladder[-1]["rms_heldout_arcsec"]),
+        within,
+        names,
+        values,
+        np.sqrt(np.maximum(np.diag(covariance), 0.0)),
+        covariance,
+        inseparable,
+    )
+
+
+def with_outside_friction(base: Base) -> Base:
+    """Refit with friction outside the elasticity as well."""
+    both = base.copy()
+    both.allow_outside_friction()
+    both.fit(steps=STEPS)
+    return both
+
+
+CORRELATED = 0.99
+"""Values whose estimates are correlated beyond this cannot be separated by the recordings."""
+
+
+def table_of(
+    base: Base, settled: Settled
+) -> tuple[list[str], FloatArray, FloatArray, list[list[str]]]:
+    """Values in the units of the drive file, with the covariance under scatter and noise."""
+    contest = settled.contest
+    evidence = contest.evidence
+    index = evidence.index()
+    total = contest.null.matrix.sum(axis=0)
+    n = index.size - 1
+    inverse = np.linalg.inv(total[:n, :n] + np.diag(contest.ridge(index)))
+    scale = evidence.scale[evidence.fixed]
+    small = inverse / np.outer(scale, scale)
+    stretches = base.slopes.size
+    # Start states and the common offset belong to these recordings, not to the drive.
+    place = base.first_term
+    keep = [*range(stretches + PLAYS), place - 1]
+    names = [*row_names(SLOPE, stretches), *row_names(PLAY_SHARE, PLAYS), PLAY_ENVELOPE]
+    unit = [*[ARCSEC] * stretches, *[1.0] * PLAYS, 1.0]
+    values = [*(base.slopes * ARCSEC), *base.shares, base.envelope_Nm]
+    for term in base.terms:
+        for i in term.free:
+            keep.append(place)
+            place += 1
+            names.append(f"{term.effect.name}.{term.effect.values[i].name}")
+            values.append(term.values[i])
+            unit.append(1.0)
+    if base.outside is not None:
+        keep += range(place, place + PLAYS)
+        names += row_names(PLAY_OUTSIDE, PLAYS)
+        values += [*(base.outside * ARCSEC)]
+        unit += [ARCSEC] * PLAYS
+    covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    correlation = covariance / np.outer(deviation, deviation)
+    close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
+    inseparable = [[names[i], names[j]] for i, j in close]
+    fixed_names = [*row_names(KNOT, base.knots_Nm.size), *row_names(PLAY_RADIUS, PLAYS), PLAY_KNEE]
+    fixed = np.concatenate((base.knots_Nm, base.radius_Nm, [base.knee_Nm]))
+    whole = np.zeros((len(names) + fixed.size,) * 2)
+    whole[: len(names), : len(names)] = covariance
+    return (
+        [*names, *fixed_names],
+        np.concatenate((np.array(values, dtype=np.float64), fixed)),
+        whole,
+        inseparable,
+    )

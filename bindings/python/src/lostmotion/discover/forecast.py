@@ -1,0 +1,94 @@
+"""Before measuring: which effects a plan would find, and which it could not separate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from lostmotion.backbone import Backbone
+from lostmotion.candidates.named import named_candidates
+from lostmotion.discover.advice import RUNS_LEAST
+from lostmotion.discover.contest_round import make_field
+from lostmotion.discover.detectable import TWIN_DEG, detectable
+from lostmotion.discover.linearise import noise_rms, settle
+from lostmotion.drives import Drive
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.effect import Effect
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.drive_file import require_plan, restore
+from lostmotion.recordings import Campaign
+
+USUAL_NOISE_ARCSEC = 1.5
+"""Angle noise that is taken for granted where nothing was measured yet."""
+
+USUAL_PHI = (0.5,)
+"""Its correlation from sample to sample."""
+
+USUAL_SCATTER = (0.003, 0.02, 0.2, 2.0)
+"""Scatter from run to run: stiffness, friction (relative), gap and offset (arc seconds)."""
+
+WARN_DEG = 30.0
+"""Effects within this angle are hard to tell apart."""
+
+
+def usual_noise(runs: int) -> Noise:
+    """Noise of a rig that was not measured yet."""
+    phi = np.array(USUAL_PHI)
+    sigma = USUAL_NOISE_ARCSEC * np.sqrt(1.0 - float(phi @ phi))
+    return Noise([phi] * runs, np.full(runs, sigma))
+
+
+def forecast(
+    drive: Drive,
+    campaign: Campaign,
+    backbone: Backbone | None,
+    effects: Mapping[str, Effect],
+) -> dict[str, Any]:
+    """Say which effects a plan would find, how small, and which it could not separate."""
+    require_plan(campaign)
+    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    base.mean_slope = float(np.mean(base.prior_slopes))
+    base.slopes = base.prior_slopes.copy()
+    restore(drive, base, effects)
+    noise = usual_noise(base.conditions.runs)
+    candidates, closed = named_candidates(effects, base, base.at(), drive.ratio)
+    stage = make_field(settle(base, noise, rounds=0), candidates, closed)
+    contest = stage.contest
+    scale = contest.evidence.scale[contest.evidence.scatter]
+    contest.null_omega = (np.array(USUAL_SCATTER) * scale) ** 2
+    found = detectable(stage, noise_rms(noise, base), stage.form_arcsec)
+    for candidate in candidates:
+        if candidate.name not in found:
+            closed[candidate.name] = "not visible with this plan: the base takes it up"
+    rows = [
+        {"name": name, "testable": name in found, **found.get(name, {"reason": closed.get(name)})}
+        for name in effects
+    ]
+    pairs = []
+    for a, b in combinations(found, 2):
+        angle = float(contest.angles(a, b)[0])
+        if angle < WARN_DEG:
+            pairs.append({"effects": [a, b], "angle_deg": angle, "separable": angle >= TWIN_DEG})
+    pairs.sort(key=lambda p: (p["angle_deg"], p["effects"]))
+    return {
+        "schema": "lostmotion.forecast/1",
+        "runs": base.conditions.runs,
+        "samples": base.conditions.rows,
+        "enough_runs": base.conditions.runs >= RUNS_LEAST,
+        "effects": rows,
+        "confusable": pairs,
+        "assumed": {
+            "noise_arcsec": USUAL_NOISE_ARCSEC,
+            "scatter": dict(
+                zip(
+                    ("stiffness", "friction", "gap_arcsec", "offset_arcsec"),
+                    USUAL_SCATTER,
+                    strict=True,
+                )
+            ),
+        },
+    }

@@ -1,0 +1,55 @@
+"""The noise floor: noise within runs and the scatter between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.linearise import Settled
+from lostmotion.evidence.contest import Contest, without_scatter
+from lostmotion.fit.baseline import DEVIATIONS
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def scatter_of(contest: Contest) -> FloatArray:
+    """Standard deviations of stiffness, friction (relative), gap and offset (arc seconds)."""
+    e = contest.evidence
+    return np.asarray(np.sqrt(contest.null_omega) / e.scale[e.scatter])
+
+
+def noise_floor(settled: Settled, within: float, held_out: float) -> float:
+    """Noise within runs and scatter between them, as one rms in arc seconds.
+
+    Every run counts with the deviations that it has, not with those that its like might have: one
+    odd run may have little that they act on. What a fit leaves of runs that it has not seen holds
+    both, so the floor is not above it: deviations that only make up for an effect whose form is not
+    exactly right are no scatter.
+
+    Parameters
+    ----------
+    settled : Settled
+        The model at the deviations of the runs.
+    within, held_out : float
+        Noise within runs, and the held-out error of the model.
+    """
+    base = settled.base
+    scatter = base.run_columns(base.at())[:, : len(DEVIATIONS)]
+    total = 0.0
+    for at, moment in zip(base.conditions.slices(), second_moments(settled.contest), strict=True):
+        columns = scatter[at] - scatter[at].mean(axis=0)
+        total += float(np.sum((columns @ moment[: len(DEVIATIONS), : len(DEVIATIONS)]) * columns))
+    return min(float(np.sqrt(within**2 + total / base.conditions.rows)), held_out)
+
+
+def second_moments(contest: Contest) -> FloatArray:
+    """Expected squares and products of every run's deviations, given its recordings."""
+    e = contest.evidence
+    index, omega = e.index(), contest.null_omega
+    delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
+    own = contest.deviations(index, omega, delta)
+    gram = e.gram[:, e.scatter[:, None], e.scatter]
+    left = omega[:, None] * without_scatter(gram, omega, np.eye(omega.size))[0]
+    scale = e.scale[e.scatter]
+    moment = own[:, :, None] * own[:, None, :] + left
+    return np.asarray(moment / np.outer(scale, scale))

@@ -1,0 +1,79 @@
+"""Outliers: single samples far off their neighbours, set to what these say."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.fit.baseline import Base
+
+FloatArray = npt.NDArray[np.float64]
+
+OUTLIERS_ALONE = 5
+"""Outliers that a run may have when the others have none."""
+
+JUMP = 6.0
+"""Change of the torque from sample to sample, over the median of the run, that is a jump."""
+
+JUMP_REACH = 2
+"""Samples on either side of a jump that belong to it."""
+
+OUTLIER = 7.0
+"""A single sample that is this many deviations off its neighbours is an outlier."""
+
+
+def clean_outliers(base: Base) -> int:
+    """Set single wild samples to what their neighbours say; returns their number.
+
+    They are counted and reported. Rows stay in place, because the noise within a run is coloured.
+    """
+    residual = base.residual()
+    found = np.zeros(residual.size, dtype=bool)
+    for at in base.conditions.slices():
+        x = residual[at]
+        if x.size < 5:
+            continue
+        neighbours = np.empty((4, x.size))
+        for row, shift in enumerate((-2, -1, 1, 2)):
+            neighbours[row] = np.roll(x, shift)
+        off = x - np.median(neighbours, axis=0)
+        # The ends of a run have their neighbours on one side.
+        for i in (0, 1, -2, -1):
+            five = x[:5] if i >= 0 else x[-5:]
+            off[i] = x[i] - np.median(np.delete(five, i))
+        scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
+        found[at] = (np.abs(off) > OUTLIER * scale) & ~jumping(base.conditions.torque[at])
+    # Where many lie side by side it is no outlier but a structure.
+    crowd = np.convolve(found, np.ones(7))[3:-3]
+    found &= crowd <= 3
+    counts = np.array([np.count_nonzero(found[at]) for at in base.conditions.slices()])
+    rows = np.diff(base.conditions.starts)
+    for r, at in enumerate(base.conditions.slices()):
+        # Glitches fall anywhere. Where one run has many more it is something that the model lacks.
+        usual = float(np.median(np.delete(counts / rows, r))) if counts.size > 1 else 0.0
+        expected = usual * float(rows[r])
+        if counts[r] > OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):
+            found[at] = False
+    if found.any():
+        point = base.at()
+        good = np.flatnonzero(~found)
+        bad = np.flatnonzero(found)
+        filled = np.interp(bad, good, residual[good])
+        level = base.conditions.run_mean(base.measured - point.angle)[base.conditions.run_of]
+        base.measured = base.measured.copy()
+        base.measured[bad] = point.angle[bad] + level[bad] + filled
+    base.outlier |= found
+    return int(np.count_nonzero(found))
+
+
+def jumping(torque_Nm: FloatArray) -> npt.NDArray[np.bool_]:
+    """Samples about which the load changes far quicker than usual in the run, or turns round.
+
+    What is measured there tells most of lags and of creep, and no model without them meets it.
+    """
+    change = np.abs(np.diff(torque_Nm, prepend=torque_Nm[0]))
+    bend = np.pad(np.abs(np.diff(torque_Nm, n=2)), 1)
+    out = np.zeros(torque_Nm.size, dtype=bool)
+    for size in (change, bend):
+        out |= size > JUMP * (float(np.median(size)) + 1e-12)
+    return np.convolve(out, np.ones(2 * JUMP_REACH + 1), mode="same") > 0

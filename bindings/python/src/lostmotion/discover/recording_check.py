@@ -1,0 +1,92 @@
+"""Whether recordings are sound, and what their plan can and cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations, pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.advice import RUNS_LEAST
+from lostmotion.effects.columns import DERIVED, missing_columns
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.effect import Effect
+from lostmotion.recordings import Campaign, told
+
+FloatArray = npt.NDArray[np.float64]
+
+ELSEWHERE = 0.05
+"""A run begins elsewhere when its torque is this share of the largest from where the last ended."""
+
+ALIASED = 0.9
+"""Rank correlation of two columns' means over the runs from which they cannot be told apart."""
+
+
+def begin_elsewhere(campaign: Campaign) -> list[int | str]:
+    """Name the runs whose torque does not begin where the run before ended.
+
+    Friction remembers what lay between; the model takes it that the torque went straight there.
+    """
+    least = ELSEWHERE * campaign.largest_torque_Nm
+    return [
+        run.label
+        for before, run in pairwise(campaign.runs)
+        if abs(run.torque_Nm[0] - before.torque_Nm[-1]) > least
+    ]
+
+
+def ranks(values: FloatArray) -> FloatArray:
+    """Rank of each value; equal ones share theirs."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - 0.5 * (counts - 1))[place], dtype=np.float64)
+
+
+def rank_correlation(a: FloatArray, b: FloatArray) -> float:
+    """Spearman's correlation; scipy.stats takes half a second to load."""
+    return float(np.corrcoef(ranks(a), ranks(b))[0, 1])
+
+
+def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
+    """Say whether recordings are sound, and what this plan can and cannot tell apart."""
+    conditions = Conditions(campaign)
+    columns = dict(conditions.columns)
+    columns.pop("elapsed_s", None)
+    means = {
+        name: conditions.run_mean(values) for name, values in columns.items() if np.ptp(values) > 0
+    }
+    means["order of the runs"] = np.arange(conditions.runs, dtype=np.float64)
+    aliased = []
+    if conditions.runs >= 3:
+        for a, b in combinations(means, 2):
+            if {a, b} == {"input_angle_rad", "output_angle_rad"}:
+                continue  # the gear binds them
+            if np.ptp(means[a]) == 0 or np.ptp(means[b]) == 0:
+                continue
+            close = rank_correlation(means[a], means[b])
+            if abs(close) > ALIASED:
+                aliased.append({"columns": [a, b], "rank_correlation": close})
+    constant = [n for n, values in columns.items() if np.ptp(values) == 0]
+    blind = {}
+    for name, effect in effects.items():
+        missing = missing_columns(effect, conditions)
+        flat = [need for need in sorted(effect.needs) if need in constant]
+        if missing:
+            blind[name] = "not testable with these columns: no " + ", ".join(missing)
+        elif flat:
+            shown = ", ".join(DERIVED.get(need, need) for need in flat)
+            blind[name] = f"not visible with this plan: constant {shown}"
+    return {
+        "schema": "lostmotion.check/1",
+        "sound": not campaign.findings,
+        "findings": told(campaign.findings),
+        "runs": conditions.runs,
+        "samples": conditions.rows,
+        "enough_runs": conditions.runs >= RUNS_LEAST,
+        "constant": constant,
+        "begin_elsewhere": begin_elsewhere(campaign),
+        "aliased": aliased,
+        "not_testable": blind,
+        "data_fingerprint": campaign.fingerprint(),
+    }

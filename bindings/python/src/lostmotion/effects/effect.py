@@ -1,0 +1,296 @@
+"""An effect: what it is called, what it needs and what it does.
+
+All have the same small interface: a list of values, and a function of the values and of the
+conditions of a recording. Those of the library are in `library`; the user's own are functions of
+Python (`effect`), formulas (`formula`) or shared objects (`loading`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.core import NEEDS, Kind
+from lostmotion.effects.conditions import CONDITIONS, NEUTRAL, Conditions
+from lostmotion.errors import InputError, did_you_mean
+
+FloatArray = npt.NDArray[np.float64]
+Role = Literal["linear", "shape", "given"]
+
+ROLES: tuple[Role, ...] = ("linear", "shape", "given")
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value of an effect.
+
+    Attributes
+    ----------
+    name : str
+        With its unit as a suffix.
+    role : {"linear", "shape", "given"}
+        The result is proportional to it; it enters in another way; or it is known of the drive.
+    typical, low, high : float
+        What to expect, and the bounds.
+    """
+
+    name: str
+    role: Role
+    typical: float
+    low: float
+    high: float
+
+
+SCALED_TOGETHER = {
+    "lobe_eccentricity": ("runout_cosine_rad", "runout_sine_rad", "compliance_rad_per_Nm"),
+}
+"""Values that scale an effect only together, with its linear ones."""
+
+FALLS_WITH_SPEED = {"stribeck_friction": ("coulomb_Nm", "breakaway_Nm")}
+"""Friction that stays, and what of it is lost with the speed: a fit in which it grows with the
+speed is one of drag, and not of this effect."""
+
+HELD = {"gap_rad", "blend_rad_s", "threshold_Nm"}
+"""Values that only pick a branch of an effect: no fit moves them."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect: what it is called, what it needs and what it does.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"torque", "width", "angle"}
+        What the function returns: N m on top of the torque, the factor on the width of the
+        friction, or rad on top of the lost motion.
+    values : tuple of Value
+    needs : frozenset of str
+        Conditions without which it cannot be tested.
+    function : callable
+        ``function(values, run)`` with `run` a mapping from conditions to arrays of one recording
+        (elastic_rad and wound_Nm among them) and ``memory`` an array that carries state from run to
+        run.
+    memory : int
+        Numbers of memory.
+    formula : str
+        The function as text, where it was made from one: it can be written as C.
+    symbol : str
+        Name of the constant in C, of an effect that came from a shared object.
+    controller : cdata or None
+        The ``lm_effect`` itself, of a shared object in the controller's precision.
+    """
+
+    name: str
+    kind: Kind
+    values: tuple[Value, ...]
+    needs: frozenset[str]
+    function: Callable[[FloatArray, Mapping[str, FloatArray], FloatArray], FloatArray]
+    memory: int = 0
+    mechanism: str = ""
+    equation: str = ""
+    typical_size: str = ""
+    confused_with: tuple[str, ...] = ()
+    experiment: str = ""
+    formula: str = ""
+    symbol: str = ""
+    controller: Any = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        """Say what it is and what it takes; `vars` has all."""
+        values = ", ".join(value.name for value in self.values)
+        return f"<Effect {self.name} ({self.kind}) of {values}: {self.mechanism}>"
+
+    def __post_init__(self) -> None:
+        """Refuse bounds between which no fit can move."""
+        for value in self.values:
+            if not value.low < value.high:
+                raise InputError(
+                    f"effect {self.name}",
+                    value.name,
+                    f"{value.low:g} to {value.high:g}",
+                    "low below high",
+                )
+
+    def at_bound(self, values: FloatArray) -> list[str]:
+        """Names of the values that stand at the least or the most that they may be."""
+        return [
+            known.name
+            for known, x in zip(self.values, values, strict=True)
+            if known.role != "given" and not known.low < x < known.high
+        ]
+
+    def against_its_name(self, values: FloatArray) -> int | None:
+        """Place of a value that makes the effect another one, and ought to be nothing."""
+        if self.name not in FALLS_WITH_SPEED:
+            return None
+        names = [value.name for value in self.values]
+        stays, lost = (names.index(name) for name in FALLS_WITH_SPEED[self.name])
+        rises = abs(values[stays] + values[lost]) < abs(values[stays])
+        return lost if rises else None
+
+    def run(
+        self,
+        values: FloatArray,
+        conditions: Conditions,
+        torque_Nm: FloatArray,
+        elastic_rad: FloatArray,
+        wound_Nm: FloatArray | None = None,
+    ) -> FloatArray:
+        """Evaluate over a campaign, run by run, in the effect's own unit.
+
+        What sits in the mesh sees `wound_Nm`, the torque that friction leaves; by default all.
+        Memory goes on from run to run, except for effects that live on elapsed time: the rest
+        between two recordings was not recorded.
+        """
+        out = np.empty(conditions.rows)
+        memory = np.zeros(max(self.memory, 1))
+        fresh = "elapsed_s" in self.needs
+        pieces = conditions.slices() if fresh or self.memory else [slice(0, conditions.rows)]
+        wrapped = conditions.wrapped_rad
+        for at in pieces:
+            if fresh:
+                memory[:] = 0.0
+            run = {name: column[at] for name, column in conditions.columns.items()}
+            if wrapped is not None:
+                run["input_angle_rad"] = wrapped[at]
+            run["torque_Nm"] = torque_Nm[at]
+            run["elastic_rad"] = elastic_rad[at]
+            run["wound_Nm"] = (torque_Nm if wound_Nm is None else wound_Nm)[at]
+            out[at] = self.function(values, run, memory)
+        return out
+
+    @property
+    def typical(self) -> FloatArray:
+        """Typical values."""
+        return np.array([value.typical for value in self.values])
+
+    def ranges(self) -> list[tuple[str, float, float]]:
+        """Name with unit, least and most of every value."""
+        return [(value.name, value.low, value.high) for value in self.values]
+
+    def indices(self, role: Role) -> list[int]:
+        """Indices of the values of one role."""
+        return [i for i, value in enumerate(self.values) if value.role == role]
+
+    def free(self) -> list[int]:
+        """Indices of the values that a fit may move: not what is given, nor what picks a branch."""
+        return [
+            i
+            for i, value in enumerate(self.values)
+            if value.role == "linear" or (value.role == "shape" and value.name not in HELD)
+        ]
+
+    def scaling(self) -> list[int]:
+        """Indices of the values that scale the effect together, or of all that shape it."""
+        together = SCALED_TOGETHER.get(self.name, ())
+        linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.name in together]
+        return linear or self.indices("shape")
+
+
+def card(effect: Effect) -> dict[str, Any]:
+    """Everything that is known of an effect."""
+    return {
+        "name": effect.name,
+        "kind": effect.kind,
+        "mechanism": effect.mechanism,
+        "equation": effect.equation,
+        "parameters": [
+            {"name": v.name, "role": v.role, "typical": v.typical, "low": v.low, "high": v.high}
+            for v in effect.values
+        ],
+        "needs": sorted(effect.needs),
+        "typical_size": effect.typical_size,
+        "confused_with": list(effect.confused_with),
+        "separating_experiment": effect.experiment,
+    }
+
+
+def effect(
+    *,
+    values: Sequence[Value],
+    needs: Sequence[str],
+    kind: Kind = "angle",
+    name: str | None = None,
+    mechanism: str = "",
+    equation: str = "",
+    typical_size: str = "",
+    confused_with: Sequence[str] = (),
+    experiment: str = "",
+) -> Callable[[Callable[[Any, Any], FloatArray]], Effect]:
+    """Make an effect of a Python function ``f(p, at)``.
+
+    `p` has the values as attributes, `at` the conditions of one recording as arrays
+    (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
+    the angle of backbone and friction, and ``at.wound_Nm``, the torque that friction leaves to wind
+    up the mesh); the function returns an array.
+
+    Parameters
+    ----------
+    values : sequence of Value
+    needs : sequence of str
+        Names of conditions, see `NEEDS`.
+    kind : {"torque", "width", "angle"}
+    name : str, optional
+        By default that of the function.
+    """
+    unknown = [need for need in needs if need not in NEEDS]
+    if unknown:
+        raise InputError("effect", "needs", unknown[0], "one of " + ", ".join(NEEDS))
+
+    def make(function: Callable[[Any, Any], FloatArray]) -> Effect:
+        own = name or function.__name__
+
+        def call(
+            numbers: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
+        ) -> FloatArray:
+            size = run["torque_Nm"].size
+            everything = {
+                condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in CONDITIONS
+            }
+            p = SimpleNamespace(**{v.name: float(n) for v, n in zip(values, numbers, strict=True)})
+            try:
+                result = function(p, SimpleNamespace(**{**everything, **run}))
+                result = np.broadcast_to(np.asarray(result, dtype=np.float64), (size,))
+            except Exception as error:  # the user's own code may raise anything
+                found = f"{type(error).__name__}: {error}"
+                raise InputError(f"effect {own}", "", found, "an array of numbers") from None
+            if not np.all(np.isfinite(result)):
+                raise InputError(f"effect {own}", "", "a result that is not finite", "numbers")
+            return np.asarray(result)
+
+        return Effect(
+            own,
+            kind,
+            tuple(values),
+            frozenset(needs),
+            call,
+            1 if "elapsed_s" in needs else 0,
+            mechanism,
+            equation,
+            typical_size,
+            tuple(confused_with),
+            experiment,
+        )
+
+    return make
+
+
+def find_effect(name: str, effects: Mapping[str, Effect], file: str = "effect") -> Effect:
+    """Find an effect by the name that a file has, or a command; or say which there are."""
+    if name not in effects:
+        raise InputError(
+            file,
+            name,
+            "no such effect",
+            "one of "
+            + ", ".join(effects)
+            + did_you_mean(name, effects)
+            + ", or your own by --effects FILE",
+        )
+    return effects[name]

@@ -1,0 +1,361 @@
+"""A user's own effect as a formula in text: evaluated here, and written as C for the controller.
+
+A formula is an expression in Python's notation of the effect's values, the conditions, numbers and
+`FUNCTIONS`. It is read as a tree of which only these are taken, so that what is evaluated over a
+recording and what the controller computes are the same thing.
+"""
+
+from __future__ import annotations
+
+import ast
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.core import NEEDS, Kind
+from lostmotion.effects.conditions import CONDITIONS
+from lostmotion.effects.effect import Effect, Value, effect
+from lostmotion.errors import InputError, did_you_mean
+from lostmotion.keys import show
+
+FloatArray = npt.NDArray[np.float64]
+
+EXPONENT_MAX = 87.0
+LOGARITHM_MIN = 1.2e-38
+"""Where the library's exponential and logarithm end (elementary.h)."""
+
+MULTIPLIED_OUT = 6
+"""A whole exponent up to this is written as a product."""
+
+
+def _power(x: FloatArray, exponent: FloatArray) -> FloatArray:
+    """As `lm_power`: nothing at and below zero."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(np.asarray(x) > 0, np.maximum(x, LOGARITHM_MIN) ** exponent, 0.0)
+
+
+FUNCTIONS: dict[str, tuple[int, Callable[..., Any], str]] = {
+    "sin": (1, np.sin, "lm_sine"),
+    "cos": (1, np.cos, "lm_cosine"),
+    "exp": (
+        1,
+        lambda x: np.exp(np.clip(x, -EXPONENT_MAX, EXPONENT_MAX)),
+        "lm_exponential",
+    ),
+    "log": (1, lambda x: np.log(np.maximum(x, LOGARITHM_MIN)), "lm_logarithm"),
+    "tanh": (1, np.tanh, "lm_hyperbolic_tangent"),
+    "sqrt": (1, lambda x: _power(x, np.asarray(0.5)), "square_root"),
+    "power": (2, _power, "lm_power"),
+    "abs": (1, np.abs, "absolute"),
+    "sign": (1, np.sign, "sign"),
+    "sat": (1, lambda x: np.clip(x, -1.0, 1.0), "saturated"),
+    "min": (2, np.minimum, "smaller"),
+    "max": (2, np.maximum, "larger"),
+}
+"""Functions of a formula: number of arguments, what it does, its name in C."""
+
+HELPERS = {
+    "absolute": ("lm_real x", "return x < 0 ? -x : x;"),
+    "sign": ("lm_real x", "return x > 0 ? LM_REAL(1) : x < 0 ? LM_REAL(-1) : LM_REAL(0);"),
+    "saturated": ("lm_real x", "return !(x > -1) ? LM_REAL(-1) : x < 1 ? x : LM_REAL(1);"),
+    "smaller": ("lm_real x, lm_real y", "return x < y ? x : y;"),
+    "larger": ("lm_real x, lm_real y", "return x > y ? x : y;"),
+    "square_root": ("lm_real x", "return lm_power(x, LM_REAL(0.5));"),
+}
+"""What the library does not have, as it is written into the C file."""
+
+TURNS = {"input_turns": "input_angle_rad", "output_turns": "output_angle_rad"}
+"""Angles in turns, for formulas with a period."""
+
+FILLED_IN = ("elastic_rad", "wound_Nm")
+"""Conditions that the model fills in from the torque."""
+
+OPERATORS: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
+    ast.Add: ("+", np.add),
+    ast.Sub: ("-", np.subtract),
+    ast.Mult: ("*", np.multiply),
+    ast.Div: ("/", np.divide),
+}
+
+
+def formula(
+    name: str,
+    text: str,
+    *,
+    values: Sequence[Value],
+    kind: Kind = "angle",
+    mechanism: str = "",
+    typical_size: str = "",
+    confused_with: Sequence[str] = (),
+    experiment: str = "",
+) -> Effect:
+    """Make an effect of a formula, which can go to the controller as well.
+
+    Parameters
+    ----------
+    name : str
+        A name in C.
+    text : str
+        The result, of the effect's kind, by the names of the values, of the conditions
+        (``torque_Nm``, ``output_angle_rad`` ..., also ``input_turns`` and ``output_turns``), of
+        ``pi`` and of `FUNCTIONS`.
+    values : sequence of Value
+    kind : {"torque", "width", "angle"}
+
+    Raises
+    ------
+    InputError
+        When the formula has something else in it.
+    """
+    if not name.isidentifier():
+        raise InputError("effect", name, "a name with other signs", "a name in C")
+    known = [value.name for value in values]
+    tree = _read(name, text)
+    used = _names(name, tree, known)
+    unused = [value for value in known if value not in used]
+    if unused:
+        raise InputError(
+            f"effect {name}", unused[0], "a value that the formula does not have", text
+        )
+    needs = {TURNS.get(word, "torque_Nm" if word in FILLED_IN else word) for word in used}
+
+    def function(p: SimpleNamespace, at: SimpleNamespace) -> FloatArray:
+        words = {**vars(at), **vars(p), "pi": np.pi}
+        for turns, angle in TURNS.items():
+            words[turns] = vars(at)[angle] / (2 * np.pi)
+        return np.asarray(_evaluate(tree, words))
+
+    made = effect(
+        values=values,
+        needs=[need for need in NEEDS if need in needs],
+        kind=kind,
+        name=name,
+        mechanism=mechanism,
+        equation=text,
+        typical_size=typical_size,
+        confused_with=confused_with,
+        experiment=experiment,
+    )(function)
+    return replace(made, formula=text, memory=0)
+
+
+def _read(name: str, text: str) -> ast.expr:
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError):
+        raise InputError(f"effect {name}", "formula", show(text), "an expression") from None
+
+
+def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
+    """Names that the formula uses, but for functions and pi; refuses what is no formula."""
+    allowed = {*values, *CONDITIONS, *FILLED_IN, *TURNS, "pi"}
+    found: set[str] = set()
+    where = f"effect {name}"
+
+    def walk(node: ast.expr) -> None:
+        if isinstance(node, ast.BinOp) and (type(node.op) in OPERATORS or _is_power(node)):
+            walk(node.left)
+            walk(node.right)
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
+            walk(node.operand)
+        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            return
+        elif isinstance(node, ast.Name):
+            if node.id not in allowed:
+                expected = "a value, a condition or pi" + did_you_mean(node.id, allowed)
+                raise InputError(where, "formula", show(node.id), expected)
+            found.add(node.id)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            if node.func.id not in FUNCTIONS:
+                expected = "one of " + ", ".join(FUNCTIONS) + did_you_mean(node.func.id, FUNCTIONS)
+                raise InputError(where, "formula", f"{node.func.id}()", expected)
+            count = FUNCTIONS[node.func.id][0]
+            if len(node.args) != count or node.keywords:
+                raise InputError(
+                    where, "formula", ast.unparse(node), f"{node.func.id}() of {count}"
+                )
+            for argument in node.args:
+                walk(argument)
+        else:
+            expected = "numbers, names, + - * / ** and functions"
+            raise InputError(where, "formula", show(ast.unparse(node)), expected)
+
+    walk(tree)
+    return found - {"pi"}
+
+
+def _is_power(node: ast.BinOp) -> bool:
+    return isinstance(node.op, ast.Pow)
+
+
+def _whole(node: ast.expr) -> int | None:
+    """A small whole exponent, which is a product; None for others."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, int) and 1 <= value <= MULTIPLIED_OUT else None
+
+
+def _evaluate(node: ast.expr, words: Mapping[str, Any]) -> Any:
+    if isinstance(node, ast.Constant):
+        return float(node.value)  # type: ignore[arg-type]
+    if isinstance(node, ast.Name):
+        return words[node.id]
+    if isinstance(node, ast.UnaryOp):
+        inner = _evaluate(node.operand, words)
+        return -inner if isinstance(node.op, ast.USub) else inner
+    if isinstance(node, ast.BinOp):
+        left, right = _evaluate(node.left, words), _evaluate(node.right, words)
+        if not _is_power(node):
+            return OPERATORS[type(node.op)][1](left, right)
+        times = _whole(node.right)
+        if times is None:
+            return _power(left, right)
+        product = left
+        for _ in range(times - 1):
+            product = product * left
+        return product
+    assert isinstance(node, ast.Call)
+    assert isinstance(node.func, ast.Name)
+    return FUNCTIONS[node.func.id][1](*(_evaluate(a, words) for a in node.args))
+
+
+def _in_c(node: ast.expr, values: Sequence[str], used: set[str]) -> str:
+    """C of a tree; `used` gathers the functions it calls."""
+    if isinstance(node, ast.Constant):
+        return f"LM_REAL({float(node.value)!r})"  # type: ignore[arg-type]
+    if isinstance(node, ast.Name):
+        if node.id == "pi":
+            return "LM_PI"
+        if node.id in values:
+            return f"value[{node.id.upper()}]"
+        if node.id in TURNS:
+            return f"(at->{TURNS[node.id]} / (2 * LM_PI))"
+        return f"at->{node.id}"
+    if isinstance(node, ast.UnaryOp):
+        inner = _in_c(node.operand, values, used)
+        return f"(-{inner})" if isinstance(node.op, ast.USub) else inner
+    if isinstance(node, ast.BinOp):
+        left = _in_c(node.left, values, used)
+        if not _is_power(node):
+            right = _in_c(node.right, values, used)
+            return f"({left} {OPERATORS[type(node.op)][0]} {right})"
+        times = _whole(node.right)
+        if times is not None:
+            return f"({' * '.join([left] * times)})"
+        used.add("lm_power")
+        return f"lm_power({left}, {_in_c(node.right, values, used)})"
+    assert isinstance(node, ast.Call)
+    assert isinstance(node.func, ast.Name)
+    function = FUNCTIONS[node.func.id][2]
+    used.add(function)
+    return f"{function}({', '.join(_in_c(a, values, used) for a in node.args)})"
+
+
+def symbol_of(own: Effect) -> str:
+    """Name of the constant `lm_effect` in C."""
+    return own.symbol or f"lm_effect_{own.name}"
+
+
+def write_c(own: Effect) -> str:
+    """C source of an effect that has a formula; the desktop and the controller compile the same.
+
+    Raises
+    ------
+    InputError
+        When it has none: a function in Python cannot go to the controller.
+    """
+    if not own.formula:
+        expected = "one made by formula(...), or in C: the controller cannot run a Python function"
+        raise InputError("effect", own.name, "a Python function", expected)
+    names = [value.name for value in own.values]
+    used: set[str] = set()
+    result = _in_c(_read(own.name, own.formula), names, used)
+    if result.startswith("(") and result.endswith(")") and _pairs(result):
+        result = result[1:-1]
+    helpers = "".join(
+        f"static lm_real {name}({arguments}) {{\n  {body}\n}}\n\n"
+        for name, (arguments, body) in HELPERS.items()
+        if name in used
+    )
+    needs = " | ".join(f"LM_NEEDS_{_bit(need)}" for need in NEEDS if need in own.needs) or "0u"
+    card = ",\n    ".join(
+        _quoted(text)
+        for text in (
+            own.name,
+            own.mechanism or own.name,
+            own.formula,
+            own.typical_size or "not stated",
+            ", ".join(own.confused_with),
+            own.experiment or "not stated",
+        )
+    )
+    values = ",\n     ".join(
+        f"{{{_quoted(v.name)}, LM_VALUE_{v.role.upper()}, LM_REAL({v.typical!r})}}"
+        for v in own.values
+    )
+    bounds = ",\n     ".join(f"{{LM_REAL({v.low!r}), LM_REAL({v.high!r})}}" for v in own.values)
+    symbol = symbol_of(own)
+    comment = own.formula.replace("*/", "* /")
+    return f"""/* {own.name}, a user's own effect, written by lostmotion from its formula:
+ *
+ *     {comment}
+ *
+ * The same file goes to the controller and, as a shared object, to --effects: of LM_REAL_BITS=64,
+ * for replay of 32; where it calls sines and the like, together with lib/runtime/elementary.c.
+ */
+#include "lostmotion/effects.h"
+
+enum {{ {", ".join([*(name.upper() for name in names), "VALUES"])} }};
+
+{helpers}static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {{
+  (void)memory;
+  (void)at;
+  return {result};
+}}
+
+#if LM_EFFECT_CARDS
+static const lm_effect_card card = {{
+    {card},
+    {{{values}}}}};
+#endif
+
+LM_BEGIN_DECLS
+extern const lm_effect {symbol};
+LM_END_DECLS
+const lm_effect {symbol} = {{
+    {zlib.crc32(own.name.encode()):#010x}u, /* CRC-32 of the name */
+    LM_EFFECT_{own.kind.upper()},
+    VALUES,
+    0,
+    {needs},
+    run,
+    {{{bounds}}},
+    LM_EFFECT_CARD(card)}};
+"""
+
+
+def _pairs(text: str) -> bool:
+    """Whether the first bracket closes with the last sign."""
+    depth = 0
+    for i, sign in enumerate(text):
+        depth += (sign == "(") - (sign == ")")
+        if depth == 0:
+            return i == len(text) - 1
+    return False
+
+
+def _bit(need: str) -> str:
+    """The LM_NEEDS_ bit of a condition."""
+    words = {"elapsed_s": "TIME", "temperature_C": "TEMPERATURE", "cycles": "CYCLES"}
+    units = ("_rad_s2", "_rad_s", "_rad", "_Nm", "_N")
+    if need in words:
+        return words[need]
+    return next(need.removesuffix(unit) for unit in units if need.endswith(unit)).upper()
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'

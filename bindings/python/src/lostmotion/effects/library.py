@@ -1,0 +1,96 @@
+"""The effects of the C library, as C functions that the controller runs, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.core import KINDS, NEEDS, Bits, core
+from lostmotion.effects.conditions import CONDITIONS
+from lostmotion.effects.effect import (
+    ROLES,
+    Effect,
+    Value,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
+    """Make the function of an effect that is an `lm_effect` of the C library."""
+    c = core(bits)
+
+    def function(
+        values: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        recording = c.ffi.new("lm_recording *")
+        recording.count = run["torque_Nm"].size
+        keep = []
+        for name in (*CONDITIONS, "elastic_rad", "wound_Nm"):
+            if name in run:
+                keep.append(c.pointer(c.array(run[name])))
+                setattr(recording, name, keep[-1])
+        out = c.zeros(run["torque_Nm"].size)
+        state = c.array(memory).copy()
+        c.lib.lm_run_effect(
+            effect,
+            c.pointer(c.array(values)),
+            c.pointer(state, write=True),
+            recording,
+            c.pointer(out, write=True),
+        )
+        memory[:] = state
+        return np.asarray(out, dtype=np.float64)
+
+    return function
+
+
+def from_c(effect: Any, bits: Bits = 64) -> Effect:
+    """Describe an `lm_effect` of the C library or of a user's own shared object."""
+    c = core(bits)
+
+    def number(value: float) -> float:
+        """Give the number that was written in the source, which float32 has rounded."""
+        return float(str(np.float32(value))) if bits == 32 else float(value)
+
+    def text(pointer: Any) -> str:
+        return str(c.ffi.string(pointer).decode())
+
+    card = effect.card
+    values = tuple(
+        Value(
+            text(card.value[i].name),
+            ROLES[int(card.value[i].role)],
+            number(card.value[i].typical),
+            number(effect.bound[i][0]),
+            number(effect.bound[i][1]),
+        )
+        for i in range(effect.value_count)
+    )
+    needs = frozenset(name for bit, name in enumerate(NEEDS) if effect.covariates >> bit & 1)
+    twins = tuple(name.strip() for name in text(card.confused_with).split(",") if name.strip())
+    return Effect(
+        text(card.name),
+        KINDS[int(effect.kind)],
+        values,
+        needs,
+        run_in_c(effect, bits),
+        int(effect.memory_count),
+        text(card.mechanism),
+        text(card.equation),
+        text(card.typical_size),
+        twins,
+        text(card.experiment),
+    )
+
+
+@cache
+def library() -> dict[str, Effect]:
+    """Return the effects of the C library by name."""
+    lib = core(64).lib
+    effects = [from_c(lib.lm_effects[i]) for i in range(lib.LM_EFFECT_COUNT)]
+    return {effect.name: effect for effect in effects}

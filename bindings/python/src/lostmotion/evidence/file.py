@@ -1,0 +1,132 @@
+"""The evidence of a campaign, or of several merged, and the file that holds it.
+
+What a campaign says is saved as Gram matrices, one a run: of the base's derivatives, of what
+scatters from run to run, of every effect and every shape, and of the residual, whitened and plain;
+with the sudden events that were found in it. No samples are saved.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError, one_line
+from lostmotion.evidence.gram import Evidence
+from lostmotion.files import write_whole
+
+FloatArray = npt.NDArray[np.float64]
+
+SCHEMA = "lostmotion.campaign_evidence/5"
+"""Name and version of the saved form."""
+
+
+@dataclass
+class Body:
+    """Evidence of a campaign, or of several.
+
+    Attributes
+    ----------
+    white, plain : Evidence
+        Gram matrices of the same columns: whitened, and in arc seconds as they are.
+    point : ndarray
+        Values of the base's parameters that the columns are derivatives at.
+    spread, rows : ndarray
+        Noise within each run in arc seconds, and its samples.
+    about : dict
+        Everything that is not a number a run: grid, candidates, labels, sudden events, where from.
+    """
+
+    white: Evidence
+    plain: Evidence
+    point: FloatArray
+    spread: FloatArray
+    rows: FloatArray
+    about: dict[str, Any]
+
+    def save(self, file: str | Path) -> None:
+        """Write it to an ``.npz`` file, whole or not at all."""
+        out = io.BytesIO()
+        names = list(self.white.blocks)
+        blocks: dict[str, Any] = {
+            f"block_{i}": self.white.blocks[name] for i, name in enumerate(names)
+        }
+        arrays: dict[str, Any] = {
+            "schema": np.array(SCHEMA),
+            "about": np.array(json.dumps(self.about)),
+            "point": self.point,
+            "spread": self.spread,
+            "rows": self.rows,
+            "white": self.white.gram,
+            "plain": self.plain.gram,
+            "white_scale": self.white.scale,
+            "plain_scale": self.plain.scale,
+            "fixed": self.white.fixed,
+            "scatter": self.white.scatter,
+            "response": np.array(self.white.response),
+            "white_precision": self.white.precision,
+            "plain_precision": self.plain.precision,
+            "names": np.array(names),
+            **blocks,
+        }
+        np.savez_compressed(out, **arrays, checksum=np.array(checksum(arrays)))
+        write_whole(file, out.getvalue())
+
+
+def checksum(arrays: Mapping[str, Any]) -> str:
+    """Sum over everything that is saved: numbers that fit together cannot be told from others."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {np.shape(arrays[name])}\n".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
+
+
+def load_body(file: str | Path) -> Body:
+    """Read what `Body.save` wrote.
+
+    Raises
+    ------
+    InputError
+        When the file is not evidence of this version, or not as it was saved.
+    """
+    try:
+        with open(file, "rb") as stream, np.load(stream, allow_pickle=False) as data:
+            saved = {name: data[name] for name in data.files}
+        schema, summed = str(saved["schema"]), str(saved.pop("checksum", "none"))
+    except Exception as error:  # NumPy raises many kinds for a file that is none of its own
+        found = one_line(str(error)) or "no evidence"
+        if isinstance(error, FileNotFoundError):
+            found = "no such file"
+        elif os.path.isfile(file) and not zipfile.is_zipfile(file):
+            found = "no .npz archive"
+        raise InputError(file, "", found, "evidence by diagnose --save-evidence") from None
+    if schema != SCHEMA:
+        raise InputError(file, "schema", schema, SCHEMA)
+    if summed != checksum(saved):
+        raise InputError(file, "checksum", summed, f"{checksum(saved)}, as of its contents")
+    blocks = {str(n): saved[f"block_{i}"] for i, n in enumerate(saved["names"])}
+    white, plain = (
+        Evidence(
+            saved[kind],
+            saved[f"{kind}_scale"],
+            saved["fixed"],
+            saved["scatter"],
+            dict(blocks),
+            int(saved["response"]),
+            saved[f"{kind}_precision"],
+        )
+        for kind in ("white", "plain")
+    )
+    about = json.loads(str(saved["about"]))
+    return Body(white, plain, saved["point"], saved["spread"], saved["rows"], about)

@@ -1,0 +1,105 @@
+"""Sufficient statistics: one Gram matrix of whitened columns for each run.
+
+Everything after them (refit by one step, tests, scatter, leave-one-run-out, angles, next run) is
+small dense algebra.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.evidence.noise import Noise
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+@dataclass
+class Evidence:
+    """Gram matrices ``[run, column, column]`` of whitened, scaled columns.
+
+    Attributes
+    ----------
+    gram : ndarray
+        In units of the innovation variance.
+    scale : ndarray
+        What each column was divided by.
+    fixed, scatter, response : ndarray or int
+        Places of the base's columns, of the columns that scatter from run to run, of the residual.
+    blocks : dict
+        Places of each candidate's columns.
+    precision : ndarray
+        Prior precision of the fixed columns, scaled as they are.
+    """
+
+    gram: FloatArray
+    scale: FloatArray
+    fixed: IntArray
+    scatter: IntArray
+    blocks: dict[str, IntArray]
+    response: int
+    precision: FloatArray
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return int(self.gram.shape[0])
+
+    def index(self, *blocks: str) -> IntArray:
+        """Places of the base's columns and of some blocks, the residual last."""
+        parts = [self.fixed, *(self.blocks[name] for name in blocks), np.array([self.response])]
+        return np.concatenate(parts).astype(np.intp)
+
+
+def gather(
+    fixed: FloatArray,
+    precision: FloatArray,
+    scatter: FloatArray,
+    blocks: Sequence[tuple[str, FloatArray]],
+    response: FloatArray,
+    noise: Noise,
+    starts: IntArray,
+) -> Evidence:
+    """Whiten all columns and form the Gram matrix of each run.
+
+    Parameters
+    ----------
+    fixed, scatter, blocks
+        Columns ``[row, column]`` in arc seconds per unit.
+    precision : ndarray
+        Prior precision of the fixed columns.
+    response : ndarray
+        Residual about the linearised model, deviations put back.
+    """
+    parts = [fixed, scatter, *(columns for _, columns in blocks), response[:, None]]
+    counts = [part.shape[1] for part in parts]
+    offsets = np.concatenate(([0], np.cumsum(counts)))
+    total = int(offsets[-1])
+    rows = response.size
+    scale = np.concatenate([np.sqrt(np.einsum("ij,ij->j", part, part) / rows) for part in parts])
+    scale[(scale == 0) | ~np.isfinite(scale)] = 1.0
+    scale[-1] = 1.0
+    runs = starts.size - 1
+    gram = np.empty((runs, total, total))
+    for r in range(runs):
+        a, b = int(starts[r]), int(starts[r + 1])
+        piece = np.empty((b - a, total), order="F")
+        for part, at, count in zip(parts, offsets[:-1], counts, strict=True):
+            piece[:, at : at + count] = part[a:b]
+        piece /= scale
+        white = noise.whiten(piece, r)
+        gram[r] = white.T @ white
+    places = [np.arange(offsets[i], offsets[i + 1], dtype=np.intp) for i in range(len(parts))]
+    return Evidence(
+        gram,
+        scale,
+        places[0],
+        places[1],
+        {name: place for (name, _), place in zip(blocks, places[2:-1], strict=True)},
+        total - 1,
+        precision / scale[places[0]] ** 2,
+    )

@@ -1,0 +1,157 @@
+"""Evidence of several campaigns put together at the linearisation of one of them.
+
+Moving a campaign from its own base to a common one adds a combination of the base's columns to the
+residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError
+from lostmotion.evidence.file import Body
+from lostmotion.evidence.gram import Evidence
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
+    """Combine evidence of several campaigns; their order changes the labels of the runs alone.
+
+    Raises
+    ------
+    InputError
+        When a part is of another drive or of another grid, or holds recordings of another part.
+    """
+    first = bodies[0]
+    for body, file in zip(bodies[1:], files[1:], strict=True):
+        for key in ("rated_torque_Nm", "ratio", "knots_Nm", "radius_Nm"):
+            one, two = np.array(body.about[key]), np.array(first.about[key])
+            if one.shape != two.shape or not np.allclose(one, two, rtol=1e-9):
+                raise InputError(
+                    file, key, f"{np.ravel(one)[0]:.6g}", f"{np.ravel(two)[0]:.6g} as in {files[0]}"
+                )
+        if body.about["effects"] != first.about["effects"]:
+            found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
+            raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
+        if body.white.fixed.size != first.white.fixed.size:
+            more = body.white.fixed.size > first.white.fixed.size
+            one_side = ("inside the elasticity alone", "outside it as well")
+            found, wanted = one_side[more], one_side[not more]
+            raise InputError(file, "friction", found, f"{wanted}, as in {files[0]}")
+    seen = refuse_twice(bodies, files)
+    labels = [
+        {run: run if len(bodies) == 1 else f"{i + 1}:{run}" for run in body.about["runs"]}
+        for i, body in enumerate(bodies)
+    ]
+    events = [
+        {**event, "run": names[event["run"]]}
+        for body, names in zip(bodies, labels, strict=True)
+        for event in body.about["events"]
+    ]
+    alone = [
+        {"file": str(file), "runs": len(body.about["runs"]), **said}
+        for body, file in zip(bodies, files, strict=True)
+        for said in body.about["alone"]
+    ]
+    # Whatever the order: the same linearisation, and the same sums to the bit.
+    order = sorted(range(len(bodies)), key=lambda i: str(bodies[i].about["data_fingerprints"]))
+    bodies, labels = [bodies[i] for i in order], [labels[i] for i in order]
+    first = bodies[0]
+    sizes = [{n: p.size for n, p in body.white.blocks.items()} for body in bodies]
+    common = [name for name, size in sizes[0].items() if all(s.get(name) == size for s in sizes)]
+    closed = {k: v for body in bodies for k, v in body.about["closed"].items()}
+    for body in bodies:
+        for name in body.white.blocks:
+            if name not in common:
+                closed[name] = "not in all of the evidence"
+    white, plain = (
+        merge_grams([getattr(body, kind) for body in bodies], [b.point for b in bodies], common)
+        for kind in ("white", "plain")
+    )
+    return Body(
+        white,
+        plain,
+        first.point,
+        np.concatenate([body.spread for body in bodies]),
+        np.concatenate([body.rows for body in bodies]),
+        {
+            **first.about,
+            "candidates": [k for k in first.about["candidates"] if k["name"] in common],
+            "closed": closed,
+            "runs": [name for names in labels for name in names.values()],
+            "swing_arcsec": [x for body in bodies for x in body.about["swing_arcsec"]],
+            "given_arcsec": {
+                name: max(body.about["given_arcsec"][name] for body in bodies)
+                for name in first.about["effects"]
+            },
+            "events": events,
+            "data_fingerprints": sorted(seen),
+            "alone": alone,
+        },
+    )
+
+
+def refuse_twice(bodies: Sequence[Body], files: Sequence[str | Path]) -> set[str]:
+    """Refuse what would count twice, a campaign or a run of one; returns the campaigns."""
+    seen: set[str] = set()
+    known: dict[str, str] = {}
+    for body, file in zip(bodies, files, strict=True):
+        for fingerprint in body.about["data_fingerprints"]:
+            if fingerprint in seen:
+                raise InputError(file, "data_fingerprints", "recordings a second time", "others")
+            seen.add(fingerprint)
+        prints = body.about["run_fingerprints"]
+        for run, fingerprint in zip(body.about["runs"], prints, strict=True):
+            if fingerprint in known:
+                raise InputError(file, f"run {run}", known[fingerprint], "each recording once")
+        known |= {
+            fingerprint: f"the recording of run {run} in {file}"
+            for run, fingerprint in zip(body.about["runs"], prints, strict=True)
+        }
+    return seen
+
+
+def merge_grams(
+    parts: Sequence[Evidence], points: Sequence[FloatArray], common: Sequence[str]
+) -> Evidence:
+    """Bring Gram matrices to the same columns, units and linearisation, and put them together."""
+    first = parts[0]
+    grams = []
+    for part, point in zip(parts, points, strict=True):
+        keep = np.concatenate(
+            [part.fixed, part.scatter, *(part.blocks[n] for n in common), [part.response]]
+        ).astype(np.intp)
+        gram = part.gram[:, keep[:, None], keep]
+        ratio = part.scale[keep] / first.scale[places(first, common)]
+        gram = gram * np.outer(ratio, ratio)
+        # The residual about the first point: what the base does between the two is put back.
+        step = (point - points[0]) * first.scale[first.fixed][: point.size]
+        change = np.eye(keep.size)
+        change[: step.size, -1] = step
+        grams.append(np.einsum("ai,rab,bj->rij", change, gram, change, optimize=True))
+    n, m = first.fixed.size, first.scatter.size
+    blocks, at = {}, n + m
+    for name in common:
+        blocks[name] = np.arange(at, at + first.blocks[name].size, dtype=np.intp)
+        at += first.blocks[name].size
+    return Evidence(
+        np.concatenate(grams),
+        first.scale[places(first, common)],
+        np.arange(n, dtype=np.intp),
+        np.arange(n, n + m, dtype=np.intp),
+        blocks,
+        at,
+        first.precision,
+    )
+
+
+def places(evidence: Evidence, common: Sequence[str]) -> IntArray:
+    """Places of the base's columns, of what scatters, of some blocks and of the residual."""
+    parts = [evidence.fixed, evidence.scatter, *(evidence.blocks[name] for name in common)]
+    return np.concatenate([*parts, [evidence.response]]).astype(np.intp)

@@ -1,0 +1,1 @@
+"""The baseline model of a drive, fitted to its recordings, effects included."""

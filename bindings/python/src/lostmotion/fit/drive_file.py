@@ -1,0 +1,102 @@
+"""The base of a drive over its recordings, and the effects that a drive file carries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lostmotion.backbone import Backbone
+from lostmotion.drives import (
+    KNOT,
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    SLOPE,
+    Drive,
+    effect_values,
+)
+from lostmotion.effects.columns import missing_columns
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.effect import Effect, find_effect
+from lostmotion.errors import InputError
+from lostmotion.fit.baseline import PLAYS, Base, Term
+from lostmotion.model import fit_values
+from lostmotion.recordings import Campaign
+from lostmotion.units import ARCSEC
+
+SAMPLES_LEAST = 50
+"""The base alone has some forty numbers: slopes, plays, offsets."""
+
+
+def effect_table(term: Term) -> dict[str, Any]:
+    """An ``[[effect]]`` table."""
+    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
+    return {"name": term.effect.name, **values}
+
+
+def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
+    """Read an ``[[effect]]`` table."""
+    effect = find_effect(str(table["name"]), effects, file)
+    place = f"effect.{effect.name}"
+    values = np.array(effect_values(file, place, table, effect.ranges()))
+    return Term(effect, values, effect.free())
+
+
+def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
+    """Put the numbers of a fitted drive file into a base."""
+    base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
+    knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
+    if knots.size == 0 or radii.size != PLAYS:
+        return
+    base.knots_Nm, base.radius_Nm = knots, radii
+    base.slopes = fit_values(drive, SLOPE) / ARCSEC
+    base.shares = fit_values(drive, PLAY_SHARE)
+    values = (drive.fit or {}).get("values", {})
+    base.envelope_Nm = float(values.get(PLAY_ENVELOPE, 0.0))
+    base.knee_Nm = float(values.get(PLAY_KNEE, base.knee_Nm))
+    outside = fit_values(drive, PLAY_OUTSIDE)
+    if outside.size:
+        base.outside = outside / ARCSEC
+    base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
+
+
+def make_base(
+    drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
+) -> Base:
+    """Make the base of a drive over a campaign, with what the file says of it already."""
+    require_samples(campaign)
+    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    restore(drive, base, effects)
+    for term in base.terms:
+        require(term.effect, base.conditions)
+    return base
+
+
+def require_plan(campaign: Campaign) -> None:
+    """Refuse runs that are too few samples for the base, or whose torque stands still."""
+    file = campaign.runs[0].file
+    if campaign.rows < SAMPLES_LEAST:
+        raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
+    campaign.require_torque()
+
+
+def require_samples(campaign: Campaign) -> None:
+    """Refuse what `require_plan` does, and a lost motion that stands still in every run."""
+    require_plan(campaign)
+    campaign.require_variation()
+
+
+def require(effect: Effect, conditions: Conditions) -> None:
+    """Refuse an effect whose columns are not there."""
+    missing = missing_columns(effect, conditions)
+    if missing:
+        raise InputError(
+            conditions.campaign.runs[0].file,
+            missing[0],
+            "no such column",
+            f"it, for the effect {effect.name}",
+        )

@@ -1,0 +1,104 @@
+"""The rooms of the package: imports go down, and none goes round in a circle."""
+
+from __future__ import annotations
+
+import ast
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import lostmotion
+
+PACKAGE = Path(lostmotion.__file__).parent
+
+FLOORS = (
+    "recordings",
+    "drives",
+    "model",
+    "effects",
+    "fit",
+    "evidence",
+    "candidates",
+    "discover",
+    "compare",
+    "export",
+    "report",
+    "replay",
+    "design",
+    "demo",
+    "workbench",
+    "commands",
+)
+"""Rooms from the ground up: each imports from those before it alone."""
+
+GROUND = (
+    "backbone",
+    "catalogue",
+    "core",
+    "errors",
+    "files",
+    "keys",
+    "shipped",
+    "structs",
+    "threads",
+)
+"""Modules on the ground floor, which import no room at all."""
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package by its name."""
+    found = {}
+    for file in PACKAGE.rglob("*.py"):
+        parts = ["lostmotion", *file.relative_to(PACKAGE).with_suffix("").parts]
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def imports() -> dict[str, set[str]]:
+    """What each module imports of the package, within functions too."""
+    known = modules()
+    found: dict[str, set[str]] = {}
+    for name, file in known.items():
+        needed: set[str] = set()
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lostmotion"):
+                parts = [f"{node.module}.{alias.name}" for alias in node.names]
+                needed |= {part if part in known else str(node.module) for part in parts}
+            elif isinstance(node, ast.Import):
+                needed |= {a.name for a in node.names if a.name.startswith("lostmotion")}
+        found[name] = needed - {name}
+    return found
+
+
+def test_no_circle_of_imports() -> None:
+    needed = imports()
+    assert len(needed) > 100
+    TopologicalSorter(needed).prepare()  # raises CycleError
+
+
+def test_no_import_upward() -> None:
+    height = {room: number for number, room in enumerate(FLOORS)} | dict.fromkeys(GROUND, -1)
+    needed = imports()
+    assert {room_of(name) for name in needed} >= height.keys()
+    upward = [
+        (name, other)
+        for name in needed
+        for other in needed[name]
+        if room_of(name) in height
+        and room_of(other) in FLOORS
+        and room_of(name) != room_of(other)
+        and height[room_of(name)] <= height[room_of(other)]
+    ]
+    assert upward == []
+
+
+def test_evidence_knows_no_physics() -> None:
+    needed = imports()
+    own = {name: parts for name, parts in needed.items() if room_of(name) == "evidence"}
+    assert own
+    for parts in own.values():
+        assert {room_of(part) for part in parts} <= {"evidence", "errors", "files"}
+
+
+def room_of(module: str) -> str:
+    """Room that a module is in, or the module itself where it is in none."""
+    return module.split(".")[1] if "." in module else module
