@@ -1,0 +1,51 @@
+"""The table of all dresses and faults: `python -m logs` from the folder tests."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+from .judge import COMMANDS, Verdict
+from .table import names, verdict
+
+
+def main() -> int:
+    """Print the table; 1 where a line of it is wrong."""
+    parser = argparse.ArgumentParser("python -m logs", description=__doc__)
+    parser.add_argument("words", nargs="*", help="only what has one of these words in its name")
+    parser.add_argument("--commands", default=",".join(COMMANDS), help="these, with commas")
+    parser.add_argument("--wrong", action="store_true", help="print what is wrong only")
+    parser.add_argument("--alone", action="store_true", help="each command in a process of its own")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    arguments = parser.parse_args()
+    wanted = [
+        name
+        for name in names()
+        if not arguments.words or any(word.lower() in name.lower() for word in arguments.words)
+    ]
+    count = wrong = 0
+    for line in _verdicts(wanted, arguments):
+        count += 1
+        wrong += bool(line.wrong)
+        if line.wrong or not arguments.wrong:
+            print(line.line(), flush=True)
+    print(f"{count} logs through {arguments.commands}: {wrong} wrong")
+    return 1 if wrong else 0
+
+
+def _verdicts(wanted: list[str], arguments: argparse.Namespace) -> Iterator[Verdict]:
+    commands = tuple(arguments.commands.split(","))
+    if arguments.jobs == 1:
+        yield from (verdict(name, commands, arguments.alone) for name in wanted)
+        return
+    with ProcessPoolExecutor(arguments.jobs) as pool:
+        waiting = [pool.submit(verdict, name, commands, arguments.alone) for name in wanted]
+        for each in waiting:
+            yield each.result()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

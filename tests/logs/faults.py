@@ -1,0 +1,383 @@
+"""Single faults: one thing wrong in one column, or with one line, of the clean campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .clean import Sheet, clean
+from .dress import EITHER, SAME
+
+RUN_OF = {
+    "run": "14",
+    "time_s": "14",
+    "torque_Nm": "14",
+    "input_angle_rad": "14",
+    "output_angle_rad": "14",
+    "temperature_C": "15",
+    "cycles": "28",
+}
+"""Where each column is damaged: where its values are far from zero."""
+PLACE = 70
+"""Row within the run, where the torque is neither zero nor at its ends."""
+STUCK = 60
+"""Rows for which a channel says the same."""
+
+FULL_SCALE = {
+    "run": "32767",
+    "time_s": "4294967.2950",
+    "torque_Nm": "1024",
+    "input_angle_rad": "65535",
+    "output_angle_rad": "65535",
+    "temperature_C": "850",
+    "cycles": "4294967295",
+}
+"""What a channel says at the end of its range: integers of 16 and 32 bits, an amplifier of 10 V at
+25 times the rated torque, a PT100 whose wire is off."""
+
+LEAST_COUNT = {
+    "run": 1,
+    "time_s": 1e-4,
+    "torque_Nm": 1e-3,
+    "input_angle_rad": 1e-6,
+    "output_angle_rad": 1e-8,
+    "temperature_C": 0.01,
+    "cycles": 1,
+}
+"""What one count of a column is worth, for faults of its bits."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault and what is to come of it.
+
+    Attributes
+    ----------
+    name : str
+        What is wrong, and where.
+    text : str
+        The file.
+    expected, reason : str
+        As in `dress.Dress`.
+    finding : tuple of str
+        Words that a finding of ``check`` holds; empty where nothing can be seen.
+    less : Sheet, optional
+        The clean copy without the rows that nobody can use.
+    twice : bool
+        The file is given twice.
+    """
+
+    name: str
+    text: str
+    expected: str = SAME
+    reason: str = ""
+    finding: tuple[str, ...] = ()
+    less: Sheet | None = None
+    twice: bool = False
+
+
+def _rows(run: str) -> np.ndarray:
+    return np.flatnonzero(np.array(clean().cells("run")) == run)
+
+
+def _with(sheet: Sheet, name: str, places: list[int], values: list[str]) -> Sheet:
+    cells = list(sheet.cells(name))
+    for place, value in zip(places, values, strict=True):
+        cells[place] = value
+    return sheet.put(name, cells)
+
+
+def _without(places: list[int]) -> Sheet:
+    kept = np.ones(len(clean()), bool)
+    kept[places] = False
+    return clean().taken(kept)
+
+
+VALUES: dict[str, Callable[[str, str], str]] = {
+    "0": lambda name, cell: "0",
+    "full scale": lambda name, cell: FULL_SCALE[name],
+    "the wrong sign": lambda name, cell: cell[1:] if cell.startswith("-") else "-" + cell,
+    "85": lambda name, cell: "85",
+    "-127": lambda name, cell: "-127",
+    "1e30": lambda name, cell: "1e30",
+    "-999": lambda name, cell: "-999",
+    "9999": lambda name, cell: "9999",
+    "NaN": lambda name, cell: "NaN",
+    "inf": lambda name, cell: "inf",
+    "-1.#IND": lambda name, cell: "-1.#IND",
+    "1.#INF": lambda name, cell: "1.#INF",
+    "ovf": lambda name, cell: "ovf",
+    "#N/A": lambda name, cell: "#N/A",
+    "OVERLOAD": lambda name, cell: "OVERLOAD",
+    "---": lambda name, cell: "---",
+    "nothing": lambda name, cell: "",
+    "a blank": lambda name, cell: " ",
+    "two decimal points": lambda name, cell: f"{cell}.5" if "." in cell else f"{cell}.5.5",
+    "a digit that is a letter": lambda name, cell: cell[:-1] + "O",
+    "a lost decimal point": lambda name, cell: (
+        cell.replace(".", "") + ("" if "." in cell else "00")
+    ),
+    "ten times too much": lambda name, cell: f"{10 * float(cell):.9g}",
+    "bit 14 turned": lambda name, cell: _flipped(name, cell),
+    "a NUL in the cell": lambda name, cell: cell[:1] + "\0" + cell[1:],
+    "two cells run together": lambda name, cell: cell + cell,
+}
+"""What stands in one cell."""
+
+
+def _flipped(name: str, cell: str) -> str:
+    count = LEAST_COUNT[name]
+    return f"{(round(float(cell) / count) ^ 1 << 14) * count:.9g}"
+
+
+def _spelling(name: str) -> str:
+    return name.rsplit("_", 1)[0] + ("|lost_motion" if "angle" in name else "")
+
+
+def cell_faults(name: str) -> list[Fault]:
+    """Faults of one cell of a column."""
+    run = RUN_OF[name]
+    place = int(_rows(run)[PLACE])
+    cell = clean().cells(name)[place]
+    faults = []
+    for what, value in VALUES.items():
+        damaged = _with(clean(), name, [place], [value(name, cell)])
+        faults.append(Fault(f"{name}: {what}", damaged.text(), finding=(_spelling(name), run)))
+    return faults
+
+
+def stretch_faults(name: str) -> list[Fault]:
+    """Faults of several cells of a column."""
+    run = RUN_OF[name]
+    rows = [int(i) for i in _rows(run)]
+    at = rows[PLACE]
+    cells = clean().cells(name)
+    found = (_spelling(name), run)
+    chance = np.random.default_rng(31)
+    burst = rows[PLACE : PLACE + 5]
+    span = np.ptp(clean().values(name)) or 1.0
+    wild = [f"{value:.6g}" for value in 30 * span * chance.uniform(-1, 1, len(burst))]
+    held = rows[40 : 40 + STUCK]
+    other = int(_rows("19")[PLACE])
+    large = f"{1e3 * max(1.0, float(cells[at])):.6g}"
+    faults = [
+        Fault(
+            f"{name}: a burst of five wild values",
+            _with(clean(), name, burst, wild).text(),
+            finding=found,
+            less=_without(burst),
+        ),
+        Fault(
+            f"{name}: stuck for {STUCK} samples",
+            _with(clean(), name, held, [cells[held[0]]] * STUCK).text(),
+            finding=found if name in ("torque_Nm", "output_angle_rad") else (),
+            less=_without(held),
+        ),
+        Fault(f"{name}: a stale value, once", _with(clean(), name, [at], [cells[at - 1]]).text()),
+        Fault(
+            f"{name}: missing for {STUCK // 2} samples",
+            _with(clean(), name, held[: STUCK // 2], [""] * (STUCK // 2)).text(),
+            finding=found,
+            less=_without(held[: STUCK // 2]),
+        ),
+        Fault(
+            f"{name}: the first sample of a run is wild",
+            _with(clean(), name, rows[:1], [large]).text(),
+            finding=found,
+        ),
+        Fault(
+            f"{name}: the last sample of a run is wild",
+            _with(clean(), name, rows[-1:], [large]).text(),
+            finding=found,
+        ),
+        Fault(
+            f"{name}: the first sample of the file is wild",
+            _with(clean(), name, [0], [large]).text(),
+            finding=(_spelling(name),),
+        ),
+        Fault(
+            f"{name}: wild in two runs",
+            _with(clean(), name, [at, other], [large, large]).text(),
+            finding=found,
+        ),
+        Fault(
+            f"{name}: every twentieth sample of a run is 0",
+            _with(clean(), name, rows[5::20], ["0"] * len(rows[5::20])).text(),
+            finding=found,
+            less=_without(rows[5::20]),
+        ),
+    ]
+    return faults
+
+
+# --- faults of lines -----------------------------------------------------------------------------
+
+
+def _lines() -> list[str]:
+    return clean().text().splitlines()
+
+
+def _joined(lines: list[str]) -> str:
+    return "\n".join(lines) + "\n"
+
+
+def line_faults() -> list[Fault]:
+    """Faults of lines, of the clock, and of the file as a whole."""
+    rows = [int(i) for i in _rows("14")]
+    at = rows[PLACE]
+    line = at + 1  # below the names
+    head, whole = _lines()[0], _lines()
+    faults: list[Fault] = []
+
+    def add(
+        name: str,
+        lines: list[str] | str,
+        *finding: str,
+        less: list[int] | None = None,
+        expected: str = SAME,
+        reason: str = "",
+        twice: bool = False,
+    ) -> None:
+        text = lines if isinstance(lines, str) else _joined(lines)
+        kept = None if less is None else _without(less)
+        faults.append(Fault(name, text, expected, reason, finding, kept, twice))
+
+    def put(*new: str, drop: int = 0) -> list[str]:
+        return [*whole[:line], *new, *whole[line + drop :]]
+
+    add("a row twice", put(whole[line]), "time|row", "14")
+    add("twenty rows twice", put(*whole[line - 20 : line]), "time|row", "14")
+    add("two rows swapped", put(whole[line + 1], whole[line], drop=2), "time", "14")
+    add("thirty rows missing", put(drop=30), less=rows[PLACE : PLACE + 30])
+    add("a line torn in the middle", put(whole[line][:17], drop=1), "fields|line|torn", less=[at])
+    add(
+        "a line torn within its last number",
+        put(whole[line][:-2], drop=1),
+        "fields|line|torn",
+        less=[at],
+        expected=EITHER,
+        reason="a row without its last cells, or of another meaning",
+    )
+    add("the last line torn", _joined(whole)[:-30], "fields|line|torn", less=[len(clean()) - 1])
+    add(
+        "a line end lost: two rows in one line",
+        put(whole[line] + whole[line + 1], drop=2),
+        "fields|line|torn",
+        less=[at, at + 1],
+    )
+    add(
+        "a line begun within another",
+        put(whole[line][:20] + whole[line + 1], drop=2),
+        "fields|line|torn",
+        less=[at, at + 1],
+    )
+    add("text of the logger between two rows", put("ESP_ERROR: brownout detected"), "line|text")
+    add("a comment between two rows", put("# paused"))
+    add("a line with commas between two rows", put("WARN,adc,timeout,3,retry,,"), "line|text|row")
+    add("blank lines between rows", put("", "", ""))
+    add("lines of blanks and of commas between rows", put("   ", ",,,,,,"))
+    add("the names in the middle", put(head))
+    add("preamble and names in the middle", put("Logger 3000 start", "", head))
+    add("a comma more behind one row", put(whole[line] + ",", drop=1))
+    add("a cell more in one row", put(whole[line] + ",17", drop=1), "fields|line|cell", less=[at])
+    add(
+        "a cell lost in one row",
+        put(whole[line].replace(",", "", 1), drop=1),
+        "fields|line|cell",
+        less=[at],
+    )
+    add("four thousand NULs between two rows", put("\0" * 4096), "NUL|line|bytes")
+    add(
+        "NULs in the place of the end of a row",
+        put(whole[line][:25] + "\0" * 50, drop=1),
+        "NUL|line|fields|torn",
+        less=[at],
+    )
+    add(
+        "bytes that are no text in one row",
+        put(whole[line][:12] + "\ufffd\u0007\u001b" + whole[line][15:], drop=1),
+        "line|fields|torque|text",
+        less=[at],
+    )
+    add(
+        "a quote that is never closed",
+        put('"' + whole[line], drop=1),
+        expected=EITHER,
+        reason="the rest of the file is one cell: refused, or the row set aside",
+    )
+    doubled = "the same rows twice: a slip, to be left out or refused"
+    again = "twice|duplicate|repeat|again|same"
+    add("the file behind itself", whole + whole[1:], again, expected=EITHER, reason=doubled)
+    add(
+        "the file behind itself with its names",
+        whole + whole,
+        again,
+        expected=EITHER,
+        reason=doubled,
+    )
+    add("the file given twice", whole, again, twice=True, expected=EITHER, reason=doubled)
+    add(
+        "a run of three samples more",
+        [
+            *whole,
+            "99,0.0,1.0,0.2,0.002,22,0",
+            "99,0.4,2.0,0.2,0.0021,22,0",
+            "99,0.8,3.0,0.2,0.0022,22,0",
+        ],
+    )
+    add("a run of one sample of zeros at the end", [*whole, "0,0,0,0,0,0,0"], "run|zero|row|0")
+
+    times = clean().values("time_s")
+
+    def clock(name: str, new: np.ndarray, *finding: str, **how: object) -> None:
+        cells = [f"{t:.4f}" for t in new]
+        add(name, clean().put("time_s", cells).text(), *finding, **how)  # type: ignore[arg-type]
+
+    after = np.arange(len(times)) >= at
+    of_run = np.isin(np.arange(len(times)), rows)
+    clock(
+        "the clock goes back by an hour (summer time)",
+        times - 3600 * (after & of_run),
+        "time",
+        "14",
+    )
+    clock("the clock goes on by an hour", times + 3600 * (after & of_run), "time", "14")
+    clock("the clock is set by -0.3 s", times - 0.3 * (after & of_run), "time", "14")
+    clock(
+        "the clock begins anew in a run",
+        np.where(after & of_run, times - times[at], times),
+        "time",
+        "14",
+    )
+    micro = np.where(of_run, times + 4294.967296 - times[at] + 0.2, times)
+    clock(
+        "microseconds of 32 bits pass their end",
+        np.where(of_run, micro % 4294.967296, times),
+        "time",
+        "14",
+    )
+    clock("times rounded to whole seconds", np.round(times), "time")
+    clock("times rounded to 0.5 s, some twice", np.round(2 * times) / 2, "time")
+    return faults
+
+
+def all_faults() -> list[Fault]:
+    """Every fault, those of cells column by column first; zero for zero is none."""
+    faults = []
+    for name in clean().names:
+        faults += cell_faults(name) + stretch_faults(name)
+    return [_judged(fault) for fault in faults if fault.text != clean().text()] + line_faults()
+
+
+EXPECTED: dict[str, tuple[str, str]] = {
+    "run: missing for 30 samples": (
+        EITHER, "rows without a run between rows of one run: of that run, or refused"),
+}  # fmt: skip
+"""Faults of which the right outcome is not simply the clean copy's answer, and why."""
+
+
+def _judged(fault: Fault) -> Fault:
+    expected, reason = EXPECTED.get(fault.name, (fault.expected, fault.reason))
+    return replace(fault, expected=expected, reason=reason)
