@@ -14,7 +14,7 @@ other, so they may be read by threads, by Dask on this machine, or by a Dask clu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -216,7 +216,7 @@ def sample_piece(task: Task) -> list[Part]:
             part = parts.setdefault(label, Part(label))
             here = codes == code
             columns = {name: values[here] for name, values in numbers.items()}
-            for name in columns.keys() & {"input_angle", "output_angle"}:
+            for name in single_angle(columns):
                 columns[name] = unwrap_on(part, name, columns[name])
             keep = kept_rows(
                 columns["torque"],
@@ -406,7 +406,7 @@ def join_parts(
     columns = {
         name: [np.concatenate(part.columns[name]) for part in parts] for name in parts[0].columns
     }
-    for name in columns.keys() & {"input_angle", "output_angle"}:
+    for name in single_angle(columns):
         turns, last, wraps = 0.0, None, 0
         for i, part in enumerate(parts):
             if name not in part.first:
@@ -440,12 +440,22 @@ def join_parts(
     joined = {name: np.concatenate(values) for name, values in columns.items()}
     if "lost_motion" not in joined and ratio is None:
         raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
-    # Unusable rows and whole turns were counted over all rows, and the sample's clock has gaps by
-    # design; a dead sensor is dead in the sample too.
+    # Unusable rows were counted over all rows, and the sample's clock has gaps by design; a dead
+    # sensor is dead in the sample too.
     of_sample: list[Finding] = []
     run = sound_run(file, label, joined, ratio, of_sample)
-    findings += [finding for finding in of_sample if finding.kind == "stuck"]
+    kinds = ("stuck", *(("wrap", "jump") if not single_angle(columns) else ()))
+    findings += [finding for finding in of_sample if finding.kind in kinds]
     return run
+
+
+def single_angle(columns: Collection[str]) -> list[str]:
+    """Name the angle that no other encoder checks: its turns are put back over all rows.
+
+    Two encoders check each other, and in the sample as well as in all rows.
+    """
+    angles = [name for name in ("input_angle", "output_angle") if name in columns]
+    return angles if len(angles) == 1 else []
 
 
 def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:

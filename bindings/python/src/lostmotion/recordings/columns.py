@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean
+from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
 from lostmotion.recordings.protocol import FREE, ORDER, Protocol, advice
 from lostmotion.recordings.quantities import QUANTITIES, Quantity
@@ -25,8 +26,9 @@ FloatArray = npt.NDArray[np.float64]
 BRACKETED = re.compile(r"\s*([^\[(]+?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 """A name with its unit in brackets, as plots and loggers label their columns."""
 
-DIVIDED = re.compile(r"(.+)/(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)")
-"""A name whose numbers are so many to the unit, as the counts of an encoder."""
+DIVIDED = re.compile(r"(.+)/(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?:%(\d+))?")
+"""A name whose numbers are so many to the unit, as the counts of an encoder, and after how many
+counts they begin anew."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class ColumnName:
     unit: units.Unit | None
     factor: float = 1.0
     """What the numbers are multiplied by before the unit is converted."""
+    overflow: float | None = None
+    """After how many counts the numbers begin anew, where a map says so."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[str, str]:
@@ -94,9 +98,10 @@ def parse_column(file: str, column: str, name: str) -> ColumnName | None:
     """
     factor = -1.0 if name.startswith("-") else 1.0
     name = name.removeprefix("-")
-    divided = DIVIDED.fullmatch(name)
+    divided, overflow = DIVIDED.fullmatch(name), None
     if divided is not None:
         name, factor = divided[1], factor / divisor(file, column, divided[2])
+        overflow = None if divided[3] is None else divisor(file, column, divided[3])
     name = spelled_out(name)
     base, unit = units.split_unit(name)
     if name in QUANTITIES:
@@ -122,7 +127,7 @@ def parse_column(file: str, column: str, name: str) -> ColumnName | None:
         raise InputError(
             file, column, f"unit '{symbol}', {units.describe(found)}", expected_units(quantity)
         )
-    return ColumnName(quantity, unit, factor)
+    return ColumnName(quantity, unit, factor, overflow)
 
 
 def resolve_columns(
@@ -288,6 +293,17 @@ def in_si(
         check_range(file, column, values, meaning.quantity)
         numbers[quantity] = np.ascontiguousarray(values)
     return protocol.complete(file, numbers, ratio)
+
+
+def counters_of(chosen: Mapping[str, tuple[str, ColumnName]]) -> dict[str, Counter]:
+    """Say of the angles that are counts by a map how large a count is."""
+    return {
+        quantity: Counter(abs(meaning.factor) * meaning.unit.scale, meaning.overflow)
+        for quantity, (_, meaning) in chosen.items()
+        if quantity in ("input_angle", "output_angle")
+        and meaning.unit is not None
+        and abs(meaning.factor) != 1.0
+    }
 
 
 def check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:

@@ -1,31 +1,370 @@
-"""Encoders: whole turns that were lost, put back where the recording tells them."""
+"""Encoders: whole turns and overflows that a reading lost, put back where the other encoder shows.
+
+The lost motion ``output - input / ratio`` hardly changes from sample to sample, and an encoder that
+wraps makes it jump by its modulus: one turn, or as many counts as its counter holds. So two
+encoders check each other. Where the lost motion is continuous nothing is changed. Where it jumps, a
+modulus is put back only if the lost motion is continuous with it; of several moduli, the one that
+leaves the least change. What remains open is returned, not decided.
+
+Lost motion and motion of the input are confounded modulo ``modulus / ratio``. The bounds below say
+how much of that a jump may miss, and when the input's own reading must confirm it.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.recordings.campaign import Campaign
+from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.findings import Finding
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.intp]
+
+TURN = 2 * np.pi
 
 WRAP_SLACK = 0.25
-"""How far from a whole turn, in turns, a step may be and still be an encoder that wrapped."""
+"""How far from a whole modulus, in moduli, a jump may be: halfway to where two are equally near."""
 
 FOLLOWED_SLACK = WRAP_SLACK / 4
-"""How far a step of the input usually is from the output's times the ratio at most, in turns.
+"""The same for the median of many jumps: a wrong ratio, or another shaft, is further off."""
 
-13 arcmin of the output at a ratio of 100: another ratio, or another shaft, is further off."""
+STILL = 1 / 16
+"""Step of the input in moduli, beyond that of its neighbours, from which it has moved by itself."""
+
+SLIP_TURNS = 2
+"""A mesh ratchets by a few teeth, and two teeth are about one turn of the input: up to so many
+turns, a jump of the output while the input stands still may be either."""
+
+STRAY_SHARE = 0.005
+"""Share of the readings that may lie outside the range of an encoder that wraps: wild samples."""
+
+BURST = 5
+"""Longest burst of wild samples."""
+
+COUNTER_BITS = (8, 16, 24, 32)
+"""Widths of the registers that counters have."""
+
+LEVELS_LEAST = 8
+"""Fewest different readings that tell the count of an encoder."""
+
+COUNTS_REACH = (1, 2, 4, 8, 16, 32)
+"""Differences of so many counts refine the count, the small ones first."""
+
+WHOLE = 0.05
+"""How far from a whole number of counts the difference of two readings may be; of more than ten
+counts, in shares of a tenth."""
+
+PUT_BACK = "whole turns put back"
+
+OPEN_ACTION = (
+    "steps above a quarter turn, kept; whole turns may be missing that neither the ratio nor "
+    "the other encoder tells"
+)
+"""What is done about an encoder that turns too fast for its samples."""
+
+UNDECIDED_ACTION = (
+    "jumps of the lost motion, kept: either the drive made whole turns of the input between two "
+    "samples, or teeth slipped or a zero moved; if it turned, log the moves or give each part a "
+    "label of its own in the column run"
+)
+"""What is said of jumps that have two readings."""
+
+
+@dataclass(frozen=True)
+class Modulus:
+    """What an encoder's reading is known up to.
+
+    Attributes
+    ----------
+    size_rad : float
+        Angle after which the reading begins anew.
+    action : str
+        What is said when it was put back.
+    held : bool
+        Whether the readings stay within one such range, as those of an encoder that wraps do.
+    """
+
+    size_rad: float
+    action: str
+    held: bool
+
+
+@dataclass(frozen=True)
+class Counter:
+    """What a map says of an encoder: the angle of a count, and after how many it overflows."""
+
+    count_rad: float
+    counts: float | None = None
+
+
+@dataclass
+class PutBack:
+    """Two angles with what their encoders lost; the same arrays where nothing was lost."""
+
+    input_rad: FloatArray
+    output_rad: FloatArray
+    wraps: dict[str, tuple[int, str]] = field(default_factory=dict)
+    """Number of jumps and what was done, by quantity."""
+    undecided: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    """Rows at which the lost motion still jumps, for a reason that stays open."""
+
+
+def count_rad(angle_rad: FloatArray) -> float | None:
+    """Find the count of an encoder: the angle of which all differences are multiples."""
+    levels = np.unique(angle_rad)
+    if levels.size < LEVELS_LEAST:
+        return None
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > 1e-10 * float(np.max(np.abs(levels)))]
+    if gaps.size < LEVELS_LEAST - 1:
+        return None
+    count = float(gaps.min())
+    for reach in COUNTS_REACH:
+        near = gaps[gaps < (reach + 0.5) * count]
+        parts = near / count
+        if float(np.max(np.abs(parts - np.rint(parts)))) > WHOLE * max(1.0, 0.1 * reach):
+            return None
+        count = float(near.sum() / np.rint(parts).sum())
+    return count
+
+
+def held_within(angle_rad: FloatArray, size_rad: float) -> bool:
+    """Whether all readings but a few wild ones stay within one range of a size."""
+    levels = np.sort(angle_rad)
+    reach = np.searchsorted(levels, levels + size_rad * (1 + 1e-9), side="right")
+    within = int(np.max(reach - np.arange(levels.size)))
+    return levels.size - within <= max(STRAY_SHARE * levels.size, 1.0)
+
+
+def moduli(angle_rad: FloatArray, stated: Counter | None = None) -> list[Modulus]:
+    """List what an encoder may be known up to, likely ones first."""
+    turn = Modulus(TURN, PUT_BACK, held_within(angle_rad, TURN))
+    count = count_rad(angle_rad) if stated is None else stated.count_rad
+    ends = {f"2^{bits}": 2.0**bits for bits in COUNTER_BITS} if count is not None else {}
+    if stated is not None and stated.counts is not None:
+        ends = {f"{stated.counts:g}": stated.counts}
+    counters = []
+    for name, counts in ends.items():
+        size = counts * float(count or 0.0)
+        jumped = bool(np.any(np.abs(np.diff(angle_rad)) > 0.5 * size))
+        if jumped and held_within(angle_rad, size):
+            action = f"overflows of {name} counts ({size / TURN:.6g} turns each) put back"
+            counters.append(Modulus(size, action, held=True))
+    return [turn, *counters] if turn.held else [*counters, turn]
+
+
+def put_back(
+    input_rad: FloatArray,
+    output_rad: FloatArray,
+    ratio: float,
+    counters: Mapping[str, Counter] | None = None,
+) -> PutBack:
+    """Put back what the encoders lost where this alone makes the lost motion continuous.
+
+    Parameters
+    ----------
+    input_rad, output_rad : ndarray
+        Readings of one run, finite.
+    ratio : float
+        Input turns for one output turn, signed.
+    counters : mapping, optional
+        What a map says of the counts of "input_angle" and "output_angle".
+    """
+    stated = counters or {}
+    unchanged = PutBack(input_rad, output_rad)
+    if input_rad.size < 2:
+        return unchanged
+    ends_in: list[Modulus | None] = [None, *moduli(input_rad, stated.get("input_angle"))]
+    ends_out: list[Modulus | None] = [None, *moduli(output_rad, stated.get("output_angle"))]
+
+    def change_of(found: PutBack) -> float:
+        """Way of the lost motion; no step counts more than a turn of the input, as wild ones do."""
+        step = np.abs(np.diff(found.output_rad - found.input_rad / ratio))
+        return float(np.minimum(step, TURN / abs(ratio)).sum())
+
+    best, change = unchanged, change_of(unchanged)
+    for end_in in ends_in:
+        for end_out in ends_out:
+            if end_in is None and end_out is None:
+                continue
+            found = follow(input_rad, output_rad, ratio, end_in, end_out)
+            left = change_of(found)
+            # What two moduli leave alike is the same repair, or none: the likelier one stands.
+            if left < change * (1 - 1e-6):
+                best, change = found, left
+    if held_within(input_rad, TURN):
+        best.undecided = jumps_left(best, ratio, TURN / abs(ratio))
+    elif held_within(output_rad, TURN):
+        best.undecided = jumps_left(best, ratio, TURN)
+    return best
+
+
+def jumps_left(found: PutBack, ratio: float, unit: float) -> IntArray:
+    """Rows at which the lost motion jumps by more than a quarter of a unit, and stays."""
+    lost = found.output_rad - found.input_rad / ratio
+    bound = range_of_pieces(lost, WRAP_SLACK * unit)
+    rows = np.flatnonzero(~stray(lost / unit, bound / unit, whole=0.0))
+    jumps = np.abs(np.diff(lost[rows])) > WRAP_SLACK * unit
+    return np.asarray(rows[np.flatnonzero(jumps) + 1])
+
+
+def follow(
+    input_rad: FloatArray,
+    output_rad: FloatArray,
+    ratio: float,
+    end_in: Modulus | None,
+    end_out: Modulus | None,
+) -> PutBack:
+    """Put back what is lost if the encoders are known up to these moduli."""
+    size_in = 0.0 if end_in is None else end_in.size_rad
+    size_out = 0.0 if end_out is None else end_out.size_rad
+    unit = size_in / abs(ratio) if end_in is not None else size_out
+    lost = output_rad - input_rad / ratio
+    bound = range_of_pieces(lost, WRAP_SLACK * unit)
+    phase = lost
+    if end_in is not None and end_out is not None:
+        own = -np.rint(np.diff(output_rad) / size_out)
+        phase = lost + size_out * np.concatenate(([0.0], np.cumsum(own)))
+    rows = np.flatnonzero(~stray(phase / unit, bound / unit))
+    put_in, put_out = input_rad[rows], output_rad[rows]
+    step_in, step_out, step = np.diff(put_in), np.diff(put_out), np.diff(lost[rows])
+    zero = np.zeros(step.size)
+
+    turns_out, turns_in = zero, zero
+    if end_in is None:
+        turns_out = -np.rint(step / size_out)
+    else:
+        if end_out is not None:
+            turns_out = nearest_out(step, step_out, size_out, unit)
+        turns_in = np.rint((step + turns_out * size_out) * ratio / size_in)
+    rest = step + turns_out * size_out - turns_in * size_in / ratio
+    jumps = (turns_in != 0) | (turns_out != 0)
+    if not jumps.any():
+        return PutBack(input_rad, output_rad)
+
+    fast = np.abs(step_out) > WRAP_SLACK * unit
+    beside = np.zeros(step.size, dtype=bool)
+    beside[1:] |= fast[:-1]
+    beside[:-1] |= fast[1:]
+    moving = fast & beside
+    near = np.abs(rest) < WRAP_SLACK * unit
+    seen = (turns_out != 0) & (np.abs(step_out) > 0.5 * size_out)
+    jerk = apart_from_neighbours(step_in)
+    if end_in is not None:
+        own = -np.rint(step_in / size_in)
+        seen |= (turns_in != 0) & (np.abs(jerk) > 0.5 * size_in)
+        # A reading that passed its own end is known whatever the load did at that sample.
+        near |= (own == turns_in) & end_in.held & (np.abs(rest) < 0.5 * unit)
+        moved = np.abs(jerk - size_in * np.rint(jerk / size_in)) > STILL * size_in
+        if not end_in.held:  # one that counts turns, and lost some: it must have jumped by itself
+            seen &= (np.abs(jerk) > 0.5 * size_in) & (np.abs(rest) <= bound) | (turns_in == 0)
+            moved = moving = np.zeros(step.size, dtype=bool)
+    else:
+        moved = np.zeros(step.size, dtype=bool)
+    if end_out is not None and not end_out.held:
+        seen &= (np.abs(step_out) > 0.5 * size_out) & (np.abs(rest) <= bound) | (turns_out == 0)
+    if end_in is None:
+        far, usual = np.ones(step.size, dtype=bool), bound
+    else:
+        # An input that never moves is locked: what jumps there is no turn of it.
+        far = (np.abs(turns_in) > SLIP_TURNS) & bool(np.ptp(put_in) > STILL * size_in)
+        usual = max(8.0 * float(np.median(np.abs(rest))), bound / 8.0)
+    held = end_in.held if end_in is not None else bool(end_out and end_out.held)
+    accepted = jumps & near & (seen | (held & (moved | moving | (far & (np.abs(rest) <= usual)))))
+    if np.median(np.abs(rest)) > FOLLOWED_SLACK * unit:
+        return PutBack(input_rad, output_rad)
+    turns_in, turns_out = np.where(accepted, turns_in, 0.0), np.where(accepted, turns_out, 0.0)
+    found = PutBack(input_rad, output_rad)
+    if turns_in.any() and end_in is not None:
+        found.input_rad = input_rad + size_in * spread(turns_in, rows, lost.size)
+        found.wraps["input_angle"] = (int(np.count_nonzero(turns_in)), end_in.action)
+    if turns_out.any() and end_out is not None:
+        found.output_rad = output_rad + size_out * spread(turns_out, rows, lost.size)
+        found.wraps["output_angle"] = (int(np.count_nonzero(turns_out)), end_out.action)
+    return found
+
+
+def nearest_out(step: FloatArray, step_out: FloatArray, size: float, unit: float) -> FloatArray:
+    """Moduli of the output by its nearest way; by another where only that leaves whole ones."""
+    best = -np.rint(step_out / size)
+
+    def missed(turns: FloatArray) -> FloatArray:
+        rest = (step + turns * size) / unit
+        return np.asarray(np.abs(rest - np.rint(rest)))
+
+    for other in (best - 1, best + 1):
+        better = (missed(best) > WRAP_SLACK) & (missed(other) < FOLLOWED_SLACK)
+        best = np.where(better, other, best)
+    return np.asarray(best)
+
+
+def spread(turns: FloatArray, rows: IntArray, size: int) -> FloatArray:
+    """Sum of the moduli up to every sample; a wild one has those of the sample before it."""
+    at = np.zeros(size)
+    at[rows[1:]] = turns
+    return np.cumsum(at)
+
+
+def apart_from_neighbours(step: FloatArray) -> FloatArray:
+    """Difference of every step from the mean of the steps beside it."""
+    padded = np.pad(step, 1, "reflect" if step.size > 1 else "edge")
+    return np.asarray(step - 0.5 * (padded[:-2] + padded[2:]))
+
+
+def range_of_pieces(lost: FloatArray, most: float) -> float:
+    """Largest range of the lost motion over stretches without a jump, at most `most`.
+
+    Where most steps are jumps there are no such stretches, and `most` is all that is known.
+    """
+    edges = np.concatenate(([0], np.flatnonzero(np.abs(np.diff(lost)) > most) + 1))
+    if edges.size > lost.size // 2:
+        return most
+    ranges = np.maximum.reduceat(lost, edges) - np.minimum.reduceat(lost, edges)
+    return min(most, max(float(ranges.max()), 1e-12 * most))
+
+
+def stray(phase: FloatArray, bound: float, whole: float = 1.0) -> BoolArray:
+    """Mark bursts of samples that leave the lost motion and come back to it, but for whole units.
+
+    Parameters
+    ----------
+    phase : ndarray
+        Lost motion in units of what a modulus makes of it.
+    bound : float
+        How far it moves otherwise.
+    whole : float
+        1 where whole units do not count, 0 where they do.
+    """
+    marked = np.zeros(phase.size, dtype=bool)
+    if bound >= 0.5 * WRAP_SLACK:
+        return marked
+
+    def away(a: FloatArray, b: FloatArray) -> FloatArray:
+        return np.asarray(np.abs(a - b - whole * np.rint(a - b)))
+
+    for length in range(1, BURST + 1):
+        if phase.size < length + 2:
+            break
+        before, behind = phase[: -length - 1], phase[length + 1 :]
+        found = away(before, behind) <= bound
+        for k in range(1, length + 1):
+            found &= away(phase[k : k - length - 1], before) > 2 * bound
+        for k in range(1, length + 1):
+            marked[k : k - length - 1 or None] |= found
+    return marked
 
 
 def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
-    """Put back the whole turns that a wrapping encoder lost.
+    """Put back the whole turns of an encoder that nothing checks, where it stays within one turn.
 
-    A step near whole turns counts as a wrap when the usual step is below a quarter turn. Where the
-    recording spans no more than one turn, the usual step is taken after putting the turns back,
-    because an encoder that rests at its seam wraps all the time. Faster recordings are left alone:
-    there a wrap cannot be told from motion.
+    A step near whole turns counts as a wrap when the usual step is below a quarter turn, after
+    putting the turns back: an encoder that rests at its seam wraps all the time. Faster recordings
+    are left alone: there a wrap cannot be distinguished from motion.
 
     Returns
     -------
@@ -34,20 +373,17 @@ def unwrap(angle_rad: FloatArray) -> tuple[FloatArray, int]:
     wraps : int
         Number of wraps found.
     """
-    turn = 2 * np.pi
     step = np.diff(angle_rad)
-    turns = np.round(step / turn)
-    remainder = np.abs(step - turns * turn)
-    wrapped = (turns != 0) & (remainder < WRAP_SLACK * turn)
+    turns = np.round(step / TURN)
+    remainder = np.abs(step - turns * TURN)
+    wrapped = (turns != 0) & (remainder < WRAP_SLACK * TURN)
     count = int(np.count_nonzero(wrapped))
-    if count == 0:
+    if count == 0 or not held_within(angle_rad, TURN):
         return angle_rad, 0
-    within_one_turn = np.ptp(angle_rad) <= turn * (1 + 1e-9)
-    usual = np.median(remainder if within_one_turn else np.abs(step))
-    if usual > WRAP_SLACK * turn:
+    if np.median(remainder) > WRAP_SLACK * TURN:
         return angle_rad, 0
     lost = np.concatenate(([0.0], np.cumsum(np.where(wrapped, turns, 0.0))))
-    return angle_rad - lost * turn, count
+    return angle_rad - lost * TURN, count
 
 
 def unwrap_known(angle_rad: FloatArray) -> tuple[FloatArray, int]:
@@ -58,62 +394,59 @@ def unwrap_known(angle_rad: FloatArray) -> tuple[FloatArray, int]:
     return (whole, wraps) if wraps else (angle_rad, 0)
 
 
-def follow_output(input_rad: FloatArray, output_rad: FloatArray, ratio: float) -> FloatArray:
-    """Put back the turns of the input that only the output tells, where it moves too fast to tell.
-
-    Where the input usually makes more than a quarter turn from sample to sample every step is
-    looked at, otherwise those above a quarter turn: a tooth that is jumped is no wrap. The same
-    array is returned where there is nothing to do, or the output goes another way than the input
-    over the ratio.
-    """
-    turn = 2 * np.pi
-    step, expected = np.diff(input_rad), ratio * np.diff(output_rad)
-    if step.size == 0:
-        return input_rad
-    turns = np.round((step - expected) / turn)
-    off = np.abs(step - expected - turns * turn)
-    fast = np.median(np.abs(expected)) > WRAP_SLACK * turn
-    doubtful = np.ones(step.size, dtype=bool) if fast else np.abs(step) > WRAP_SLACK * turn
-    missed = doubtful & (turns != 0) & (off < WRAP_SLACK * turn)
-    if not np.any(missed) or np.median(off) > FOLLOWED_SLACK * turn:
-        return input_rad
-    return input_rad - turn * np.concatenate(([0.0], np.cumsum(np.where(missed, turns, 0.0))))
-
-
 def open_steps(angle_rad: FloatArray) -> int:
     """Count the steps above a quarter turn where they are usual and the angle is within a turn."""
-    turn = 2 * np.pi
     known = angle_rad[np.isfinite(angle_rad)]
     step = np.abs(np.diff(known))
-    if step.size == 0 or np.ptp(known) > turn or np.median(step) <= WRAP_SLACK * turn:
+    if step.size == 0 or np.ptp(known) > TURN or np.median(step) <= WRAP_SLACK * TURN:
         return 0
-    return int(np.count_nonzero(step > WRAP_SLACK * turn))
+    return int(np.count_nonzero(step > WRAP_SLACK * TURN))
 
 
 def bring_together(campaign: Campaign, ratio: float | None) -> None:
     """Put back the whole turns of the input by which runs begin apart from the first one.
 
-    An encoder that knows one turn begins every run within it, wherever the output stands. A run
-    whose lost motion was recorded, and not taken from the angles, is left alone.
+    An encoder that knows one turn begins every run within it, wherever the output stands. One that
+    counts turns does not, and there each run keeps its zero; so does a run whose lost motion was
+    recorded and not taken from the angles, and one that is not whole turns apart.
     """
     if ratio is None or any(f.kind in ("stuck", "ratio") for f in campaign.findings):
         return
-    turn = 2 * np.pi
-    first: float | None = None
-    for run in campaign.runs:
-        if not {"input_angle", "output_angle"} <= run.columns.keys():
+    unit = TURN / abs(ratio)
+    runs = [
+        run
+        for run in campaign.runs
+        if {"input_angle", "output_angle"} <= run.columns.keys()
+        and not open_steps(run.columns["input_angle"])
+        and np.array_equal(
+            run.lost_motion_rad, run.columns["output_angle"] - run.columns["input_angle"] / ratio
+        )
+    ]
+    wrapped = {(f.file, f.run) for f in campaign.findings if f.kind == "wrap"}
+    counting = any(
+        np.ptp(run.columns["input_angle"]) > TURN and (run.file, run.label) not in wrapped
+        for run in runs
+    )
+    if len(runs) < 2 or counting or not held_within(first_readings(runs), TURN):
+        return
+    middle = np.array([float(np.median(run.lost_motion_rad)) for run in runs])
+    swing = max(float(np.ptp(run.lost_motion_rad)) for run in runs)
+    turns = np.rint((middle - middle[0]) / unit * np.sign(ratio))
+    apart = np.abs(middle - middle[0] - turns * unit * np.sign(ratio))
+    turns[apart > min(WRAP_SLACK * unit, max(swing, 1e-3 * unit))] = 0.0
+    for run, lost in zip(runs, turns.astype(int), strict=True):
+        if lost == 0:
             continue
-        angle, out = run.columns["input_angle"], run.columns["output_angle"]
-        if open_steps(angle) or not np.array_equal(run.lost_motion_rad, out - angle / ratio):
-            continue
-        middle = float(np.median(run.lost_motion_rad))
-        first = middle if first is None else first
-        turns = round((middle - first) * ratio / turn)
-        if turns == 0:
-            continue
-        run.columns["input_angle"] = angle + turns * turn
-        run.columns["lost_motion"] = out - run.columns["input_angle"] / ratio
+        run.columns["input_angle"] = run.columns["input_angle"] + lost * TURN
+        run.columns["lost_motion"] = (
+            run.columns["output_angle"] - run.columns["input_angle"] / ratio
+        )
         action = "begins whole turns from the first run, by the output: put back"
         campaign.findings.append(
-            Finding("wrap", run.file, "input_angle_rad", run.label, abs(turns), action)
+            Finding("wrap", run.file, "input_angle_rad", run.label, abs(lost), action)
         )
+
+
+def first_readings(runs: Sequence[Run]) -> FloatArray:
+    """Readings of the input with which runs begin."""
+    return np.array([float(run.columns["input_angle"][0]) for run in runs])

@@ -19,8 +19,8 @@ class Finding:
     Attributes
     ----------
     kind : str
-        ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``gap``, ``split_run``,
-        ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``, ``locked``,
+        ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``jump``, ``gap``,
+        ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``, ``locked``,
         ``motor_torque``, ``untimed``.
     file, column : str
         Where.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from lostmotion.errors import InputError
 from lostmotion.files import reason
 from lostmotion.recordings.campaign import Campaign, Run
-from lostmotion.recordings.columns import check_map, in_si, resolve_columns, unused
+from lostmotion.recordings.columns import check_map, counters_of, in_si, resolve_columns, unused
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -97,8 +97,9 @@ def read_campaign(
         Input turns for one output turn; needed where only the two angles were recorded.
     mapping : mapping, optional
         From a foreign column name to ``NAME_UNIT``; ``-NAME_UNIT`` turns its sign round,
-        ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts). It counts in the files that
-        have the column, where it goes before a column that has the name already.
+        ``NAME_UNIT/NUMBER`` divides (``input_angle_rev/4096``: counts), and
+        ``NAME_UNIT/NUMBER%COUNTS`` says after how many counts the column begins anew. It counts in
+        the files that have the column, where it goes before a column that has the name already.
     protocol : Protocol, optional
         Which side was locked, and the motor's torque constant; by default neither side.
 
@@ -170,7 +171,7 @@ def _read_file(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
             )
         columns = {quantity: values[index] for quantity, values in numbers.items()}
-        run = sound_run(name, label, columns, ratio, findings)
+        run = sound_run(name, label, columns, ratio, findings, counters_of(chosen))
         if run is not None:
             runs.append(run)
     if not runs:

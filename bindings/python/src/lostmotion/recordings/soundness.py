@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
-from lostmotion.recordings.encoders import follow_output, open_steps, unwrap_known
+from lostmotion.recordings.encoders import (
+    FOLLOWED_SLACK,
+    OPEN_ACTION,
+    PUT_BACK,
+    TURN,
+    UNDECIDED_ACTION,
+    Counter,
+    PutBack,
+    open_steps,
+    put_back,
+    unwrap,
+    unwrap_known,
+)
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.quantities import QUANTITIES
 
@@ -24,11 +36,8 @@ STUCK_SWING = 0.25
 STUCK_TURN_RAD = 0.2
 """Turn of the output that no drive takes up as wind-up: both encoders must see it."""
 
-OPEN_ACTION = (
-    "steps above a quarter turn, kept; whole turns may be missing that neither the ratio nor "
-    "the other encoder tells"
-)
-"""What is done about an encoder that turns too fast for its samples."""
+LOAD_JUMP = 0.25
+"""Share of the range of the torque from which a step of it is a jump of the load."""
 
 GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording."""
@@ -59,8 +68,9 @@ def sound_run(
     columns: dict[str, FloatArray],
     ratio: float | None,
     findings: list[Finding],
+    counters: Mapping[str, Counter] | None = None,
 ) -> Run | None:
-    """Look a run over, note what is odd, and leave out only rows that cannot be used."""
+    """Look a run over, note what is unsound, and leave out only rows that cannot be used."""
 
     def note(kind: str, column: str, count: int, action: str) -> None:
         findings.append(Finding(kind, file, column, label, count, action))
@@ -83,11 +93,8 @@ def sound_run(
     if not usable.any():
         return None
     # Over all rows: where some are left out, a step is longer than the encoder made it.
-    angles = {name: columns[name] for name in ("input_angle", "output_angle") if name in columns}
-    wraps = {}
     columns = dict(columns)
-    for quantity, values in angles.items():
-        columns[quantity], wraps[quantity] = unwrap_known(values)
+    complete_angles(columns, ratio, note, counters)
     if not usable.all():
         columns = {quantity: values[usable] for quantity, values in columns.items()}
 
@@ -104,24 +111,60 @@ def sound_run(
             note("backward_time", "time_s", backward, BACKWARD_ACTION)
         if gaps:
             note("gap", "time_s", gaps, f"steps above {GAP_FACTOR * usual:.3g} s, kept")
-    if ratio is not None and {"input_angle", "output_angle"} <= columns.keys():
-        followed = follow_output(columns["input_angle"], columns["output_angle"], ratio)
-        if followed is not columns["input_angle"]:
-            lost = (followed - angles["input_angle"][usable]) / (2 * np.pi)
-            wraps["input_angle"] = int(np.count_nonzero(np.round(np.diff(lost))))
-            columns["input_angle"] = followed
-    for quantity, count in wraps.items():
-        column = QUANTITIES[quantity].column
-        if count:
-            note("wrap", column, count, "whole turns put back")
-        elif open_steps(columns[quantity]):
-            note("wrap", column, open_steps(columns[quantity]), OPEN_ACTION)
     if "lost_motion" not in columns:
         assert ratio is not None
         columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
     for quantity, count in stuck_sensors(columns, ratio).items():
         note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
     return Run(label, file, columns)
+
+
+def complete_angles(
+    columns: dict[str, FloatArray],
+    ratio: float | None,
+    note: Callable[[str, str, int, str], None],
+    counters: Mapping[str, Counter] | None,
+) -> None:
+    """Put back what the encoders of a run lost, and note it with what stays open."""
+    angles = [name for name in ("input_angle", "output_angle") if name in columns]
+    wraps: dict[str, tuple[int, str]] = {}
+    opened = {name: open_steps(columns[name]) for name in angles}
+    if ratio is not None and len(angles) == 2:
+        known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
+        found = put_back(
+            columns["input_angle"][known], columns["output_angle"][known], ratio, counters
+        )
+        for name, values in (("input_angle", found.input_rad), ("output_angle", found.output_rad)):
+            if name in found.wraps:
+                columns[name] = columns[name].copy()
+                columns[name][known] = values
+        wraps = found.wraps
+        if not found.undecided.size:
+            opened = {}
+        count = count_undecided(found, columns["torque"][known], ratio)
+        if count:
+            note("jump", "lost_motion_rad", count, UNDECIDED_ACTION)
+    else:
+        for name in angles:
+            columns[name], count = unwrap_known(columns[name])
+            if count:
+                wraps[name] = (count, PUT_BACK)
+    for name in angles:
+        column = QUANTITIES[name].column
+        if name in wraps:
+            note("wrap", column, *wraps[name])
+        elif opened.get(name):
+            note("wrap", column, opened[name], OPEN_ACTION)
+
+
+def count_undecided(found: PutBack, torque_Nm: FloatArray, ratio: float) -> int:
+    """Count the jumps that stay open and that the load, which jumps there itself, does not make."""
+    rows = found.undecided
+    turns = (found.output_rad * ratio - found.input_rad) / TURN
+    jump = np.diff(turns, prepend=turns[:1])[rows]
+    load = np.abs(np.diff(torque_Nm, prepend=torque_Nm[:1]))[rows]
+    calm = ~(load >= LOAD_JUMP * np.ptp(torque_Nm[np.isfinite(torque_Nm)]))
+    return int(np.count_nonzero(calm | (np.abs(jump - np.rint(jump)) <= FOLLOWED_SLACK)))
 
 
 def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
@@ -178,7 +221,9 @@ def check_ratio(campaign: Campaign, ratio: float | None) -> None:
     for run in campaign.runs:
         if not {"input_angle", "output_angle"} <= run.columns.keys():
             continue
-        put_in, out = run.columns["input_angle"], run.columns["output_angle"]
+        # Where the ratio is wrong it did not put the turns back: each encoder by itself.
+        put_in, _ = unwrap(run.columns["input_angle"])
+        out, _ = unwrap(run.columns["output_angle"])
         turned = float(np.ptp(out))
         if turned < STUCK_TURN_RAD or np.ptp(put_in) < STUCK_TURN_RAD or open_steps(put_in):
             continue
