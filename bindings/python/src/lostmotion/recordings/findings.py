@@ -20,8 +20,8 @@ class Finding:
     ----------
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``jump``, ``gap``,
-        ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``, ``sampled``, ``locked``,
-        ``motor_torque``, ``untimed``.
+        ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``,
+        ``sampled``, ``locked``, ``motor_torque``, ``untimed``.
     file, column : str
         Where.
     run : int or str or None
