@@ -75,6 +75,21 @@ def make_parser() -> argparse.ArgumentParser:
         return added
 
     added = command(
+        "new",
+        "lostmotion.commands.new:run_new",
+        "A drive file of textbook proportions, every key with its range and meaning.",
+        "lostmotion new size-20 ratio-100 discs -o drive.toml",
+    )
+    added.add_argument(
+        "words",
+        metavar="WORD",
+        nargs="*",
+        help="size-N (default: 20), ratio-N (default: 100), a generator (default: discs) and a "
+        "name, each once and in any order",
+    )
+    added.add_argument("-o", "--output", metavar="FILE", help="a new file (default: NAME.toml)")
+
+    added = command(
         "predict",
         "lostmotion.commands.predict:run_predict",
         "The characteristic and its five contributions.",

@@ -17,6 +17,7 @@ from typing import Any
 from lostmotion import structs, units
 from lostmotion.core import core
 from lostmotion.design.engine import engine, figures, keys, limits, text_of
+from lostmotion.design.textbook import TORQUE_PER_D3, WIDTH_PER_D
 from lostmotion.drives import parse_drive, read_toml
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import read_bytes
@@ -108,12 +109,6 @@ WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
 DEFAULT_TEETH = 200
 DEFAULT_DIFFERENCE = (-0.4, 0.6)
 """Range of x2 - x1 that holds every interference-free pair from w0/m = 0.85 to 1.2."""
-
-TORQUE_PER_D3 = 40 / 50**3
-"""Rated torque in N m over the cube of the pitch diameter in mm: 40 N m at size 20, 50 mm."""
-
-WIDTH_PER_D = 0.2
-"""Face width over pitch diameter of usual drives."""
 
 
 @dataclass

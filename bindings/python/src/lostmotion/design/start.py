@@ -1,10 +1,4 @@
-"""Where a designer would start without a search: textbook values for the variables of a spec.
-
-Internal teeth deformed outwards: Ivanov's recommendations, x1 = 3 + 0.01 z1, w0/m = 0.89 + 8e-5 z1,
-x2 = x1 - 1 + (w0/m)(1 + 5e-5 z1 w0/m), engagement depth 4 w0/m - 2.48 - (4.6 - 4 w0/m) 1e-4 z1.
-A ring generator about internal teeth: x = 3 and 3.05, w0/m = 0.95, depth 1.2, the published
-reference of that kind. What the books leave open has the values of `USUAL`.
-"""
+"""Where a designer would start without a search: textbook values for the variables of a spec."""
 
 from __future__ import annotations
 
@@ -13,13 +7,7 @@ from typing import Any
 
 from lostmotion.design.result import Designs
 from lostmotion.design.spec import Spec
-
-USUAL = {
-    "teeth.pressure_angle_deg": 20.0,
-    "teeth.tooth_height": 1.75,
-    "generator.contact_half_angle_deg": 30.0,
-}
-"""Of the usual drive of size 20."""
+from lostmotion.design.textbook import textbook
 
 USUAL_GRADE = 7.0
 """ISO tolerance grade of a fit without special demands."""
@@ -42,39 +30,6 @@ class Start:
     figures: dict[str, float]
     margins: dict[str, float]
     drive: dict[str, Any]
-
-
-def textbook(teeth: float, external: bool, module_mm: float, ratio: float) -> dict[str, float]:
-    """Textbook values, by dotted key of the search.
-
-    Parameters
-    ----------
-    teeth : float
-        Of the flexspline.
-    external : bool
-        Whether a ring deforms it inwards.
-    module_mm, ratio : float
-    """
-    if external:
-        x1, x2, kappa, depth = 3.0, 3.05, 0.95, 1.2
-        # The ring turns inwards: the rigid gear has the shift that is named second.
-    else:
-        x1 = 3 + 0.01 * teeth
-        kappa = 0.89 + 8e-5 * teeth
-        x2 = x1 - 1 + kappa * (1 + 5e-5 * teeth * kappa)
-        depth = 4 * kappa - 2.48 - (4.6 - 4 * kappa) * 1e-4 * teeth
-    rim = (65 + 2.5 * abs(ratio) ** (2 / 3)) * 1e-4 * module_mm * teeth
-    return {
-        **USUAL,
-        "teeth.flexspline_shift": x1,
-        "teeth.rigid_shift": x2,
-        "teeth.shift_difference": x2 - x1,
-        "generator.deflection_modules": kappa,
-        "generator.deflection_mm": kappa * module_mm,
-        "teeth.engagement_depth": depth,
-        "flexspline.rim_thickness_mm": rim,
-        "flexspline.wall_thickness_mm": 0.6 * rim,
-    }
 
 
 def starts_of(designs: Designs, spec: Spec, combination: int, best: Any) -> tuple[Start, ...]:

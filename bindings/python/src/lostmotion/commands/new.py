@@ -1,0 +1,49 @@
+"""The command ``lostmotion new``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from lostmotion.design.textbook import explained, parse_words, textbook_drive
+from lostmotion.errors import InputError
+from lostmotion.files import write_whole
+from lostmotion.model import Check
+from lostmotion.terminal import deliver
+from lostmotion.units import ARCMIN
+
+
+def run_new(arguments: argparse.Namespace) -> None:
+    """``lostmotion new``."""
+    size, ratio, generator, name = parse_words(arguments.words)
+    stem = name or f"size_{size:g}_ratio_{ratio}"
+    file = Path(arguments.output or f"{stem}.toml")
+    if file.exists():
+        raise InputError(file, "", "a file that exists", "a new name, by -o FILE")
+    document, broken = textbook_drive(size, ratio, generator, stem)
+    said = [broken_check(check) for check in broken]
+    heading = "\n".join(
+        [
+            f"Size {size:g}, ratio {ratio}, {generator}: textbook proportions "
+            "(lostmotion new), to be changed.",
+            "A key behind # is left open: it has the value that stands there.",
+            "lostmotion predict says what the drive does and which checks it keeps.",
+            *said,
+        ]
+    )
+    write_whole(file, explained(document, heading))
+    answer = {
+        "schema": "lostmotion.new/1",
+        "file": str(file),
+        "drive": document["drive"],
+        "broken_checks": [check.name for check in broken],
+    }
+    deliver(answer, arguments, lambda out: print("\n".join([str(file), *said]), file=out))
+
+
+def broken_check(check: Check) -> str:
+    """Say that a check is not kept, in the unit that a designer reads."""
+    angle = check.unit == "rad"
+    unit = "arcmin" if angle else check.unit.strip("-")
+    value, limit = (number / (ARCMIN if angle else 1.0) for number in (check.value, check.limit))
+    return f"check not kept: {check.name} {value:.4g} {unit}".rstrip() + f", limit {limit:.4g}"

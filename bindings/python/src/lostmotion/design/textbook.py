@@ -1,0 +1,286 @@
+"""A drive of textbook proportions: where a designer starts, and a drive file with every key.
+
+Internal teeth deformed outwards: Ivanov's recommendations, x1 = 3 + 0.01 z1, w0/m = 0.89 + 8e-5 z1,
+x2 = x1 - 1 + (w0/m)(1 + 5e-5 z1 w0/m), engagement depth 4 w0/m - 2.48 - (4.6 - 4 w0/m) 1e-4 z1.
+A ring generator about internal teeth: x = 3 and 3.05, w0/m = 0.95, depth 1.2, the published
+reference of that kind. What the books leave open has the values of `USUAL`.
+
+The books are planar. In a cup the deflection grows towards the open end, so teeth that clear each
+other in the middle interfere at the edges of the face: `textbook_drive` reduces the engagement
+depth, opens the shift and thins the rim until the checks are kept at both edges, as far as they
+can be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from lostmotion.drives import parse_drive
+from lostmotion.errors import InputError
+from lostmotion.model import ADVICE, Check, DesignModel, design_model
+from lostmotion.structs import FIELDS, GENERATORS, DesignKey, field_path
+
+USUAL = {
+    "teeth.pressure_angle_deg": 20.0,
+    "teeth.tooth_height": 1.75,
+    "generator.contact_half_angle_deg": 30.0,
+}
+"""Of the usual drive of size 20."""
+
+DIAMETER_PER_SIZE_MM = 2.5
+"""Pitch diameter over catalogue size: 50 mm at size 20."""
+
+TORQUE_PER_D3 = 40 / 50**3
+"""Rated torque in N m over the cube of the pitch diameter in mm: 40 N m at size 20, 50 mm."""
+
+RATIO_EXPONENT = 0.7
+"""Rated torque over ratio below 100: catalogues give size 20 15, 25, 34, 40 N m at 30, 50, 80, 100.
+
+Above 100 it stays.
+"""
+
+WIDTH_PER_D = 0.2
+"""Face width over pitch diameter of usual drives."""
+
+SECTIONS = 3
+"""Axial sections of a cup: the middle of the face and both edges."""
+
+DEPTH_LEAST = 0.3
+"""Engagement depth in modules below which teeth ratchet before they carry: none is made so."""
+
+RIM_LEAST = 0.005
+"""Thinnest rim, in pitch diameters, of catalogue drives (0.25 mm at size 20)."""
+
+SHIFT_MOST = 2.0
+"""How far the shift is opened, in modules."""
+
+ROUNDS = 4
+"""Depth and shift depend on each other weakly; they agree to 1e-3 modules after so many rounds."""
+
+HALVINGS = 24
+"""Of an interval; what is left of 2 modules is below 1e-6."""
+
+DIGITS = 4
+"""Decimals that a drawing has: 0.1 um of a millimetre."""
+
+
+def textbook(teeth: float, external: bool, module_mm: float, ratio: float) -> dict[str, float]:
+    """Textbook values, by dotted key of the search.
+
+    Parameters
+    ----------
+    teeth : float
+        Of the flexspline.
+    external : bool
+        Whether a ring deforms it inwards.
+    module_mm, ratio : float
+    """
+    if external:
+        x1, x2, kappa, depth = 3.0, 3.05, 0.95, 1.2
+        # The ring turns inwards: the rigid gear has the shift that is named second.
+    else:
+        x1 = 3 + 0.01 * teeth
+        kappa = 0.89 + 8e-5 * teeth
+        x2 = x1 - 1 + kappa * (1 + 5e-5 * teeth * kappa)
+        depth = 4 * kappa - 2.48 - (4.6 - 4 * kappa) * 1e-4 * teeth
+    rim = (65 + 2.5 * abs(ratio) ** (2 / 3)) * 1e-4 * module_mm * teeth
+    return {
+        **USUAL,
+        "teeth.flexspline_shift": x1,
+        "teeth.rigid_shift": x2,
+        "teeth.shift_difference": x2 - x1,
+        "generator.deflection_modules": kappa,
+        "generator.deflection_mm": kappa * module_mm,
+        "teeth.engagement_depth": depth,
+        "flexspline.rim_thickness_mm": rim,
+        "flexspline.wall_thickness_mm": 0.6 * rim,
+    }
+
+
+def textbook_drive(
+    size: float, ratio: int, generator: str = "discs", name: str = ""
+) -> tuple[dict[str, Any], list[Check]]:
+    """Return the document of a drive of textbook proportions, and the checks that it breaks.
+
+    Parameters
+    ----------
+    size : float
+        As in catalogues: the pitch diameter is 2.5 mm times it.
+    ratio : int
+        Input turns for one output turn, the flexspline (or with a ring the rigid gear) turning the
+        output.
+    generator : str
+        One of `GENERATORS`.
+    name : str
+        Of the drive.
+
+    Returns
+    -------
+    document : dict
+        Tables of a drive file.
+    broken : list of Check
+        Those that no change of engagement depth, shift and rim thickness mends.
+
+    Raises
+    ------
+    InputError
+        For a size or ratio that the library's ranges exclude.
+    """
+    external = generator == "ring"
+    teeth = 2 * ratio + (2 if external else 0)
+    diameter = DIAMETER_PER_SIZE_MM * size
+    module = diameter / teeth
+    book = textbook(teeth, external, module, ratio)
+    table = {
+        "deformation": "external" if external else "internal",
+        "module_mm": round(module, 2 * DIGITS),
+        "flexspline_teeth": teeth,
+        "rigid_teeth": teeth + (-2 if external else 2),
+        "pressure_angle_deg": book["teeth.pressure_angle_deg"],
+        "flexspline_shift": round(book["teeth.flexspline_shift"], DIGITS),
+        "rigid_shift": round(book["teeth.rigid_shift"], DIGITS),
+        "tooth_height": book["teeth.tooth_height"],
+        "engagement_depth": round(book["teeth.engagement_depth"], DIGITS),
+        "face_width_mm": round(WIDTH_PER_D * diameter, 1),
+    }
+    wave: dict[str, Any] = {
+        "type": generator,
+        "deflection_mm": round(book["generator.deflection_mm"], DIGITS),
+    }
+    if generator in ("discs", "rollers", "ring"):
+        wave["contact_half_angle_deg"] = book["generator.contact_half_angle_deg"]
+    rated = TORQUE_PER_D3 * diameter**3 * min(1.0, ratio / 100) ** RATIO_EXPONENT
+    document = {
+        "drive": {"name": name, "ratio": ratio, "rated_torque_Nm": float(f"{rated:.3g}")},
+        "design": {
+            "axial_sections": 1 if external else SECTIONS,
+            "teeth": table,
+            "generator": wave,
+            "flexspline": {
+                "rim_thickness_mm": round(book["flexspline.rim_thickness_mm"], DIGITS),
+            },
+        },
+    }
+    _mend(document)
+    return document, [
+        check
+        for check in design_model(parse_drive(document)).checks()
+        if check.margin < 0 and check.name not in ADVICE
+    ]
+
+
+def _mend(document: dict[str, Any]) -> None:
+    """Change depth, shift and rim until form radius, gaps and fatigue are kept, where they can."""
+    design = document["design"]
+    teeth, rim = design["teeth"], design["flexspline"]
+    shift = "flexspline_shift" if teeth["deformation"] == "external" else "rigid_shift"
+    depth, opened, thick = teeth["engagement_depth"], teeth[shift], rim["rim_thickness_mm"]
+    diameter = teeth["module_mm"] * teeth["flexspline_teeth"]
+
+    def margin(check: str, table: dict[str, Any], key: str) -> Callable[[float], float]:
+        def at(value: float) -> float:
+            table[key] = value
+            found = DesignModel(parse_drive(document).design).checks()  # type: ignore[arg-type]
+            return next(one.margin for one in found if one.name == check)
+
+        return at
+
+    for _ in range(ROUNDS):
+        _nearest(margin("form_radius", teeth, "engagement_depth"), depth, DEPTH_LEAST)
+        _nearest(margin("smallest_gap", teeth, shift), opened, opened + SHIFT_MOST)
+    _nearest(margin("safety_factor", rim, "rim_thickness_mm"), thick, RIM_LEAST * diameter)
+
+
+def _nearest(margin: Callable[[float], float], start: float, end: float) -> None:
+    """Leave a value as near to `start` as keeps the check; `end` where none does."""
+    if margin(start) >= 0:
+        return
+    kept, broken = end, start
+    for _ in range(HALVINGS):
+        middle = (kept + broken) / 2
+        kept, broken = (middle, broken) if margin(middle) >= 0 else (kept, middle)
+    step = 10.0**-DIGITS  # rounded to the side that keeps it
+    digits = round(kept / step + (0.5 if end > start else -0.5)) * step
+    margin(round(digits, DIGITS))
+
+
+def explained(document: Mapping[str, Any], heading: str) -> str:
+    """Write a drive file in which every key of a design stands with its range and its meaning.
+
+    Keys that the document leaves open stand as comments, with what they are taken to be.
+    """
+    drive = parse_drive(document)
+    taken = design_model(drive).defaults()
+    design = document["design"]
+    lines = [f"# {line}" if line else "#" for line in heading.splitlines()]
+    lines += ["[drive]", *(f"{key} = {_toml(value)}" for key, value in document["drive"].items())]
+    for section in ("", *(name for name in FIELDS if name)):
+        table = design.get(section, {}) if section else design
+        lines += ["", f"[design.{section}]" if section else "[design]"]
+        for key in FIELDS[section]:
+            lines.append(f"# {key.meaning} [{_allowed(key)}]")
+            written = next((w for w in (key.written, f"{key.name}_deg") if w in table), None)
+            if written is not None:
+                lines.append(f"{written} = {_toml(table[written])}")
+                continue
+            value = taken.get(f"design.{field_path(section, key)}")
+            lines.append(f"# {key.written} = {'' if value is None else _toml(value)}".rstrip(" ="))
+    return "\n".join(lines) + "\n"
+
+
+def _allowed(key: DesignKey) -> str:
+    """Say what a key may be."""
+    if key.kind == "choice":
+        return "one of " + ", ".join(key.choices)
+    return "true or false" if key.kind == "switch" else key.range
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"{value:.10g}"
+
+
+def parse_words(words: list[str]) -> tuple[float, int, str, str]:
+    """Read ``size-20 ratio-100 discs NAME``: each may be left out, in any order.
+
+    Returns
+    -------
+    size, ratio, generator, name
+        20, 100, "discs" and the other words where nothing is said.
+
+    Raises
+    ------
+    InputError
+        For a word twice, or a size or ratio that is no number.
+    """
+    found: dict[str, str] = {}
+    for word in words:
+        kind, dash, value = word.partition("-")
+        if word in GENERATORS:
+            kind, value = "generator", word
+        elif kind not in ("size", "ratio") or not dash:
+            kind, value = "name", word
+        if kind in found:
+            raise InputError("new", kind, f"'{found[kind]}' and '{value}'", f"one {kind}")
+        found[kind] = value
+    try:
+        size, ratio = float(found.get("size", 20)), int(found.get("ratio", 100))
+    except ValueError:
+        said = " ".join(words)
+        raise InputError("new", "", f"'{said}'", "numbers, as in size-20 ratio-100") from None
+    if not SIZES[0] <= size <= SIZES[1]:
+        raise InputError("new", "size", f"{size:g}", f"{SIZES[0]} to {SIZES[1]}")
+    if not RATIOS[0] <= ratio <= RATIOS[1]:
+        raise InputError("new", "ratio", f"{ratio}", f"{RATIOS[0]} to {RATIOS[1]}")
+    return size, ratio, found.get("generator", "discs"), found.get("name", "")
+
+
+SIZES = (3, 200)
+"""Sizes of a drive: pitch diameters of 7.5 to 500 mm."""
+
+RATIOS = (30, 319)
+"""Ratios that the numbers of teeth allow, a ring's two more among them."""

@@ -1,0 +1,107 @@
+"""A new drive file: textbook proportions that keep their checks, every key explained."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from lostmotion.cli import main
+from lostmotion.design.textbook import textbook_drive
+from lostmotion.drives import parse_drive, read_drive
+from lostmotion.model import ADVICE, design_model
+from lostmotion.structs import GENERATORS, design_keys
+
+
+@pytest.mark.parametrize("generator", GENERATORS)
+@pytest.mark.parametrize(("size", "ratio"), [(8, 80), (20, 100), (25, 80), (32, 160), (65, 120)])
+def test_a_usual_size_keeps_every_check_at_both_edges_of_the_face(
+    size: int, ratio: int, generator: str
+) -> None:
+    document, broken = textbook_drive(size, ratio, generator)
+    assert broken == []
+    for sections in (1, 3, 5, 7) if generator != "ring" else (1,):
+        document["design"]["axial_sections"] = sections
+        checks = design_model(parse_drive(document)).checks()
+        assert [c.name for c in checks if c.margin < 0 and c.name not in ADVICE] == []
+
+
+def test_proportions_are_those_of_a_catalogue_size() -> None:
+    document, _ = textbook_drive(20, 100)
+    teeth = document["design"]["teeth"]
+    assert teeth["module_mm"] * teeth["flexspline_teeth"] == pytest.approx(50.0)
+    assert document["drive"]["rated_torque_Nm"] == 40  # CSF-20-100
+    # CSF-20-50 is rated 25 N m, CSF-20-80 34 N m: within 5 %.
+    assert textbook_drive(20, 50)[0]["drive"]["rated_torque_Nm"] == pytest.approx(25, rel=0.05)
+    assert textbook_drive(20, 80)[0]["drive"]["rated_torque_Nm"] == pytest.approx(34, rel=0.05)
+
+
+def test_what_no_proportion_mends_is_said_in_the_file_and_in_the_answer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "ratio-30", "rollers", "steep", "--json", "-"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["broken_checks"] == ["safety_factor"]  # a wave of 60 teeth on four rollers
+    text = (tmp_path / "steep.toml").read_text()
+    assert re.search(r"^# check not kept: safety_factor [\d.]+, limit 1.5$", text, re.M)
+
+
+def test_every_key_of_a_design_stands_in_the_file_and_the_file_means_what_was_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "d.toml"
+    assert main(["new", "size-25", "ratio-80", "ellipse", "-o", str(file)]) == 0
+    text = file.read_text()
+    for key in design_keys():
+        assert re.search(rf"^(# )?{key.name}(_\w+)?( = |$)", text, re.M), key.name
+        assert f"# {key.meaning} [" in text
+    made, _ = textbook_drive(25, 80, "ellipse", "size_25_ratio_80")
+    read, expected = design_model(read_drive(file)), design_model(parse_drive(made))
+    for one, other in zip(read.checks(), expected.checks(), strict=True):
+        assert one.margin == pytest.approx(other.margin, rel=1e-9, abs=1e-12)
+    # What stands as a comment is what is taken: written in, it changes nothing.
+    filled = re.sub(r"^# (\w+ = \S+)$", r"\1", text, flags=re.M)
+    assert filled != text
+    file.write_text(filled)
+    for one, other in zip(design_model(read_drive(file)).checks(), read.checks(), strict=True):
+        assert one.margin == pytest.approx(other.margin, rel=1e-6, abs=1e-9)
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("size-x", "found 'size-x', expected numbers, as in size-20 ratio-100"),
+        ("size-20 size-25", "size: found '20' and '25', expected one size"),
+        ("discs ring", "generator: found 'discs' and 'ring', expected one generator"),
+        ("elbow knee", "name: found 'elbow' and 'knee', expected one name"),
+        ("size-1", "size: found 1, expected 3 to 200"),
+        ("ratio-500", "ratio: found 500, expected 30 to 319"),
+        ("ratio-99.5", "expected numbers, as in size-20 ratio-100"),
+        ("size-nan", "size: found nan, expected 3 to 200"),
+    ],
+)
+def test_words_that_mean_nothing_are_refused_in_one_line(
+    words: str,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", *words.split()]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert said in lines[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_exists_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("mine")
+    assert main(["new", "-o", str(file)]) == 2
+    assert file.read_text() == "mine"
+    assert "a file that exists" in capsys.readouterr().err
