@@ -1,8 +1,13 @@
 """The controller's own code over a recorded log: the float32 build of the library, tick by tick.
 
-Each row of the log is one tick. What the controller would have been told is rounded to its
-precision, and every operation after that is the library's, so the numbers are those of the target
-bit for bit.
+Each row of the log is one tick, also a row in which a number is missing: the compensator is told
+that it is not a number, and does what it does on the target. What the controller would have been
+told is rounded to its precision, and every operation after that is the library's, so the numbers
+are those of the target bit for bit.
+
+Ticks that the log has not recorded are not made up: the compensator is stepped once across a gap,
+with the gap's length as `elapsed_s`. They are counted, since a controller that ran on meanwhile has
+another friction memory.
 """
 
 from __future__ import annotations
@@ -10,7 +15,7 @@ from __future__ import annotations
 import csv
 import io
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -24,6 +29,7 @@ from lostmotion.errors import InputError, LibraryError
 from lostmotion.export import Profile, build, known_effects, make_controller
 from lostmotion.files import read_bytes
 from lostmotion.recordings import Campaign, Run
+from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.units import ARCSEC
 
 if TYPE_CHECKING:
@@ -62,6 +68,9 @@ COLUMNS = {
 }
 """Quantities of a recording that are conditions as they stand."""
 
+GAP_STEPS = 1.5
+"""A time step of this many usual ones or more lacks at least one tick."""
+
 PERIOD_SLACK = 0.02
 """A log whose step differs by more than this share from the parameters' period is reported."""
 
@@ -72,6 +81,8 @@ class Tape:
 
     Attributes
     ----------
+    told : dict
+        What the compensator was told, from `conditions`.
     values : ndarray
         A row a tick, columns as `OUTPUTS`, float32.
     status : ndarray of uint32
@@ -80,6 +91,7 @@ class Tape:
     """
 
     run: Run
+    told: dict[str, npt.NDArray[np.float32]]
     values: npt.NDArray[np.float32]
     status: npt.NDArray[np.uint32]
     start_bound_rad: float
@@ -87,7 +99,7 @@ class Tape:
 
     def words(self) -> bytes:
         """All bits that came out: per tick the four numbers and the status, little-endian."""
-        words = np.empty((len(self.run), len(OUTPUTS) + 1), dtype="<u4")
+        words = np.empty((self.status.size, len(OUTPUTS) + 1), dtype="<u4")
         words[:, :-1] = self.values.astype("<f4").view("<u4")
         words[:, -1] = self.status
         return words.tobytes()
@@ -111,6 +123,7 @@ class Replay:
             "schema": "lostmotion.replay/1",
             "fingerprint": f"{self.parameters.fingerprint:08x}",
             "samples": int(status.size),
+            "samples_compared": sum(len(tape.run) for tape in self.tapes),
             "bits_crc32": f"{zlib.crc32(b''.join(tape.words() for tape in self.tapes)):08x}",
             "rms_uncompensated_arcsec": _rms(before) / ARCSEC,
             "rms_compensated_arcsec": _rms(after) / ARCSEC,
@@ -125,11 +138,16 @@ class Replay:
             "by_run": [
                 {
                     "run": tape.run.label,
-                    "samples": len(tape.run),
+                    "samples": int(tape.status.size),
+                    "not_a_number": missing_numbers(tape.run),
+                    "missing_ticks": lost.ticks,
+                    "longest_gap_s": lost.longest_s,
                     "unknown_at_start_arcsec": tape.start_bound_rad / ARCSEC,
                     "unknown_at_end_arcsec": tape.end_bound_rad / ARCSEC,
                 }
-                for tape in self.tapes
+                for tape, lost in zip(
+                    self.tapes, missing_ticks([tape.run for tape in self.tapes]), strict=True
+                )
             ],
             "notes": self.notes,
         }
@@ -151,22 +169,25 @@ class Replay:
             )
         )
         for tape in self.tapes:
-            torque = tape.run.torque_Nm.astype(np.float32)
+            torque = tape.told["torque_Nm"]
+            time_s = recorded(tape.run)["time"]
             for k, row in enumerate(tape.values):
                 numbers = (str(value) for value in (torque[k], *row))
-                writer.writerow((tape.run.label, tape.run.time_s[k], *numbers, tape.status[k]))
+                writer.writerow((tape.run.label, time_s[k], *numbers, tape.status[k]))
         return out.getvalue()
 
 
 def errors_of(tape: Tape) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Error of the output without and with the correction, and of the model.
 
-    The zero of a recorded lost motion is arbitrary: it is taken where the model fits best.
+    Over the ticks whose lost motion was measured. The zero of a recorded lost motion is arbitrary:
+    it is taken where the model fits best.
     """
     measured = tape.run.lost_motion_rad
-    model = tape.values[:, OUTPUTS.index("lost_motion_rad")].astype(np.float64)
+    values = tape.values if tape.run.log is None else tape.values[tape.run.log.kept]
+    model = values[:, OUTPUTS.index("lost_motion_rad")].astype(np.float64)
     before = measured - np.mean(measured - model)
-    return before, before + tape.values[:, 0], before - model
+    return before, before + values[:, 0], before - model
 
 
 def _rms(values: FloatArray) -> float:
@@ -263,15 +284,7 @@ def replay(
         Called with the runs done and their number.
     """
     c = core(32)
-    result = Replay(parameters, [])
-    period = float(parameters.limits.period_s)
-    steps = np.concatenate([np.diff(run.time_s) for run in campaign.runs])
-    usual = float(np.median(steps)) if steps.size else period
-    if abs(usual - period) > PERIOD_SLACK * period:
-        result.notes.append(
-            f"The log's step is {usual * 1e3:.4g} ms, the parameters are for {period * 1e3:.4g} ms:"
-            " velocity and acceleration of the correction are those of the parameters' period."
-        )
+    result = Replay(parameters, [], notes_on(campaign.runs, float(parameters.limits.period_s)))
     for done, run in enumerate(campaign.runs):
         result.tapes.append(_run(c, parameters, run))
         if progress is not None:
@@ -283,16 +296,17 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
     columns = conditions(run)
     compensator = c.ffi.new("lm_compensator *")
     fault = c.fault()
+    ticks = columns["torque_Nm"].size
     first = float(columns["torque_Nm"][0])
     c.check(c.lib.lm_start_compensator(compensator, parameters, first, fault), fault)
     start = float(c.lib.lm_bound_uncertainty(compensator))
     at = c.ffi.new("lm_conditions *")
     at.temperature_C = c.lib.LM_REFERENCE_TEMPERATURE_C
-    values = np.empty((len(run), len(OUTPUTS)), dtype=np.float32)
-    status = np.empty(len(run), dtype=np.uint32)
+    values = np.empty((ticks, len(OUTPUTS)), dtype=np.float32)
+    status = np.empty(ticks, dtype=np.uint32)
     named = list(columns.items())
     step = c.lib.lm_step_compensator
-    for k in range(len(run)):
+    for k in range(ticks):
         for name, column in named:
             setattr(at, name, column[k])
         now = step(compensator, at)
@@ -303,7 +317,31 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
             now.lost_motion_rad,
         )
         status[k] = now.status
-    return Tape(run, values, status, start, float(c.lib.lm_bound_uncertainty(compensator)))
+    return Tape(run, columns, values, status, start, float(c.lib.lm_bound_uncertainty(compensator)))
+
+
+def recorded(run: Run) -> dict[str, FloatArray]:
+    """Return every row of a log, its angles with the turns that reading has put back.
+
+    Nothing else that reading mended is mended here: the controller was told what the log holds.
+    """
+    if run.log is None:
+        return run.columns
+    kept = run.log.kept
+    columns = dict(run.log.columns)
+    rows = np.arange(columns["torque"].size)
+    before = np.maximum(np.searchsorted(kept, rows, side="right") - 1, 0)
+    after = np.minimum(np.searchsorted(kept, rows), kept.size - 1)
+    for name in ("input_angle", "output_angle"):
+        if name in columns:
+            raw, mended = columns[name], run.columns[name]
+            added = mended - raw[kept]
+            # A row that the run lacks has the turns of the rows about it; where those differ, the
+            # turns that put it between them.
+            turns = 2 * np.pi * np.round((np.interp(rows, kept, mended) - raw) / (2 * np.pi))
+            columns[name] = raw + np.where(added[before] == added[after], added[before], turns)
+            columns[name][kept] = mended
+    return columns
 
 
 def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
@@ -314,12 +352,14 @@ def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
     on as in its first step, and the time before its first row counts, as every time that is not
     told, as one period of the parameters.
     """
+    columns = recorded(run)
     found = {
-        field: run.columns[name].astype(np.float32)
+        field: columns[name].astype(np.float32)
         for name, field in COLUMNS.items()
-        if name in run.columns
+        if name in columns
     }
-    elapsed = np.diff(run.time_s, prepend=run.time_s[0])
+    elapsed = np.diff(columns["time"], prepend=columns["time"][0])
+    elapsed[~np.isfinite(elapsed)] = 0.0  # not told
     found["elapsed_s"] = elapsed.astype(np.float32)
     inverse = np.divide(1.0, elapsed, out=np.zeros_like(elapsed), where=elapsed > 0)
 
@@ -328,15 +368,140 @@ def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
         slope[:1] = slope[1:2] if slope.size > 1 else 0.0
         return slope
 
-    if "input_angle" in run.columns:
-        angle = run.columns["input_angle"]
+    if "input_angle" in columns:
+        angle = columns["input_angle"]
         wrapped = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
         found["input_angle_rad"] = wrapped.astype(np.float32)
         found["input_velocity_rad_s"] = rate(angle).astype(np.float32)
-    if "output_angle" in run.columns:
-        acceleration = rate(rate(run.columns["output_angle"]))
+    if "output_angle" in columns:
+        acceleration = rate(rate(columns["output_angle"]))
         found["output_acceleration_rad_s2"] = acceleration.astype(np.float32)
     return found
+
+
+@dataclass(frozen=True)
+class MissingTicks:
+    """What the clock of a run lacks.
+
+    Attributes
+    ----------
+    ticks, gaps : int
+        How many ticks were not recorded, in how many places.
+    longest_s : float or None
+        The longest step of the clock, where there is a gap.
+    at_s : float or None
+        The time before it.
+    standing : int
+        Ticks whose time is not after the one before.
+    """
+
+    ticks: int = 0
+    gaps: int = 0
+    longest_s: float | None = None
+    at_s: float | None = None
+    standing: int = 0
+
+
+def usual_step(runs: Sequence[Run]) -> float | None:
+    """Median step of the clocks of runs; None where no clock goes on."""
+    steps = np.concatenate([np.diff(recorded(run)["time"]) for run in runs])
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if steps.size else None
+
+
+def missing_ticks(runs: Sequence[Run]) -> list[MissingTicks]:
+    """Count, for each run, the ticks that a clock with the usual step would have had."""
+    usual = usual_step(runs)
+    found = []
+    for run in runs:
+        time_s = recorded(run)["time"]
+        time_s = time_s[np.isfinite(time_s)]
+        steps = np.diff(time_s)
+        standing = int(np.count_nonzero(steps <= 0))
+        wide = steps >= GAP_STEPS * usual if usual else np.zeros(steps.size, dtype=bool)
+        if usual is None or not wide.any():
+            found.append(MissingTicks(standing=standing))
+            continue
+        place = int(np.argmax(steps))
+        ticks = int(np.sum(np.round(steps[wide] / usual) - 1))
+        found.append(
+            MissingTicks(
+                ticks,
+                int(np.count_nonzero(wide)),
+                float(steps[place]),
+                float(time_s[place]),
+                standing,
+            )
+        )
+    return found
+
+
+def missing_numbers(run: Run) -> dict[str, int]:
+    """Count the ticks of a run in which a quantity that the controller is told is no number."""
+    columns = recorded(run)
+    told = {**COLUMNS, "input_angle": "input_angle_rad", "time": "time_s"}
+    counts = {
+        column: int(np.count_nonzero(~np.isfinite(columns[name])))
+        for name, column in told.items()
+        if name in columns
+    }
+    return {column: count for column, count in counts.items() if count}
+
+
+NOT_A_NUMBER = {
+    "torque_Nm": "the compensator goes on with the torque before it",
+    "time_s": "each counts as one period",
+}
+"""What is done in a tick without the number; of other conditions the compensator decides alike."""
+
+
+def notes_on(runs: Sequence[Run], period_s: float) -> list[str]:
+    """Say where a log is not what the controller's clock and sensors would have given."""
+    notes = []
+    usual = usual_step(runs)
+    if usual is not None and abs(usual - period_s) > PERIOD_SLACK * period_s:
+        notes.append(
+            f"The log's step is {usual * 1e3:.4g} ms, the parameters are for "
+            f"{period_s * 1e3:.4g} ms: velocity and acceleration of the correction are those of "
+            "the parameters' period."
+        )
+    numbers: dict[str, dict[int | str, int]] = {}
+    for run in runs:
+        for name, count in missing_numbers(run).items():
+            numbers.setdefault(name, {})[run.label] = count
+    for name, by_run in numbers.items():
+        done = NOT_A_NUMBER.get(name, "it counts as not known (model.h)")
+        notes.append(
+            f"{name} is not a number in {_ticks(sum(by_run.values()))} ({_runs(by_run)}): {done}."
+        )
+    lost = dict(zip((run.label for run in runs), missing_ticks(runs), strict=True))
+    gaps = {label: one for label, one in lost.items() if one.gaps}
+    if gaps:
+        label, longest = max(gaps.items(), key=lambda item: item[1].longest_s or 0.0)
+        places = sum(one.gaps for one in gaps.values())
+        notes.append(
+            f"{_ticks(sum(one.ticks for one in gaps.values()))} missing in {places} "
+            f"gap{'s' * (places > 1)} of the clock ({_runs(gaps)}; longest {longest.longest_s:.4g} "
+            f"s, run {label} at {longest.at_s:.6g} s): the compensator is stepped once across each "
+            "gap, with its length as elapsed_s, and does not see the loads in it."
+        )
+    standing = {label: one.standing for label, one in lost.items() if one.standing}
+    if standing:
+        notes.append(
+            f"The time does not advance in {_ticks(sum(standing.values()))} ({_runs(standing)}): "
+            "each counts as one period."
+        )
+    return notes
+
+
+def _ticks(count: int) -> str:
+    return f"{count} tick{'s' * (count != 1)}"
+
+
+def _runs(labels: Collection[int | str]) -> str:
+    shown = [str(label) for label in labels][:RUNS_LISTED]
+    more = ", ..." * (len(labels) > RUNS_LISTED)
+    return f"run{'s' * (len(labels) > 1)} {', '.join(shown)}{more}"
 
 
 def show_replay(result: Replay, out: TextIO) -> None:

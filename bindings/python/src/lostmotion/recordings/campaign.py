@@ -25,6 +25,22 @@ FINGERPRINT_DIGITS = 10
 """Decimals of a lost motion in rad, below any encoder, that tell a run from others."""
 
 
+@dataclass(frozen=True)
+class Log:
+    """A run as it was recorded, before anything in it was repaired or left out.
+
+    Attributes
+    ----------
+    columns : dict
+        Every row of the run, by quantity, in SI (temperature: C).
+    kept : ndarray of int
+        Rows that the run holds, in its order.
+    """
+
+    columns: dict[str, FloatArray]
+    kept: npt.NDArray[np.intp]
+
+
 @dataclass
 class Run:
     """One uninterrupted recording. Columns are named by quantity, in SI (temperature: C)."""
@@ -34,6 +50,8 @@ class Run:
     columns: dict[str, FloatArray]
     begins: bool = False
     """Whether a sitting begins here: what the drive did since the run before is not known."""
+    log: Log | None = field(default=None, repr=False, compare=False)
+    """The recording itself, where the run was read from one."""
 
     def __len__(self) -> int:
         return int(self.columns["torque"].size)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError
-from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.campaign import Campaign, Log, Run
 from lostmotion.recordings.encoders import (
     FOLLOWED_SLACK,
     OPEN_ACTION,
@@ -93,6 +93,7 @@ def sound_run(
     if not usable.any():
         return None
     # Over all rows: where some are left out, a step is longer than the encoder made it.
+    log = Log(columns, np.flatnonzero(usable))
     columns = dict(columns)
     complete_angles(columns, ratio, note, counters)
     if not usable.all():
@@ -116,7 +117,7 @@ def sound_run(
         columns["lost_motion"] = columns["output_angle"] - columns["input_angle"] / ratio
     for quantity, count in stuck_sensors(columns, ratio).items():
         note("stuck", QUANTITIES[quantity].column, count, "kept; looks like a dead sensor")
-    return Run(label, file, columns)
+    return Run(label, file, columns, log=log)
 
 
 def complete_angles(
