@@ -10,6 +10,7 @@ from scipy import special
 from scipy.optimize import brentq
 
 from lostmotion.candidates.candidate import KINDS
+from lostmotion.discover.advice import count_runs
 from lostmotion.discover.contest_round import Field
 from lostmotion.discover.gates import (
     P_LIMIT,
@@ -21,19 +22,36 @@ from lostmotion.units import ARCSEC, split_unit
 POWER = 0.8
 """Chance with which the smallest detectable size would be found."""
 
+NONCENTRALITY_MIN = 1e-2
+"""Least noncentrality that is told: a tenth of a standard error."""
+
+NONCENTRALITY_MAX = 4e8
+"""Largest noncentrality that is looked for: 20,000 standard errors. Beyond it the distribution
+function of scipy (Boost) gives no number, and no drive an effect."""
+
 TWIN_DEG = 10.0
 """Effects within this angle look alike with this plan."""
 
 
-def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]:
+def detectable(
+    stage: Field, within: float, form: float = 0.0
+) -> tuple[dict[str, Any], dict[str, str]]:
     """Smallest size of each effect that would be found with probability `POWER`.
 
     Parameters
     ----------
     within, form : float
         Noise within runs, and what the form of the base is wrong by, arc seconds.
+
+    Returns
+    -------
+    sizes : dict
+        From the name of an effect to the size; effects that the base absorbs are left out.
+    unreachable : dict
+        From the name of an effect that no size would show to the reason.
     """
     out: dict[str, Any] = {}
+    unreachable: dict[str, str] = {}
     contest = stage.contest
     count = len(KINDS) * count_tests(stage)["effect"]  # as in a diagnosis, also where none is held
     for name, candidate in stage.candidates.items():
@@ -43,9 +61,15 @@ def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]
         information = contest.projected([block])
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
         rank = information.shape[0]
-        needed = noncentrality(rank, max(contest.runs - 2 - rank, 1), P_LIMIT / count)
+        needed = noncentrality(rank, contest.runs - 2 - rank, P_LIMIT / count)
         info = float(np.mean(np.diag(information)))
         if not info > 1e-12:
+            continue
+        if needed is None:
+            unreachable[name] = (
+                f"no size would be found: {count_runs(contest.runs)} "
+                f"{'leaves' if contest.runs == 1 else 'leave'} its test too few degrees of freedom"
+            )
             continue
         amplitude = math.sqrt(needed / info)
         columns = candidate.columns[:, : min(rank, candidate.columns.shape[1])]
@@ -73,18 +97,28 @@ def detectable(stage: Field, within: float, form: float = 0.0) -> dict[str, Any]
             "parameter": parameter,
             "rms_arcsec": rms,
         }
-    return out
+    return out, unreachable
 
 
-def noncentrality(rank: int, freedom: int, alpha: float) -> float:
-    """Noncentrality at which the F test at level alpha has the wanted power."""
+def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
+    """Noncentrality at which the F test at level alpha has the wanted power.
+
+    None where no size has it: without a degree of freedom there is no test, and with one left a
+    small alpha asks for more than `NONCENTRALITY_MAX`.
+    """
+    if freedom < 1:
+        return None
     limit = float(special.fdtri(rank, freedom, 1.0 - alpha))
 
     def lacking(log_size: float) -> float:
         power = 1.0 - special.ncfdtr(rank, freedom, math.exp(log_size), limit)
         return float(power) - POWER
 
-    low, high = math.log(1e-2), math.log(1e-1)
-    while lacking(high) < 0 and high < 20:
+    low, high = math.log(NONCENTRALITY_MIN), math.log(10.0 * NONCENTRALITY_MIN)
+    if lacking(low) >= 0:
+        return NONCENTRALITY_MIN
+    while not lacking(high) >= 0:  # also where the distribution function gives no number
         high += 1.0
-    return math.exp(brentq(lacking, low, high, xtol=1e-3)) if lacking(low) < 0 else 1e-2
+        if high > math.log(NONCENTRALITY_MAX):
+            return None
+    return math.exp(brentq(lacking, low, high, xtol=1e-3))

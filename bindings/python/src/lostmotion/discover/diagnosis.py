@@ -223,6 +223,7 @@ def conclude(
     told = [event.told(c.labels) for event in events]
     depends += [dependence(event, c.rows) for event in told]
     last_step = steps[-1]
+    sizes, unreachable = detectable(last_step.field, within, last_step.field.form_arcsec)
     return Diagnosis(
         verdict,
         shown,
@@ -233,7 +234,7 @@ def conclude(
             *list_candidates(selection, effects, rivals, ladder),
         ],
         [*(slip for place in slips for slip in told_slips(base, place, within)), *told],
-        detectable(last_step.field, within, last_step.field.form_arcsec),
+        sizes,
         {"share": share, "depends_on": depends},
         advise(verdict, names, rivals, effects, last_step.field, c.runs, odd),
         {
@@ -249,6 +250,7 @@ def conclude(
             "runs": c.runs,
             "samples": c.rows,
             "not_testable": dict(sorted(steps[0].field.closed.items())),
+            "not_detectable": unreachable,
             "left_over": weak_leftovers(last_step),
             "data_fingerprint": c.campaign.fingerprint(),
         },

@@ -60,10 +60,11 @@ def forecast(
     contest = stage.contest
     scale = contest.evidence.scale[contest.evidence.scatter]
     contest.null_omega = (np.array(USUAL_SCATTER) * scale) ** 2
-    found = detectable(stage, noise_rms(noise, base), stage.form_arcsec)
+    found, unreachable = detectable(stage, noise_rms(noise, base), stage.form_arcsec)
     for candidate in candidates:
         if candidate.name not in found:
-            closed[candidate.name] = "not visible with this plan: the base takes it up"
+            absorbed = "not visible with this plan: the base takes it up"
+            closed[candidate.name] = unreachable.get(candidate.name, absorbed)
     rows = [
         {"name": name, "testable": name in found, **found.get(name, {"reason": closed.get(name)})}
         for name in effects

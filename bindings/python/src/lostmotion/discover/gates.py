@@ -50,8 +50,10 @@ def judge_all(stage: Field) -> list[Result]:
             result = replace(strongest, name=name)
         if result is not None and candidate.trials > 1:
             result = replace(result, p=min(1.0, result.p * candidate.trials))
-        if candidate.effect is not None and alone and not possible(stage, candidate.effect, alone):
-            result = None
+        if candidate.effect is not None and not (
+            alone and possible(stage, candidate.effect, alone)
+        ):
+            result = None  # at work it has one start
         if result is None:
             if stage.candidates[name].named:
                 stage.closed[name] = "not visible with this plan: the base takes it up"

@@ -54,6 +54,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         verdict = "unexplained"
     else:
         apart = None
+    sizes, unreachable = detectable(rounds.steps[-1].field, rounds.within)
     return {
         "schema": "lostmotion.diagnosis/1",
         "verdict": verdict,
@@ -62,7 +63,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "ladder": rounds.ladder,
         "candidates": list_candidates(body, rounds, shown),
         "events": events,
-        "smallest_detectable": detectable(rounds.steps[-1].field, rounds.within),
+        "smallest_detectable": sizes,
         "unexplained": unexplained(body, rounds, apart),
         "next_experiment": ASK_WHAT_DIFFERED
         if apart is not None
@@ -71,6 +72,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "runs": runs,
         "samples": int(body.rows.sum()),
         "not_testable": dict(sorted(body.about["closed"].items())),
+        "not_detectable": unreachable,
         "data_fingerprints": body.about["data_fingerprints"],
         "alone": body.about["alone"],
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -44,14 +44,23 @@ class Contender:
 
 
 def best_start(stage: Field, result: Result) -> tuple[int, Result]:
-    """Find the start of an effect that explains most, judged alone."""
+    """Find the start of an effect that explains most, judged alone.
+
+    Where none can be judged alone, it is the first, with its own part of what all say together.
+    """
     candidate = stage.candidates[result.name]
     assert candidate.effect is not None
     numbers = sorted(set(candidate.start_of))
     alone = {n: judge(stage, f"{result.name}#{n}") for n in numbers}
     seen = [own for own in alone.values() if own is not None]
     if not seen:
-        return numbers[0], result
+        first = numbers[0]
+        mine = np.array(candidate.start_of) == first
+        if result.block != result.name or mine.size != result.coefficients.size:
+            return first, result
+        return first, replace(
+            result, block=f"{result.name}#{first}", coefficients=result.coefficients[mine]
+        )
     own = leading(candidate.effect, seen)
     return next(n for n, one in alone.items() if one is own), own
 
@@ -113,7 +122,7 @@ def hold_to_name(term: Term) -> bool:
     return True
 
 
-def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender:
+def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender | None:
     """Fit base and candidate together, from the deviations that this hypothesis predicts.
 
     A step that leads astray, or to much less than the contest has promised, is not taken: the fit
@@ -124,7 +133,19 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
     reference : Settled, optional
         Against which the gain counts, where the stage is that of a base without deviations: then
         they stay at nothing until the candidate has had its fit.
+
+    Returns
+    -------
+    Contender or None
+        None where a fit with the candidate leads to numbers that no evidence can be made of.
     """
+    try:
+        return _refit(stage, result, reference)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _refit(stage: Field, result: Result, reference: Settled | None) -> Contender:
     settled = stage.settled
     candidate = stage.candidates[result.name]
     start, own = (0, result) if candidate.effect is None else best_start(stage, result)

@@ -182,8 +182,10 @@ def choose(
     leads, behind = counting(leads), counting(behind)
     leads += far_leads(leads, stage, results)
 
-    def follow(lead: Lead) -> Contender:
+    def follow(lead: Lead) -> Contender | None:
         contender = refit(lead.stage, lead.result, stage.settled)
+        if contender is None:
+            return None
         contender.size = fitted_size(stage, contender) if lead.size is None else lead.size
         contender.passes = contender.gain >= GAIN_LEAST and (
             not contender.candidate.named or stands(contender, paid["effect"])
@@ -195,14 +197,17 @@ def choose(
         contender.passes = contender.passes and counts(lead, contender.size)
         return contender
 
-    contenders = best_starts(in_parallel(follow, leads))
+    def followed(leads: list[Lead]) -> list[Contender]:
+        return [contender for contender in in_parallel(follow, leads) if contender is not None]
+
+    contenders = best_starts(followed(leads))
     fallen: set[str] = set()
     while behind and not any(c.passes for c in contenders):
         # Leads that do not stand after their refits must not hide the weaker ones behind them.
-        fallen |= {c.result.name for c in contenders}
+        fallen |= {lead.result.name for lead in leads}
         leads = strongest(behind)
         behind = without(behind, leads)
-        contenders = best_starts(contenders + in_parallel(follow, leads))
+        contenders = best_starts(contenders + followed(leads))
     fit = [c for c in contenders if c.passes]
     if kept:
         fit, idle = of_use(stage, fit)
@@ -567,6 +572,8 @@ def calmer_noise(
     named = [r for r in results if stage.candidates[r.name].named and r.gain > 0]
     for result in named[:REFITS_NAMED]:
         contender = refit(stage, result)
+        if contender is None:
+            continue
         assert contender.settled is not None
         base = contender.settled.base
         candidates, _ = make_candidates(base, effects, ratio, waves)

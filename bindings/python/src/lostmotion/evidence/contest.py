@@ -39,6 +39,14 @@ RANK = 1e-7
 VISIBLE = 1e-9
 """A column of which the base leaves less than this (of its square) is not visible."""
 
+DAMPED_MAX = 17
+"""Powers of ten of the diagonal that normal equations are damped by, one after the other. What the
+scatter leaves can be all rounding; beyond the precision's inverse the diagonal outweighs any."""
+
+REDUCED = 1e-12
+"""Share of a column's square below which what the deviations of the runs leave of it is rounding:
+some thousand times the precision of the sums that are taken from each other."""
+
 FLIPS = 4095
 """Random sign patterns; all of them where there are no more runs than `ALL_FLIPS_RUNS`."""
 
@@ -148,7 +156,7 @@ def factored(h: FloatArray) -> FloatArray:
         return np.asarray(np.linalg.cholesky(h))
     except np.linalg.LinAlgError:
         unit = np.abs(np.diag(h)) + 1.0
-    for power in range(-6, 7):
+    for power in range(-6, DAMPED_MAX):
         try:
             return np.asarray(np.linalg.cholesky(h + 10.0**power * np.diag(unit)))
         except np.linalg.LinAlgError:
@@ -291,9 +299,10 @@ class Contest:
         cross = total[n0:-1, :n0]
         left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
         raw = np.diag(total)[n0:-1]
-        # In units of what each column has before the base takes its part; of nothing, in one whose
-        # square is still a number.
-        unit = 1.0 / np.sqrt(np.maximum(raw, 1e-290))
+        # In units of what each column has before the base takes its part. Of what is all deviation
+        # of the runs, nothing but rounding is there.
+        seen = raw > REDUCED * np.diag(self.total)[index[n0:-1]]
+        unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, raw, 1.0)), 0.0)
         value, vector = np.linalg.eigh(left * np.outer(unit, unit))
         keep = value > max(VISIBLE, RANK * max(float(value[-1]), 0.0))
         return np.asarray(vector[:, keep] * unit[:, None])

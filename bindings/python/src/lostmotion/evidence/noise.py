@@ -25,6 +25,10 @@ PERSISTENCE_MAX = 0.95
 """Largest sum of the coefficients: noise that lasts longer is a drift, and counts as something that
 is missing from the model. It would also let the fit wander, because nothing slow would count."""
 
+NOISE_LEAST_ARCSEC = 1e-6
+"""Least noise: 5e-12 rad, which no encoder resolves. What is less is the rounding of a fit with as
+many values as samples, and its inverse square would leave the range of numbers."""
+
 COLUMNS_AT_ONCE = 16
 """Columns that are whitened together: with one run's rows they stay in the processor's cache."""
 
@@ -173,4 +177,4 @@ def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, column
         for r in runs:
             phi[r] = own
             sigma[r] = np.sqrt(variance * inflate)
-    return Noise(phi, np.maximum(sigma, 1e-12))
+    return Noise(phi, np.maximum(sigma, NOISE_LEAST_ARCSEC))

@@ -54,6 +54,7 @@ def groups(result: Comparison) -> list[list[int]]:
     sizes = [float(np.max(np.abs(run.torque_Nm))) for run in result.campaign.runs]
     swings = [float(np.ptp(run.torque_Nm)) for run in result.campaign.runs]
     loops = [i for i, swing in enumerate(swings) if swing >= LOOP_LEAST * max(sizes)]
+    loops = loops or list(range(len(sizes)))
     order = sorted(loops, key=lambda i: -sizes[i])
     found: list[list[int]] = []
     for i in order:
