@@ -4,13 +4,21 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "decimal.h"
 #include "lostmotion/design_keys.h"
 
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
 
+/* A number with every bit, before and after it what stands there. */
+static void write_exact(FILE *file, const char *before, double value, const char *after) {
+  char text[LM_DECIMAL_MAX];
+  fprintf(file, "%s%s%s", before, lm_write_decimal(text, value, LM_DECIMAL_EXACT), after);
+}
+
 static void write_number(FILE *file, const char *key, double value) {
-  fprintf(file, "%s = %.17g\n", key, value);
+  fprintf(file, "%s = ", key);
+  write_exact(file, "", value, "\n");
 }
 
 /* A row of design_key_list.h as a line of a drive file. */
@@ -106,7 +114,7 @@ static void write_choice(FILE *file, const lm_problem *problem, int combination,
   } else if (key == LM_KEY_DEFORMATION) {
     fprintf(file, "%s", lm_deformation_name((int)value));
   } else {
-    fprintf(file, "%.17g", value);
+    write_exact(file, "", value, "");
   }
 }
 
@@ -187,13 +195,13 @@ int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found desig
         write_choice(file, problem, f->combination, i);
       }
       for (i = 0; i < problem->range_count; i++) {
-        fprintf(file, ",%.17g", range_value(&problem->range[i], f->unit[i]));
+        write_exact(file, ",", range_value(&problem->range[i], f->unit[i]), "");
       }
       for (i = 0; i < LM_FIGURE_COUNT; i++) {
-        fprintf(file, ",%.17g", show_figure(i, lm_figure_of(&layout, result, i)));
+        write_exact(file, ",", show_figure(i, lm_figure_of(&layout, result, i)), "");
       }
       for (i = 0; i < LM_LIMIT_COUNT; i++) {
-        fprintf(file, ",%.17g", lm_margin_of(problem, &layout, result, i));
+        write_exact(file, ",", lm_margin_of(problem, &layout, result, i), "");
       }
       fprintf(file, "\n");
     }
@@ -245,7 +253,8 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
 /* A number of JSON: what is not finite has none. */
 static void write_json(FILE *file, const char *key, double value, const char *after) {
   if (isfinite(value)) {
-    fprintf(file, "\"%s\": %.17g%s", key, value, after);
+    fprintf(file, "\"%s\": ", key);
+    write_exact(file, "", value, after);
   } else {
     fprintf(file, "\"%s\": null%s", key, after);
   }

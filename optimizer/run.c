@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "decimal.h"
 #include "journal.h"
 #include "output.h"
 #include "pool.h"
@@ -95,6 +96,7 @@ lm_search *lm_run_search(lm_run *run) {
 
 static lm_status take(lm_run *run, const lm_answer *answer) {
   const lm_status status = lm_accept_answer(run->search, answer);
+  char text[LM_DECIMAL_MAX];
   lm_progress progress;
   lm_read_progress(run->search, &progress);
   /* One row a batch: within it the order of the answers is a matter of time. */
@@ -102,7 +104,7 @@ static lm_status take(lm_run *run, const lm_answer *answer) {
     run->written = progress.tasks_done;
     fprintf(run->history, "%d,%d,", progress.tasks_done, progress.evaluations);
     if (progress.has_best) {
-      fprintf(run->history, "%.17g", progress.best_value);
+      fputs(lm_write_decimal(text, progress.best_value, LM_DECIMAL_EXACT), run->history);
     }
     fprintf(run->history, ",%d\n", progress.front_size);
   }
@@ -357,13 +359,14 @@ static double round_up(double value) {
 /* Limits that a spec sets, or the others. */
 static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], int set_by_spec,
                         const char *begin) {
+  char text[LM_DECIMAL_MAX];
   int limits = 0;
   int i;
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     if (relax[i] > LM_RESERVE && lm_is_set_by_spec(i) == set_by_spec) {
       const size_t length = strlen(note);
-      snprintf(note + length, LM_NOTE_MAX - length, "%s %s by %.4g", limits > 0 ? "," : begin,
-               lm_limit_name(i), round_up(relax[i]));
+      snprintf(note + length, LM_NOTE_MAX - length, "%s %s by %s", limits > 0 ? "," : begin,
+               lm_limit_name(i), lm_write_decimal(text, round_up(relax[i]), 4));
       limits++;
     }
   }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "decimal.h"
 #include "lostmotion/design_keys.h"
 #include "lostmotion/tolerance.h"
 
@@ -53,7 +54,6 @@ static int find_name(const char *word, const char *(*name_of)(int)) {
 
 /* A number, or a name of a drive file that stands for one. */
 static int read_number(const char *word, double *value) {
-  char *end;
   int name = find_name(word, lm_generator_name);
   if (name < 0) {
     name = find_name(word, lm_deformation_name);
@@ -62,8 +62,7 @@ static int read_number(const char *word, double *value) {
     *value = name;
     return 1;
   }
-  *value = strtod(word, &end);
-  return end != word && *end == '\0';
+  return lm_read_decimal(word, value);
 }
 
 /* Cut a line into words; returns the next line or null. */
@@ -447,6 +446,9 @@ static lm_status read_statement(const statement *s, lm_problem *p, int line, lm_
 }
 
 lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *error) {
+  char found[LM_DECIMAL_MAX];
+  char low[LM_DECIMAL_MAX];
+  char high[LM_DECIMAL_MAX];
   statement s;
   lm_fault fault;
   lm_status status;
@@ -470,8 +472,9 @@ lm_status lm_read_spec(const char *text, lm_problem *problem, lm_spec_error *err
   status = lm_prepare_problem(problem, &fault);
   if (status != LM_OK) {
     error->line = 0;
-    snprintf(error->text, sizeof error->text, "%s: %s (found %g, expected %g to %g)", fault.input,
-             lm_status_sentence(status), fault.found, fault.low, fault.high);
+    snprintf(error->text, sizeof error->text, "%s: %s (found %s, expected %s to %s)", fault.input,
+             lm_status_sentence(status), lm_write_decimal(found, fault.found, 6),
+             lm_write_decimal(low, fault.low, 6), lm_write_decimal(high, fault.high, 6));
   }
   return status;
 }

@@ -367,7 +367,7 @@ def add_dask(parser: argparse.ArgumentParser) -> None:
 
 def add_effects(
     parser: argparse.ArgumentParser,
-    what: str = "your own effects: a Python file, or a shared object made from C, whose code is run",
+    what: str = "your own effects: a Python file or a shared object from C; its code is run",
 ) -> None:
     """Add the option for the user's own effects."""
     parser.add_argument(

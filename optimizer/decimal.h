@@ -1,0 +1,26 @@
+/* Numbers in files: a decimal point in every locale, which the program around us may have set. */
+#ifndef LOSTMOTION_OPTIMIZER_DECIMAL_H
+#define LOSTMOTION_OPTIMIZER_DECIMAL_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Longest text: sign, 17 digits, point and exponent, with room for the point of any locale. */
+#define LM_DECIMAL_MAX 48
+
+/* Digits that keep every bit of a double. */
+#define LM_DECIMAL_EXACT 17
+
+/* Write a value with so many significant digits, as printf's %g in the locale "C", and return the
+ * text. digits <= LM_DECIMAL_EXACT. */
+const char *lm_write_decimal(char text[LM_DECIMAL_MAX], double value, int digits);
+
+/* Read a word that is a number as a whole, as strtod in the locale "C". 1: it is one. */
+int lm_read_decimal(const char *word, double *value);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
