@@ -9,22 +9,28 @@
 #include "lostmotion/runtime.h"
 #endif
 
-#if LM_PARAMETERS_FORMAT != 2
+#if LM_PARAMETERS_FORMAT != 3
 #error "lostmotion: these parameters were written for another version: export again"
 #endif
+/* Time between two calls of lm_step_compensator: compare it with that of your loop, */
+/* #if JOINT_PARAMETERS_PERIOD_NS != 1000000000 / LOOP_HZ, say. */
+#define JOINT_PARAMETERS_PERIOD_NS 500000
+#define JOINT_PARAMETERS_PERIOD_S 0.0005f
 #if LM_PROFILE == LM_PROFILE_GAP || LM_CURVE_POINTS_MAX < 33 || \
     LM_PLAYS_MAX < 8 || \
     LM_EFFECTS_MAX < 0 || \
-    LM_EFFECT_MEMORY_MAX < 0
-#error "lostmotion: these parameters need no gap profile and at least LM_CURVE_POINTS_MAX 33, LM_PLAYS_MAX 8, LM_EFFECTS_MAX 0, LM_EFFECT_MEMORY_MAX 0"
+    LM_EFFECT_MEMORY_MAX < 0 || \
+    LM_ENVELOPE < 0
+#error "lostmotion: these parameters need no gap profile and at least LM_CURVE_POINTS_MAX 33, LM_PLAYS_MAX 8, LM_EFFECTS_MAX 0, LM_EFFECT_MEMORY_MAX 0, LM_ENVELOPE 0"
 #endif
 
 static const lm_parameters joint_parameters = {
     LM_PARAMETERS_LAYOUT,
-    0x705e4eaeu,
+    0xbef2c4c5u,
     60.0f,
     {0.0005f, 0.003f, 0.05f, 20.0f, 20000.0f, 125.0f},
-    {1.0f, 2.0f, 9.696274e-06f, 9.6962736e-05f},
+    {1.0f, 2.0f, 9.696274e-06f, 9.6962736e-05f, 1e-04f, 10.0f},
+    {0.0f, {0.0f, 0.0f}, {0.0f, 0.0f}, {0.0f, 0.0f}},
     {8, 0, 0.0f, 0.69807047f, 0.0f, 1.0f,
      {
          {0.6f, {1.0f, 1.0f}, 0.11815197f}

@@ -24,62 +24,121 @@
 /* Passing a bound by this, relatively, is rounding. */
 #define ROUNDING LM_REAL(1.00001)
 
-/* The argument above wants |a| <= A, |v| <= A / (2 response) and 8 response A of jerk, A being the
- * acceleration's bound. Bounds that were narrowed while the correction moves need not hold that:
- * with no jerk left the acceleration would stay, and the velocity grow, for ever. So A is at least
- * what the motion has now. In position it goes no further out than it stands. */
-static void leave_room_to_end(lm_compensator *c) {
+/* What a correction that moves by less a tick may be wrong by: 16 roundings of a float at the
+ * largest correction. */
+#define RESTING LM_REAL(1e-6)
+
+/* Swings in a row, and how far they go over the noise, before they count as ringing: five periods
+ * of at least +-4 noise, which noise alone reaches once in 16,000 samples. */
+#define RINGING_TURNS 10
+#define RINGING_NOISES LM_REAL(8)
+
+/* The watch; see lm_watch_output. */
+#define HARM_NOISES2 LM_REAL(9)
+#define SWING_NOISES2 LM_REAL(4)
+#define SWING_SHARE2 LM_REAL(0.0625)
+#define HELP_SHARE LM_REAL(0.5)
+
+/* The suppositions of the argument above for the motion at hand: with the response r, the position
+ * limit X and the acceleration limit A that the parameters state, V = min(velocity, A / (2 r)),
+ *
+ *     |v| <= 2 r (X - |x|) outwards,   |a| <= 8 r (V - |v|) likewise
+ *
+ * and, with the acceleration A' that is left now, |a| <= A', 2 r |v| <= A'. A motion that was made
+ * under the limits at hand fulfils them. One that was made under others ends under those: its
+ * response stays, and the acceleration is at least what it has now, A'' = max(|a|, 2 r |v|), with 8
+ * r A'' of jerk. Neither is more than the limits it was made under let it have. In position it may
+ * go out as far as those let it. */
+static int fits(const lm_compensator *c, lm_real acceleration_rad_s2) {
   const lm_limits *limits = &c->parameters->limits;
   lm_real twice_per_s = 2 * limits->response_per_s;
-  lm_real needed_rad_s2 =
-      greatest(absolute(c->acceleration_rad_s2), twice_per_s * absolute(c->velocity_rad_s));
-  c->standing &= ~LM_STATE_HEADROOM_SHORT;
-  if (is_greater(needed_rad_s2, ROUNDING * c->acceleration_max_rad_s2)) {
-    c->acceleration_max_rad_s2 = needed_rad_s2;
-    c->jerk_step_rad_s2 =
-        greatest(c->jerk_step_rad_s2, STAGE_RATIO * twice_per_s * limits->period_s * needed_rad_s2);
-    c->standing |= LM_STATE_HEADROOM_SHORT;
-  }
-  c->correction_end_rad = greatest(limits->correction_rad, absolute(c->correction_rad));
+  lm_real most_rad_s2 =
+      least(limits->acceleration_rad_s2, limits->jerk_rad_s3 / (STAGE_RATIO * twice_per_s));
+  lm_real most_rad_s = least(limits->velocity_rad_s, most_rad_s2 / twice_per_s);
+  lm_real speed_rad_s = absolute(c->velocity_rad_s);
+  lm_real out_rad = is_negative(c->velocity_rad_s) ? -c->correction_rad : c->correction_rad;
+  lm_real out_rad_s2 =
+      is_negative(c->velocity_rad_s) ? -c->acceleration_rad_s2 : c->acceleration_rad_s2;
+  lm_real needed_rad_s2 = greatest(absolute(c->acceleration_rad_s2), twice_per_s * speed_rad_s);
+  return absolute(c->correction_rad) <= ROUNDING * limits->correction_rad &&
+         needed_rad_s2 <= ROUNDING * acceleration_rad_s2 &&
+         speed_rad_s <= twice_per_s * (ROUNDING * limits->correction_rad - out_rad) &&
+         out_rad_s2 <= STAGE_RATIO * twice_per_s * (ROUNDING * most_rad_s - speed_rad_s);
 }
 
-/* min(limit, headroom); zero for a headroom that is negative or NaN. */
-static lm_real narrow(lm_real limit, lm_real headroom) {
-  return clamp(headroom, 0, limit);
+static void set_rates(lm_compensator *c, lm_real response_per_s) {
+  lm_real tick = response_per_s * c->parameters->limits.period_s;
+  c->lead_ticks = 1 / tick;
+  c->velocity_per_s = response_per_s;
+  c->acceleration_per_s = STAGE_RATIO * response_per_s;
+  c->jerk_share = least(STAGE_RATIO * STAGE_RATIO * tick, 1);
+}
+
+/* The bounds in force, from the parameters' limits, the headroom and the motion at hand. */
+static void set_bounds(lm_compensator *c) {
+  const lm_limits *limits = &c->parameters->limits;
+  lm_real jerk_rad_s3 = least(limits->jerk_rad_s3, c->room.jerk_rad_s3);
+  lm_real acceleration_rad_s2 = least(limits->acceleration_rad_s2, c->room.acceleration_rad_s2);
+  lm_real velocity_rad_s = least(limits->velocity_rad_s, c->room.velocity_rad_s);
+  lm_real response_per_s = limits->response_per_s;
+  c->correction_max_rad = least(limits->correction_rad, c->room.correction_rad);
+  c->standing &= ~LM_STATE_HEADROOM_SHORT;
+  if (fits(c, least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s)))) {
+    set_rates(c, response_per_s);
+    c->correction_end_rad = limits->correction_rad;
+  } else {
+    c->standing |= LM_STATE_HEADROOM_SHORT;
+    response_per_s = c->velocity_per_s;
+    c->correction_end_rad = greatest(c->correction_end_rad, limits->correction_rad);
+  }
+  acceleration_rad_s2 =
+      least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
+  velocity_rad_s = least(velocity_rad_s, acceleration_rad_s2 / (2 * response_per_s));
+  if (c->standing & LM_STATE_HEADROOM_SHORT) {
+    acceleration_rad_s2 =
+        greatest(acceleration_rad_s2, greatest(absolute(c->acceleration_rad_s2),
+                                               2 * response_per_s * absolute(c->velocity_rad_s)));
+    jerk_rad_s3 = greatest(jerk_rad_s3, 2 * STAGE_RATIO * response_per_s * acceleration_rad_s2);
+  }
+  c->velocity_max_rad_s = velocity_rad_s;
+  c->acceleration_max_rad_s2 = acceleration_rad_s2;
+  c->jerk_step_rad_s2 = jerk_rad_s3 * limits->period_s;
+}
+
+static int is_started(const lm_compensator *compensator) {
+  return compensator && compensator->parameters;
 }
 
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
-  const lm_limits *limits = &compensator->parameters->limits;
-  lm_real jerk_rad_s3 = limits->jerk_rad_s3;
-  lm_real response_per_s = limits->response_per_s;
-  compensator->correction_max_rad = limits->correction_rad;
-  compensator->velocity_max_rad_s = limits->velocity_rad_s;
-  compensator->acceleration_max_rad_s2 = limits->acceleration_rad_s2;
-  if (headroom) {
-    jerk_rad_s3 = narrow(jerk_rad_s3, headroom->jerk_rad_s3);
-    compensator->correction_max_rad =
-        narrow(compensator->correction_max_rad, headroom->correction_rad);
-    compensator->velocity_max_rad_s =
-        narrow(compensator->velocity_max_rad_s, headroom->velocity_rad_s);
-    compensator->acceleration_max_rad_s2 =
-        narrow(compensator->acceleration_max_rad_s2, headroom->acceleration_rad_s2);
+  static const lm_headroom all = {LARGEST, LARGEST, LARGEST, LARGEST};
+  if (is_started(compensator)) {
+    lm_headroom room = headroom ? *headroom : all;
+    compensator->room.correction_rad = clamp(room.correction_rad, 0, LARGEST);
+    compensator->room.velocity_rad_s = clamp(room.velocity_rad_s, 0, LARGEST);
+    compensator->room.acceleration_rad_s2 = clamp(room.acceleration_rad_s2, 0, LARGEST);
+    compensator->room.jerk_rad_s3 = clamp(room.jerk_rad_s3, 0, LARGEST);
+    set_bounds(compensator);
   }
-  compensator->jerk_step_rad_s2 = jerk_rad_s3 * limits->period_s;
-  compensator->acceleration_max_rad_s2 =
-      least(compensator->acceleration_max_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
-  compensator->velocity_max_rad_s = least(
-      compensator->velocity_max_rad_s, compensator->acceleration_max_rad_s2 / (2 * response_per_s));
-  leave_room_to_end(compensator);
 }
 
+/* Begins to listen for ringing anew. */
+static void listen(lm_compensator *compensator) {
+  compensator->turns = 0;
+  compensator->turn_rad = compensator->correction_rad;
+  compensator->turn_tick = compensator->tick;
+  compensator->standing &= ~LM_STATE_RINGING;
+}
+
+/* What parameters determine of an instance. */
 static void prepare(lm_compensator *compensator) {
-  const lm_limits *limits = &compensator->parameters->limits;
-  lm_real response_per_s = limits->response_per_s;
-  lm_real tick = response_per_s * limits->period_s;
-  compensator->lead_ticks = 1 / tick;
-  compensator->velocity_per_s = response_per_s;
-  compensator->acceleration_per_s = STAGE_RATIO * response_per_s;
-  compensator->jerk_share = least(STAGE_RATIO * STAGE_RATIO * tick, 1);
+  const lm_parameters *parameters = compensator->parameters;
+  const lm_limits *limits = &parameters->limits;
+  lm_real valid_Nm = parameters->valid.torque_Nm;
+  compensator->usual_Nm =
+      valid_Nm > 0 ? least(valid_Nm, parameters->torque_limit_Nm) : parameters->torque_limit_Nm;
+  compensator->settled_rad_s = limits->response_per_s * greatest(parameters->watch.noise_rad,
+                                                                 RESTING * limits->correction_rad);
+  listen(compensator);
   lm_set_headroom(compensator, 0);
 }
 
@@ -102,7 +161,14 @@ static void rest(lm_compensator *compensator) {
   compensator->mean_residual_rad = 0;
   compensator->power_measured_rad2 = 0;
   compensator->power_residual_rad2 = 0;
+  compensator->power_model_rad2 = 0;
+  compensator->level_rad2 = 0;
+  compensator->watched_rad = 0;
+  compensator->doubt_s = 0;
   compensator->watching = 0;
+  compensator->zero_shared = 0;
+  compensator->tick = 0;
+  compensator->slow_rad = 0;
   compensator->mode = LM_MODE_RUN;
   compensator->standing = 0;
 }
@@ -114,11 +180,13 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   status = lm_check_parameters(parameters, fault);
+  compensator->parameters = status == LM_OK ? parameters : 0;
+  rest(compensator);
   if (status != LM_OK) {
     return status;
   }
-  compensator->parameters = parameters;
-  rest(compensator);
+  set_rates(compensator, parameters->limits.response_per_s);
+  compensator->correction_end_rad = parameters->limits.correction_rad;
   lm_start_model(&compensator->memory, torque_Nm);
 #if LM_ENVELOPE
   {
@@ -145,57 +213,76 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
   return wish > 0 ? most : -most;
 }
 
-static uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
+/* A swing ends: the correction has just turned round. Noise makes small turns on the way; what
+ * counts is how far it is from the last turn that counted, and that it came back. */
+NOINLINE static void count_swing(lm_compensator *c) {
+  const lm_parameters *parameters = c->parameters;
+  lm_real swing_rad = c->correction_rad - c->turn_rad;
+  uint32_t ticks = c->tick - c->turn_tick;
+  int32_t back;
+  if (is_within(swing_rad, RINGING_NOISES * parameters->watch.noise_rad)) {
+    return;
+  }
+  back = is_negative(swing_rad) ? c->turns > 0 : c->turns <= 0;
+  if (back && 2 * parameters->watch.ringing_Hz * LM_REAL(ticks) * parameters->limits.period_s < 1) {
+    c->turns = c->turns > 0 ? -c->turns - 1 : 1 - c->turns;
+  } else {
+    c->turns = is_negative(swing_rad) ? -1 : 1;
+  }
+  if (!is_within(LM_REAL(c->turns), LM_REAL(RINGING_TURNS) - LM_REAL(0.5)) &&
+      parameters->watch.ringing_Hz > 0 && !(c->standing & LM_STATE_RINGING)) {
+    c->standing |= LM_STATE_RINGING;
+    c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
+  }
+  c->turn_rad = c->correction_rad;
+  c->turn_tick = c->tick;
+}
+
+/* The mean of the target over the watch's window. */
+NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
+  lm_real period_s = c->parameters->limits.period_s;
+  c->slow_rad +=
+      (target_rad - c->slow_rad) * (period_s / (period_s + c->parameters->watch.window_s));
+  return c->slow_rad;
+}
+
+static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
   lm_real period_s = c->parameters->limits.period_s;
   /* Aiming ahead by what the target moves in 1 / response makes up for the first stage's lag. */
   lm_real aim_rad = hold(target_rad + (target_rad - c->target_rad) * c->lead_ticks,
                          c->correction_max_rad, LM_STATE_POSITION_LIMITED, &status);
-  lm_real velocity = hold((aim_rad - c->correction_rad) * c->velocity_per_s, c->velocity_max_rad_s,
-                          LM_STATE_VELOCITY_LIMITED, &status);
-  lm_real acceleration = hold((velocity - c->velocity_rad_s) * c->acceleration_per_s,
+  lm_real before_rad_s = c->velocity_rad_s;
+  lm_real wish_rad_s = (aim_rad - c->correction_rad) * c->velocity_per_s;
+  lm_real velocity = hold(wish_rad_s, c->velocity_max_rad_s, LM_STATE_VELOCITY_LIMITED, &status);
+  lm_real acceleration = hold((velocity - before_rad_s) * c->acceleration_per_s,
                               c->acceleration_max_rad_s2, LM_STATE_ACCELERATION_LIMITED, &status);
   lm_real change = hold((acceleration - c->acceleration_rad_s2) * c->jerk_share,
                         c->jerk_step_rad_s2, LM_STATE_JERK_LIMITED, &status);
+  if (is_within(wish_rad_s, c->settled_rad_s) && is_within(before_rad_s, c->settled_rad_s)) {
+    status |= LM_STATE_SETTLED;
+  }
   c->target_rad = target_rad;
   c->acceleration_rad_s2 += change;
-  c->velocity_rad_s += c->acceleration_rad_s2 * period_s;
+  c->velocity_rad_s = before_rad_s + c->acceleration_rad_s2 * period_s;
   c->correction_rad = hold(c->correction_rad + c->velocity_rad_s * period_s, c->correction_end_rad,
                            LM_STATE_POSITION_LIMITED, &status);
+  c->tick += 1;
+  if (is_negative(before_rad_s) != is_negative(c->velocity_rad_s)) {
+    count_swing(c);
+  }
   return status;
 }
-
-#if LM_EFFECTS_MAX > 0
-/* The same judgement as the model's, which replaces what fails. */
-static int means_something(const lm_conditions *at) {
-  return is_within(at->input_angle_rad, LM_ANGLE_MAX_RAD) &&
-         is_within(at->output_angle_rad, LM_ANGLE_MAX_RAD) &&
-         is_within(at->input_velocity_rad_s, CONDITION_MAX) &&
-         is_within(at->output_acceleration_rad_s2, CONDITION_MAX) &&
-         is_within(at->temperature_C, CONDITION_MAX) && is_within(at->cycles, CONDITION_MAX) &&
-         is_within(at->tilt_moment_Nm, CONDITION_MAX) &&
-         is_within(at->axial_force_N, CONDITION_MAX) && is_finite(at->elapsed_s);
-}
-
-/* The period counts where no time is told. Apart, so that the copy's frame costs nothing where no
- * effect is at work. */
-NOINLINE static lm_real step_one_period(const lm_parameters *parameters, lm_memory *memory,
-                                        const lm_conditions *given) {
-  lm_conditions at = *given;
-  at.elapsed_s = parameters->limits.period_s;
-  return lm_step_model(parameters, memory, &at);
-}
-#endif
 
 /* The model's step to an input that is judged already. Taken in without a call where speed counts;
  * where size does (-Os), and for effects, the one copy in model.c. */
 static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
-                                 const lm_conditions *at, lm_real input) {
+                                 const lm_conditions *at, lm_real input, uint32_t *status) {
 #if LM_EFFECTS_MAX > 0
   if (parameters->effect_count > 0) {
-    return at->elapsed_s > 0 ? lm_step_model(parameters, memory, at)
-                             : step_one_period(parameters, memory, at);
+    return lm_step_effects(parameters, memory, at, input, parameters->limits.period_s, status);
   }
 #endif
+  (void)status;
 #if defined(__OPTIMIZE_SIZE__)
   (void)input;
   return lm_step_model(parameters, memory, at);
@@ -205,24 +292,48 @@ static inline lm_real step_model(const lm_parameters *parameters, lm_memory *mem
 #endif
 }
 
+/* An input beyond the range that was fitted, the limit, or sense. */
+NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real input, uint32_t *status) {
+  lm_real valid_Nm = c->parameters->valid.torque_Nm;
+  input = judge_input(input, c->memory.plays.torque_Nm, c->parameters->torque_limit_Nm, status);
+  if (valid_Nm > 0 && !is_within(input, valid_Nm)) {
+    *status |= LM_STATE_EXTRAPOLATED;
+  }
+  return input;
+}
+
+static lm_correction correct_nothing(void) {
+  static const lm_correction nothing = {0, 0, 0, 0, LM_STATE_NOT_STARTED};
+  return nothing;
+}
+
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at) {
+  static const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
   lm_correction result;
-  const lm_parameters *parameters = compensator->parameters;
-  lm_play_memory *plays = &compensator->memory.plays;
-  lm_real input = model_input(at);
-  lm_real target_rad = compensator->target_rad;
+  const lm_parameters *parameters;
+  lm_play_memory *plays;
+  lm_real input;
+  lm_real target_rad;
   lm_real angle_rad;
-  uint32_t status = compensator->standing;
-  if (!is_within(input, parameters->torque_limit_Nm)) {
-    status |= is_finite(input) ? LM_STATE_TORQUE_CLIPPED : LM_STATE_INPUT_REFUSED;
-    input = believe(input, plays->torque_Nm, parameters->torque_limit_Nm);
+  uint32_t status;
+  if (!is_started(compensator)) {
+    return correct_nothing();
   }
-#if LM_EFFECTS_MAX > 0
-  if (parameters->effect_count > 0) {
-    status |= means_something(at) ? 0u : LM_STATE_INPUT_REFUSED;
+  if (!at) {
+    at = &unknown;
   }
-#endif
-  angle_rad = step_model(parameters, &compensator->memory, at, input);
+  parameters = compensator->parameters;
+  plays = &compensator->memory.plays;
+  input = model_input(at);
+  status = compensator->standing;
+  if (!is_within(input, compensator->usual_Nm)) {
+    input = judge_unusual(compensator, input, &status);
+  }
+  if (at->elapsed_s > 0 && !is_within(at->elapsed_s - parameters->limits.period_s,
+                                      LM_REAL(0.5) * parameters->limits.period_s)) {
+    status |= LM_STATE_PERIOD_WRONG;
+  }
+  angle_rad = step_model(parameters, &compensator->memory, at, input, &status);
   if (status & LM_STATE_MEMORY_UNKNOWN) {
     if (is_greater(compensator->lowest_Nm, plays->torque_Nm)) {
       compensator->lowest_Nm = plays->torque_Nm;
@@ -238,10 +349,16 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   }
   if (compensator->mode == LM_MODE_RUN) {
     target_rad = -compensator->gain * compensator->lost_motion_rad;
+    if (status & LM_STATE_RINGING) {
+      target_rad = follow_slowly(compensator, target_rad);
+    }
   } else if (compensator->mode == LM_MODE_HOLD) {
-    /* stays */
+    target_rad = compensator->target_rad;
   } else {
     target_rad = 0;
+  }
+  if (status & LM_STATE_HEADROOM_SHORT) {
+    set_bounds(compensator);
   }
   status = follow_target(compensator, target_rad, status);
   result.correction_rad = compensator->correction_rad;
@@ -252,7 +369,34 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   return result;
 }
 
+lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_conditions *at) {
+  lm_correction result = lm_step_compensator(compensator, at);
+  if (is_started(compensator)) {
+    result.status &=
+        ~(LM_STATE_POSITION_LIMITED | LM_STATE_VELOCITY_LIMITED | LM_STATE_ACCELERATION_LIMITED |
+          LM_STATE_JERK_LIMITED | LM_STATE_HEADROOM_SHORT | LM_STATE_RINGING);
+    compensator->correction_rad = hold(compensator->target_rad, compensator->correction_max_rad,
+                                       LM_STATE_POSITION_LIMITED, &result.status);
+    compensator->velocity_rad_s = 0;
+    compensator->acceleration_rad_s2 = 0;
+    compensator->slow_rad = compensator->target_rad;
+    listen(compensator);
+    set_bounds(compensator);
+    result.correction_rad = compensator->correction_rad;
+    result.velocity_rad_s = 0;
+    result.acceleration_rad_s2 = 0;
+    result.status |= LM_STATE_SETTLED | compensator->standing;
+  }
+  return result;
+}
+
 void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
+  if (!is_started(compensator)) {
+    return;
+  }
+  if (mode != compensator->mode) {
+    listen(compensator);
+  }
   compensator->mode = mode;
   compensator->standing &= ~(LM_STATE_HOLDING | LM_STATE_RESETTING);
   if (mode == LM_MODE_HOLD) {
@@ -265,7 +409,9 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
 }
 
 void lm_declare_memory_known(lm_compensator *compensator) {
-  compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
+  if (is_started(compensator)) {
+    compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
+  }
 }
 
 /* How much further than the model's own torque the plays inside may let the backbone be wound, as
@@ -300,7 +446,7 @@ static int is_unknown(const lm_compensator *compensator, int32_t i, lm_real *low
   return is_greater(*high_Nm, *low_Nm);
 }
 
-lm_real lm_bound_uncertainty(lm_compensator *compensator) {
+static lm_real bound(lm_compensator *compensator) {
   const lm_play_bank *bank = &compensator->parameters->plays;
   const lm_play_memory *plays = &compensator->memory.plays;
   const lm_real at_Nm = lm_find_envelope(bank, plays->torque_Nm);
@@ -311,9 +457,6 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
   lm_real down_rad = 0;
   int32_t unknown = 0;
   int32_t i;
-  if (!(compensator->standing & LM_STATE_MEMORY_UNKNOWN)) {
-    return 0;
-  }
   for (i = bank->outside_count; i < bank->count; ++i) {
     wound_Nm += bank->slot[i].weight * (plays->z_Nm[i] - at_Nm);
   }
@@ -342,6 +485,13 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator) {
   return greatest(up_rad, down_rad);
 }
 
+lm_real lm_bound_uncertainty(lm_compensator *compensator) {
+  if (!is_started(compensator) || !(compensator->standing & LM_STATE_MEMORY_UNKNOWN)) {
+    return 0;
+  }
+  return bound(compensator);
+}
+
 /* True where some play has another band than before: then it stands where the old band left it, and
  * the load that swept the old one has not swept this. */
 static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before) {
@@ -358,13 +508,19 @@ static int has_other_bands(const lm_play_bank *bank, const lm_play_bank *before)
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault) {
   lm_status status;
+  lm_real period_s;
   int other_bands;
-  if (!compensator) {
+  if (!is_started(compensator)) {
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   status = lm_check_parameters(parameters, fault);
   if (status != LM_OK) {
     return status;
+  }
+  period_s = compensator->parameters->limits.period_s;
+  if (parameters->limits.period_s != period_s) {
+    return lm_refuse(fault, LM_INCONSISTENT, "period_s", parameters->limits.period_s, period_s,
+                     period_s);
   }
   other_bands = has_other_bands(&parameters->plays, &compensator->parameters->plays);
   compensator->parameters = parameters;
@@ -382,7 +538,7 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
   lm_real limit_rad;
   lm_status status;
   int32_t i;
-  if (!compensator) {
+  if (!is_started(compensator)) {
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   plays = &compensator->memory.plays;
@@ -409,39 +565,77 @@ static void average(lm_real *mean, lm_real value, lm_real share) {
   *mean += share * (value - *mean);
 }
 
+/* Powers of the measured lost motion, of what the model leaves of it, and of the model. */
+static void weigh(lm_compensator *c, lm_real measured_rad, lm_real share) {
+  lm_real residual_rad = measured_rad - c->lost_motion_rad;
+  lm_real measured = measured_rad;
+  lm_real residual = residual_rad;
+  lm_real model;
+  if (!c->zero_shared) {
+    if (!c->watching) {
+      c->mean_measured_rad = measured_rad;
+      c->mean_residual_rad = residual_rad;
+    }
+    average(&c->mean_measured_rad, measured_rad, share);
+    average(&c->mean_residual_rad, residual_rad, share);
+    measured -= c->mean_measured_rad;
+    residual -= c->mean_residual_rad;
+  }
+  c->watching = 1;
+  model = measured - residual;
+  average(&c->power_measured_rad2, measured * measured, share);
+  average(&c->power_residual_rad2, residual * residual, share);
+  average(&c->power_model_rad2, model * model, share);
+  average(&c->level_rad2, c->lost_motion_rad * c->lost_motion_rad, share);
+}
+
+/* How long the correction has done harm; no longer than the gain needs to begin to fall. */
+static void doubt(lm_compensator *c, lm_real elapsed_s) {
+  const lm_watch *watch = &c->parameters->watch;
+  lm_real noise_rad2 = watch->noise_rad * watch->noise_rad;
+  if (!(c->power_model_rad2 > SWING_NOISES2 * noise_rad2 &&
+        c->power_model_rad2 >= SWING_SHARE2 * c->level_rad2)) {
+    return;
+  }
+  if (c->power_residual_rad2 > c->power_measured_rad2 + HARM_NOISES2 * noise_rad2) {
+    c->doubt_s = least(c->doubt_s + elapsed_s, watch->window_s);
+  } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
+    c->doubt_s = greatest(c->doubt_s - elapsed_s, 0);
+  }
+}
+
+/* Where the gain goes: down at full doubt, up without any. A standing axis creeps. */
+static void fade(lm_compensator *c, lm_real elapsed_s) {
+  const lm_watch *watch = &c->parameters->watch;
+  lm_real model_rad = absolute(c->lost_motion_rad);
+  lm_real moved_rad = absolute(c->lost_motion_rad - c->watched_rad);
+  lm_real most = elapsed_s / watch->fade_s;
+  if (watch->creep_rad_s > 0 && most * model_rad > watch->creep_rad_s * elapsed_s + moved_rad) {
+    most = (watch->creep_rad_s * elapsed_s + moved_rad) / model_rad;
+  }
+  c->watched_rad = c->lost_motion_rad;
+  if (c->doubt_s >= watch->window_s) {
+    c->gain = clamp(c->gain - most, 0, 1);
+  } else if (!(c->doubt_s > 0)) {
+    c->gain = clamp(c->gain + most, 0, 1);
+  }
+}
+
 void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_real elapsed_s) {
-  const lm_watch *watch = &compensator->parameters->watch;
-  lm_real residual_rad = lost_motion_rad - compensator->lost_motion_rad;
-  lm_real share;
-  lm_real fade;
-  lm_real measured;
-  lm_real residual;
+  const lm_watch *watch;
+  if (!is_started(compensator)) {
+    return;
+  }
   if (!(absolute(lost_motion_rad) <= LOST_MOTION_MAX_RAD) || !(elapsed_s > 0) ||
       !is_finite(elapsed_s)) {
     compensator->standing |= LM_STATE_WATCH_REFUSED;
     return;
   }
+  watch = &compensator->parameters->watch;
   compensator->standing &= ~(LM_STATE_WATCH_REFUSED | LM_STATE_MISFIT | LM_STATE_FADED);
-  if (!compensator->watching) {
-    compensator->watching = 1;
-    compensator->mean_measured_rad = lost_motion_rad;
-    compensator->mean_residual_rad = residual_rad;
-  }
-  share = elapsed_s / (elapsed_s + watch->window_s);
-  average(&compensator->mean_measured_rad, lost_motion_rad, share);
-  average(&compensator->mean_residual_rad, residual_rad, share);
-  measured = lost_motion_rad - compensator->mean_measured_rad;
-  residual = residual_rad - compensator->mean_residual_rad;
-  average(&compensator->power_measured_rad2, measured * measured, share);
-  average(&compensator->power_residual_rad2, residual * residual, share);
-  fade = elapsed_s / watch->fade_s;
-  /* The measurement's own noise is in both powers: at rest, where there is nothing else, rounding
-   * would decide between them. */
-  if (compensator->power_residual_rad2 >
-      compensator->power_measured_rad2 + watch->noise_rad * watch->noise_rad) {
-    fade = -fade;
-  }
-  compensator->gain = clamp(compensator->gain + fade, 0, 1);
+  weigh(compensator, lost_motion_rad, elapsed_s / (elapsed_s + watch->window_s));
+  doubt(compensator, elapsed_s);
+  fade(compensator, elapsed_s);
   if (compensator->gain < 1) {
     compensator->standing |= LM_STATE_FADED;
   }
@@ -450,11 +644,29 @@ void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_re
   }
 }
 
+void lm_declare_shared_zero(lm_compensator *compensator) {
+  if (is_started(compensator)) {
+    compensator->zero_shared = 1;
+    compensator->power_measured_rad2 = 0;
+    compensator->power_residual_rad2 = 0;
+    compensator->power_model_rad2 = 0;
+    compensator->level_rad2 = 0;
+  }
+}
+
 /* Fields without a hole between them, so that the CRC sees nothing but what is written. */
 typedef char saved_has_no_holes
     [sizeof(lm_saved) == 4 * sizeof(uint32_t) + sizeof(lm_memory) + 2 * sizeof(lm_real) ? 1 : -1];
 
 void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved) {
+  if (!saved) {
+    return;
+  }
+  if (!is_started(compensator)) {
+    saved->format = 0; /* none */
+    saved->crc = 0;
+    return;
+  }
   saved->format = SAVED_FORMAT;
   saved->fingerprint = compensator->parameters->fingerprint;
   saved->memory = compensator->memory;
@@ -473,7 +685,7 @@ static int can_be_swept(lm_real lowest_Nm, lm_real torque_Nm, lm_real highest_Nm
 
 lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
                                  lm_fault *fault) {
-  if (!compensator || !saved) {
+  if (!is_started(compensator) || !saved) {
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   if (saved->crc != lm_find_crc(0, saved, offsetof(lm_saved, crc))) {

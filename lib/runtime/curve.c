@@ -7,11 +7,14 @@ static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad,
                              lm_fault *fault) {
   int32_t i;
   for (i = 0; i < count; ++i) {
-    if (!is_finite(torque_Nm[i])) {
-      return lm_refuse(fault, LM_NOT_FINITE, "torque_Nm", torque_Nm[i], 0, 0);
+    lm_status status = lm_check_range(fault, "torque_Nm", torque_Nm[i], -LM_CURVE_TORQUE_MAX_NM,
+                                      LM_CURVE_TORQUE_MAX_NM);
+    if (status == LM_OK) {
+      status = lm_check_range(fault, "angle_rad", angle_rad[i], -LM_CURVE_ANGLE_MAX_RAD,
+                              LM_CURVE_ANGLE_MAX_RAD);
     }
-    if (!is_finite(angle_rad[i])) {
-      return lm_refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
+    if (status != LM_OK) {
+      return status;
     }
   }
   for (i = 1; i < count; ++i) {
@@ -21,9 +24,11 @@ static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad,
     if (!(angle_rad[i] >= angle_rad[i - 1])) {
       return lm_refuse(fault, LM_NOT_MONOTONE, "angle_rad", angle_rad[i], angle_rad[i - 1], 0);
     }
-    /* Two knots of finite but extreme height can lie further apart than the number type reaches. */
-    if (!is_finite((angle_rad[i] - angle_rad[i - 1]) / (torque_Nm[i] - torque_Nm[i - 1]))) {
-      return lm_refuse(fault, LM_NOT_FINITE, "angle_rad", angle_rad[i], 0, 0);
+    if (!((angle_rad[i] - angle_rad[i - 1]) <=
+          LM_CURVE_SLOPE_MAX * (torque_Nm[i] - torque_Nm[i - 1]))) {
+      return lm_refuse(fault, LM_OUT_OF_RANGE, "slope_rad_per_Nm",
+                       (angle_rad[i] - angle_rad[i - 1]) / (torque_Nm[i] - torque_Nm[i - 1]), 0,
+                       LM_CURVE_SLOPE_MAX);
     }
   }
   return LM_OK;

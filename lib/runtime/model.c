@@ -22,6 +22,20 @@ void lm_start_model(lm_memory *memory, lm_real torque_Nm) {
   lm_center_plays(&memory->plays, is_finite(torque_Nm) ? torque_Nm : 0);
 }
 
+#if LM_EFFECTS_MAX > 0
+/* Effects that widen the bands. Without them every play stays within its own, as advance_plays
+ * wants it. */
+static int has_widths(const lm_parameters *parameters) {
+  int32_t i;
+  for (i = 0; i < parameters->effect_count; ++i) {
+    if (parameters->effect[i].effect->kind == LM_EFFECT_WIDTH) {
+      return 1;
+    }
+  }
+  return 0;
+}
+#endif
+
 void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
   lm_real torque_Nm = believe(memory->plays.torque_Nm, 0, parameters->torque_limit_Nm);
 #if LM_EFFECT_MEMORY_MAX > 0
@@ -34,7 +48,7 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 #if LM_EFFECTS_MAX > 0
   /* Effects may have widened the bands; by how much just now is not known, by how much at most is.
    */
-  if (parameters->effect_count > 0) {
+  if (has_widths(parameters)) {
     memory->width_scale = clamp(memory->width_scale, 1, LM_WIDTH_SCALE_MAX);
     (void)lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm,
                                   memory->width_scale);
@@ -46,28 +60,45 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 }
 
 #if LM_EFFECTS_MAX > 0
-static void keep_known(lm_conditions *at) {
-  at->input_angle_rad = known_angle(at->input_angle_rad);
-  at->output_angle_rad = known_angle(at->output_angle_rad);
-  at->input_velocity_rad_s = known(at->input_velocity_rad_s, 0);
-  at->output_acceleration_rad_s2 = known(at->output_acceleration_rad_s2, 0);
-  at->temperature_C = known(at->temperature_C, LM_REFERENCE_TEMPERATURE_C);
-  at->cycles = known(at->cycles, 0);
-  at->tilt_moment_Nm = known(at->tilt_moment_Nm, 0);
-  at->axial_force_N = known(at->axial_force_N, 0);
-  at->elapsed_s = clamp(at->elapsed_s, 0, ELAPSED_MAX);
+/* What few effects need, apart from the way of the others. */
+NOINLINE static void read_rare(lm_conditions *at, const lm_parameters *parameters,
+                               const lm_conditions *given, uint32_t needs, uint32_t *status) {
+  if (needs & LM_NEEDS_INPUT_ANGLE) {
+    at->input_angle_rad = judge(given->input_angle_rad, LM_ANGLE_MAX_RAD, 0, status);
+  }
+  if (needs & LM_NEEDS_OUTPUT_ANGLE) {
+    at->output_angle_rad = judge(given->output_angle_rad, LM_ANGLE_MAX_RAD, 0, status);
+  }
+  if (needs & LM_NEEDS_INPUT_VELOCITY) {
+    at->input_velocity_rad_s =
+        judge_range(given->input_velocity_rad_s, parameters->valid.input_velocity_rad_s, 0, status);
+  }
+  if (needs & LM_NEEDS_OUTPUT_ACCELERATION) {
+    at->output_acceleration_rad_s2 =
+        judge(given->output_acceleration_rad_s2, CONDITION_MAX, 0, status);
+  }
+  if (needs & LM_NEEDS_CYCLES) {
+    at->cycles = judge_range(given->cycles, parameters->valid.cycles, 0, status);
+  }
+  if (needs & LM_NEEDS_TILT_MOMENT) {
+    at->tilt_moment_Nm = judge(given->tilt_moment_Nm, CONDITION_MAX, 0, status);
+  }
+  if (needs & LM_NEEDS_AXIAL_FORCE) {
+    at->axial_force_N = judge(given->axial_force_N, CONDITION_MAX, 0, status);
+  }
 }
 
-/* Apart from the plain model, so that its frame costs nothing where no effect is at work. Effects
- * come in the order torque, width, angle, and take their memory one after the other. */
-NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_memory *memory,
-                                          const lm_conditions *given, lm_real measured_Nm) {
+/* Effects come in the order torque, width, angle, and take their memory one after the other. */
+lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
+                        const lm_conditions *given, lm_real input, lm_real untimed_s,
+                        uint32_t *status) {
+  static const lm_conditions nothing = NOTHING_KNOWN;
   const lm_effect_use *use = parameters->effect;
   const lm_effect_use *end = use + parameters->effect_count;
-  lm_conditions at = *given;
+  uint32_t needs = needs_of(parameters);
+  lm_conditions at = nothing;
   lm_real *own;
-  lm_real torque_Nm = measured_Nm;
-  lm_real width_scale = 1;
+  lm_real torque_Nm = input;
   lm_real angle_rad;
   lm_play_sum sum;
 #if LM_EFFECT_MEMORY_MAX > 0
@@ -75,29 +106,41 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
 #else
   own = 0;
 #endif
-  keep_known(&at);
+  if (needs & LM_NEEDS_TEMPERATURE) {
+    at.temperature_C = judge_range(given->temperature_C, parameters->valid.temperature_C,
+                                   LM_REFERENCE_TEMPERATURE_C, status);
+  }
+  if (needs & ~(LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)) {
+    read_rare(&at, parameters, given, needs, status);
+  }
+  at.elapsed_s = given->elapsed_s > 0 ? least(given->elapsed_s, ELAPSED_MAX) : untimed_s;
   at.torque_Nm = torque_Nm;
   at.wound_Nm = torque_Nm;
-  at.elastic_rad = 0;
-  for (; use < end && use->effect->kind == LM_EFFECT_TORQUE; ++use) {
-    torque_Nm += use->effect->run(use->value, own, &at);
-    own += use->effect->memory_count;
+  if (use->effect->kind == LM_EFFECT_TORQUE) {
+    for (; use < end && use->effect->kind == LM_EFFECT_TORQUE; ++use) {
+      torque_Nm += use->effect->run(use->value, own, &at);
+      own += use->effect->memory_count;
+    }
+    /* A torque that is missing is the one before, which has the effects in it already. */
+    torque_Nm =
+        is_told(given->torque_Nm) ? believe(torque_Nm, input, parameters->torque_limit_Nm) : input;
+    at.torque_Nm = torque_Nm;
+    at.wound_Nm = torque_Nm;
   }
-  /* A torque that is missing is the one before, which has the effects in it already. */
-  torque_Nm = is_finite(given->torque_Nm)
-                  ? believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm)
-                  : measured_Nm;
-  at.torque_Nm = torque_Nm;
-  at.wound_Nm = torque_Nm;
-  for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {
-    width_scale *= use->effect->run(use->value, own, &at);
-    own += use->effect->memory_count;
+  if (use < end && use->effect->kind == LM_EFFECT_WIDTH) {
+    lm_real width_scale = 1;
+    for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {
+      width_scale *= use->effect->run(use->value, own, &at);
+      own += use->effect->memory_count;
+    }
+    width_scale = clamp(width_scale, 0, LM_WIDTH_SCALE_MAX);
+    memory->width_scale = greatest(memory->width_scale, width_scale);
+    sum = lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
+  } else {
+    sum = lm_advance_plays(&parameters->plays, &memory->plays, torque_Nm);
   }
-  width_scale = clamp(width_scale, 0, LM_WIDTH_SCALE_MAX);
-  memory->width_scale = greatest(memory->width_scale, width_scale);
-  sum = lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
   at.wound_Nm = torque_Nm + sum.inside_Nm;
-  angle_rad = lm_evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;
+  angle_rad = evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;
   at.elastic_rad = angle_rad;
   for (; use < end; ++use) {
     angle_rad += use->effect->run(use->value, own, &at);
@@ -109,10 +152,12 @@ NOINLINE static lm_real step_with_effects(const lm_parameters *parameters, lm_me
 #endif
 
 lm_real lm_step_model(const lm_parameters *parameters, lm_memory *memory, const lm_conditions *at) {
-  lm_real input = believe(model_input(at), memory->plays.torque_Nm, parameters->torque_limit_Nm);
+  uint32_t status = 0;
+  lm_real input =
+      judge_input(model_input(at), memory->plays.torque_Nm, parameters->torque_limit_Nm, &status);
 #if LM_EFFECTS_MAX > 0
   if (parameters->effect_count > 0) {
-    return step_with_effects(parameters, memory, at, input);
+    return lm_step_effects(parameters, memory, at, input, 0, &status);
   }
 #endif
   return step_plain(parameters, memory, input);

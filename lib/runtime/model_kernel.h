@@ -3,6 +3,7 @@
 #define LOSTMOTION_RUNTIME_MODEL_KERNEL_H
 
 #include "lostmotion/model.h"
+#include "lostmotion/state.h"
 #include "runtime/curve_kernel.h"
 #include "runtime/number.h"
 #include "runtime/play_kernel.h"
@@ -25,6 +26,18 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
   return is_negative(torque_Nm) ? -limit_Nm : limit_Nm;
 }
 
+/* The same, and what it is told by. */
+static inline lm_real judge_input(lm_real input, lm_real before, lm_real limit, uint32_t *status) {
+  if (input == LM_UNKNOWN) {
+    *status |= LM_STATE_CONDITION_MISSING;
+    return before;
+  }
+  if (!is_within(input, limit)) {
+    *status |= is_finite(input) ? LM_STATE_TORQUE_CLIPPED : LM_STATE_INPUT_REFUSED;
+  }
+  return believe(input, before, limit);
+}
+
 #if LM_EFFECTS_MAX > 0
 /* Beyond this no condition means anything, and products with an effect's values would leave float's
  * range. */
@@ -32,13 +45,55 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
 /* Between two samples, s; a clock that runs backwards stands still. */
 #define ELAPSED_MAX LM_REAL(1e6)
 
-static inline lm_real known(lm_real value, lm_real unknown) {
-  return is_within(value, CONDITION_MAX) ? value : unknown;
+/* A condition, or `unknown` where it is not told or means nothing. Twice the sum of two angles of
+ * LM_ANGLE_MAX_RAD is still one that lm_sine reduces. */
+static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32_t *status) {
+  if (is_within(value, most)) {
+    return value;
+  }
+  *status |= value == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
+  return unknown;
 }
 
-/* Twice the sum of two such angles is still one that lm_sine reduces. */
-static inline lm_real known_angle(lm_real angle_rad) {
-  return is_within(angle_rad, LM_ANGLE_MAX_RAD) ? angle_rad : 0;
+/* The same within the range that was fitted. */
+static inline lm_real judge_range(lm_real value, const lm_real *range, lm_real unknown,
+                                  uint32_t *status) {
+  if (is_greater(range[0], value) || !is_within(value, CONDITION_MAX) ||
+      is_greater(value, range[1])) {
+    value = judge(value, CONDITION_MAX, unknown, status);
+    if (range[0] != 0 || range[1] != 0) {
+      lm_real held = clamp(value, range[0], range[1]);
+      *status |= held != value ? LM_STATE_EXTRAPOLATED : 0u;
+      value = held;
+    }
+  }
+  return value;
+}
+
+#if LM_REAL_BITS == 32
+#define lm_step_effects lm_step_effects_f32
+#endif
+/* One step with effects at work, to an input that is judged. `untimed_s` is what an elapsed time of
+ * 0 or less counts as. Adds to *status what the conditions are told by. */
+lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
+                        const lm_conditions *given, lm_real input, lm_real untimed_s,
+                        uint32_t *status);
+
+/* The moment of which nothing is known, as effects see it. */
+#define NOTHING_KNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
+
+static inline int is_told(lm_real value) {
+  return is_finite(value) && value != LM_UNKNOWN;
+}
+
+/* Everything the effects at work need, LM_NEEDS_ bits. */
+static inline uint32_t needs_of(const lm_parameters *parameters) {
+  uint32_t needs = 0;
+  int32_t i;
+  for (i = 0; i < parameters->effect_count; ++i) {
+    needs |= parameters->effect[i].effect->covariates;
+  }
+  return needs;
 }
 #endif
 

@@ -35,6 +35,9 @@ typedef struct range {
 
 #define RANGE(member, name, low, high) {name, (uint16_t)offsetof(lm_parameters, member), low, high}
 
+/* Of conditions: what the model takes for one. */
+#define VALID_MAX LM_REAL(1e12)
+
 static const range ranges[] = {
     RANGE(torque_limit_Nm, "torque_limit_Nm", SMALLEST, LM_TORQUE_LIMIT_MAX_NM),
     RANGE(limits.period_s, "period_s", LM_REAL(1e-6), 1),
@@ -47,8 +50,34 @@ static const range ranges[] = {
     RANGE(watch.fade_s, "fade_s", LM_REAL(1e-6), LM_REAL(1e6)),
     RANGE(watch.noise_rad, "noise_rad", 0, 1),
     RANGE(watch.misfit_rad, "misfit_rad", 0, 1),
+    RANGE(watch.creep_rad_s, "creep_rad_s", 0, LARGEST),
+    RANGE(watch.ringing_Hz, "ringing_Hz", 0, LM_REAL(1e6)),
+    RANGE(valid.torque_Nm, "valid.torque_Nm", 0, LARGEST),
+    RANGE(valid.temperature_C[0], "valid.temperature_C", -VALID_MAX, VALID_MAX),
+    RANGE(valid.temperature_C[1], "valid.temperature_C", -VALID_MAX, VALID_MAX),
+    RANGE(valid.cycles[0], "valid.cycles", -VALID_MAX, VALID_MAX),
+    RANGE(valid.cycles[1], "valid.cycles", -VALID_MAX, VALID_MAX),
+    RANGE(valid.input_velocity_rad_s[0], "valid.input_velocity_rad_s", -VALID_MAX, VALID_MAX),
+    RANGE(valid.input_velocity_rad_s[1], "valid.input_velocity_rad_s", -VALID_MAX, VALID_MAX),
 };
 #define RANGES (sizeof ranges / sizeof ranges[0])
+#define LIMITS_FIRST 1 /* what follows the torque limit stands in this order in the binary form */
+
+static lm_status check_order(const lm_real *ends, const char *name, lm_fault *fault) {
+  return ends[0] <= ends[1] ? LM_OK
+                            : lm_refuse(fault, LM_INCONSISTENT, name, ends[0], -VALID_MAX, ends[1]);
+}
+
+static lm_status check_validity(const lm_validity *valid, lm_fault *fault) {
+  lm_status status = check_order(valid->temperature_C, "valid.temperature_C", fault);
+  if (status == LM_OK) {
+    status = check_order(valid->cycles, "valid.cycles", fault);
+  }
+  if (status == LM_OK) {
+    status = check_order(valid->input_velocity_rad_s, "valid.input_velocity_rad_s", fault);
+  }
+  return status;
+}
 
 static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault) {
   const lm_limits *limits = &parameters->limits;
@@ -71,7 +100,7 @@ static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault)
   if (!(watch->misfit_rad >= watch->noise_rad)) {
     return lm_refuse(fault, LM_OUT_OF_RANGE, "misfit_rad", watch->misfit_rad, watch->noise_rad, 1);
   }
-  return LM_OK;
+  return check_validity(&parameters->valid, fault);
 }
 
 #if LM_EFFECTS_MAX > 0
@@ -105,7 +134,7 @@ static lm_status check_effects(const lm_parameters *parameters, lm_fault *fault)
 lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault) {
   const uint32_t layout = LM_PARAMETERS_LAYOUT;
   lm_status status;
-  lm_real least_slope_rad_per_Nm = 1;
+  lm_real least_slope_rad_per_Nm = LM_PLAY_WEIGHT_MAX;
   if (!parameters) {
     return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
@@ -276,17 +305,12 @@ static lm_status load_effects(lm_parameters *parameters, reader *from,
   return status;
 }
 
-static void load_limits(lm_limits *limits, lm_watch *watch, reader *from) {
-  limits->period_s = read_real(from);
-  limits->correction_rad = read_real(from);
-  limits->velocity_rad_s = read_real(from);
-  limits->acceleration_rad_s2 = read_real(from);
-  limits->jerk_rad_s3 = read_real(from);
-  limits->response_per_s = read_real(from);
-  watch->window_s = read_real(from);
-  watch->fade_s = read_real(from);
-  watch->noise_rad = read_real(from);
-  watch->misfit_rad = read_real(from);
+static void load_limits(lm_parameters *parameters, reader *from) {
+  size_t i;
+  for (i = LIMITS_FIRST; i < RANGES; ++i) {
+    lm_real value = read_real(from);
+    (void)memcpy((char *)parameters + ranges[i].offset, &value, sizeof value);
+  }
 }
 
 lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, size_t length,
@@ -325,7 +349,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   if (status != LM_OK) {
     return status;
   }
-  load_limits(&parameters->limits, &parameters->watch, &from);
+  load_limits(parameters, &from);
   if (from.at != from.end) {
     return lm_refuse(fault, LM_CORRUPT, "length", LM_REAL(length), 0, 0);
   }
@@ -358,7 +382,8 @@ static void write_real(writer *to, lm_real value) {
 }
 
 static size_t find_length(const lm_parameters *parameters) {
-  size_t words = 4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 2 + 1 + 10 + 1;
+  size_t words =
+      4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 2 + 1 + (RANGES - LIMITS_FIRST) + 1;
 #if LM_PROFILE != LM_PROFILE_GAP
   words += 2 * (size_t)parameters->curve.count;
 #endif
@@ -422,10 +447,9 @@ static void store_effects(const lm_parameters *parameters, writer *to) {
 
 lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, size_t capacity,
                               size_t *length, lm_fault *fault) {
-  const lm_limits *limits;
-  const lm_watch *watch;
   writer to;
   size_t needed;
+  size_t i;
   if (!parameters || !bytes || !length) {
     return lm_refuse(fault, LM_NULL, "parameters", 0, 0, 0);
   }
@@ -433,8 +457,6 @@ lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, s
   if (capacity < needed) {
     return lm_refuse(fault, LM_TOO_SMALL, "capacity", LM_REAL(capacity), LM_REAL(needed), 0);
   }
-  limits = &parameters->limits;
-  watch = &parameters->watch;
   to.byte = bytes;
   to.at = 0;
   write_word(&to, MAGIC);
@@ -445,16 +467,11 @@ lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, s
   store_curve(parameters, &to);
   store_plays(&parameters->plays, &to);
   store_effects(parameters, &to);
-  write_real(&to, limits->period_s);
-  write_real(&to, limits->correction_rad);
-  write_real(&to, limits->velocity_rad_s);
-  write_real(&to, limits->acceleration_rad_s2);
-  write_real(&to, limits->jerk_rad_s3);
-  write_real(&to, limits->response_per_s);
-  write_real(&to, watch->window_s);
-  write_real(&to, watch->fade_s);
-  write_real(&to, watch->noise_rad);
-  write_real(&to, watch->misfit_rad);
+  for (i = LIMITS_FIRST; i < RANGES; ++i) {
+    lm_real value;
+    (void)memcpy(&value, (const char *)parameters + ranges[i].offset, sizeof value);
+    write_real(&to, value);
+  }
   write_word(&to, lm_find_crc(0, bytes, to.at));
   *length = needed;
   return LM_OK;

@@ -20,7 +20,7 @@ static lm_status check_play(lm_real radius_Nm, lm_real widening, lm_real weight,
     status = lm_check_range(fault, "widening", widening, 0, LM_PLAY_WIDENING_MAX);
   }
   if (status == LM_OK) {
-    status = lm_check_range(fault, "weight", weight, 0, 1);
+    status = lm_check_range(fault, "weight", weight, 0, LM_PLAY_WEIGHT_MAX);
   }
   return status;
 }

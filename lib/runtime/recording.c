@@ -8,7 +8,8 @@
 /* What drives the model at a sample. */
 static inline lm_real input_of(const lm_parameters *parameters, const lm_real *column, int64_t k,
                                lm_real before) {
-  return believe(column ? column[k] : 0, before, parameters->torque_limit_Nm);
+  uint32_t status = 0;
+  return judge_input(column ? column[k] : 0, before, parameters->torque_limit_Nm, &status);
 }
 
 #if LM_PROFILE == LM_PROFILE_GAP
@@ -106,46 +107,67 @@ typedef struct block {
   int32_t rows;
 } block;
 
-/* Nothing known: columns that were not measured stay so. */
 static void start_block(block *b) {
-  static const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
+  static const lm_conditions nothing = NOTHING_KNOWN;
   int32_t k;
   for (k = 0; k < BLOCK; ++k) {
-    b->at[k] = unknown;
+    b->at[k] = nothing;
   }
 }
 
-static void read_columns(block *b, const lm_recording *recording, int64_t from) {
+/* A column that is needed and was measured, or null; one that was not measured stays as nothing. */
+static const lm_real *needed(uint32_t needs, uint32_t need, const lm_real *column, int64_t from) {
+  return (needs & need) && column ? column + from : 0;
+}
+
+/* Columns as lm_step_effects reads their conditions. */
+static void read_columns(block *b, const lm_parameters *parameters, uint32_t needs,
+                         const lm_recording *recording, int64_t from) {
+  const lm_validity *valid = &parameters->valid;
+  const lm_real *input_angle =
+      needed(needs, LM_NEEDS_INPUT_ANGLE, recording->input_angle_rad, from);
+  const lm_real *output_angle =
+      needed(needs, LM_NEEDS_OUTPUT_ANGLE, recording->output_angle_rad, from);
+  const lm_real *velocity =
+      needed(needs, LM_NEEDS_INPUT_VELOCITY, recording->input_velocity_rad_s, from);
+  const lm_real *acceleration =
+      needed(needs, LM_NEEDS_OUTPUT_ACCELERATION, recording->output_acceleration_rad_s2, from);
+  const lm_real *temperature = needed(needs, LM_NEEDS_TEMPERATURE, recording->temperature_C, from);
+  const lm_real *cycles = needed(needs, LM_NEEDS_CYCLES, recording->cycles, from);
+  const lm_real *tilt = needed(needs, LM_NEEDS_TILT_MOMENT, recording->tilt_moment_Nm, from);
+  const lm_real *force = needed(needs, LM_NEEDS_AXIAL_FORCE, recording->axial_force_N, from);
+  const lm_real *elapsed = needed(~0u, LM_NEEDS_TIME, recording->elapsed_s, from);
+  uint32_t status = 0;
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
-    int64_t row = from + k;
-    if (recording->input_angle_rad) {
-      at->input_angle_rad = known_angle(recording->input_angle_rad[row]);
+    if (input_angle) {
+      at->input_angle_rad = judge(input_angle[k], LM_ANGLE_MAX_RAD, 0, &status);
     }
-    if (recording->output_angle_rad) {
-      at->output_angle_rad = known_angle(recording->output_angle_rad[row]);
+    if (output_angle) {
+      at->output_angle_rad = judge(output_angle[k], LM_ANGLE_MAX_RAD, 0, &status);
     }
-    if (recording->input_velocity_rad_s) {
-      at->input_velocity_rad_s = known(recording->input_velocity_rad_s[row], 0);
+    if (velocity) {
+      at->input_velocity_rad_s = judge_range(velocity[k], valid->input_velocity_rad_s, 0, &status);
     }
-    if (recording->output_acceleration_rad_s2) {
-      at->output_acceleration_rad_s2 = known(recording->output_acceleration_rad_s2[row], 0);
+    if (acceleration) {
+      at->output_acceleration_rad_s2 = judge(acceleration[k], CONDITION_MAX, 0, &status);
     }
-    if (recording->temperature_C) {
-      at->temperature_C = known(recording->temperature_C[row], LM_REFERENCE_TEMPERATURE_C);
+    if (temperature) {
+      at->temperature_C =
+          judge_range(temperature[k], valid->temperature_C, LM_REFERENCE_TEMPERATURE_C, &status);
     }
-    if (recording->cycles) {
-      at->cycles = known(recording->cycles[row], 0);
+    if (cycles) {
+      at->cycles = judge_range(cycles[k], valid->cycles, 0, &status);
     }
-    if (recording->tilt_moment_Nm) {
-      at->tilt_moment_Nm = known(recording->tilt_moment_Nm[row], 0);
+    if (tilt) {
+      at->tilt_moment_Nm = judge(tilt[k], CONDITION_MAX, 0, &status);
     }
-    if (recording->axial_force_N) {
-      at->axial_force_N = known(recording->axial_force_N[row], 0);
+    if (force) {
+      at->axial_force_N = judge(force[k], CONDITION_MAX, 0, &status);
     }
-    if (recording->elapsed_s) {
-      at->elapsed_s = clamp(recording->elapsed_s[row], 0, ELAPSED_MAX);
+    if (elapsed) {
+      at->elapsed_s = elapsed[k] > 0 ? least(elapsed[k], ELAPSED_MAX) : 0;
     }
   }
 }
@@ -169,7 +191,7 @@ static void find_torques(const lm_parameters *parameters, int32_t count, lm_memo
       torque_Nm += use->effect->run(use->value, own_memory(memory, own), at);
       own += use->effect->memory_count;
     }
-    before_Nm = column && !is_finite(column[from + k])
+    before_Nm = column && !is_told(column[from + k])
                     ? measured_Nm
                     : believe(torque_Nm, measured_Nm, parameters->torque_limit_Nm);
     at->torque_Nm = before_Nm;
@@ -177,22 +199,24 @@ static void find_torques(const lm_parameters *parameters, int32_t count, lm_memo
   }
 }
 
-/* Backbone and plays of a block. `slots` as in wind_up, 0 where effects may widen the bands. */
+#define WIDENED (-1)
+
+/* Backbone and plays of a block. `slots` as in wind_up, WIDENED where effects widen the bands. */
 static inline void wind_up_block(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
                                  block *b, lm_real *angle_rad) {
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
-    lm_real scale = slots > 0 ? 1 : clamp(b->width_scale[k], 0, LM_WIDTH_SCALE_MAX);
-    if (slots > 0) {
+    if (slots != WIDENED) {
       angle_rad[k] = wind_up(parameters, memory, slots, at->torque_Nm, &at->wound_Nm);
     } else {
+      lm_real scale = clamp(b->width_scale[k], 0, LM_WIDTH_SCALE_MAX);
       lm_play_sum sum =
           lm_advance_scaled_plays(&parameters->plays, &memory->plays, at->torque_Nm, scale);
       at->wound_Nm = at->torque_Nm + sum.inside_Nm;
       angle_rad[k] = evaluate_curve(&parameters->curve, at->wound_Nm) + sum.outside_rad;
+      memory->width_scale = greatest(memory->width_scale, scale);
     }
-    memory->width_scale = greatest(memory->width_scale, scale);
     at->elastic_rad = angle_rad[k];
   }
 }
@@ -255,7 +279,8 @@ static void run_with_effects(const lm_parameters *parameters, lm_memory *memory,
                              const lm_recording *recording, lm_real *angle_rad) {
   int32_t widths = effects_up_to(parameters, LM_EFFECT_TORQUE);
   int32_t angles = effects_up_to(parameters, LM_EFFECT_WIDTH);
-  int32_t constant = angles > widths ? 0 : slots;
+  int32_t bands = angles > widths ? WIDENED : slots;
+  uint32_t needs = needs_of(parameters);
   int64_t from;
   block b;
   start_block(&b);
@@ -263,12 +288,14 @@ static void run_with_effects(const lm_parameters *parameters, lm_memory *memory,
     int64_t left = recording->count - from;
     lm_real *angle = &angle_rad[from];
     b.rows = left < BLOCK ? (int32_t)left : BLOCK;
-    read_columns(&b, recording, from);
+    read_columns(&b, parameters, needs, recording, from);
     find_torques(parameters, widths, memory, &b, recording->torque_Nm, from);
-    if (constant == 0) {
+    if (bands == WIDENED) {
       scale_widths(parameters, widths, angles, memory, &b);
+      wind_up_block(parameters, memory, WIDENED, &b, angle);
+    } else if (bands == 0) {
       wind_up_block(parameters, memory, 0, &b, angle);
-    } else if (constant == FEW_PLAYS) {
+    } else if (bands == FEW_PLAYS) {
       wind_up_block(parameters, memory, FEW_PLAYS, &b, angle);
     } else {
       wind_up_block(parameters, memory, LM_PLAYS_MAX, &b, angle);

@@ -42,7 +42,7 @@ static void at_rest_the_correction_takes_the_lost_motion_out(void) {
   TEST_ASSERT_TRUE(now.lost_motion_rad > LM_REAL(4e-4));
   TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(2e-8));
   TEST_ASSERT_TRUE(distance(now.velocity_rad_s, 0) < LM_REAL(1e-6));
-  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN, now.status);
+  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED, now.status);
 }
 
 /* The slope of the backbone and its friction is constant while a torque rises between two knots:
@@ -287,10 +287,12 @@ static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(vo
   lm_set_mode(&joint, LM_MODE_HOLD);
   rest(-40, 500);
   TEST_ASSERT_TRUE(distance(step(-40).correction_rad, held.correction_rad) < LM_REAL(1e-7));
-  TEST_ASSERT_EQUAL(LM_STATE_HOLDING | LM_STATE_MEMORY_UNKNOWN, step(-40).status);
+  TEST_ASSERT_EQUAL(LM_STATE_HOLDING | LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED,
+                    step(-40).status);
   lm_set_mode(&joint, LM_MODE_RESET);
   TEST_ASSERT_TRUE(distance(rest(-40, 3000).correction_rad, 0) < LM_REAL(1e-7));
-  TEST_ASSERT_EQUAL(LM_STATE_RESETTING | LM_STATE_MEMORY_UNKNOWN, step(-40).status);
+  TEST_ASSERT_EQUAL(LM_STATE_RESETTING | LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED,
+                    step(-40).status);
   lm_set_mode(&joint, LM_MODE_RUN);
   /* Stop, abort and re-home have lost nothing: the history is that of the load. */
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&other, &parameters, 0, &fault));
@@ -299,7 +301,7 @@ static void holding_stays_and_resetting_goes_to_zero_while_the_memory_follows(vo
   at.torque_Nm = -40;
   lm_step_compensator(&other, &at);
   TEST_ASSERT_EQUAL_MEMORY(&other.memory, &joint.memory, sizeof joint.memory);
-  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN, rest(-40, 3000).status);
+  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED, rest(-40, 3000).status);
 }
 
 /* Stop, abort, re-home, new parameters, power-down: at random moments, over and over, and the
@@ -643,31 +645,48 @@ static void inputs_that_are_not_finite_change_nothing(void) {
   TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED);
 }
 
-/* Each condition by itself: not finite, or beyond what it may be. */
+static lm_real nothing_of(const lm_real *value, lm_real *own, const lm_conditions *now) {
+  (void)value;
+  (void)own;
+  (void)now;
+  return 0;
+}
+
+/* Each condition by itself, where an effect needs it: not finite, beyond what it may be, not told.
+ * What nobody needs is not looked at. */
 static void a_condition_that_means_nothing_is_refused(void) {
+  static const uint32_t needs[] = {LM_NEEDS_INPUT_ANGLE,    LM_NEEDS_OUTPUT_ANGLE,
+                                   LM_NEEDS_INPUT_VELOCITY, LM_NEEDS_OUTPUT_ACCELERATION,
+                                   LM_NEEDS_TEMPERATURE,    LM_NEEDS_CYCLES,
+                                   LM_NEEDS_TILT_MOMENT,    LM_NEEDS_AXIAL_FORCE};
   lm_real zero = 0;
-  lm_real *condition[] = {&at.input_angle_rad,
-                          &at.output_angle_rad,
-                          &at.input_velocity_rad_s,
-                          &at.output_acceleration_rad_s2,
-                          &at.temperature_C,
-                          &at.cycles,
-                          &at.tilt_moment_Nm,
-                          &at.axial_force_N,
-                          &at.elapsed_s};
+  lm_real *condition[] = {&at.input_angle_rad,      &at.output_angle_rad,
+                          &at.input_velocity_rad_s, &at.output_acceleration_rad_s2,
+                          &at.temperature_C,        &at.cycles,
+                          &at.tilt_moment_Nm,       &at.axial_force_N};
+  const uint32_t judged =
+      LM_STATE_INPUT_REFUSED | LM_STATE_CONDITION_MISSING | LM_STATE_EXTRAPOLATED;
   size_t i;
-  add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
+  size_t k;
   for (i = 0; i < sizeof condition / sizeof condition[0]; ++i) {
-    lm_real kept = *condition[i];
-    *condition[i] = zero / zero;
-    TEST_ASSERT_EQUAL(LM_STATE_INPUT_REFUSED, step(20).status & LM_STATE_INPUT_REFUSED);
-    *condition[i] = LM_REAL(-2e12);
-    TEST_ASSERT_EQUAL(condition[i] == &at.elapsed_s ? 0u : LM_STATE_INPUT_REFUSED,
-                      step(20).status & LM_STATE_INPUT_REFUSED);
-    *condition[i] = 1000;
-    TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED);
-    *condition[i] = kept;
+    lm_effect needy = {9u, LM_EFFECT_ANGLE, 1, 0, 0, nothing_of, {{-1, 1}}, NULL};
+    needy.covariates = needs[i];
+    parameters.effect_count = 0;
+    add_effect(&parameters, &needy, 1, 0);
+    for (k = 0; k < sizeof condition / sizeof condition[0]; ++k) {
+      lm_real kept = *condition[k];
+      *condition[k] = zero / zero;
+      TEST_ASSERT_EQUAL(i == k ? LM_STATE_INPUT_REFUSED : 0u, step(20).status & judged);
+      *condition[k] = LM_REAL(-2e12);
+      TEST_ASSERT_EQUAL(i == k ? LM_STATE_INPUT_REFUSED : 0u, step(20).status & judged);
+      *condition[k] = LM_UNKNOWN;
+      TEST_ASSERT_EQUAL(i == k ? LM_STATE_CONDITION_MISSING : 0u, step(20).status & judged);
+      *condition[k] = 1000;
+      TEST_ASSERT_EQUAL(0, step(20).status & judged);
+      *condition[k] = kept;
+    }
   }
+  parameters.effect_count = 0;
 }
 
 /* A host that does not wrap its angles is told before the waves jump, whatever their order. */
@@ -760,11 +779,139 @@ static void a_users_effect_that_breaks_is_contained(void) {
 }
 
 static void bad_parameters_do_not_start(void) {
-  lm_compensator kept = joint;
   TEST_ASSERT_EQUAL(LM_NULL, lm_start_compensator(NULL, &parameters, 0, &fault));
   TEST_ASSERT_EQUAL(LM_NULL, lm_start_compensator(&joint, NULL, 0, &fault));
   parameters.format = 0;
   TEST_ASSERT_EQUAL(LM_CORRUPT, lm_start_compensator(&joint, &parameters, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_STATE_NOT_STARTED, step(20).status);
+}
+
+/* Null, zeroed, and of any bytes but with a start that was refused: nothing is corrected, nothing
+ * is read or written where nothing is. */
+static void an_instance_that_was_not_started_corrects_nothing(void) {
+  static lm_compensator zeroed;
+  lm_compensator refused;
+  lm_compensator *every[3];
+  int i;
+  memset(&refused, 0xA5, sizeof refused);
+  parameters.torque_limit_Nm = -1;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_start_compensator(&refused, &parameters, 0, &fault));
+  parameters.torque_limit_Nm = 80;
+  every[0] = NULL;
+  every[1] = &zeroed;
+  every[2] = &refused;
+  for (i = 0; i < 3; ++i) {
+    lm_correction now;
+    lm_saved saved;
+    lm_set_headroom(every[i], NULL);
+    lm_set_mode(every[i], LM_MODE_HOLD);
+    lm_declare_memory_known(every[i]);
+    lm_declare_shared_zero(every[i]);
+    lm_watch_output(every[i], 1, 1);
+    TEST_ASSERT_TRUE(lm_bound_uncertainty(every[i]) == 0);
+    TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(every[i], &parameters, &fault));
+    now = lm_step_compensator(every[i], &at);
+    TEST_ASSERT_EQUAL(LM_STATE_NOT_STARTED, now.status);
+    TEST_ASSERT_TRUE(now.correction_rad == 0 && now.velocity_rad_s == 0);
+    TEST_ASSERT_TRUE(now.acceleration_rad_s2 == 0 && now.lost_motion_rad == 0);
+    now = lm_settle_compensator(every[i], &at);
+    TEST_ASSERT_EQUAL(LM_STATE_NOT_STARTED, now.status);
+    memset(&saved, 0, sizeof saved);
+    lm_save_compensator(every[i], &saved);
+    TEST_ASSERT_EQUAL(LM_CORRUPT, lm_restore_compensator(&joint, &saved, &fault));
+    TEST_ASSERT_EQUAL(LM_NULL, lm_restore_compensator(every[i], &saved, &fault));
+  }
+  lm_save_compensator(&joint, NULL);
+  TEST_ASSERT_EQUAL(0, step(0).status & LM_STATE_NOT_STARTED);
+}
+
+/* Power-up under load: the correction is where it goes to at once, and nothing moves from then on.
+ */
+static void a_settled_start_moves_nothing(void) {
+  lm_correction now;
+  int i;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 30, &fault));
+  at.torque_Nm = 30;
+  now = lm_settle_compensator(&joint, &at);
+  TEST_ASSERT_TRUE(now.correction_rad == -now.lost_motion_rad && now.velocity_rad_s == 0);
+  TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED, now.status);
+  for (i = 0; i < 1000; ++i) {
+    TEST_ASSERT_TRUE(step(30).correction_rad == now.correction_rad);
+    TEST_ASSERT_TRUE(step(30).status & LM_STATE_SETTLED);
+  }
+  /* In the midst of a motion, and beyond the limit of the position. */
+  (void)rest(-30, 20);
+  TEST_ASSERT_EQUAL(0, step(-30).status & LM_STATE_SETTLED);
+  parameters.limits.correction_rad = LM_REAL(1e-4);
+  TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &parameters, &fault));
+  at.torque_Nm = 30;
+  now = lm_settle_compensator(&joint, &at);
+  TEST_ASSERT_TRUE(now.correction_rad == -parameters.limits.correction_rad);
+  TEST_ASSERT_EQUAL(LM_STATE_POSITION_LIMITED | LM_STATE_SETTLED,
+                    now.status & ~LM_STATE_MEMORY_UNKNOWN);
+  TEST_ASSERT_TRUE(step(30).correction_rad == now.correction_rad);
+}
+
+static void conditions_end_at_the_range_that_was_fitted(void) {
+  lm_real cold_rad;
+  lm_real warm_rad;
+  const uint32_t judged =
+      LM_STATE_EXTRAPOLATED | LM_STATE_CONDITION_MISSING | LM_STATE_INPUT_REFUSED;
+  parameters.valid.temperature_C[0] = 10;
+  parameters.valid.temperature_C[1] = 50;
+  parameters.valid.torque_Nm = 40;
+  add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  at.temperature_C = 10;
+  cold_rad = rest(20, 5).lost_motion_rad;
+  TEST_ASSERT_EQUAL(0, step(20).status & judged);
+  at.temperature_C = LM_REAL(-273.15);
+  TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED, step(20).status & judged);
+  TEST_ASSERT_TRUE(step(20).lost_motion_rad == cold_rad);
+  at.temperature_C = 50;
+  warm_rad = step(20).lost_motion_rad;
+  TEST_ASSERT_TRUE(distance(warm_rad - cold_rad, LM_REAL(40e-6)) < LM_REAL(1e-9));
+  at.temperature_C = 400;
+  TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED, step(20).status & judged);
+  TEST_ASSERT_TRUE(step(20).lost_motion_rad == warm_rad);
+  at.temperature_C = LM_UNKNOWN;
+  TEST_ASSERT_EQUAL(LM_STATE_CONDITION_MISSING, step(20).status & judged);
+  at.temperature_C = 20;
+  TEST_ASSERT_EQUAL(0, step(40).status & judged);
+  TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED, step(41).status & judged);
+  TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED | LM_STATE_TORQUE_CLIPPED,
+                    step(90).status & (judged | LM_STATE_TORQUE_CLIPPED));
+  TEST_ASSERT_EQUAL(LM_STATE_CONDITION_MISSING,
+                    step(LM_UNKNOWN).status & LM_STATE_CONDITION_MISSING);
+  TEST_ASSERT_TRUE(joint.memory.plays.torque_Nm == 80);
+  parameters.effect_count = 0;
+}
+
+static void nothing_told_is_said(void) {
+  lm_correction now = lm_step_compensator(&joint, NULL);
+  TEST_ASSERT_TRUE(now.status & LM_STATE_CONDITION_MISSING);
+  TEST_ASSERT_TRUE(now.lost_motion_rad == 0);
+}
+
+static void a_period_that_is_not_the_loops_is_said(void) {
+  static const lm_real share[] = {
+      LM_REAL(0.25), LM_REAL(0.45), LM_REAL(0.6), 1, LM_REAL(1.4), LM_REAL(1.6), 10};
+  static const int wrong[] = {1, 1, 0, 0, 0, 1, 1};
+  size_t i;
+  for (i = 0; i < sizeof share / sizeof share[0]; ++i) {
+    at.elapsed_s = share[i] * parameters.limits.period_s;
+    TEST_ASSERT_EQUAL(wrong[i] ? LM_STATE_PERIOD_WRONG : 0u,
+                      step(1).status & LM_STATE_PERIOD_WRONG);
+  }
+  at.elapsed_s = 0;
+}
+
+static void a_change_of_the_period_is_refused(void) {
+  lm_parameters other = parameters;
+  lm_compensator kept = joint;
+  other.limits.period_s = LM_REAL(5e-4);
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_change_parameters(&joint, &other, &fault));
+  TEST_ASSERT_EQUAL_STRING("period_s", fault.input);
   TEST_ASSERT_EQUAL_MEMORY(&kept, &joint, sizeof joint);
 }
 
@@ -802,5 +949,11 @@ int main(void) {
   RUN_TEST(a_tick_whose_length_is_not_told_lasts_one_period);
   RUN_TEST(a_users_effect_that_breaks_is_contained);
   RUN_TEST(bad_parameters_do_not_start);
+  RUN_TEST(an_instance_that_was_not_started_corrects_nothing);
+  RUN_TEST(a_settled_start_moves_nothing);
+  RUN_TEST(conditions_end_at_the_range_that_was_fitted);
+  RUN_TEST(nothing_told_is_said);
+  RUN_TEST(a_period_that_is_not_the_loops_is_said);
+  RUN_TEST(a_change_of_the_period_is_refused);
   return UNITY_END();
 }

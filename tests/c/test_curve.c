@@ -157,11 +157,24 @@ static void nonsense_is_refused_by_name(void) {
   a[1] = 1 / zero;
   TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_build_curve(&curve, t, a, 3, &fault));
   TEST_ASSERT_EQUAL_STRING("angle_rad", fault.input);
-  a[0] = LM_REAL(-3e38);
-  a[1] = LM_REAL(3e38);
-  t[1] = LM_REAL_BITS == 64 ? LM_REAL(1e-300) : LM_REAL(1e-30);
-  a[2] = a[1];
-  TEST_ASSERT_EQUAL(LM_NOT_FINITE, lm_build_curve(&curve, t, a, 3, &fault));
+  /* Finite, but more than the arithmetic of a step bears. */
+  a[1] = LM_REAL(1.001) * LM_CURVE_ANGLE_MAX_RAD;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_build_curve(&curve, t, a, 3, &fault));
+  TEST_ASSERT_EQUAL_STRING("angle_rad", fault.input);
+  a[1] = 1;
+  t[2] = LM_REAL(1.001) * LM_CURVE_TORQUE_MAX_NM;
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_build_curve(&curve, t, a, 3, &fault));
+  TEST_ASSERT_EQUAL_STRING("torque_Nm", fault.input);
+  t[2] = 2;
+  t[1] = LM_REAL(0.99e-9);
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_build_curve(&curve, t, a, 3, &fault));
+  TEST_ASSERT_EQUAL_STRING("slope_rad_per_Nm", fault.input);
+  t[1] = LM_REAL(1.01e-9);
+  a[2] = 1;
+  {
+    lm_curve steep;
+    TEST_ASSERT_EQUAL(LM_OK, lm_build_curve(&steep, t, a, 3, &fault));
+  }
   /* Nothing was written by any of the refused calls. */
   TEST_ASSERT_EQUAL(KNOTS, curve.count);
   TEST_ASSERT_EQUAL(LM_OK, lm_check_curve(&curve, &fault));

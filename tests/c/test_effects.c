@@ -542,7 +542,8 @@ static void columns_that_are_missing_are_not_known(void) {
 }
 
 static void unknown_conditions_switch_the_effects_off(void) {
-  static const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
+  static const lm_recording nothing_measured = {0};
+  const lm_conditions unknown = lm_read_conditions(&nothing_measured, 0);
   int i;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
     const lm_effect *effect = lm_effects[i];

@@ -4,6 +4,10 @@
 
 #include "runtime/as_written.h"
 
+#ifndef DRIVE_ENVELOPE
+#define DRIVE_ENVELOPE 0 /* 1: the plays follow an envelope */
+#endif
+
 lm_real draw_number(uint32_t *seed, lm_real low, lm_real high) {
   *seed = *seed * 1664525u + 1013904223u;
   return low + (high - low) * ((lm_real)(*seed >> 8) * LM_REAL(5.9604644775390625e-8)); /* 2^-24 */
@@ -75,7 +79,7 @@ int make_drive(lm_parameters *parameters) {
 #if LM_PROFILE != LM_PROFILE_GAP
   failed |= make_curve(parameters);
 #endif
-#if LM_ENVELOPE && LM_PROFILE == LM_PROFILE_STANDARD
+#if DRIVE_ENVELOPE
   failed |= lm_set_envelope(&parameters->plays, 6, 20, 0) != LM_OK;
 #endif
   return failed || lm_check_parameters(parameters, 0) != LM_OK;

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,7 @@ def test_blob_is_what_the_library_writes_and_reads(index: int) -> None:
 def test_blob_has_the_stated_layout() -> None:
     blob = format_blob(controllers()[2])
     assert blob[:4] == b"LMP1"
-    assert struct.unpack("<3I", blob[4:16]) == (0x01020304, 2, len(blob))
+    assert struct.unpack("<3I", blob[4:16]) == (0x01020304, 3, len(blob))
     assert struct.unpack("<fI", blob[16:24]) == (50.0, 21)
     plays = 24 + 21 * 8
     assert struct.unpack("<2I", blob[plays : plays + 8]) == (3, 1)
@@ -211,7 +212,7 @@ def test_header_that_does_not_fit_stops_the_build(tmp_path: Path) -> None:
         assert done.returncode != 0
         assert "these parameters need" in done.stderr
     header = format_header(controllers()[2], "joint_parameters", "joint")
-    done = compile_header(tmp_path, header, ["-DLM_EFFECTS_MAX=3"])
+    done = compile_header(tmp_path, header, ["-DLM_EFFECTS_MAX=3", "-DLM_ENVELOPE=0"])
     assert done.returncode != 0
     assert "LM_ENVELOPE 1" in done.stderr
 
@@ -331,8 +332,44 @@ def test_settings_take_any_unit_and_the_rest_follows() -> None:
         {"period": 5e-4, "correction": 5 * ARCMIN, "noise": 3 * ARCSEC}
     )
     limits = make_controller(read_drive(DATA / "drives" / "size_25.toml"), settings).limits
-    assert limits.response_per_s == pytest.approx(125)
-    assert limits.acceleration_rad_s2 == pytest.approx(250 * limits.velocity_rad_s)
+    assert limits.response_per_s == pytest.approx(62.5)
+    assert limits.acceleration_rad_s2 == pytest.approx(125 * limits.velocity_rad_s)
+
+
+def test_limits_follow_the_resonance_and_the_noise_not_the_tick() -> None:
+    drive = read_drive(DATA / "drives" / "size_25.toml")
+
+    def limits(*texts: str) -> Limits:
+        return make_controller(drive, read_settings(texts)).limits
+
+    slow, fast = limits("period_us=1000"), limits("period_us=100")
+    assert replace(fast, period_s=slow.period_s) == slow
+    stiff = limits("period_us=100", "resonance_Hz=80")
+    assert stiff.response_per_s == pytest.approx(80 / 25 * fast.response_per_s)
+    # A tick that is too long for the resonance limits the response.
+    assert limits("period_us=2000").response_per_s == pytest.approx(1 / 0.032)
+    # 64 response^2 slope noise of acceleration is a third of the limit; K1 is 31 kN m/rad.
+    noisy = limits("period_us=100", "torque_noise_Nm=2")
+    acceleration = 64 * noisy.response_per_s**2 / 31e3 * 2
+    assert acceleration == pytest.approx(noisy.acceleration_rad_s2 / 3, rel=1e-3)
+    assert limits("period_us=100", "torque_noise_Nm=0.01") == fast
+
+
+def test_fit_hands_on_its_noise_and_its_ranges(write: Write, bought: dict[str, Any]) -> None:
+    bought["fit"] = {
+        "noise_floor_arcsec": 2.28,
+        "values": {"play_envelope_Nm": 0.01, "play_envelope_knee_Nm": 9.0},
+        "ranges": {"torque_Nm": [-60.0, 50.0], "temperature_C": [10.0, 50.0]},
+    }
+    made = build(make_controller(read_drive(write(bought))))
+    assert made.watch.noise_rad == pytest.approx(2.28 * ARCSEC)
+    assert made.valid.torque_Nm == 60
+    assert list(made.valid.temperature_C) == [10, 50]
+    assert list(made.valid.cycles) == [0, 0]
+    for wrong in ({"torque_Nm": [1.0, -1.0]}, {"torque_Nm": [1.0]}, {"speed": [0.0, 1.0]}):
+        bought["fit"]["ranges"] = wrong
+        with pytest.raises(InputError, match="fit.ranges"):
+            read_drive(write(bought))
 
 
 def test_correction_is_reached_within_the_limits_of_the_defaults() -> None:
@@ -422,12 +459,9 @@ def test_drive_with_effects_says_how_to_compile(write: Write, bought: dict[str, 
     assert f"{said}-DLM_EFFECT_MEMORY_MAX=6." in notes
     del bought["effect"]
     bought["fit"] = {"values": {"play_envelope_Nm": 4.0, "play_envelope_knee_Nm": 9.0}}
-    drive = read_drive(write(bought))
-    said = "The standard build holds no envelope of the plays: compile with -DLM_ENVELOPE=1."
-    assert said in make_controller(drive).notes
-    made = make_controller(drive, profile="full")
+    made = make_controller(read_drive(write(bought)))
     assert made.envelope == Envelope(4.0, 9.0)
-    assert not any("LM_ENVELOPE" in note for note in made.notes)
+    assert not any("compile with" in note for note in made.notes)
 
 
 def test_export_and_replay_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,27 +15,52 @@
  *     and come back to them, at those rates, where the host narrows the headroom below where they
  *     are. (Where jerk / (8 response) is less than the acceleration limit it takes its place, and
  *     acceleration / (2 response) likewise for velocity: the price for not overshooting.)
- *   - A motion under way can always end. Headroom or new parameters that leave it less acceleration
- *     than a = max(|acceleration|, 2 response |velocity|), or less jerk than 8 response a, count as
- *     that much until they are set again, and LM_STATE_HEADROOM_SHORT says so. That is never more
- *     than the limits the motion was made under (times the ratio of the responses, if that rose).
+ *   - A motion under way ends under the limits that it was made under. Where headroom or new
+ *     parameters are too narrow for it (it needs an acceleration a = max(|acceleration|,
+ *     2 response |velocity|) and a jerk of 8 response a), they count as that much, with the
+ * response that it was made with, until it fits them; LM_STATE_HEADROOM_SHORT says so. Until then
+ *     position, velocity, acceleration and jerk, as differences of the correction from tick to
+ * tick, exceed neither the old limits nor the new ones, whichever are wider.
  *   - While nothing binds, a target that moves at a steady rate is followed without lag.
- *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds.
+ *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds. An
+ *     instance that is null, zeroed or whose start was refused corrects nothing
+ *     (LM_STATE_NOT_STARTED).
  *
- * What it asks of the host:
- *   - A call in every period_s of the parameters, also while the drive is off, braked or at fault,
- *     with the torque that the gear bears then: the memory must see the load.
- *   - Where the position loop closes, at power-up and after any stop, the command begins at the
- *     reported output angle (measured less correction). lm_start_compensator on a running instance
- *     drops its correction at once: only while the loop is open.
- *   - A reference that is taken (homing, probing) is one of the reported angle, at a correction
- *     that stands still: LM_MODE_HOLD. While LM_STATE_MEMORY_UNKNOWN is set it may be off by
- *     lm_bound_uncertainty.
- *   - Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
- *     6 response / period_s times the characteristic's slope times its own. Filter the torque, or
- *     state a lower response.
+ * The order of things:
+ *   power-up      lm_start_compensator, lm_restore_compensator where a history was saved
+ *   settle        lm_settle_compensator with the conditions as they are, the position loop still
+ *                 open: the correction is where it belongs, and nothing has moved
+ *   close         the command begins at the reported output angle: measured less correction
+ *   run           lm_step_compensator every tick
+ *   brake, stop   step on every tick with the torque that the gear bears: the memory must see it.
+ *                 To close again: the command begins at the reported output angle
+ *   home          LM_MODE_HOLD; a reference is taken of the reported angle, at a correction that
+ *                 stands still (LM_STATE_SETTLED). While LM_STATE_MEMORY_UNKNOWN is set it may be
+ * off by lm_bound_uncertainty power-down    brake, step on until the load stands,
+ * lm_save_compensator
+ *
+ * What else it asks of the host:
+ *   - A call in every period_s of the parameters.
+ *   - Signs as in units: a positive torque turns the output in the direction of a positive output
+ *     angle, and ratio is signed. A wrong sign of torque, or of the correction where it is added,
+ *     doubles the error; the watch finds the first, a commissioning run both.
  *   - A measured torque closes a loop, by the joint's resonance and by whatever the output touches:
- *     torque.h says how to feed it in.
+ *     torque.h says how to feed it in, `lostmotion export --resonance-Hz` how fast the correction
+ *     may be. Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
+ *     64 response^2 (and never 6 response / period_s) times the characteristic's slope times its
+ * own.
+ *   - The position loop closes on the motor's encoder. One that closes on an encoder at the output
+ *     corrects the lost motion by itself: with the correction added it stands off by all of it.
+ * There the model serves as a feed-forward: add velocity_rad_s to the velocity that the motor is
+ *     commanded, and nothing to the position; a reversal is crossed before the output's encoder has
+ *     seen it.
+ *
+ * Ringing. A torque that is measured and not filtered can make the correction a limit cycle, at the
+ * joint's resonance. Where the correction swings to and fro by more than 8 noise_rad, ten times
+ * running, each swing shorter than half a period of ringing_Hz, that is ringing
+ * (LM_STATE_RINGING): from then on it follows the mean of its target over window_s, which is too
+ * slow to ring and still carries what stands. It follows fast again after lm_set_mode to another
+ * mode and back, lm_change_parameters or a start.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
@@ -49,6 +74,7 @@
 
 #include "lostmotion/model.h"
 #include "lostmotion/parameters.h"
+#include "lostmotion/state.h"
 
 LM_BEGIN_DECLS
 
@@ -59,24 +85,6 @@ typedef enum lm_mode {
                      * identification. To stop at once: a headroom of zero */
   LM_MODE_RESET = 2 /* goes to zero and stays there */
 } lm_mode;
-
-/* Status bits. */
-#define LM_STATE_TORQUE_CLIPPED 1u /* torque beyond the parameters' limit: clipped */
-#define LM_STATE_INPUT_REFUSED                                                                  \
-  2u                                 /* an input was not finite or, where an effect is at work, \
-                                      * beyond its range: replaced (model.h) */
-#define LM_STATE_POSITION_LIMITED 4u /* the target lies beyond the position limit */
-#define LM_STATE_VELOCITY_LIMITED 8u /* the velocity limit binds */
-#define LM_STATE_ACCELERATION_LIMITED 16u /* the acceleration limit binds */
-#define LM_STATE_JERK_LIMITED 32u         /* the jerk limit binds */
-#define LM_STATE_MEMORY_UNKNOWN 64u       /* the start state is not yet wiped out by the load */
-#define LM_STATE_HOLDING 128u             /* mode HOLD */
-#define LM_STATE_RESETTING 256u           /* mode RESET */
-#define LM_STATE_FADED 512u           /* the watch has faded the correction, wholly or in part */
-#define LM_STATE_MISFIT 1024u         /* the watch finds that the model does not fit */
-#define LM_STATE_MODEL_REFUSED 2048u  /* the model gave no finite angle (a user's effect) */
-#define LM_STATE_WATCH_REFUSED 4096u  /* the last call of lm_watch_output was ignored */
-#define LM_STATE_HEADROOM_SHORT 8192u /* less was left than ending the motion takes: widened */
 
 /* What the host has left for the correction. A headroom that is negative or NaN counts as zero;
  * infinity leaves the limit to the parameters. */
@@ -97,7 +105,7 @@ typedef struct lm_correction {
 
 /* One instance. The fields are for debuggers, not for the host. */
 typedef struct lm_compensator {
-  const lm_parameters *parameters;
+  const lm_parameters *parameters; /* null: not started */
   lm_memory memory;
   lm_real lost_motion_rad; /* the model's last finite answer */
   /* limiter */
@@ -107,15 +115,20 @@ typedef struct lm_compensator {
   lm_real acceleration_rad_s2;
   /* bounds in force: the parameters' limits narrowed by the headroom */
   lm_real correction_max_rad;
-  lm_real correction_end_rad; /* never passed: the parameters' limit, or where it stood beyond */
+  lm_real
+      correction_end_rad; /* never passed: the limit, or an earlier one until it stands within */
   lm_real velocity_max_rad_s;
   lm_real acceleration_max_rad_s2;
   lm_real jerk_step_rad_s2; /* change of the acceleration in one tick */
+  lm_headroom room;         /* as it was set */
   /* rates of the limiter's stages */
   lm_real lead_ticks;         /* 1 / (response * period) */
   lm_real velocity_per_s;     /* position to velocity: response */
   lm_real acceleration_per_s; /* velocity to acceleration: 4 response */
   lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
+  /* what the step compares with */
+  lm_real usual_Nm;      /* torque within the fitted range and the limit */
+  lm_real settled_rad_s; /* slower counts as resting */
   /* range of the load since a start with unknown memory */
   lm_real lowest_Nm;
   lm_real highest_Nm;
@@ -125,23 +138,39 @@ typedef struct lm_compensator {
   lm_real mean_residual_rad;
   lm_real power_measured_rad2;
   lm_real power_residual_rad2;
-  int32_t watching; /* the watch has seen its first sample */
+  lm_real power_model_rad2; /* of the model's swing about its mean */
+  lm_real level_rad2;       /* of the model itself */
+  lm_real watched_rad;      /* the model at the last call */
+  lm_real doubt_s;          /* for how long the correction has done harm */
+  int32_t watching;         /* the watch has seen its first sample */
+  int32_t zero_shared;      /* the measured lost motion has the model's zero */
+  /* ringing */
+  lm_real turn_rad;   /* where the correction last turned round */
+  uint32_t turn_tick; /* when */
+  uint32_t tick;
+  int32_t turns; /* swings to and fro in a row; its sign is the direction of the last */
+  lm_real slow_rad;
   lm_mode mode;
-  uint32_t standing; /* status bits that last: mode, watch, memory */
+  uint32_t standing; /* status bits that last */
 } lm_compensator;
 
 /* Starts an instance at a torque [N*m] (the gap profile: commanded angle, rad), correction zero,
  * mode RUN, history unknown: plays in the middle of their bands, the bound on what that may be
  * wrong by is lm_bound_uncertainty. A torque that is not finite counts as 0, one beyond the limit
- * as the limit; from zero the correction goes to its target within the limits. Parameters are
- * checked here, read at every step from then on, and stay the caller's. Errors: LM_NULL and those
- * of lm_check_parameters. */
+ * as the limit. Parameters are checked here, read at every step from then on, and stay the
+ * caller's. Errors: LM_NULL and those of lm_check_parameters; then the instance is not started. */
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_real torque_Nm, lm_fault *fault);
 
+/* A step after which the correction is at its target at once and rests there, whatever the limits
+ * of velocity and acceleration. For an open position loop alone: after a start, or where the drive
+ * was off and not stepped. Modes HOLD and RESET: their targets. */
+lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_conditions *at);
+
 /* One tick: the model steps, the correction moves. An elapsed_s that is not above 0 counts as the
  * parameters' period_s; another one is the effects' time alone, the correction moves by the period
- * in every tick. */
+ * in every tick, and one that is more than half the period off it is told: LM_STATE_PERIOD_WRONG.
+ * `at` null: nothing is known. */
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
 /* From the next step on, until it is called again (every tick, if the host likes): what is left for
@@ -149,7 +178,8 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
  * correction to rest in a few times 1 / response. */
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom);
 
-/* From the next step on. A value outside the enumeration counts as LM_MODE_RESET. */
+/* From the next step on. A value outside the enumeration counts as LM_MODE_RESET. A mode other than
+ * the one before ends LM_STATE_RINGING. */
 void lm_set_mode(lm_compensator *compensator, lm_mode mode);
 
 /* Declares the history known: the load has rested at zero since the drive was assembled, or the
@@ -168,7 +198,9 @@ lm_real lm_bound_uncertainty(lm_compensator *compensator);
  * history is unknown again (LM_STATE_MEMORY_UNKNOWN), each play anywhere in its new band. The
  * headroom is that of the new parameters until it is set again. The old ones are read once more:
  * new ones go to a struct of their own. Slow work, as lm_check_parameters is.
- * Errors: LM_NULL and those of lm_check_parameters; then nothing has changed. */
+ * Errors: LM_NULL (also where the instance is not started); those of lm_check_parameters;
+ * LM_INCONSISTENT ("period_s": the tick of a running loop is what it is; start afresh). Then
+ * nothing has changed. */
 lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters *parameters,
                                lm_fault *fault);
 
@@ -186,11 +218,26 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
  * input_angle / ratio [rad], both measured and neither wrapped, any constant offset, `elapsed_s`
  * after the call before. At any rate slower than the tick.
  *
- * Compares, over the watch's window and without means, the power of the measured lost motion with
- * that of what the model leaves of it. While the model adds more power than noise_rad^2, the
- * correction fades out over fade_s; while it adds less, or takes some away, it fades in again.
+ * Compares, over the watch's window, the power of the measured lost motion with that of what the
+ * model leaves of it, both about their means: the offset of the two encoders is not known.
+ * Where the first is less than the second by more than 9 noise_rad^2 (three times the noise), the
+ * correction does harm: once it has done so for window_s in all, it fades out over fade_s, until it
+ * takes half the power away again. A standing axis tells nothing: while the model's own swing is
+ * below 2 noise_rad or below a quarter of its level, the gain stays what it is. So a model that
+ * fits is not faded for a small error at rest, and a wrong sign, a wrong drive or a drive that
+ * compensates already is found in the first moves.
+ *
+ * A fade moves a standing axis by at most creep_rad_s; while the model moves, it may add that much
+ * again. LM_STATE_MISFIT: the residual's rms is above misfit_rad. That, with a measured lost motion
+ * far beyond any correction, is what a wrong sign of the ratio looks like.
+ *
  * Not finite, or elapsed_s not positive: ignored, LM_STATE_WATCH_REFUSED until the next call. */
 void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_real elapsed_s);
+
+/* Declares that the two encoders share a zero: a lost motion of 0 is measured where the drive is
+ * not loaded. From then on lm_watch_output counts powers about zero, so that what stands counts
+ * too. */
+void lm_declare_shared_zero(lm_compensator *compensator);
 
 /* The history in a form that outlives power-down: copy it to non-volatile memory as it is. */
 typedef struct lm_saved {
@@ -203,13 +250,14 @@ typedef struct lm_saved {
   uint32_t crc;     /* of all before it */
 } lm_saved;
 
+/* An instance that is not started saves what no instance restores. */
 void lm_save_compensator(const lm_compensator *compensator, lm_saved *saved);
 
 /* Takes a saved history over; the correction stays where it is and moves within the limits. The
  * load must not have changed its direction unseen since: if it may have, start afresh instead. The
  * time since is not known: what creep had wound up goes back from where it stood.
- * Errors: LM_NULL; LM_CORRUPT ("crc", "format"); LM_INCONSISTENT ("fingerprint": saved with other
- * parameters). Then nothing has changed. */
+ * Errors: LM_NULL, also where the instance is not started; LM_CORRUPT ("crc", "format");
+ * LM_INCONSISTENT ("fingerprint": saved with other parameters). Then nothing has changed. */
 lm_status lm_restore_compensator(lm_compensator *compensator, const lm_saved *saved,
                                  lm_fault *fault);
 

@@ -39,10 +39,11 @@ typedef struct lm_curve {
 
 /* Builds a curve through `count` knots.
  *
- * torque_Nm[count]: finite, strictly rising. angle_rad[count]: finite, not falling (strictly
- * rising where lm_invert_curve is to be exact). count: 2 to LM_CURVE_POINTS_MAX.
- * Errors: LM_NULL; LM_OUT_OF_RANGE (count); LM_NOT_FINITE (a knot, or a slope that overflows);
- * LM_NOT_MONOTONE. The fault names "count", "torque_Nm" or "angle_rad". */
+ * torque_Nm[count]: strictly rising, at most LM_CURVE_TORQUE_MAX_NM in size. angle_rad[count]: not
+ * falling (strictly rising where lm_invert_curve is to be exact), at most LM_CURVE_ANGLE_MAX_RAD in
+ * size, by at most LM_CURVE_SLOPE_MAX. count: 2 to LM_CURVE_POINTS_MAX.
+ * Errors: LM_NULL; LM_OUT_OF_RANGE; LM_NOT_FINITE; LM_NOT_MONOTONE. The fault names "count",
+ * "torque_Nm", "angle_rad" or "slope_rad_per_Nm". */
 lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_real *angle_rad,
                          int32_t count, lm_fault *fault);
 
@@ -51,6 +52,13 @@ lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_rea
  * LM_CURVE_SLOPE_TOLERANCE, so that slopes written with nine digits pass in both precisions).
  * Errors: as lm_build_curve; LM_INCONSISTENT with the fault "slope_rad_per_Nm" or "padding". */
 lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault);
+
+/* What the arithmetic of a step bears in float: a torque within its limit, wound by plays of the
+ * widest bands that are accepted, stays below 1e9 N*m; by the steepest slope that is below 1e18
+ * rad, and every sum and difference of two such numbers is finite. */
+#define LM_CURVE_TORQUE_MAX_NM LM_REAL(1e9)
+#define LM_CURVE_ANGLE_MAX_RAD LM_REAL(1e3)
+#define LM_CURVE_SLOPE_MAX LM_REAL(1e9)
 
 /* Nine decimal digits hold a float exactly; the quotient of two rounded differences keeps five. */
 #define LM_CURVE_SLOPE_TOLERANCE LM_REAL(1e-4)

@@ -41,8 +41,13 @@ LM_BEGIN_DECLS
 #define LM_REFERENCE_TEMPERATURE_C LM_REAL(20) /* where thermal effects are nothing */
 #define LM_ANGLE_MAX_RAD LM_REAL(1600) /* input and output angle: a quarter of LM_TURN_MAX_RAD */
 
-/* The moment, as far as the host knows it. All finite. What is not known stays as in
- * LM_CONDITIONS_UNKNOWN, which switches the effects that need it off (but see elapsed_s). */
+/* What a condition is while the host does not know it. A number, so that it passes any compiler;
+ * no sensor gives it. */
+#define LM_UNKNOWN LM_REAL(3e38)
+
+/* The moment, as far as the host knows it. What is not known stays LM_UNKNOWN, as in
+ * LM_CONDITIONS_UNKNOWN: the model then takes nothing for it (the temperature of reference, zero
+ * for the rest, the torque before), and says LM_STATE_CONDITION_MISSING where it is needed. */
 typedef struct lm_conditions {
   lm_real torque_Nm;        /* external torque on the output shaft; torque.h says where from */
   lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD
@@ -65,11 +70,14 @@ typedef struct lm_conditions {
                         * up, with which gaps in the mesh close; the model fills it in */
 } lm_conditions;
 
-/* To start from: `lm_conditions at = LM_CONDITIONS_UNKNOWN;`. All zero but the temperature, for
- * which {0} would mean 0 degrees Celsius. */
-#define LM_CONDITIONS_UNKNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
+/* To start from: `lm_conditions at = LM_CONDITIONS_UNKNOWN;`. ({0} would mean a torque of zero at 0
+ * degrees Celsius.) */
+#define LM_CONDITIONS_UNKNOWN                                              \
+  {LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, \
+   LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, 0,          0,          0}
 
-/* Bits of `covariates`: the conditions an effect cannot do without. */
+/* Bits of `covariates`: the conditions an effect cannot do without. The model hands it these, the
+ * rest as not known: zero, the temperature that of reference. */
 #define LM_NEEDS_TORQUE 1u
 #define LM_NEEDS_INPUT_ANGLE 2u
 #define LM_NEEDS_OUTPUT_ANGLE 4u

@@ -10,9 +10,17 @@
  * Sign: a positive external torque on the output gives a positive lost motion,
  * lost_motion = output_angle - input_angle / ratio.
  *
- * In the gap profile the model is one play driven by the commanded output angle:
- * angle = z - output_angle, which lies within +- the half gap. The angle goes on over turns: one
- * that is wrapped looks like a reversal. A float angle of 100 rad moves in steps of 1.6 arcsec.
+ * In the gap profile the model is one play driven by the commanded output angle, of the radius of
+ * half the dead band, and with a weight that makes it the half gap:
+ *
+ *     angle = weight (z - output_angle),   |z - output_angle| <= radius,   weight radius = half gap
+ *
+ * After a reversal the correction goes from one side of the gap to the other while the command
+ * moves by the dead band, 2 radius; a motion to and fro within the dead band changes it in
+ * proportion. A dead band below the command's own unrest (dither, noise of a hand wheel) makes the
+ * correction cross the gap with it; a wide one leaves up to the whole gap for as long as the motion
+ * after a reversal stays within it. The angle goes on over turns: one that is wrapped looks like a
+ * reversal. A float angle of 100 rad moves in steps of 1.6 arcsec, which the weight enlarges.
  * lm_shift_angle takes turns off.
  *
  * lm_evaluate_model is pure: it reads one memory and writes another; committing is copying the
@@ -22,8 +30,9 @@
  * Parameters must have passed lm_check_parameters. Conditions need not make sense: a torque that is
  * not finite counts as the torque before it, torque effects included, angles that are NaN or beyond
  * LM_ANGLE_MAX_RAD and other conditions that are NaN or beyond 1e12 as not known, an elapsed time
- * below 0 as 0; torque is clipped at the limit of the parameters. The result is finite as long as
- * user effects are.
+ * below 0 as 0; torque is clipped at the limit of the parameters, temperature, cycles and input
+ * velocity at the ranges that were fitted (lm_validity). The result is finite as long as user
+ * effects are. Conditions that no effect at work declares (LM_NEEDS_) are not read.
  *
  * Cost: constant but for the effects at work, which add their own.
  */

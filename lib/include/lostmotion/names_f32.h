@@ -31,6 +31,7 @@
 #define lm_cosine lm_cosine_f32
 #define lm_coupled_take_up lm_coupled_take_up_f32
 #define lm_declare_memory_known lm_declare_memory_known_f32
+#define lm_declare_shared_zero lm_declare_shared_zero_f32
 #define lm_deformation_name lm_deformation_name_f32
 #define lm_describe_design_key lm_describe_design_key_f32
 #define lm_distribution_factor lm_distribution_factor_f32
@@ -152,6 +153,7 @@
 #define lm_set_envelope lm_set_envelope_f32
 #define lm_set_headroom lm_set_headroom_f32
 #define lm_set_mode lm_set_mode_f32
+#define lm_settle_compensator lm_settle_compensator_f32
 #define lm_settle_model lm_settle_model_f32
 #define lm_settle_plays lm_settle_plays_f32
 #define lm_shape_curvature_amplitude lm_shape_curvature_amplitude_f32

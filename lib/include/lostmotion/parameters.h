@@ -15,7 +15,8 @@
  *     plays      count, outside count, then radius, widening, weight of each; envelope, knee
  *     effects    count, then of each: id, number of values, values
  *     limits     the six of lm_limits
- *     watch      the four of lm_watch
+ *     watch      the six of lm_watch
+ *     validity   the seven numbers of lm_validity
  *     CRC-32     of all bytes before it (IEEE 802.3, as zlib computes it)
  */
 #ifndef LOSTMOTION_PARAMETERS_H
@@ -34,7 +35,7 @@
 
 LM_BEGIN_DECLS
 
-#define LM_PARAMETERS_FORMAT 2u /* of the binary form and, with the sizes, of the struct */
+#define LM_PARAMETERS_FORMAT 3u /* of the binary form and, with the sizes, of the struct */
 
 /* What the struct carries: the format and the sizes of profile.h that it was compiled with, so that
  * a library of other sizes refuses it (a constant in flash need not pass the linker's eyes:
@@ -56,13 +57,26 @@ typedef struct lm_limits {
   lm_real response_per_s; /* how fast a difference is worked off, at most 1 / (16 period) */
 } lm_limits;
 
-/* When the correction is faded out; see lm_watch_output. */
+/* When the correction is faded out, and when it rings; see lm_watch_output and compensator.h. */
 typedef struct lm_watch {
-  lm_real window_s;   /* time over which errors are averaged, > 0 */
-  lm_real fade_s;     /* time to fade fully out or in, > 0 */
-  lm_real noise_rad;  /* rms that measurement noise alone has, >= 0 */
-  lm_real misfit_rad; /* rms beyond which the model is reported not to fit, >= noise_rad */
+  lm_real window_s;    /* time over which errors are averaged, > 0 */
+  lm_real fade_s;      /* time to fade fully out or in, > 0 */
+  lm_real noise_rad;   /* rms that measurement noise alone has, >= 0 */
+  lm_real misfit_rad;  /* rms beyond which the model is reported not to fit, >= noise_rad */
+  lm_real creep_rad_s; /* fastest that a fade moves a standing axis, >= 0; 0: by fade_s alone */
+  lm_real ringing_Hz;  /* a correction that swings to and fro faster than this by itself rings:
+                        * 0.4 of the joint's lowest resonance, say; 0: nothing is called ringing */
 } lm_watch;
+
+/* Where the parameters hold: the ranges that were fitted. Both ends 0: not stated, no limit. */
+typedef struct lm_validity {
+  lm_real torque_Nm;        /* either sign, >= 0. Between here and the torque limit the curve goes
+                             * on as it does; LM_STATE_EXTRAPOLATED */
+  lm_real temperature_C[2]; /* least and greatest. Conditions beyond are taken as the end of the
+                             * range; LM_STATE_EXTRAPOLATED */
+  lm_real cycles[2];
+  lm_real input_velocity_rad_s[2];
+} lm_validity;
 
 /* One effect at work: which, and its values in the order of its card. */
 typedef struct lm_effect_use {
@@ -77,6 +91,7 @@ typedef struct lm_parameters {
                             * Gap profile: the largest commanded angle, rad */
   lm_limits limits;
   lm_watch watch;
+  lm_validity valid;
   lm_play_bank plays;
 #if LM_PROFILE != LM_PROFILE_GAP
   lm_curve curve;
@@ -92,9 +107,10 @@ typedef struct lm_parameters {
 /* Bytes of the largest binary form. */
 #define LM_BLOB_BYTES_MAX                                                 \
   (16 + 4 + 4 + 8 * LM_CURVE_POINTS_MAX + 8 + 12 * LM_PLAYS_MAX + 8 + 4 + \
-   (8 + 4 * LM_EFFECT_VALUES_MAX) * LM_EFFECTS_MAX + 24 + 16 + 4)
+   (8 + 4 * LM_EFFECT_VALUES_MAX) * LM_EFFECTS_MAX + 24 + 24 + 28 + 4)
 
-/* Accepts parameters or says what is wrong with them: format, every range above, the curve
+/* Accepts parameters or says what is wrong with them: format, every range above (of lm_validity:
+ * within +-1e12, the greatest not below the least), the curve
  * (lm_check_curve), the plays against the curve's least slope (lm_check_play_bank), and the
  * effects: each by itself (lm_check_effect), order of kinds, memory in all at most
  * LM_EFFECT_MEMORY_MAX.

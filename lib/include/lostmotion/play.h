@@ -40,8 +40,15 @@ LM_BEGIN_DECLS
 typedef struct lm_play {
   lm_real radius_Nm; /* half width of the band at no torque, 0 to LM_PLAY_RADIUS_MAX_NM */
   lm_real widening;  /* growth of the half width per |torque|, 0 to LM_PLAY_WIDENING_MAX */
-  lm_real weight; /* outside: compliance, rad/(N*m), 0 to 1; inside: share of the torque, 0 to 1 */
+  lm_real weight;    /* outside: compliance, rad/(N*m), 0 to 1; inside: share of the torque, 0 to 1.
+                      * Gap profile: half gap over radius, 0 to 1e6 (model.h) */
 } lm_play;
+
+#if LM_PROFILE == LM_PROFILE_GAP
+#define LM_PLAY_WEIGHT_MAX LM_REAL(1e6)
+#else
+#define LM_PLAY_WEIGHT_MAX LM_REAL(1)
+#endif
 
 #define LM_PLAY_RADIUS_MAX_NM LM_REAL(1e6) /* a band's edge must not overflow */
 #define LM_PLAY_KNEE_MIN_NM LM_REAL(1e-6)

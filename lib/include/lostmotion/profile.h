@@ -1,15 +1,16 @@
 /* How large the runtime is built: one profile, or each size on its own.
  *
  * LM_PROFILE picks the defaults below; any single macro may be set on the compiler's command line,
- * to a plain decimal number. Every source of the library and of the program must see the same
- * values; a program that does not, does not link (names_sized.h).
+ * to a plain decimal number, or in a header of the user's own, whose name LM_CONFIG_HEADER holds:
+ * -DLM_CONFIG_HEADER='"lostmotion_config.h"'. Every source of the library and of the program must
+ * see the same values; a program that does not, does not link (names_sized.h).
  *
  *                        GAP   STANDARD   FULL
  * LM_CURVE_POINTS_MAX     16         33     64   knots of the characteristic
  * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
  * LM_EFFECTS_MAX           0          0     27   secondary effects at work at once
  * LM_EFFECT_MEMORY_MAX     0          0     32   numbers of memory that all effects share
- * LM_ENVELOPE              0          0      1   1: plays can follow an envelope (play.h)
+ * LM_ENVELOPE              0          1      1   1: plays can follow an envelope (play.h)
  *
  * The standard profile takes a few effects as well: -DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6,
  * say; the numbers of memory stand in each effect's file. The desktop library is built full.
@@ -19,6 +20,10 @@
  */
 #ifndef LOSTMOTION_PROFILE_H
 #define LOSTMOTION_PROFILE_H
+
+#if defined(LM_CONFIG_HEADER)
+#include LM_CONFIG_HEADER
+#endif
 
 #define LM_PROFILE_GAP 1      /* one play, no curve */
 #define LM_PROFILE_STANDARD 2 /* 33 knots, 8 plays, no effects */
@@ -83,10 +88,11 @@
 #endif
 
 #ifndef LM_ENVELOPE
-#if LM_PROFILE == LM_PROFILE_FULL
-#define LM_ENVELOPE 1 /* 0 or 1: plays can follow an envelope of the torque */
-#else
+#if LM_PROFILE == LM_PROFILE_GAP
 #define LM_ENVELOPE 0
+#else
+#define LM_ENVELOPE 1 /* 0 or 1: plays can follow an envelope of the torque, as those of a fit do \
+                       */
 #endif
 #endif
 #if LM_ENVELOPE < 0 || LM_ENVELOPE > 1

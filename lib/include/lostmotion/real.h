@@ -18,6 +18,10 @@
 
 #include "lostmotion/version.h"
 
+#if defined(LM_CONFIG_HEADER)
+#include LM_CONFIG_HEADER /* profile.h */
+#endif
+
 #ifndef LM_REAL_BITS
 #define LM_REAL_BITS 64 /* 32 or 64: bits of lm_real */
 #endif

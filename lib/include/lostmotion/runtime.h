@@ -15,6 +15,9 @@
 #ifndef LOSTMOTION_RUNTIME_H
 #define LOSTMOTION_RUNTIME_H
 
+#if defined(LM_CONFIG_HEADER)
+#include LM_CONFIG_HEADER /* profile.h */
+#endif
 #ifndef LM_REAL_BITS
 #define LM_REAL_BITS 32
 #endif

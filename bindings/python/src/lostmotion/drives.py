@@ -363,7 +363,9 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
     Values that were chosen and not estimated have no standard error; the covariance is that of the
     values that have one, in the order of ``[fit.standard_errors]``.
     """
-    read_table(file, "fit", table, FIT_KEYS, tables=("values", "standard_errors", "covariance"))
+    tables = ("values", "standard_errors", "covariance", "ranges")
+    read_table(file, "fit", table, FIT_KEYS, tables=tables)
+    _ranges(file, table.get("ranges", {}))
     if "values" not in table:
         raise InputError(file, "fit.values", "no such table", "[fit.values]")
     values = _numbers(file, "fit.values", table["values"])
@@ -393,6 +395,25 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
             for j, value in enumerate(row):
                 _finite(file, f"fit.covariance[{i}][{j}]", value)
     return dict(table)
+
+
+FIT_RANGES = ("torque_Nm", "temperature_C", "cycles", "input_velocity_rad_per_s")
+"""Conditions whose range a fit states in ``[fit.ranges]``, least and greatest."""
+
+
+def _ranges(file: str, table: Any) -> None:
+    if not isinstance(table, dict):
+        raise InputError(file, "fit.ranges", show(table), "a table")
+    for key, ends in table.items():
+        place = f"fit.ranges.{key}"
+        if key not in FIT_RANGES:
+            raise InputError(file, place, "an unknown key", ", ".join(FIT_RANGES))
+        if not (isinstance(ends, list) and len(ends) == 2):
+            raise InputError(file, place, show(ends), "two numbers: least and greatest")
+        for i, end in enumerate(ends):
+            _finite(file, f"{place}[{i}]", end)
+        if ends[0] > ends[1]:
+            raise InputError(file, place, show(ends), "the least first")
 
 
 def _whole(file: str, values: Mapping[str, float]) -> None:

@@ -8,7 +8,6 @@ that struct, so what was accepted here is accepted there.
 from __future__ import annotations
 
 import re
-import struct
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -55,11 +54,8 @@ KNOTS_MAX: dict[Profile, int] = {"gap": 0, "standard": 33, "full": 64}
 PLAYS_MAX: dict[Profile, int] = {"gap": 1, "standard": 8, "full": 16}
 """Sizes of the profiles in profile.h."""
 
-FORMAT = 2
+FORMAT = 3
 """LM_PARAMETERS_FORMAT."""
-
-MARK = 0x01020304
-"""Endianness mark of the blob."""
 
 TORQUE_LIMIT_SHARE = 2.0
 """Torque limit over the rated torque: about the momentary peak that makers allow."""
@@ -70,11 +66,35 @@ CORRECTION_SHARE = 1.25
 RESPONSE_TICKS = 16
 """Least ticks in the time in which the limiter works off a difference (parameters.h)."""
 
+RESONANCE_HZ = 25.0
+"""Lowest resonance of a joint with its load, where none is stated: that of a size 20 drive of
+25 kN m/rad with an arm of 1 kg m^2; joints of robots lie at 8 to 50 Hz."""
+
+RESPONSE_PER_HZ = 2.5
+"""Response over the resonance, 1/s over Hz: 0.4 of the resonance's angular frequency. What the
+correction passes on of a measured torque then falls off from a quarter of the resonance on."""
+
+RINGING_SHARE = 0.4
+"""A correction that swings faster than this share of the resonance rings: commanded motion is
+slower, a limit cycle sits at the resonance or little below."""
+
+NOISE_ACCELERATION_SHARE = 1 / 3
+"""Most that noise of the torque may make of the acceleration limit, rms: three times it is reached
+once in 400 samples."""
+
+CREEP_RAD_PER_S = 1e-4
+"""Fastest that a fade moves a standing axis: 0.1 mm/s at a lever of 1 m, 20 arcsec/s."""
+
 CROSSING_S = 0.05
 """Time in which the correction may cross its whole range, unless a velocity is stated."""
 
 NOISE_RAD = 2 * ARCSEC
-"""Noise of an output encoder of 20 bits."""
+"""Noise of an output encoder of 20 bits, where no fit has told it."""
+
+DEAD_BAND_SHARE = 0.25
+"""Dead band of the gap profile over the gap: the correction has changed sides a quarter of the gap
+after a reversal. Chosen between a command's unrest, which should stay below it, and the error that
+a short motion within it leaves (tests/plant)."""
 
 MISFIT_SHARE = 0.1
 """Error over the largest correction from which the watch reports that the model does not fit."""
@@ -98,6 +118,11 @@ SETTINGS = (
     Key("fade", "s", above=0),
     Key("noise", "rad", low=0),
     Key("misfit", "rad", low=0),
+    Key("creep", "rad_per_s", low=0),
+    Key("ringing", "Hz", low=0),
+    Key("resonance", "Hz", above=0),
+    Key("torque_noise", "Nm", low=0),
+    Key("dead_band", "rad", above=0),
 )
 """What ``--set`` may state."""
 
@@ -133,12 +158,27 @@ class Limits:
 
 @dataclass(frozen=True)
 class Watch:
-    """When the correction is faded out (`lm_watch`), in SI units."""
+    """When the correction is faded out, and when it rings (`lm_watch`), in SI units."""
 
     window_s: float
     fade_s: float
     noise_rad: float
     misfit_rad: float
+    creep_rad_s: float = CREEP_RAD_PER_S
+    ringing_Hz: float = RINGING_SHARE * RESONANCE_HZ
+
+
+Ends = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Ranges that were fitted (`lm_validity`); both ends 0: not stated."""
+
+    torque_Nm: float = 0.0
+    temperature_C: Ends = (0.0, 0.0)
+    cycles: Ends = (0.0, 0.0)
+    input_velocity_rad_s: Ends = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -161,6 +201,11 @@ class Controller:
         The user's own effects by name, where some are among `effects`.
     envelope : Envelope
         What the plays follow.
+    valid : Validity
+        The ranges that were fitted.
+    dead_band_rad : float
+        Of the gap profile, whose one play is half as wide as the gap: motion of the command after a
+        reversal within which the correction changes sides.
     """
 
     torque_limit_Nm: float
@@ -174,10 +219,15 @@ class Controller:
     notes: Sequence[str] = field(default_factory=list)
     own: Mapping[str, Effect] = field(default_factory=dict)
     envelope: Envelope = Envelope()
+    valid: Validity = Validity()
+    dead_band_rad: float = 0.0
 
     @property
     def plays(self) -> list[Play]:
-        """All plays, outside ones first."""
+        """All plays as the library has them, outside ones first."""
+        if self.dead_band_rad > 0:
+            half = self.outside[0].radius_Nm
+            return [Play(self.dead_band_rad / 2, 0.0, 2 * half / self.dead_band_rad)]
         return [*self.outside, *self.inside]
 
 
@@ -243,16 +293,26 @@ def make_controller(
     used = {name: own[name] for name, _ in effects if own and name in own}
     _fits(drive.file, "plays", len(outside) + len(inside), PLAYS_MAX[profile], profile)
     envelope = _fitted_envelope(drive)
-    if profile == "standard" and (effects or envelope.most_Nm > 0):
-        lacks = "effects" if effects else "envelope of the plays"
-        if effects and envelope.most_Nm > 0:
-            lacks += " and no envelope of the plays"
-        macros = build_macros(effects, used, envelope)
-        notes.append(f"The standard build holds no {lacks}: compile with {macros}.")
+    if profile == "standard" and effects:
+        macros = build_macros(effects, used)
+        notes.append(f"The standard build holds no effects: compile with {macros}.")
+    if "dead_band" in given:
+        raise InputError("--set", "dead_band_rad", "it", "--profile gap: others have no dead band")
     largest = float(np.max(np.abs(np.interp([-limit, limit], torque, angle))))
-    limits, watch = _defaults(given, CORRECTION_SHARE * largest)
+    limits, watch = _defaults(given, drive, CORRECTION_SHARE * largest, torque, angle)
     return Controller(
-        limit, torque, angle, limits, watch, outside, inside, effects, notes, used, envelope
+        limit,
+        torque,
+        angle,
+        limits,
+        watch,
+        outside,
+        inside,
+        effects,
+        notes,
+        used,
+        envelope,
+        _fitted_validity(drive),
     )
 
 
@@ -302,6 +362,22 @@ def _fitted_envelope(drive: Drive) -> Envelope:
     if PLAY_ENVELOPE not in values:
         return Envelope()
     return Envelope(float(values[PLAY_ENVELOPE]), float(values[PLAY_KNEE]))
+
+
+def _fitted_validity(drive: Drive) -> Validity:
+    """Ranges that a fit has seen."""
+    ranges = (drive.fit or {}).get("ranges", {})
+
+    def ends(key: str) -> Ends:
+        low, high = ranges.get(key, (0.0, 0.0))
+        return float(low), float(high)
+
+    return Validity(
+        max(map(abs, ends("torque_Nm"))),
+        ends("temperature_C"),
+        ends("cycles"),
+        ends("input_velocity_rad_per_s"),
+    )
 
 
 def _friction(
@@ -403,18 +479,11 @@ def known_effects(c: Core, own: Mapping[str, Effect]) -> dict[str, Any]:
     return {**library_effects(c), **mine}
 
 
-def build_macros(
-    effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[str, Effect], envelope: Envelope
-) -> str:
-    """Compiler options without which the run-time code does not hold these parameters."""
-    macros = []
-    if effects:
-        known = known_effects(core(32), own)
-        memory = sum(int(known[name].memory_count) for name, _ in effects)
-        macros += [f"-DLM_EFFECTS_MAX={len(effects)}", f"-DLM_EFFECT_MEMORY_MAX={memory}"]
-    if envelope.most_Nm > 0:
-        macros.append("-DLM_ENVELOPE=1")
-    return " ".join(macros)
+def build_macros(effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[str, Effect]) -> str:
+    """Compiler options without which the run-time code does not hold these effects."""
+    known = known_effects(core(32), own)
+    memory = sum(int(known[name].memory_count) for name, _ in effects)
+    return f"-DLM_EFFECTS_MAX={len(effects)} -DLM_EFFECT_MEMORY_MAX={memory}"
 
 
 def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
@@ -429,10 +498,14 @@ def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
         width = design_model(drive).reversal_lost_motion(at)
     if "torque_limit" in given:
         raise InputError("--set", "torque_limit_Nm", "it", "nothing: the gap profile has no torque")
-    limits, watch = _defaults(given, CORRECTION_SHARE * width)
+    if width <= 0:
+        raise InputError(drive.file, "lost motion", "none", "some: the gap profile makes up for it")
+    dead_band = given.get("dead_band", DEAD_BAND_SHARE * width)
     empty = np.zeros(0)
+    limits, watch = _defaults(given, drive, CORRECTION_SHARE * width, empty, empty)
+    play = Play(width / 2, 0.0, 1.0)
     return Controller(
-        GAP_ANGLE_RAD, empty, empty, limits, watch, [Play(width / 2, 0.0, 1.0)], notes=notes
+        GAP_ANGLE_RAD, empty, empty, limits, watch, [play], notes=notes, dead_band_rad=dead_band
     )
 
 
@@ -440,21 +513,43 @@ GAP_ANGLE_RAD = 1000.0
 """Largest commanded angle of the gap profile: 159 turns of the output."""
 
 
-def _defaults(given: Mapping[str, float], correction_rad: float) -> tuple[Limits, Watch]:
-    """Limits and watch: what is given, the rest in proportion."""
+def _defaults(
+    given: Mapping[str, float],
+    drive: Drive,
+    correction_rad: float,
+    torque_Nm: FloatArray,
+    angle_rad: FloatArray,
+) -> tuple[Limits, Watch]:
+    """Limits and watch: what is given, the rest from the drive and its resonance."""
     period = given.get("period", 1e-3)
     fastest = 1.0 / (RESPONSE_TICKS * period)
-    response = given.get("response", fastest)
-    if response > fastest * (1 + 1e-6):
-        raise InputError("--set", "response_per_s", f"{response:.6g}", f"at most {fastest:.6g}")
     correction = given.get("correction", correction_rad)
     velocity = given.get("velocity", correction / CROSSING_S)
+    resonance = given.get("resonance", RESONANCE_HZ)
+    response = min(RESPONSE_PER_HZ * resonance, fastest)
+    noise_Nm = given.get("torque_noise", 0.0)
+    if noise_Nm > 0 and torque_Nm.size:
+        # White noise of the torque makes 64 response^2 slope noise of acceleration (compensator.h),
+        # of a limit that is 2 response velocity.
+        rise = np.ptp(np.interp([-3 * noise_Nm, 3 * noise_Nm], torque_Nm, angle_rad)) / 6
+        response = min(response, NOISE_ACCELERATION_SHARE * velocity / (32 * float(rise)))
+    response = given.get("response", response)
+    if response > fastest * (1 + 1e-6):
+        raise InputError("--set", "response_per_s", f"{response:.6g}", f"at most {fastest:.6g}")
     # With these the stages of the limiter do not narrow each other (compensator.c).
     acceleration = given.get("acceleration", 2.0 * response * velocity)
     jerk = given.get("jerk", 8.0 * response * acceleration)
-    noise = given.get("noise", NOISE_RAD)
+    fitted = float((drive.fit or {}).get("noise_floor_arcsec", 0.0)) * ARCSEC
+    noise = given.get("noise", fitted or NOISE_RAD)
     misfit = given.get("misfit", max(3.0 * noise, MISFIT_SHARE * correction))
-    watch = Watch(given.get("window", 1.0), given.get("fade", 2.0), noise, misfit)
+    watch = Watch(
+        given.get("window", 1.0),
+        given.get("fade", 2.0),
+        noise,
+        misfit,
+        given.get("creep", CREEP_RAD_PER_S),
+        given.get("ringing", RINGING_SHARE * resonance),
+    )
     return Limits(period, correction, velocity, acceleration, jerk, response), watch
 
 
@@ -464,8 +559,8 @@ def build(controller: Controller, c: Core | None = None) -> Any:
     Returns
     -------
     cdata
-        An owned ``lm_parameters *`` with its fingerprint. The gap profile has none: the library in
-        this package is built with a curve.
+        An owned ``lm_parameters *`` with its fingerprint. That of the gap profile can be stored,
+        not run: the library in this package is built with a curve.
 
     Raises
     ------
@@ -474,11 +569,34 @@ def build(controller: Controller, c: Core | None = None) -> Any:
     """
     c = c or core(32)
     made = c.ffi.new("lm_parameters *")
-    made.format = c.lib.LM_PARAMETERS_LAYOUT
     made.torque_limit_Nm = controller.torque_limit_Nm
-    for part, target in ((controller.limits, made.limits), (controller.watch, made.watch)):
+    for part, target in (
+        (controller.limits, made.limits),
+        (controller.watch, made.watch),
+        (controller.valid, made.valid),
+    ):
         for name in (entry.name for entry in fields(part)):
             setattr(target, name, getattr(part, name))
+    if controller.torque_Nm.size:
+        _build_model(controller, c, made)
+    else:
+        _build_gap(controller, made)
+    made.fingerprint = int.from_bytes(store(made, c)[-4:], "little")
+    return made
+
+
+def _build_gap(controller: Controller, made: Any) -> None:
+    """One play, by hand: its weight is beyond those that have a curve beside them."""
+    (play,) = controller.plays
+    made.plays.count = made.plays.outside_count = 1
+    made.plays.knee_Nm = controller.envelope.knee_Nm
+    slot = made.plays.slot[0]
+    slot.radius_Nm, slot.weight = play.radius_Nm, play.weight
+    slot.edge_slope[0] = slot.edge_slope[1] = 1.0
+
+
+def _build_model(controller: Controller, c: Core, made: Any) -> None:
+    made.format = c.lib.LM_PARAMETERS_LAYOUT
     torque, angle = c.array(controller.torque_Nm), c.array(controller.angle_rad)
     plays = c.ffi.new("lm_play[]", max(1, len(controller.plays)))
     for i, play in enumerate(controller.plays):
@@ -513,8 +631,17 @@ def build(controller: Controller, c: Core | None = None) -> Any:
         c.check(c.lib.lm_check_parameters(made, fault), fault)
     except LibraryError as error:
         raise refused(error) from None
-    made.fingerprint = zlib.crc32(blob_body(controller))
-    return made
+
+
+def store(made: Any, c: Core | None = None) -> bytes:
+    """Binary form of built parameters, which `lm_load_parameters` reads."""
+    c = c or core(32)
+    capacity = int(c.lib.LM_BLOB_BYTES_MAX)
+    bytes_of = c.ffi.new("uint8_t[]", capacity)
+    length = c.ffi.new("size_t *")
+    fault = c.fault()
+    c.check(c.lib.lm_store_parameters(made, bytes_of, capacity, length, fault), fault)
+    return bytes(c.ffi.buffer(bytes_of, length[0]))
 
 
 def refused(error: LibraryError) -> InputError:
@@ -532,36 +659,9 @@ def refused(error: LibraryError) -> InputError:
     )
 
 
-def blob_body(controller: Controller) -> bytes:
-    """Binary form without the checksum at its end; parameters.h describes it."""
-    known = known_effects(core(32), controller.own)
-    parts = [struct.pack("<f", controller.torque_limit_Nm)]
-    parts.append(struct.pack("<I", controller.torque_Nm.size))
-    for torque, angle in zip(controller.torque_Nm, controller.angle_rad, strict=True):
-        parts.append(struct.pack("<2f", torque, angle))
-    plays = controller.plays
-    parts.append(struct.pack("<2I", len(plays), len(controller.outside)))
-    for play in plays:
-        # The library keeps 1 + widening, so this many digits of the widening come back.
-        widening = np.float32(np.float32(1) + np.float32(play.widening)) - np.float32(1)
-        parts.append(struct.pack("<3f", play.radius_Nm, widening, play.weight))
-    parts.append(struct.pack("<2f", controller.envelope.most_Nm, controller.envelope.knee_Nm))
-    parts.append(struct.pack("<I", len(controller.effects)))
-    for name, values in controller.effects:
-        number, count = known[name].id, known[name].value_count
-        parts.append(struct.pack(f"<2I{count}f", number, count, *values))
-    for part in (controller.limits, controller.watch):
-        numbers = [getattr(part, entry.name) for entry in fields(part)]
-        parts.append(struct.pack(f"<{len(numbers)}f", *numbers))
-    body = b"".join(parts)
-    length = 16 + len(body) + 4
-    return b"LMP1" + struct.pack("<3I", MARK, FORMAT, length) + body
-
-
 def format_blob(controller: Controller) -> bytes:
     """Binary form, which `lm_load_parameters` reads."""
-    body = blob_body(controller)
-    return body + struct.pack("<I", zlib.crc32(body))
+    return store(build(controller))
 
 
 def literal(value: float | np.float32) -> str:
@@ -613,7 +713,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         raise InputError("--name", "", f"'{name}'", "a name in C")
     gap = controller.torque_Nm.size == 0
     plays = controller.plays
-    fingerprint = zlib.crc32(blob_body(controller))
+    fingerprint = build(controller).fingerprint
     if gap:
         needs, size = "LM_PROFILE != LM_PROFILE_GAP", "-DLM_PROFILE=LM_PROFILE_GAP"
     else:
@@ -652,6 +752,10 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         f"#if LM_PARAMETERS_FORMAT != {FORMAT}",
         '#error "lostmotion: these parameters were written for another version: export again"',
         "#endif",
+        "/* Time between two calls of lm_step_compensator: compare it with that of your loop, */",
+        f"/* #if {name.upper()}_PERIOD_NS != 1000000000 / LOOP_HZ, say. */",
+        f"#define {name.upper()}_PERIOD_NS {round(limits.period_s * 1e9)}",
+        f"#define {name.upper()}_PERIOD_S {literal(limits.period_s)}",
         f"#if {needs}",
         f'#error "lostmotion: these parameters need {size}"',
         "#endif",
@@ -663,6 +767,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         f"    {literal(controller.torque_limit_Nm)},",
         rows_of(limits) + ",",
         rows_of(watch) + ",",
+        rows_of(controller.valid) + ",",
     ]
     text += _plays_text(controller, gap)
     if not gap:
@@ -672,19 +777,23 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     return "\n".join(text)
 
 
-def rows_of(part: Limits | Watch) -> str:
-    """Initializer of a struct of numbers."""
-    numbers = [literal(getattr(part, entry.name)) for entry in fields(part)]
-    return "    {" + ", ".join(numbers) + "}"
+def rows_of(part: Limits | Watch | Validity) -> str:
+    """Initializer of a struct of numbers and pairs of them."""
+    texts = []
+    for entry in fields(part):
+        value = getattr(part, entry.name)
+        pair = isinstance(value, tuple)
+        texts.append(f"{{{', '.join(map(literal, value))}}}" if pair else literal(value))
+    return "    {" + ", ".join(texts) + "}"
 
 
 def _plays_text(controller: Controller, gap: bool) -> list[str]:
     plays = controller.plays
     # Sums in the library's order and precision.
     outside = inside = np.float32(0)
-    for play in controller.outside:
+    for play in plays[: len(controller.outside)]:
         outside = np.float32(outside + np.float32(play.weight))
-    for play in controller.inside:
+    for play in plays[len(controller.outside) :]:
         inside = np.float32(inside + np.float32(play.weight))
     counts = f"{len(plays)}, {len(controller.outside)}, {literal(outside)}, {literal(inside)}"
     envelope = f"{literal(controller.envelope.most_Nm)}, {literal(controller.envelope.knee_Nm)}"
@@ -757,8 +866,6 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
     path = Path(file)
     if path.suffix not in (".h", ".bin"):
         raise InputError("--output", "", f"'{path.name}'", "a name that ends in .h or .bin")
-    if controller.torque_Nm.size:
-        build(controller)
     blob = format_blob(controller)
     content = blob if path.suffix == ".bin" else format_header(controller, name, title)
     sources = _own_sources(controller, path.parent)
@@ -769,7 +876,7 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
     return {
         "schema": "lostmotion.export/1",
         "file": str(path),
-        "fingerprint": f"{zlib.crc32(blob[:-4]):08x}",
+        "fingerprint": f"{int.from_bytes(blob[-4:], 'little'):08x}",
         "blob_bytes": len(blob),
         "knots": int(controller.torque_Nm.size),
         "plays_outside": len(controller.outside),
@@ -777,8 +884,10 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
         "effects": [effect for effect, _ in controller.effects],
         "sources": [str(source) for source in sources],
         "torque_limit_Nm": controller.torque_limit_Nm,
+        "dead_band_rad": controller.dead_band_rad,
         "limits": {entry.name: getattr(limits, entry.name) for entry in fields(limits)},
         "watch": {e.name: getattr(controller.watch, e.name) for e in fields(controller.watch)},
+        "valid": {e.name: getattr(controller.valid, e.name) for e in fields(controller.valid)},
         "notes": list(controller.notes),
     }
 
@@ -822,6 +931,12 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
     print("\nlimits of the correction:", file=out)
     for name, value in {**answer["limits"], **answer["watch"]}.items():
         print(f"  {name} = {value:.6g}", file=out)
+    stated = {name: value for name, value in answer["valid"].items() if np.any(value)}
+    if stated:
+        print("\nfitted for:", file=out)
+        for name, value in stated.items():
+            text = " to ".join(f"{end:.6g}" for end in np.atleast_1d(value))
+            print(f"  {name} = {text}", file=out)
     if answer["notes"]:
         print("\nassumed:", file=out)
         for line in answer["notes"]:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import Core, core
+from lostmotion.core import NEEDS, Core, core
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.export import Profile, build, known_effects, make_controller
@@ -52,6 +52,12 @@ STATES = (
     "model_refused",
     "watch_refused",
     "headroom_short",
+    "settled",
+    "extrapolated",
+    "condition_missing",
+    "not_started",
+    "ringing",
+    "period_wrong",
 )
 """Names of the LM_STATE_ bits, lowest first."""
 
@@ -301,7 +307,8 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
     c.check(c.lib.lm_start_compensator(compensator, parameters, first, fault), fault)
     start = float(c.lib.lm_bound_uncertainty(compensator))
     at = c.ffi.new("lm_conditions *")
-    at.temperature_C = c.lib.LM_REFERENCE_TEMPERATURE_C
+    for name in NEEDS[:-1]:  # all but the time, which counts as the period
+        setattr(at, name, c.lib.LM_UNKNOWN)
     values = np.empty((ticks, len(OUTPUTS)), dtype=np.float32)
     status = np.empty(ticks, dtype=np.uint32)
     named = list(columns.items())

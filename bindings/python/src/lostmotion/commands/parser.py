@@ -434,5 +434,14 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY_UNIT=NUMBER",
-        help="period, torque_limit, a limit of the correction or of the watch",
+        help="period, torque_limit, torque_noise, a limit of the correction or of the watch",
+    )
+    parser.add_argument(
+        "--resonance-Hz",
+        action="append",
+        dest="set",
+        type="resonance_Hz={}".format,
+        metavar="HZ",
+        help="lowest resonance of the joint with its load: how fast the correction may be "
+        "(default: 25)",
     )

@@ -26,6 +26,7 @@ from lostmotion.discover.noise_floor import noise_floor
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.discover.refits import term_of
 from lostmotion.drives import (
+    FIT_RANGES,
     KNOT,
     PLAY_ENVELOPE,
     PLAY_KNEE,
@@ -37,6 +38,7 @@ from lostmotion.drives import (
     row_names,
 )
 from lostmotion.effects.columns import constant_columns
+from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
@@ -134,6 +136,7 @@ class FittedModel:
             "heldout_rms_arcsec": last["rms_heldout_arcsec"],
             "noise_floor_arcsec": self.noise_floor_arcsec,
             "samples": self.base.conditions.rows,
+            "ranges": fitted_ranges(self.base.conditions),
             "covariance": [
                 [float(f"{self.covariance[i, j]:.6g}") for j in estimated] for i in estimated
             ],
@@ -146,6 +149,16 @@ class FittedModel:
         if not document["effect"]:
             del document["effect"]
         return document
+
+
+def fitted_ranges(conditions: Conditions) -> dict[str, list[float]]:
+    """Least and greatest of what the fit has seen, by the keys of ``[fit.ranges]``."""
+    found = {}
+    for key in FIT_RANGES:
+        column = conditions.columns.get(key.replace("rad_per_s", "rad_s"))
+        if column is not None:
+            found[key] = [float(np.min(column)), float(np.max(column))]
+    return found
 
 
 def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Term:

@@ -1,0 +1,68 @@
+/* The position loop of a drive round the plant: cascade on the motor's encoder, feed-forward, one
+ * of four compensations, and where the library gets its torque from. */
+#ifndef LOSTMOTION_TESTS_PLANT_LOOP_H
+#define LOSTMOTION_TESTS_PLANT_LOOP_H
+
+#include <stdint.h>
+
+#include "lostmotion/runtime.h"
+#include "plant.h"
+
+typedef enum method { METHOD_NONE, METHOD_CONSTANT, METHOD_TABLE, METHOD_LIBRARY } method;
+
+typedef enum torque_source {
+  FROM_MODEL,      /* gravity and inertia of the command, gravity 2 % off */
+  FROM_SENSOR,     /* the model's, and slowly what a sensor finds beyond it (torque.h) */
+  FROM_RAW_SENSOR, /* as it comes, with its noise */
+  FROM_CURRENT,    /* estimated, filtered and held (torque.h) */
+  FROM_RAW_CURRENT /* what the motor pushes with */
+} torque_source;
+
+typedef struct command {
+  double angle_rad, velocity_rad_s, acceleration_rad_s2;
+} command;
+
+/* What is known of the joint, and what of it is wrong. */
+typedef struct knowledge {
+  const lm_parameters *parameters;
+  const double *table_rad; /* true mean curve, at -60 to 60 N*m in steps of 1 */
+  double half_width_rad;   /* of the constant width */
+  double gravity_share;    /* of the gravity that is true */
+  double torque_factor;    /* on what library and table are told */
+  double temperature_off_K;
+  int output_loop; /* the position loop closes on an encoder at the output */
+} knowledge;
+
+typedef struct loop {
+  method how;
+  torque_source source;
+  knowledge known;
+  double period_s;
+  lm_compensator compensator;
+  lm_correction now;
+  double correction_rad, correction_rad_s, correction_rad_s2;
+  double side;
+  double last_rad, speed_rad_s, sum_Nm, motor_Nm;
+  double beyond_Nm, current_Nm;
+  float believed_Nm;
+  uint32_t noise;
+  uint32_t seen; /* status bits that were ever set */
+  int64_t ticks, watch_ticks;
+  int64_t first_fade; /* tick of the first LM_STATE_FADED, or -1 */
+} loop;
+
+/* Power-up with the loop open. Exits where the parameters are refused. */
+void loop_start(loop *l, method how, torque_source source, const knowledge *known, double rate_Hz,
+                const plant *joint);
+
+/* Where the output is, as the drive reports it. */
+double loop_reported(const loop *l, const plant *joint);
+
+/* One tick; `closed` 0: the motor is braked or off, the compensation runs on. Returns the motor's
+ * torque. */
+double loop_tick(loop *l, const plant *joint, const command *wish, int closed);
+
+/* Power-down and power-up: what the library remembers goes through lm_saved. */
+void loop_power_cycle(loop *l, const plant *joint, const command *wish);
+
+#endif

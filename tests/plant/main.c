@@ -1,0 +1,410 @@
+/* plant bench             a recording of the gear on a bench, as CSV
+ * plant run BLOB_1kHz BLOB_10kHz [WORD]
+ *                         every case (those whose name holds WORD) without compensation, with a
+ *                         constant width, with the table of the true mean curve, with the library
+ *
+ * Errors are those of the output, arcsec rms over the scored time. Exit status 1 where the library
+ * does worse than nothing, rings, or stays more than a tenth behind the best of the others in a
+ * case that is not marked as known. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "loop.h"
+
+#define ARCSEC (3.14159265358979323846 / 648000)
+#define STEPS 10 /* of a motion at most */
+#define BRAKE_S 1.0
+#define RING_RAD (8 * ARCSEC) /* unrest of a standing output, peak to peak, that is no ringing */
+#define CLOSE (1.1)           /* within 10 % of the best */
+#define NOISE_RAD (0.5 * ARCSEC)
+
+typedef struct step {
+  double seconds, to_rad;
+} step;
+
+typedef struct scenario {
+  const char *name;
+  step steps[STEPS];
+  double from_s;                /* scored from here */
+  double unrest_rad, unrest_Hz; /* a sine on the command, from from_s on */
+  double brake_s;    /* emergency stop with brake: one second, an outside push meanwhile */
+  double cycle_s;    /* power is off and on again, braked */
+  double hold_s;     /* homing: mode HOLD for one second */
+  double outside_Nm; /* on the output from from_s on */
+} scenario;
+
+static const scenario move_dwell = {
+    "move and dwell",
+    {{1, 0.8}, {3, 0.8}, {0.8, 0.2}, {2, 0.2}, {1, -0.7}, {3, -0.7}},
+    0,
+    0,
+    0,
+    0,
+    0,
+    0,
+    0};
+static const scenario hover = {"hover", {{1, 0.7}, {7, 0.7}}, 1.5, 3e-4, 1.3, 0, 0, 0, 0};
+static const scenario jog = {"jog",
+                             {{1, 0.5},
+                              {0.3, 0.502},
+                              {0.3, 0.502},
+                              {0.3, 0.504},
+                              {0.3, 0.504},
+                              {0.3, 0.500},
+                              {0.3, 0.500},
+                              {0.3, 0.496},
+                              {2, 0.496}},
+                             1,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0};
+static const scenario reversals = {
+    "reversals", {{1, 0.3}, {1, -0.3}, {1, 0.3}, {1, -0.3}, {1, 0.3}, {1, 0}}, 1, 0, 0, 0, 0, 0, 0};
+static const scenario crossing = {
+    "gravity crossing zero", {{0.6, -0.3}, {6, 0.3}, {6, -0.3}, {2, -0.3}}, 0.6, 0, 0, 0, 0, 0, 0};
+static const scenario rest_at_zero = {
+    "rest at zero load", {{0.5, 0.2}, {0.6, 0.0}, {5, 0.0}}, 1.1, 0, 0, 0, 0, 0, 0};
+static const scenario dither = {
+    "dither at zero load", {{0.5, 0.1}, {0.5, 0}, {6, 0}}, 1.2, 1e-4, 3, 0, 0, 0, 0};
+static const scenario saturation = {
+    "saturation", {{1, 1.2}, {4, 1.2}, {1, 0.2}, {2, 0.2}}, 0, 0, 0, 0, 0, 0, -25};
+static const scenario braking = {"emergency stop and brake",
+                                 {{1, 0.8}, {1, 0.4}, {2.5, 0.4}, {1, 0.6}, {2, 0.6}},
+                                 0,
+                                 0,
+                                 0,
+                                 1.4,
+                                 0,
+                                 0,
+                                 0};
+static const scenario cycling = {"power cycle under load",
+                                 {{1, 0.8}, {1, 0.8}, {1.5, 0.8}, {1, 0.3}, {2, 0.3}},
+                                 0,
+                                 0,
+                                 0,
+                                 0,
+                                 2.1,
+                                 0,
+                                 0};
+static const scenario homing = {
+    "homing, correction held", {{1, 0.6}, {2, 0.65}, {1, 0.6}, {1, 0.6}}, 0, 0, 0, 0, 0, 1.2, 0};
+
+typedef struct trial {
+  const scenario *what;
+  const char *wrong; /* what is wrong, or nothing */
+  torque_source source;
+  double gravity_share, torque_factor, temperature_off_K, temperature_C;
+  int output_loop;
+  int known_worse; /* listed with its reason in the documentation */
+} trial;
+
+static const trial trials[] = {
+    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0},
+    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
+    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0},
+    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0},
+    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0},
+    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0},
+    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0},
+    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0},
+    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 0},
+    {&move_dwell, "temperature sensor broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 0},
+    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0},
+    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0},
+    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0},
+    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0},
+    {&reversals, "torque times ratio of another drive", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0},
+    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0},
+    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0},
+};
+#define TRIALS ((int)(sizeof trials / sizeof trials[0]))
+
+static command at_time(const scenario *what, double time_s) {
+  command wish = {0, 0, 0};
+  double from_rad = 0;
+  double left_s = time_s;
+  int i;
+  for (i = 0; i < STEPS && what->steps[i].seconds > 0; ++i) {
+    const step *to = &what->steps[i];
+    if (left_s < to->seconds) {
+      double u = left_s / to->seconds;
+      double way = to->to_rad - from_rad;
+      wish.angle_rad = from_rad + way * u * u * u * (10 + u * (6 * u - 15));
+      wish.velocity_rad_s = way / to->seconds * 30 * u * u * (1 - u) * (1 - u);
+      wish.acceleration_rad_s2 = way / (to->seconds * to->seconds) * 60 * u * (1 - u) * (1 - 2 * u);
+      break;
+    }
+    left_s -= to->seconds;
+    from_rad = to->to_rad;
+    wish.angle_rad = from_rad;
+  }
+  if (what->unrest_rad > 0 && time_s > what->from_s) {
+    double rate = 2 * 3.14159265358979323846 * what->unrest_Hz;
+    double phase = rate * (time_s - what->from_s);
+    wish.angle_rad += what->unrest_rad * sin(phase);
+    wish.velocity_rad_s += what->unrest_rad * rate * cos(phase);
+    wish.acceleration_rad_s2 -= what->unrest_rad * rate * rate * sin(phase);
+  }
+  return wish;
+}
+
+static double duration(const scenario *what) {
+  double sum_s = 0;
+  int i;
+  for (i = 0; i < STEPS; ++i) {
+    sum_s += what->steps[i].seconds;
+  }
+  return sum_s;
+}
+
+typedef struct score {
+  double rms_rad, jump_rad, rest_rad; /* jump: as the loop closes again; rest: unrest at the end */
+  double fade_s;
+  uint32_t seen;
+} score;
+
+static int within(double time_s, double from_s, double length_s) {
+  return from_s > 0 && time_s >= from_s && time_s < from_s + length_s;
+}
+
+static score run(const trial *t, method how, double rate_Hz, knowledge known) {
+  const scenario *what = t->what;
+  plant joint;
+  loop l;
+  score found = {0, 0, 0, -1, 0};
+  double period_s = 1 / rate_Hz;
+  double end_s = duration(what);
+  int substeps = (int)(period_s / PLANT_STEP_S + 0.5);
+  int64_t ticks = (int64_t)(end_s * rate_Hz);
+  int64_t scored = 0;
+  int64_t k;
+  double low = 1e9;
+  double high = -1e9;
+  double offset_rad = 0; /* of the command, where it began anew at the reported angle */
+  double closed_at_rad = 0;
+  double closed_at_s = -10;
+  int was_closed = 0;
+  plant_start(&joint);
+  joint.temperature_C = t->temperature_C;
+  known.gravity_share = t->gravity_share;
+  known.torque_factor = t->torque_factor;
+  known.temperature_off_K = t->temperature_off_K;
+  known.output_loop = t->output_loop;
+  loop_start(&l, how, t->source, &known, rate_Hz, &joint);
+  for (k = 0; k < ticks; ++k) {
+    double time_s = (double)k * period_s;
+    int braked = within(time_s, what->brake_s, BRAKE_S) || within(time_s, what->cycle_s, BRAKE_S);
+    int free_run = within(time_s, what->brake_s, BRAKE_S + 0.6);
+    command wish = at_time(what, time_s);
+    double torque_Nm;
+    int i;
+    joint.outside_Nm = time_s > what->from_s ? what->outside_Nm : 0;
+    if (within(time_s, what->brake_s + 0.2, 0.4) && braked) {
+      joint.outside_Nm = -8;
+    }
+    if (how == METHOD_LIBRARY && what->hold_s > 0) {
+      lm_set_mode(&l.compensator, within(time_s, what->hold_s, 1.0) ? LM_MODE_HOLD : LM_MODE_RUN);
+    }
+    joint.braked = braked;
+    if (braked) {
+      wish.angle_rad = loop_reported(&l, &joint);
+      wish.velocity_rad_s = 0;
+      wish.acceleration_rad_s2 = 0;
+      if (what->cycle_s > 0 && fabs(time_s - what->cycle_s - 0.5) < period_s / 2) {
+        loop_power_cycle(&l, &joint, &wish);
+      }
+    } else if (!was_closed) {
+      closed_at_rad = plant_output(&joint);
+      closed_at_s = time_s;
+      offset_rad = k > 0 ? loop_reported(&l, &joint) - wish.angle_rad : 0;
+    }
+    was_closed = !braked;
+    if (!braked) {
+      /* What differs from the plan is made up for slowly. */
+      double decay = exp(-fmax(time_s - closed_at_s - 0.3, 0) / 0.1);
+      wish.angle_rad += offset_rad * decay;
+      if (time_s - closed_at_s < 0.25 && k * period_s > 0.5) {
+        found.jump_rad = fmax(found.jump_rad, fabs(plant_output(&joint) - closed_at_rad));
+      }
+    }
+    torque_Nm = loop_tick(&l, &joint, &wish, !braked);
+    for (i = 0; i < substeps; ++i) {
+      plant_step(&joint, torque_Nm);
+    }
+    if (time_s >= what->from_s && !braked && !free_run) {
+      double error_rad = plant_output(&joint) - wish.angle_rad;
+      found.rms_rad += error_rad * error_rad;
+      scored += 1;
+    }
+    if (time_s > end_s - 0.8) {
+      double error_rad = plant_output(&joint) - wish.angle_rad;
+      low = fmin(low, error_rad);
+      high = fmax(high, error_rad);
+    }
+  }
+  found.rms_rad = sqrt(found.rms_rad / (double)scored);
+  found.rest_rad = high - low;
+  found.seen = l.seen;
+  found.fade_s = l.first_fade < 0 ? -1 : (double)l.first_fade * period_s;
+  return found;
+}
+
+#define TABLE_HALF 60
+static double mean_curve[2 * TABLE_HALF + 1];
+
+static void measure_mean_curve(void) {
+  plant joint;
+  int pass;
+  int i;
+  plant_start(&joint);
+  (void)plant_bench(&joint, TABLE_HALF + 5);
+  for (pass = 0; pass < 2; ++pass) {
+    for (i = -TABLE_HALF; i <= TABLE_HALF; ++i) {
+      int at = pass ? i : -i;
+      mean_curve[TABLE_HALF + at] += 0.5 * plant_bench(&joint, at);
+    }
+    (void)plant_bench(&joint, pass ? TABLE_HALF + 5 : -TABLE_HALF - 5);
+  }
+}
+
+/* Half the lost motion of a reversal at 4 % of the rated torque. */
+static double measure_half_width(void) {
+  plant joint;
+  double up;
+  plant_start(&joint);
+  (void)plant_bench(&joint, PLANT_RATED_NM);
+  up = plant_bench(&joint, 0.04 * PLANT_RATED_NM);
+  (void)plant_bench(&joint, -PLANT_RATED_NM);
+  return 0.5 * (up - plant_bench(&joint, -0.04 * PLANT_RATED_NM));
+}
+
+static int judge(const trial *t, double rate_Hz, const knowledge *known) {
+  score by[4];
+  double best;
+  const char *verdict = "";
+  int fine = 1;
+  int i;
+  for (i = 0; i < 4; ++i) {
+    by[i] = run(t, (method)i, rate_Hz, *known);
+  }
+  best = fmin(by[0].rms_rad, fmin(by[1].rms_rad, by[2].rms_rad));
+  if (by[3].rms_rad > by[0].rms_rad + NOISE_RAD) {
+    verdict = "WORSE THAN NONE";
+    fine = 0;
+  } else if (by[3].rest_rad > fmax(by[0].rest_rad, RING_RAD) + RING_RAD) {
+    verdict = "RINGS";
+    fine = 0;
+  } else if (by[3].rms_rad > CLOSE * best + NOISE_RAD) {
+    verdict = "behind";
+    fine = 0;
+  }
+  printf("%-25s %-22.22s %2.0f %8.1f %8.1f %8.1f %8.1f %7.1f %7.1f %6.2f %6x  %s%s\n",
+         t->what->name, t->wrong, rate_Hz / 1000, by[0].rms_rad / ARCSEC, by[1].rms_rad / ARCSEC,
+         by[2].rms_rad / ARCSEC, by[3].rms_rad / ARCSEC, by[3].rest_rad / ARCSEC,
+         by[3].jump_rad / ARCSEC, by[3].fade_s, (unsigned)by[3].seen, verdict,
+         t->known_worse && !fine ? " (known)" : "");
+  fflush(stdout);
+  return fine || t->known_worse;
+}
+
+static int bench(void) {
+  static const double most_Nm[] = {40, 15, 4};
+  static const double temperature_C[] = {20, 35, 50};
+  uint32_t seed = 7;
+  int number = 0;
+  int i;
+  int k;
+  printf("run,time_s,torque_Nm,lost_motion_rad,temperature_C\n");
+  for (i = 0; i < 9; ++i) {
+    plant joint;
+    plant_start(&joint);
+    joint.temperature_C = temperature_C[i / 3];
+    number += 1;
+    for (k = 0; k <= 1000; ++k) {
+      double phase = k / 200.0; /* in quarters of a triangle: up, down, down, up */
+      double wave = fmod(phase, 4) < 1   ? fmod(phase, 4)
+                    : fmod(phase, 4) < 3 ? 2 - fmod(phase, 4)
+                                         : fmod(phase, 4) - 4;
+      double torque_Nm = most_Nm[i % 3] * wave;
+      double twist_rad = plant_bench(&joint, torque_Nm);
+      double noise = -6;
+      int j;
+      for (j = 0; j < 12; ++j) {
+        seed = seed * 1664525u + 1013904223u;
+        noise += (double)(seed >> 8) / 16777216.0;
+      }
+      printf("%d,%.3f,%.4f,%.9f,%.1f\n", number, k * 0.02, torque_Nm, twist_rad + 5e-6 * noise,
+             joint.temperature_C);
+    }
+  }
+  return 0;
+}
+
+static int load(const char *file, lm_parameters *parameters) {
+  static uint8_t bytes[LM_BLOB_BYTES_MAX + 1];
+  FILE *from = fopen(file, "rb");
+  lm_fault fault;
+  size_t length;
+  if (!from) {
+    perror(file);
+    return 1;
+  }
+  length = fread(bytes, 1, sizeof bytes, from);
+  fclose(from);
+  if (lm_load_parameters(parameters, bytes, length, lm_effects, LM_EFFECT_COUNT, &fault) != LM_OK) {
+    fprintf(stderr, "%s: %s: %s\n", file, fault.input, lm_status_sentence(fault.status));
+    return 1;
+  }
+  return 0;
+}
+
+int main(int count, char **word) {
+  static lm_parameters parameters[2];
+  knowledge known;
+  int fine = 1;
+  int i;
+  if (count == 2 && strcmp(word[1], "bench") == 0) {
+    return bench();
+  }
+  if (count < 4 || strcmp(word[1], "run") != 0 || load(word[2], &parameters[0]) ||
+      load(word[3], &parameters[1])) {
+    fprintf(stderr, "plant bench | plant run BLOB_1kHz BLOB_10kHz [WORD]\n");
+    return 2;
+  }
+  memset(&known, 0, sizeof known);
+  measure_mean_curve();
+  known.table_rad = mean_curve;
+  known.half_width_rad = measure_half_width();
+  printf("%-25s %-22s %2s %8s %8s %8s %8s %7s %7s %6s %6s\n", "arcsec rms of the output", "", "kHz",
+         "none", "constant", "table", "library", "rest", "jump", "fade s", "status");
+  for (i = 0; i < 2 * TRIALS; ++i) {
+    const trial *t = &trials[i / 2];
+    if (count > 4 && !strstr(t->what->name, word[4]) && !strstr(t->wrong, word[4])) {
+      continue;
+    }
+    known.parameters = &parameters[i % 2];
+    fine = judge(t, i % 2 ? 10000 : 1000, &known) && fine;
+  }
+  return !fine;
+}

@@ -1,0 +1,89 @@
+#include "plant.h"
+
+#include <math.h>
+#include <string.h>
+
+#define DEAD_RAD 6e-5        /* half the dead zone at 20 degrees C */
+#define DEAD_RAD_PER_K 3e-6  /* by which it opens */
+#define STIFFNESS 2e4        /* N*m/rad */
+#define CUBIC 2e9            /* N*m/rad^3 */
+#define DAMPING 12.0         /* N*m*s/rad */
+#define BOUC_WEN_NM 1.2      /* friction of the gear when it slips */
+#define BOUC_WEN_SLOPE 1.2e4 /* N*m/rad when it sticks */
+#define STRIBECK_NM 3.8      /* LuGre */
+#define STRIBECK_RAD_S 0.01
+#define BRISTLE_STIFFNESS 1.5e5 /* N*m/rad */
+#define BRISTLE_DAMPING 300.0   /* N*m*s/rad */
+#define ENCODER_COUNTS 16384.0  /* of one motor turn */
+#define PI 3.14159265358979323846
+
+void plant_start(plant *joint) {
+  memset(joint, 0, sizeof *joint);
+  joint->gravity_Nm = PLANT_GRAVITY_NM;
+  joint->temperature_C = 20;
+}
+
+double plant_output(const plant *joint) {
+  return joint->motor_rad + joint->twist_rad;
+}
+
+double plant_motor_encoder(const plant *joint) {
+  double count_rad = 2 * PI / (ENCODER_COUNTS * PLANT_RATIO);
+  return floor(joint->motor_rad / count_rad) * count_rad;
+}
+
+static double spring(const plant *joint) {
+  double dead = fmax(DEAD_RAD + DEAD_RAD_PER_K * (joint->temperature_C - 20), 0);
+  double beyond = fmax(fabs(joint->twist_rad) - dead, 0);
+  return copysign(STIFFNESS * beyond + CUBIC * beyond * beyond * beyond, joint->twist_rad);
+}
+
+static void rub(plant *joint, double turned_rad) {
+  double share = joint->friction_Nm / BOUC_WEN_NM;
+  double resists = share * turned_rad > 0 ? fabs(share) : 0;
+  joint->friction_Nm += BOUC_WEN_SLOPE * turned_rad * (1 - resists);
+}
+
+static double motor_friction(plant *joint) {
+  double v = joint->motor_rad_s;
+  double ratio = v / STRIBECK_RAD_S;
+  double g = PLANT_COULOMB_NM + (STRIBECK_NM - PLANT_COULOMB_NM) * exp(-ratio * ratio);
+  double before = joint->bristle_rad;
+  /* Backward in time: stable at any speed. */
+  joint->bristle_rad =
+      (before + v * PLANT_STEP_S) / (1 + BRISTLE_STIFFNESS * fabs(v) / g * PLANT_STEP_S);
+  return BRISTLE_STIFFNESS * joint->bristle_rad +
+         BRISTLE_DAMPING * exp(-ratio * ratio) * (joint->bristle_rad - before) / PLANT_STEP_S +
+         PLANT_VISCOUS_NMS * v;
+}
+
+void plant_step(plant *joint, double motor_Nm) {
+  double output_rad_s = joint->motor_rad_s + joint->twist_rad_s;
+  double load_Nm;
+  joint->shaft_Nm = spring(joint) + joint->friction_Nm + DAMPING * joint->twist_rad_s;
+  if (joint->braked) {
+    joint->motor_rad_s = 0;
+    joint->bristle_rad = 0;
+  } else {
+    double turning_Nm = motor_Nm + joint->shaft_Nm - motor_friction(joint);
+    joint->motor_rad_s += turning_Nm / PLANT_ROTOR_KGM2 * PLANT_STEP_S;
+    joint->motor_rad += joint->motor_rad_s * PLANT_STEP_S;
+  }
+  load_Nm = joint->outside_Nm - joint->gravity_Nm * sin(plant_output(joint)) - joint->shaft_Nm;
+  output_rad_s += load_Nm / PLANT_ARM_KGM2 * PLANT_STEP_S;
+  joint->twist_rad_s = output_rad_s - joint->motor_rad_s;
+  joint->twist_rad += joint->twist_rad_s * PLANT_STEP_S;
+  rub(joint, joint->twist_rad_s * PLANT_STEP_S);
+}
+
+/* Newton's way would need the friction's slope; a thousand small turns need nothing. */
+double plant_bench(plant *joint, double torque_Nm) {
+  const double turn_rad = 2e-8;
+  int rising = spring(joint) + joint->friction_Nm < torque_Nm;
+  while ((spring(joint) + joint->friction_Nm < torque_Nm) == rising) {
+    double turned_rad = rising ? turn_rad : -turn_rad;
+    joint->twist_rad += turned_rad;
+    rub(joint, turned_rad);
+  }
+  return joint->twist_rad;
+}

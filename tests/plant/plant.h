@@ -1,0 +1,49 @@
+/* A joint to try the compensator on that shares no formula with the library: everything is a
+ * differential equation in the twist of the gear, integrated in double precision.
+ *
+ *     twist = output angle - motor angle / ratio
+ *     gear:   T = k1 s + k3 s^3 + F + c twist'        s = twist beyond the dead zone
+ *     F' = kb twist' (1 - |F / Fc| (1 + sgn(F twist')) / 2)              Bouc-Wen
+ *     motor:  LuGre friction, torque limit;   output: gravity arm, inertia, an outside torque
+ *
+ * The dead zone opens with temperature. Motor quantities are those of the output side. With the
+ * motor held the output swings at 25 Hz. */
+#ifndef LOSTMOTION_TESTS_PLANT_H
+#define LOSTMOTION_TESTS_PLANT_H
+
+#define PLANT_RATIO 100.0
+#define PLANT_GRAVITY_NM 35.0 /* with the arm level; it hangs at angle 0 */
+#define PLANT_ARM_KGM2 1.0
+#define PLANT_ROTOR_KGM2 0.6
+#define PLANT_COULOMB_NM 3.0 /* of the motor, on the output side */
+#define PLANT_VISCOUS_NMS 3.0
+#define PLANT_RATED_NM 40.0
+#define PLANT_STEP_S 2.5e-5
+
+typedef struct plant {
+  double motor_rad, motor_rad_s;
+  double twist_rad, twist_rad_s;
+  double bristle_rad; /* LuGre */
+  double friction_Nm; /* Bouc-Wen */
+  double shaft_Nm;    /* what the gear bears */
+  double gravity_Nm;  /* of this load, the arm level */
+  double temperature_C;
+  double outside_Nm; /* on the output */
+  int braked;        /* the motor is held */
+} plant;
+
+/* At rest, arm hanging, nothing wound up. */
+void plant_start(plant *joint);
+
+/* One PLANT_STEP_S with a torque of the motor. */
+void plant_step(plant *joint, double motor_Nm);
+
+double plant_output(const plant *joint);
+
+/* Counts of the motor's 14-bit encoder, as an angle of the output side, rad. */
+double plant_motor_encoder(const plant *joint);
+
+/* The gear on a bench, motor locked, wound slowly to a torque: the twist that it takes. */
+double plant_bench(plant *joint, double torque_Nm);
+
+#endif
