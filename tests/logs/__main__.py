@@ -10,6 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 from .judge import COMMANDS, Verdict
 from .table import names, verdict
+from .walled import hostile_table
 
 
 def main() -> int:
@@ -18,6 +19,7 @@ def main() -> int:
     parser.add_argument("words", nargs="*", help="only what has one of these words in its name")
     parser.add_argument("--commands", default=",".join(COMMANDS), help="these, with commas")
     parser.add_argument("--wrong", action="store_true", help="print what is wrong only")
+    parser.add_argument("--hostile", action="store_true", help="hostile files instead")
     parser.add_argument("--alone", action="store_true", help="each command in a process of its own")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
@@ -26,6 +28,8 @@ def main() -> int:
         for name in names()
         if not arguments.words or any(word.lower() in name.lower() for word in arguments.words)
     ]
+    if arguments.hostile:
+        return hostile_table(arguments.words)
     count = wrong = 0
     for line in _verdicts(wanted, arguments):
         count += 1

@@ -1,0 +1,64 @@
+"""What reading makes of the generated logs of two encoders."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from lostmotion.errors import InputError
+from lostmotion.recordings import Campaign, read_campaign
+
+from .two_encoders import TURN, continuous, is_wrapped, wrapped
+
+COLUMNS = {
+    "input_angle": "input_angle_rad",
+    "output_angle": "output_angle_rad",
+    "torque": "torque_Nm",
+    "lost_motion": "lost_motion_rad",
+}
+
+
+def changed(seed: int, folder: Path) -> str:
+    """Say what reading changes in a continuous log; nothing where it changes no bit."""
+    log = continuous(seed)
+    try:
+        campaign = read_campaign(log.write(folder), ratio=log.ratio)
+    except InputError as error:
+        return f"{log.about}: refused: {error}"
+    if campaign.rows != len(log.run):
+        return f"{log.about}: {len(log.run) - campaign.rows} rows fewer; {_said(campaign)}"
+    for quantity, column in COLUMNS.items():
+        if not np.array_equal(campaign.column(quantity), getattr(log, column)):
+            return f"{log.about}: {quantity} is another; {_said(campaign)}"
+    return ""
+
+
+def misread(seed: int, folder: Path) -> str | None:
+    """Say how reading errs in a wrapped log; None where it is not wrapped at all.
+
+    Right is the lost motion of the log that does not wrap, save for one shift a run, with a
+    finding; or a refusal that names the angles.
+    """
+    clean, log = continuous(seed), wrapped(seed)
+    if not is_wrapped(log, clean):
+        return None
+    try:
+        campaign = read_campaign(log.write(folder), ratio=log.ratio)
+    except InputError as error:
+        return "" if "angle" in str(error) else f"{log.about}: refused: {error}"
+    kinds = {finding.kind for finding in campaign.findings}
+    if campaign.rows != len(log.run):
+        return f"{log.about}: {len(log.run) - campaign.rows} rows fewer; {_said(campaign)}"
+    shift = campaign.column("lost_motion") - clean.lost_motion_rad
+    right = all(
+        np.ptp(shift[log.run == label]) <= 1.001 * max(log.count_rad / abs(log.ratio), 1e-9 * TURN)
+        for label in np.unique(log.run)
+    )
+    if right and "wrap" in kinds:
+        return ""
+    return f"{log.about}: {'nothing said' if right else 'wrong'}; {_said(campaign)}"
+
+
+def _said(campaign: Campaign) -> str:
+    return "; ".join(str(finding).partition(": ")[2] for finding in campaign.findings)[:400]

@@ -1,0 +1,111 @@
+"""A command with little memory and little time."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .clean import DRIVE
+from .hostile import ADDRESSES_BYTES, HOSTILE, PATIENCE_S, evidence
+
+
+@dataclass(frozen=True)
+class Walled:
+    """What came of it."""
+
+    status: int
+    """-1 where it was not done in time."""
+    error: str
+    seconds: float
+    """Of processor time; of the clock where it was not done."""
+
+    def wrong(self) -> str:
+        """Say what is wrong; nothing where it answered, or refused in one line."""
+        if self.status == -1:
+            return f"not done in {PATIENCE_S:g} s"
+        if "Traceback" in self.error:
+            return self.error.strip().splitlines()[-1][:200]
+        if self.status not in (0, 2):
+            return f"status {self.status}: {self.error.strip()[:200]}"
+        if self.status == 2 and self.error.count("\n") != 1:
+            return f"{self.error.count(chr(10))} lines on standard error"
+        if len(self.error) > 1000:
+            return f"a line of {len(self.error)} characters"
+        return ""
+
+
+def _wall() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES_BYTES, ADDRESSES_BYTES))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def run_walled(words: list[str], folder: Path) -> Walled:
+    """Run a command in a process of its own whose addresses are limited."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.monotonic()
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "lostmotion", *words],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            cwd=folder,
+            preexec_fn=_wall,
+            timeout=PATIENCE_S,
+            stdin=subprocess.DEVNULL,
+            check=False,
+        )
+        status, error = done.returncode, done.stderr
+    except subprocess.TimeoutExpired:
+        status, error = -1, ""
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Walled(status, error, time.monotonic() - begin if status == -1 else seconds)
+
+
+COMMANDS = ("check", "compare", "diagnose")
+
+
+def against(name: str, command: str) -> Walled:
+    """Run a command on a hostile file."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = HOSTILE[name](Path(folder))
+        words = [command, *([] if command == "check" else [str(DRIVE)]), str(file), "--quiet"]
+        return run_walled(words, Path(folder))
+
+
+def against_evidence() -> Walled:
+    """Merge evidence that says it inflates to 4 GB."""
+    with tempfile.TemporaryDirectory() as folder:
+        return run_walled(["merge", str(evidence(Path(folder)))], Path(folder))
+
+
+def hostile_table(words: Sequence[str], commands: Sequence[str] = COMMANDS) -> int:
+    """Print what comes of every hostile file; 1 where something is wrong."""
+    wrong = 0
+    for name in HOSTILE:
+        if words and not any(word.lower() in name.lower() for word in words):
+            continue
+        for command in commands:
+            outcome = against(name, command)
+            wrong += _print(name, command, outcome)
+    wrong += _print("evidence that inflates", "merge", against_evidence())
+    print(f"{wrong} wrong")
+    return 1 if wrong else 0
+
+
+def _print(name: str, command: str, outcome: Walled) -> bool:
+    bad = outcome.wrong()
+    said = outcome.error.strip()[:150]
+    print(
+        f"{'WRONG' if bad else 'ok':5} {name:60} {command:8} status {outcome.status:2} "
+        f"{outcome.seconds:5.1f} s  {bad or said}",
+        flush=True,
+    )
+    return bool(bad)
