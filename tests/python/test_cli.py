@@ -431,15 +431,18 @@ def test_a_full_disk_behind_standard_output_is_one_line_and_status_1(drawn_file:
     assert (done.returncode, done.stderr) == (1, "lostmotion: No space left on device\n")
 
 
-def test_too_little_memory_is_one_line_and_status_1(
+def test_too_little_memory_is_one_line_that_names_the_input(
     capsys: Capture, bought_file: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr(predict_command, "predict", fail)
-    assert main(["predict", bought_file]) == 1
-    assert capsys.readouterr().err == "lostmotion: not enough memory\n"
+    assert main(["predict", bought_file]) == 2
+    found = f"lostmotion: {bought_file}: found not enough memory for the work on it, expected "
+    error = capsys.readouterr().err
+    assert error.startswith(found)
+    assert error.count("\n") == 1
 
 
 def test_an_interrupted_process_leaves_with_130_and_no_file(tmp_path: Path) -> None:

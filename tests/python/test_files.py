@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from lostmotion.errors import InputError
-from lostmotion.files import check_place, write_whole
+from lostmotion.files import check_place, is_input, read_bytes, write_whole
 
 
 def test_a_file_is_replaced_whole(tmp_path: Path) -> None:
@@ -79,3 +79,27 @@ def test_a_link_stays_and_its_file_is_written_whole(tmp_path: Path, *, there: bo
     assert link.is_symlink()
     assert target.read_text() == "new"
     assert [p.name for p in (tmp_path / "far").iterdir()] == ["answer.json"]
+
+
+def test_an_input_is_known_by_any_name(tmp_path: Path) -> None:
+    data, run = tmp_path / "data", tmp_path / "data" / "run.csv"
+    data.mkdir()
+    run.write_text("x")
+    (tmp_path / "soft.csv").symlink_to(run)
+    (tmp_path / "hard.csv").hardlink_to(run)
+    for name in ("data/run.csv", "data/../data/run.csv", "soft.csv", "hard.csv"):
+        assert is_input(tmp_path / name, [str(run)]) == str(run)
+    assert is_input(run, [str(data)], (".csv",)) == f"{data}/run.csv"
+    assert is_input(data / "new.csv", [str(data)], (".csv",)) is None
+    assert is_input(data / "fitted.toml", [str(data)], (".csv",)) is None
+    assert is_input(tmp_path / "other.csv", [str(run), str(data)]) is None
+
+
+def test_a_pipe_is_read_to_its_limit(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="found more than 100 bytes, expected a blob"):
+        read_bytes("/dev/zero", "a blob", 100)
+    file = tmp_path / "file"
+    file.write_bytes(b"x" * 100)
+    assert read_bytes(file, "a blob", 100) == b"x" * 100
+    with pytest.raises(InputError, match="found more than 99 bytes"):
+        read_bytes(file, "a blob", 99)

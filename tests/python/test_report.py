@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import itertools
+import json
 import math
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -30,7 +31,7 @@ from lostmotion.compare import Comparison, compare
 from lostmotion.discover import diagnose
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.fitted_model import FittedModel, fit_model
-from lostmotion.drives import Drive, parse_drive, read_drive
+from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
 from lostmotion.effects.library import library
 from lostmotion.model import design_model, make_backbone
 from lostmotion.predict import predict
@@ -53,7 +54,16 @@ from lostmotion.report.mesh import (
     touch_place,
 )
 from lostmotion.report.overlay import Overlay
-from lostmotion.report.page import NARROW, WIDE, Figure, Rows, Section, Table, rows_html
+from lostmotion.report.page import (
+    NARROW,
+    WIDE,
+    Figure,
+    Rows,
+    Section,
+    Table,
+    rows_html,
+    script_json,
+)
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import abridged, signs, simplify, text_width
 from lostmotion.report.wording import rounded
@@ -673,3 +683,27 @@ def test_a_long_slim_table_stands_in_two_halves_and_a_folded_one_opens_when_aske
     assert folded.startswith("<details><summary>Long</summary>")
     assert "<thead>" not in folded
     assert "<h3>" not in folded
+
+
+NASTY = "<!--<script>alert(1)</script>-->&\u2028\"'><img src=x onerror=alert(2)>"
+"""A name that ends, opens and comments out what it stands in."""
+
+
+def test_a_name_in_a_script_is_data_and_nothing_else():
+    body = script_json({"name": NASTY, "values": [1.5, None, True]})
+    assert not set("<>&\u2028\u2029") & set(body)
+    assert json.loads(body) == {"name": NASTY, "values": [1.5, None, True]}
+
+
+def test_names_of_a_drive_are_escaped_wherever_the_page_shows_them(drawn, tmp_path):
+    drawn["drive"]["name"] = NASTY
+    link = {"kind": "hole", "zone": "generator", "name": NASTY, "lower_um": -9, "upper_um": -3}
+    drawn["design"]["tolerance"] = [link]
+    file, page = tmp_path / "drive.toml", tmp_path / "page.html"
+    file.write_text(format_toml(drawn))
+    assert main(["predict", str(file), "--report", str(page), "--quiet"]) == 0
+    text = page.read_text()
+    assert "alert(1)" in text
+    assert "<script>alert" not in text
+    assert "<img" not in text
+    assert "<!--<script>" not in text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import importlib
 import logging
 import os
@@ -13,9 +14,8 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from lostmotion.commands.parser import BAD_INPUT, make_parser
-from lostmotion.errors import InputError, LostMotionError, one_line
-from lostmotion.files import check_place, reason
-from lostmotion.terminal import TerminatedError, ending_in_order
+from lostmotion.errors import InputError, LostMotionError, TerminatedError, one_line
+from lostmotion.files import check_place, is_input, reason
 
 DONE, FAILED, INTERRUPTED = 0, 1, 130
 """Exit statuses beside that of bad input."""
@@ -23,8 +23,14 @@ DONE, FAILED, INTERRUPTED = 0, 1, 130
 SIGNALLED = 128
 """Added to the number of the signal that ended a command, as shells do."""
 
-WRITERS = ("fit", "export")
-"""Commands whose output is one file, not a folder."""
+PLACES = ("output", "json", "report", "table", "save-evidence")
+"""Options that say where something is written."""
+
+FOLDER_WRITERS = ("design", "demo")
+"""Commands whose output is a folder, not one file."""
+
+RECORDINGS = (".csv", ".csv.gz", ".gz", ".parquet", ".tsv", ".txt", ".npz", ".npy", ".log")
+"""Ends of names that are, or may be, read as recordings in a folder."""
 
 SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg", "--ratio")
 """Options whose value may begin with a minus sign."""
@@ -36,8 +42,10 @@ REPEATED_OPTIONS = {"--add": re.compile(r"\w+"), "--map": re.compile(r".+=.+")}
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status."""
+    open_standard_streams()
     parser = make_parser()
     words = sys.argv[1:] if argv is None else argv
+    arguments = argparse.Namespace()
     try:
         arguments = parser.parse_args(join_signed(repeat_options(words)))
         arguments.command_line = shlex.join(["lostmotion", *words])
@@ -46,11 +54,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
             raise InputError("COMMAND", "", "none", "one of those above, e.g. lostmotion predict")
         check_places(arguments)
+        from lostmotion.terminal import ending_in_order  # help and complaints come without it
+
         with ending_in_order(), loudness(arguments):
             module, _, function = arguments.run.partition(":")
             getattr(importlib.import_module(module), function)(arguments)
         sys.stdout.flush()
-    except SystemExit as stop:
+    except SystemExit as stop:  # help, the version, and what argparse complains of
+        try:
+            sys.stdout.flush()
+        except OSError as error:
+            return give_up_output(error)
         return int(stop.code or 0)
     except InputError as error:
         print(f"lostmotion: {error}", file=sys.stderr)
@@ -64,17 +78,54 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("lostmotion: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
-        # Nobody reads any more; keep the interpreter from complaining about it on its way out.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
-    except (OSError, MemoryError) as error:
-        # A full disk behind standard output, a machine that is too small: no fault of the input.
-        print(f"lostmotion: {one_line(reason(error))}", file=sys.stderr)
-        with contextlib.suppress(OSError, ValueError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
+    except MemoryError:
+        largest = max(
+            filter(os.path.isfile, input_files(arguments)), key=os.path.getsize, default=""
+        )
+        expected = "a smaller input, or --dask where a command has it"
+        full = InputError(largest or "memory", "", "not enough memory for the work on it", expected)
+        print(f"lostmotion: {full}", file=sys.stderr)
+        return BAD_INPUT if largest else FAILED
+    except OSError as error:
+        return give_up_output(error)
     return DONE
+
+
+def give_up_output(error: OSError) -> int:
+    """Say what failed: standard output, mostly, but not where its reader has just gone away.
+
+    What the interpreter still wants to write on its way out goes nowhere.
+    """
+    if error.filename is not None or isinstance(error, FileNotFoundError):
+        # Of the system, and not of an input: those are looked at when they are opened.
+        print(f"lostmotion: {one_line(str(error))}", file=sys.stderr)
+        return FAILED
+    if not isinstance(error, BrokenPipeError):
+        closed = error.errno == errno.EBADF
+        said = "standard output is closed" if closed else one_line(reason(error))
+        print(f"lostmotion: {said}", file=sys.stderr)
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return FAILED
+
+
+def open_standard_streams() -> None:
+    """Open what the caller closed, so that no file gets the number of a standard stream.
+
+    What is written to a closed standard output fails, as it should; what would have gone to a
+    closed standard error is lost, and nowhere else.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is not None:
+            continue
+        try:
+            os.fstat(number)
+        except OSError:
+            opened = os.open(os.devnull, os.O_WRONLY if number == 2 else os.O_RDONLY)
+            if opened != number:
+                os.dup2(opened, number)
+                os.close(opened)
+        setattr(sys, name, os.fdopen(number, mode, closefd=False))
 
 
 def join_signed(argv: Sequence[str]) -> list[str]:
@@ -111,28 +162,42 @@ def check_places(arguments: argparse.Namespace) -> None:
     """Refuse places that cannot be written to, or that hold an input, before any work."""
     if getattr(arguments, "output", None) == "":  # an unset variable, not the folder at hand
         raise InputError("--output", "", "''", "the name of a file or folder")
-    taken = {name: f"the input '{name}'" for name in input_files(arguments)}
-    options = ["json", "report", "table", "save-evidence"]
-    if arguments.command in WRITERS:
-        options.insert(0, "output")
-    for option in options:
+    inputs = input_files(arguments)
+    taken: dict[str, str] = {}
+    for option in PLACES:
         file = getattr(arguments, option.replace("-", "_"), None)
         if file is None or (option, file) == ("json", "-"):
             continue
+        if option == "output" and arguments.command in FOLDER_WRITERS:
+            continue  # checked by who knows what goes into the folder
         check_place(f"--{option}", file)
-        place = os.path.realpath(file)
-        for other, what in taken.items():
-            if os.path.realpath(other) == place:
-                raise InputError(f"--{option}", "", what, "a file of its own")
-        taken[file] = f"the place of --{option}, '{file}'"
+        read = is_input(file, inputs, RECORDINGS)
+        if read is not None:
+            raise InputError(f"--{option}", "", f"the input '{read}'", "a file of its own")
+        other = is_input(file, taken)
+        if other is not None:
+            found = f"the place of --{taken[other]}, '{other}'"
+            raise InputError(f"--{option}", "", found, "a file of its own")
+        taken[file] = option
 
 
 def input_files(arguments: argparse.Namespace) -> list[str]:
-    """Files that a command line names for reading."""
-    several = ("data", "evidence", "plan", "effects")
-    data = [file for name in several for file in getattr(arguments, name, None) or []]
-    named = [getattr(arguments, name, None) for name in ("drive", "spec")]
-    return [name for name in [*named, *data] if name and "\0" not in name]
+    """Files and folders that a command line names for reading: whatever is none of its places."""
+    places = {option.replace("-", "_") for option in PLACES}
+    found: list[str] = []
+    for name, value in vars(arguments).items():
+        words = value if isinstance(value, list) else [value]
+        if name not in places:
+            found += [w for w in words if isinstance(w, str) and "\0" not in w and is_there(w)]
+    return found
+
+
+def is_there(name: str) -> bool:
+    """Whether there is a file or a folder of this name."""
+    try:
+        return bool(name) and os.path.exists(name)
+    except OSError:
+        return False
 
 
 @contextlib.contextmanager

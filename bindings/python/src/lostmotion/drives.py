@@ -23,7 +23,7 @@ from lostmotion import structs, units
 from lostmotion.catalogue import Catalogue
 from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
-from lostmotion.files import read_bytes, write_whole
+from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
 from lostmotion.keys import Key, label, read_table, show
 from lostmotion.recordings.protocol import FREE, SIDES, Protocol
 from lostmotion.structs import Design, Entry
@@ -163,7 +163,7 @@ def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
     InputError
         When it cannot be read or is no TOML; `expected` says what kind of file it should be.
     """
-    raw = read_bytes(file, expected)
+    raw = read_bytes(file, expected, TEXT_BYTES_MAX)
     try:
         return tomllib.loads(raw.decode("utf-8-sig"))
     except UnicodeDecodeError:

@@ -1,4 +1,4 @@
-"""What can go wrong, as two exceptions that say where and why."""
+"""What can go wrong, as exceptions that say where and why."""
 
 from __future__ import annotations
 
@@ -70,6 +70,20 @@ class LibraryError(LostMotionError):
             text += f" (found {found:.6g}"
             text += f", expected {low:.6g} to {high:.6g})" if (low, high) != (0.0, 0.0) else ")"
         super().__init__(text)
+
+
+class TerminatedError(KeyboardInterrupt):
+    """The system asks the program to end: it ends as by Ctrl-C, with what was done saved.
+
+    Parameters
+    ----------
+    number : int
+        The signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
 
 
 def given_as(function: str, argument: str, value: object, *kinds: type) -> None:

@@ -1,10 +1,15 @@
-"""Files: read with every failure told, written whole or not at all."""
+"""The one door for files: read with every failure told, written whole or not at all.
+
+Commands and workbench ask here whether a file can be read, how large it may be, whether it is an
+input, and whether a place may be written to.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import logging
 import os
+import stat
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,18 +30,44 @@ def reason(error: Exception) -> str:
     return (error.strerror if isinstance(error, OSError) else str(error)) or "an error"
 
 
-def read_bytes(path: str | Path, expected: str) -> bytes:
-    """Read a file.
+TEXT_BYTES_MAX = 1 << 24
+"""Size of a drive file or a search spec, at most: 16 MiB, chosen. The largest that a command
+writes, a fit with many effects and their covariance, has 0.1 MiB."""
+
+PIPE_BYTES_MAX = 1 << 28
+"""What is read from a pipe or a device, at most: 256 MiB, chosen. They have no size to be asked
+for, and ``/dev/zero`` has no end."""
+
+
+def read_bytes(path: str | Path, expected: str, most: int | None = None) -> bytes:
+    """Read a file, or a pipe to its end.
+
+    Parameters
+    ----------
+    path : str or Path
+    expected : str
+        What the file should be, for messages.
+    most : int, optional
+        Bytes that it may have; by default any number in a file, `PIPE_BYTES_MAX` in a pipe.
 
     Raises
     ------
     InputError
-        When there is none, or it cannot be read; `expected` says what it should be.
+        When there is none, it cannot be read, or it is larger.
     """
     try:
-        return Path(path).read_bytes()
-    except (OSError, ValueError) as error:  # ValueError: a path that no system has
+        with open(path, "rb") as stream:
+            mode = os.fstat(stream.fileno())
+            if most is None and not stat.S_ISREG(mode.st_mode):
+                most = PIPE_BYTES_MAX
+            if most is None:
+                return stream.read()
+            data = b"" if mode.st_size > most else stream.read(most + 1)
+            if mode.st_size <= most and len(data) <= most:
+                return data
+    except (OSError, ValueError, MemoryError) as error:  # ValueError: a path that no system has
         raise InputError(path, "", reason(error), expected) from None
+    raise InputError(path, "", f"more than {most} bytes", expected)
 
 
 def check_place(option: str, path: str | Path) -> None:
@@ -81,6 +112,34 @@ def is_inside(path: str | Path, roots: Iterable[str | Path]) -> bool:
     """Whether a path lies in one of some folders, links followed."""
     place = Path(os.path.realpath(path))
     return any(place.is_relative_to(os.path.realpath(root)) for root in roots)
+
+
+def is_input(
+    path: str | Path, inputs: Iterable[str], suffixes: tuple[str, ...] = ("",)
+) -> str | None:
+    """Give the input that a path is, by whatever name, or None.
+
+    Parameters
+    ----------
+    path : str or Path
+        Place of a result.
+    inputs : iterable of str
+        Files and folders that are read.
+    suffixes : tuple of str
+        Names that are read in a folder.
+    """
+    place = Path(os.path.realpath(path))
+    for name in inputs:
+        other = Path(os.path.realpath(name))
+        try:
+            if place == other or (place.exists() and place.samefile(other)):
+                return name
+            inside = other.is_dir() and place.parent == other and place.exists()
+        except (OSError, ValueError):  # what cannot be looked at is no input, and no place either
+            continue
+        if inside and place.name.lower().endswith(suffixes):
+            return f"{name}/{place.name}".replace("//", "/")
+    return None
 
 
 def is_stream(path: str | Path) -> bool:

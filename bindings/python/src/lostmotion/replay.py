@@ -244,7 +244,7 @@ def read_parameters(
         return build(controller), drive.ratio, drive.columns
     if settings:
         raise InputError("--set", "", f"it with {path.name}", "a drive file: a blob is complete")
-    blob = read_bytes(path, "parameters by lostmotion export")
+    blob = read_bytes(path, "parameters by lostmotion export", core(32).lib.LM_BLOB_BYTES_MAX)
     return load(blob, str(path), own or {}), None, {}
 
 

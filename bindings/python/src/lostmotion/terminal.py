@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TextIO
 
-from lostmotion.errors import one_line
+from lostmotion.errors import TerminatedError, one_line
 from lostmotion.files import write_whole
 
 
@@ -31,20 +31,6 @@ def deliver(
     made = [file for file in (getattr(arguments, "report", None), to) if file is not None]
     if made:
         print(f"\nwritten: {', '.join(map(one_line, made))}")
-
-
-class TerminatedError(KeyboardInterrupt):
-    """The system asks the program to end: it ends as by Ctrl-C, with what was done saved.
-
-    Parameters
-    ----------
-    number : int
-        The signal.
-    """
-
-    def __init__(self, number: int) -> None:
-        super().__init__()
-        self.number = number
 
 
 @contextlib.contextmanager

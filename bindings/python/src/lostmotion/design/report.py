@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from lostmotion.predict import predict
 from lostmotion.report import Section, drive_section
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.mesh import make_mesh
-from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render
+from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render, script_json
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
 from lostmotion.report.teeth import View, draw_view
@@ -196,7 +195,7 @@ def explorer(result: Result, context: Context) -> str:
     if context.starts:
         start = [context.starts[1].figures[name] for name in result.objectives]
     data = {"objectives": names, "designs": designs, "start": start}
-    body = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
+    body = script_json(data)
     folder = files("lostmotion.design")
     style = (folder / "explorer.css").read_text(encoding="utf-8")
     script = (folder / "explorer.js").read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import datetime
 import io
+import json
 import platform
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -55,6 +56,18 @@ class Table:
             [_cell(value) for value in row] for row in zip(*self.columns.values(), strict=True)
         )
         return stream.getvalue()
+
+
+IN_SCRIPT = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
+"""What may end a script element or a line of it, or open a comment there, as JSON writes it."""
+
+
+def script_json(data: object) -> str:
+    """Return data as JSON that can stand in a script element, whatever texts are in it.
+
+    Outside of texts JSON has none of the characters that are escaped.
+    """
+    return json.dumps(data, separators=(",", ":"), ensure_ascii=False).translate(IN_SCRIPT)
 
 
 def _cell(value: object) -> str:
