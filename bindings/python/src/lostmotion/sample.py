@@ -55,6 +55,7 @@ from lostmotion.recordings.tables import (
     open_parquet,
     read_table,
 )
+from lostmotion.recordings.wild import set_wild_aside
 from lostmotion.threads import cores
 
 FloatArray = npt.NDArray[np.float64]
@@ -377,6 +378,7 @@ def sample_campaign(
     name_apart(runs)
     campaign = Campaign(runs, findings, sum(totals.values()))
     note_missing(campaign)
+    set_wild_aside(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)

@@ -1,12 +1,13 @@
 """Recordings: measurement files read into a campaign of runs, in SI units, with what is unsound.
 
 A campaign is one or more files, or folders of them (CSV, ``.csv.gz``, Parquet). Nothing is dropped
-in silence: whatever is odd about the data becomes a `Finding`, and only rows that cannot be used
-at all (no number for torque or angle) are left out, counted and reported.
+in silence: whatever is unsound in the data becomes a `Finding`, and only rows that cannot be used
+(no number for torque or angle, or a wild one) are left out, counted and reported.
 
 A file is a table (`tables`), whose columns are quantities with units (`quantities`, `columns`).
 Angles get back the turns that their encoders lost (`encoders`), each run is looked over
-(`soundness`), and the runs together are a campaign (`reading`, `campaign`, `findings`).
+(`soundness`), wild values are set aside (`wild`), and the runs together are a campaign (`reading`,
+`campaign`, `findings`).
 """
 
 from lostmotion.recordings.campaign import Campaign, Run

@@ -11,6 +11,9 @@ UNUSED = "not used"
 RUNS_LISTED = 8
 """More runs than this are not listed one by one."""
 
+MOMENTS_LISTED = 3
+"""More moments of one run than this are not listed one by one."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -30,6 +33,8 @@ class Finding:
         How many rows or steps.
     action : str
         What was done about it.
+    seconds : tuple of float
+        When, where the finding is about single samples.
     """
 
     kind: str
@@ -38,13 +43,23 @@ class Finding:
     run: int | str | None
     count: int
     action: str
+    seconds: tuple[float, ...] = ()
 
     def __str__(self) -> str:
         """Return the finding as one sentence."""
-        place = f"{self.file}: {self.column}" + (
-            f" (run {self.run})" if self.run is not None else ""
-        )
+        place = f"{self.file}: {self.column}"
+        if self.run is not None:
+            place += f" (run {self.run}{self.moments})"
         return f"{place}: {self.kind.replace('_', ' ')} x {self.count}: {self.action}"
+
+    @property
+    def moments(self) -> str:
+        """Say when, the first few one by one."""
+        if not self.seconds:
+            return ""
+        shown = ", ".join(f"{t:.6g}" for t in self.seconds[:MOMENTS_LISTED])
+        more = len(self.seconds) - MOMENTS_LISTED
+        return f" at {shown} s" + (f" and {more} more" if more > 0 else "")
 
 
 def told(findings: Iterable[Finding]) -> list[str]:
@@ -68,7 +83,7 @@ def _told(group: Sequence[Finding]) -> str:
     if first.action == UNUSED:
         columns = dict.fromkeys(finding.column for finding in group)
         return f"{place}: {UNUSED}: the columns {', '.join(columns)}"
-    labels = [str(finding.run) for finding in group if finding.run is not None]
+    labels = [f"{finding.run}{finding.moments}" for finding in group if finding.run is not None]
     runs = ""
     if labels and len(files) > 1:
         runs = f" ({len(labels)} runs)"

@@ -21,6 +21,7 @@ from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import read_table
+from lostmotion.recordings.wild import set_wild_aside
 
 LOG = logging.getLogger(__name__)
 
@@ -126,6 +127,7 @@ def read_campaign(
     name_apart(runs)
     campaign = Campaign(runs, findings)
     note_missing(campaign)
+    set_wild_aside(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
