@@ -36,9 +36,11 @@ from lostmotion.recordings import (
     read_campaign,
     recording_files,
 )
+from lostmotion.recordings.bags import is_bag
 from lostmotion.recordings.columns import check_map, in_si, resolve_columns, unused
 from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
 from lostmotion.recordings.findings import UNUSED
+from lostmotion.recordings.joining import Join
 from lostmotion.recordings.protocol import FREE, REPLACED
 from lostmotion.recordings.reading import RATIO_EXPECTED, name_apart, note_missing, run_codes
 from lostmotion.recordings.soundness import (
@@ -499,6 +501,7 @@ def read_or_sample(
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
     protocol: Protocol = FREE,
+    join: Join | None = None,
     dask: str | None = None,
     rows: int = ROWS,
     progress: Callable[[int, int], None] | None = None,
@@ -508,7 +511,8 @@ def read_or_sample(
     Parquet files say how many rows they hold before they are read.
     """
     files = recording_files(paths)
-    if dask is not None or recorded_rows(files) > rows:
+    whole = any(is_bag(file) for file in files)
+    if not whole and (dask is not None or recorded_rows(files) > rows):
         return sample_campaign(
             paths,
             ratio=ratio,
@@ -518,7 +522,7 @@ def read_or_sample(
             dask=dask,
             progress=progress,
         )
-    campaign = read_campaign(paths, ratio=ratio, mapping=mapping, protocol=protocol)
+    campaign = read_campaign(paths, ratio=ratio, mapping=mapping, protocol=protocol, join=join)
     return thin_campaign(campaign, rows)
 
 

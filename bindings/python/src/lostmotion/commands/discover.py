@@ -145,12 +145,16 @@ def run_check(arguments: argparse.Namespace) -> None:
     paths, mapping = arguments.data, parse_map(arguments.map)
     protocol = protocol_of(arguments)
     ratio = 1.0 if stated is None else stated
-    campaign = read_campaign(paths, ratio=ratio, mapping=mapping, protocol=protocol)
+    campaign = read_campaign(
+        paths, ratio=ratio, mapping=mapping, protocol=protocol, join=arguments.join
+    )
     known = stated is not None or not any(np.ptp(angle) > 0 for angle in input_angles(campaign))
     if not known:
         found = estimate_ratio(campaign)
         if found is not None:
-            campaign = read_campaign(paths, ratio=found, mapping=mapping, protocol=protocol)
+            campaign = read_campaign(
+                paths, ratio=found, mapping=mapping, protocol=protocol, join=arguments.join
+            )
         campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, found)]
     answer = {**check(campaign, library()), "ratio_known": known}
     deliver(answer, arguments, lambda out: show_check(answer, out))

@@ -37,6 +37,7 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
         ratio=drive.ratio,
         mapping={**drive.columns, **parse_map(arguments.map)},
         protocol=protocol_of(arguments, drive.protocol),
+        join=arguments.join,
         dask=arguments.dask,
     )
     campaign.require_variation()

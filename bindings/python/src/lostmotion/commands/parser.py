@@ -16,6 +16,7 @@ BAD_INPUT = 2
 """Exit status of bad input and bad usage."""
 
 PROFILES = ("standard", "full", "gap")
+JOINS = ("nearest", "linear")
 SHELLS = ("bash", "zsh", "tcsh", "fish", "powershell")
 PROGRESS = ("bar", "json", "none")
 SIDES = ("output", "input")
@@ -344,7 +345,18 @@ def add_data(
     """Add recordings, and the options that say how they are to be read."""
     parser.add_argument("data", metavar=metavar, nargs="+", help=what)
     add_map(parser)
+    add_join(parser)
     add_protocol(parser)
+
+
+def add_join(parser: argparse.ArgumentParser) -> None:
+    """Add the option that joins columns of different clocks."""
+    parser.add_argument(
+        "--join",
+        choices=JOINS,
+        help="ROS 2 bags: read topics of other rates at the rows of the slowest of torque and "
+        "angles (default: refused)",
+    )
 
 
 def add_inputs(parser: argparse.ArgumentParser) -> None:

@@ -20,7 +20,9 @@ def run_replay(arguments: argparse.Namespace) -> None:
     )
     mapping = {**columns, **parse_map(arguments.map)}
     protocol = protocol_of(arguments)
-    campaign = read_campaign(arguments.data, ratio=ratio, mapping=mapping, protocol=protocol)
+    campaign = read_campaign(
+        arguments.data, ratio=ratio, mapping=mapping, protocol=protocol, join=arguments.join
+    )
     with Progress("replaying", quiet=arguments.quiet) as progress:
         result = replay(parameters, campaign, progress)
     if arguments.table is not None:

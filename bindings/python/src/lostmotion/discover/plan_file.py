@@ -11,6 +11,7 @@ import numpy.typing as npt
 from lostmotion import units
 from lostmotion.errors import InputError
 from lostmotion.recordings import QUANTITIES, Campaign, Run, recording_files
+from lostmotion.recordings.bags import is_bag
 from lostmotion.recordings.columns import check_range, parse_column
 from lostmotion.recordings.protocol import REPLACED
 from lostmotion.recordings.reading import run_codes
@@ -32,6 +33,8 @@ def read_plan(
     """
     runs: list[Run] = []
     for file in recording_files(paths):
+        if is_bag(file):
+            raise InputError(file, "", "a ROS 2 bag", "a plan as CSV or Parquet")
         table = read_table(file)
         columns: dict[str, FloatArray] = {}
         labels = None

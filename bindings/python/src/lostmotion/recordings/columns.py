@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean
+from lostmotion.recordings.bags import bag_header, is_bag
 from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
 from lostmotion.recordings.protocol import FREE, ORDER, Protocol, advice
@@ -252,7 +253,9 @@ def check_map(files: Sequence[Path], mapping: Mapping[str, str]) -> None:
     unread = list(files)
     for column, target in mapping.items():
         while column not in headers and unread:
-            headers.update(dict.fromkeys(header_of(unread.pop(0))))
+            file = unread.pop(0)
+            header = bag_header(file, mapping) if is_bag(file) else header_of(file)
+            headers.update(dict.fromkeys(header))
         if column in headers:
             continue
         more = f" and {len(files) - 1} more file{'s' * (len(files) > 2)}" if len(files) > 1 else ""

@@ -13,25 +13,40 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError
 from lostmotion.files import reason
+from lostmotion.recordings.bags import (
+    HEADER_STAMP,
+    RECEIVE_TIME,
+    STORAGES,
+    bag_columns,
+    is_bag,
+    list_columns,
+    read_channels,
+)
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import check_map, counters_of, in_si, resolve_columns, unused
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
+from lostmotion.recordings.joining import Join, join_channels
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import read_table
 from lostmotion.recordings.wild import set_wild_aside
 
+FloatArray = npt.NDArray[np.float64]
+
 LOG = logging.getLogger(__name__)
 
-SUFFIXES = (".csv", ".csv.gz", ".parquet")
+SUFFIXES = (".csv", ".csv.gz", ".parquet", *STORAGES)
 """File names that are read as recordings."""
 
 RATIO_EXPECTED = (
     "the ratio, which a drive file has and a blob has not (in Python ratio=), or lost_motion_rad"
 )
 """What a recording of two angles needs."""
+
+LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque", "motor_current"}
+"""Quantities of which the slowest gives the rows of joined columns."""
 
 MISSING_ACTION = "only other runs have the column; not used"
 """What is done about a quantity that some runs have."""
@@ -59,12 +74,13 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
         path = Path(given)
         try:
             inside = sorted(path.iterdir(), key=by_number) if path.is_dir() and str(given) else None
+            inside = [path] if inside is not None and is_bag(path) else inside
             there, regular = path.exists(), path.is_file()
         except OSError as error:
             wanted = "a recording or a folder of them"
             raise InputError(path, "", reason(error), wanted) from None
         if inside is not None:
-            inside = [p for p in inside if p.name.lower().endswith(SUFFIXES)]
+            inside = [p for p in inside if p.name.lower().endswith(SUFFIXES) or is_bag(p)]
             if not inside:
                 raise InputError(path, "", "no recording", "files ending in " + ", ".join(SUFFIXES))
             found.extend(inside)
@@ -86,6 +102,7 @@ def read_campaign(
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
     protocol: Protocol = FREE,
+    join: Join | None = None,
 ) -> Campaign:
     """Read recordings into one campaign.
 
@@ -103,6 +120,9 @@ def read_campaign(
         the files that have the column, where it goes before a column that has the name already.
     protocol : Protocol, optional
         Which side was locked, and the motor's torque constant; by default neither side.
+    join : {"nearest", "linear"}, optional
+        How columns of a ROS 2 bag whose messages have other stamps become rows; without it they are
+        refused.
 
     Returns
     -------
@@ -121,7 +141,7 @@ def read_campaign(
     findings: list[Finding] = []
     runs: list[Run] = []
     for file in files:
-        found = _read_file(file, dict(mapping or {}), ratio, findings, protocol)
+        found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
     name_apart(runs)
@@ -142,8 +162,12 @@ def _read_file(
     ratio: float | None,
     findings: list[Finding],
     protocol: Protocol,
+    join: Join | None,
 ) -> list[Run]:
-    table = read_table(file)
+    if is_bag(file):
+        table: dict[str, npt.NDArray[Any]] = dict(read_bag(file, mapping, protocol, join, findings))
+    else:
+        table = read_table(file)
     name = str(file)
     chosen, ignored = resolve_columns(name, list(table), mapping, protocol)
     findings += protocol.findings(name, chosen)
@@ -179,6 +203,29 @@ def _read_file(
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
     return runs
+
+
+def read_bag(
+    file: Path,
+    mapping: Mapping[str, str],
+    protocol: Protocol,
+    join: Join | None,
+    findings: list[Finding],
+) -> dict[str, FloatArray]:
+    """Read the columns of a ROS 2 bag that a map names, joined to rows, with ``time_s``."""
+    name = str(file)
+    wanted = bag_columns(file, mapping)
+    if not wanted:
+        found = "a ROS 2 bag, and no map that names its columns"
+        raise InputError(file, "", found, f"--map COLUMN=NAME_UNIT; columns: {list_columns(file)}")
+    try:
+        chosen, _ = resolve_columns(name, ["time_s", *wanted], mapping, protocol)
+    except InputError as error:
+        expected = f"{error.expected}; columns: {list_columns(file)}"
+        raise InputError(file, error.key, error.found, expected) from None
+    leading = {column for quantity, (column, _) in chosen.items() if quantity in LEADING}
+    clock = next((column for column in (RECEIVE_TIME, HEADER_STAMP) if column in mapping), None)
+    return join_channels(file, read_channels(file, wanted), leading, join, clock, findings)
 
 
 def note_missing(campaign: Campaign) -> None:

@@ -1,0 +1,299 @@
+"""Joining: columns that were recorded at different moments become rows, on request.
+
+Rows are those of the slowest of torque and angles, so that each holds a measured value there; the
+other columns are read at its moments. Times are whole nanoseconds until the rows stand: only
+differences become seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError
+from lostmotion.recordings.bags import HEADER_STAMP, RECEIVE_TIME, Channel
+from lostmotion.recordings.findings import Finding
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+NanosecondArray = npt.NDArray[np.int64]
+
+Join = Literal["nearest", "linear"]
+
+JOINS: tuple[Join, ...] = ("nearest", "linear")
+"""How columns can be joined."""
+
+SECOND_NS = 1e9
+
+NANO = 1e-9
+
+GAP_FACTOR = 10.0
+"""A column that pauses for so many of its usual steps has no value there: as the factor of a gap in
+a recording (`soundness`)."""
+
+WRAP_SHARE = 0.5
+"""A step of more than this share of all that a column covers is no motion to read between: an
+encoder that begins its turn anew. There the nearest sample counts."""
+
+JITTER = 1.0
+"""Delay between header and receipt, in rows, by which two topics may differ unsaid."""
+
+
+def join_channels(
+    file: Path,
+    channels: Sequence[Channel],
+    leading: Collection[str],
+    how: Join | None,
+    clock: str | None,
+    findings: list[Finding],
+) -> dict[str, FloatArray]:
+    """Make one table of the columns of a bag.
+
+    Parameters
+    ----------
+    file : Path
+    channels : sequence of Channel
+    leading : collection of str
+        Columns of which the slowest gives the rows: torque and angles.
+    how : {"nearest", "linear"} or None
+        None refuses columns of different clocks.
+    clock : str or None
+        `RECEIVE_TIME` or `HEADER_STAMP`; None takes the stamps of the headers where all have them.
+    findings : list of Finding
+        What was joined, and how far apart, is added.
+
+    Returns
+    -------
+    dict
+        Columns by name, ``time_s`` among them: from the first row on.
+
+    Raises
+    ------
+    InputError
+        For different clocks without a request, and for columns that share no time.
+    """
+    stamps = choose_clock(file, channels, leading, clock, findings)
+    channels, stamps = in_order(file, channels, stamps, findings)
+    groups = same_clock(stamps)
+    if len(groups) == 1:
+        time_ns = stamps[0]
+        return {
+            "time_s": (time_ns - time_ns[0]) / SECOND_NS,
+            **{channel.column: channel.values for channel in channels},
+        }
+    if how is None:
+        rates = ", ".join(
+            f"{channels[group[0]].topic} at {rate(stamps[group[0]])}" for group in groups
+        )
+        raise InputError(
+            file, "", f"{len(groups)} clocks: {rates}", "--join linear, or --join nearest"
+        )
+    lead = [group for group in groups if any(channels[i].column in leading for i in group)]
+    base = min(lead or groups, key=lambda group: stamps[group[0]].size)
+    first = max(stamp[0] for stamp in stamps)
+    last = min(stamp[-1] for stamp in stamps)
+    time_ns = stamps[base[0]]
+    within = (time_ns >= first) & (time_ns <= last)
+    if not within.any():
+        spans = ", ".join(
+            f"{channels[at].topic} {stamps[at][0] * NANO:.3f} to {stamps[at][-1] * NANO:.3f} s"
+            for at, *_ in groups
+        )
+        expected = (
+            "topics that share some time; --map receive_time=time_s where their clocks differ"
+        )
+        raise InputError(file, "", f"no common time: {spans}", expected)
+    note_delays(file, channels, stamps, base, findings)
+    kept = time_ns[within]
+    outside = int(np.count_nonzero(~within))
+    if outside:
+        action = "rows before or after the other topics, left out"
+        findings.append(
+            Finding("outside", str(file), channels[base[0]].topic, None, outside, action)
+        )
+    table: dict[str, FloatArray] = {"time_s": (kept - kept[0]) / SECOND_NS}
+    for group in groups:
+        for i in group:
+            channel = channels[i]
+            if group is base:
+                table[channel.column] = channel.values[within]
+                continue
+            values, gap_s, paused = read_at(kept, stamps[i], channel.values, how)
+            table[channel.column] = values
+            action = (
+                f"{how} from {rate(stamps[i])} to the rows of {channels[base[0]].topic} at "
+                f"{rate(time_ns)}; largest gap {gap_s * 1e3:.4g} ms"
+            )
+            if paused:
+                action += f"; no value in {paused} rows where it pauses"
+            findings.append(
+                Finding("joined", str(file), channel.column, None, int(kept.size), action)
+            )
+    return table
+
+
+def choose_clock(
+    file: Path,
+    channels: Sequence[Channel],
+    leading: Collection[str],
+    clock: str | None,
+    findings: list[Finding],
+) -> list[NanosecondArray]:
+    """Stamps of every column, all of one clock.
+
+    Those of the headers, where torque and angles have them. What else has none is taken to be as
+    old at its receipt as they are.
+
+    Raises
+    ------
+    InputError
+        When stamps of headers are asked for that a topic has not.
+    """
+    first = [c for c in channels if c.column in leading] or channels
+    without = sorted({channel.topic for channel in first if channel.header_ns is None})
+    if clock == HEADER_STAMP and without:
+        found = f"no stamp in the headers of {', '.join(without)}"
+        raise InputError(file, HEADER_STAMP, found, f"--map {RECEIVE_TIME}=time_s")
+    if clock == RECEIVE_TIME or without:
+        if without and clock is None and len(without) < len({c.topic for c in channels}):
+            action = f"times of receipt for all: {', '.join(without)} has no stamps in its headers"
+            findings.append(Finding("clock", str(file), "time_s", None, 1, action))
+        return [channel.received_ns for channel in channels]
+    ages = [int(np.median(c.received_ns - c.header_ns)) for c in first if c.header_ns is not None]
+    age_ns = int(np.median(ages))
+    for topic in sorted({c.topic for c in channels if c.header_ns is None}):
+        action = (
+            f"no stamps: its times of receipt less {age_ns * 1e-6:.4g} ms, the age of the others"
+        )
+        findings.append(Finding("clock", str(file), topic, None, 1, action))
+    return [c.received_ns - age_ns if c.header_ns is None else c.header_ns for c in channels]
+
+
+def in_order(
+    file: Path,
+    channels: Sequence[Channel],
+    stamps: Sequence[NanosecondArray],
+    findings: list[Finding],
+) -> tuple[list[Channel], list[NanosecondArray]]:
+    """Sort the messages of every column by their stamps, and count those that were not."""
+    sorted_channels, sorted_stamps = [], []
+    counted: set[str] = set()
+    for channel, stamp in zip(channels, stamps, strict=True):
+        back = int(np.count_nonzero(np.diff(stamp) < 0))
+        if back:
+            order = np.argsort(stamp, kind="stable")
+            header = None if channel.header_ns is None else channel.header_ns[order]
+            channel = Channel(
+                channel.column,
+                channel.topic,
+                header,
+                channel.received_ns[order],
+                channel.values[order],
+            )
+            stamp = stamp[order]
+            if channel.topic not in counted:
+                counted.add(channel.topic)
+                action = "messages whose stamp goes back, sorted"
+                findings.append(
+                    Finding("backward_time", str(file), channel.topic, None, back, action)
+                )
+        sorted_channels.append(channel)
+        sorted_stamps.append(stamp)
+    return sorted_channels, sorted_stamps
+
+
+def same_clock(stamps: Sequence[NanosecondArray]) -> list[list[int]]:
+    """Group columns whose stamps are the same."""
+    groups: list[list[int]] = []
+    for i, stamp in enumerate(stamps):
+        for group in groups:
+            if np.array_equal(stamps[group[0]], stamp):
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def note_delays(
+    file: Path,
+    channels: Sequence[Channel],
+    stamps: Sequence[NanosecondArray],
+    base: Sequence[int],
+    findings: list[Finding],
+) -> None:
+    """Note topics whose stamps lie otherwise behind their receipt than those of the rows.
+
+    Sensors whose clocks differ look like a lag; the time of receipt, which one clock takes, tells.
+    """
+    delays: Mapping[str, float] = {
+        channel.topic: float(np.median(channel.received_ns - channel.header_ns)) * NANO
+        for channel in channels
+        if channel.header_ns is not None
+    }
+    rows = channels[base[0]]
+    step = np.diff(stamps[base[0]])
+    usual = float(np.median(step)) * NANO if step.size else 0.0
+    if rows.topic not in delays or stamps[base[0]] is rows.received_ns:
+        return
+    for topic, delay in delays.items():
+        apart = delay - delays[rows.topic]
+        if abs(apart) > JITTER * usual > 0:
+            action = (
+                f"stamps {abs(apart) * 1e3:.4g} ms {'older' if apart > 0 else 'younger'} at "
+                f"receipt than those of {rows.topic}: a clock of its own, or a slow way; "
+                f"--map {RECEIVE_TIME}=time_s takes the times of receipt"
+            )
+            findings.append(Finding("delay", str(file), topic, None, 1, action))
+
+
+def read_at(
+    rows_ns: NanosecondArray, stamp_ns: NanosecondArray, values: FloatArray, how: Join
+) -> tuple[FloatArray, float, int]:
+    """Read a column at other moments, all within its own.
+
+    Returns
+    -------
+    values : ndarray
+        Not a number where the column pauses.
+    gap_s : float
+        nearest: the longest way to a sample; linear: the longest step that was read within; of the
+        rows that have a value.
+    paused : int
+        Rows without one.
+    """
+    after = np.clip(np.searchsorted(stamp_ns, rows_ns), 1, max(stamp_ns.size - 1, 1))
+    if stamp_ns.size == 1:
+        return np.full(rows_ns.size, values[0]), 0.0, 0
+    before = after - 1
+    step = stamp_ns[after] - stamp_ns[before]
+    exact = (rows_ns == stamp_ns[after]) | (rows_ns == stamp_ns[before])
+    late = rows_ns - stamp_ns[before] > stamp_ns[after] - rows_ns
+    nearest = np.where(late, after, before)
+    way = np.abs(rows_ns - stamp_ns[nearest])
+    usual = float(np.median(np.diff(stamp_ns)))
+    paused = (step > GAP_FACTOR * usual) & ~exact
+    out = values[nearest].copy()
+    gap = way
+    if how == "linear":
+        gap = np.where(exact, 0, step)
+        rise = values[after] - values[before]
+        covered = values[np.isfinite(values)]
+        between = np.abs(rise) <= WRAP_SHARE * float(np.ptp(covered)) if covered.size else late
+        share = (rows_ns - stamp_ns[before]) / np.maximum(step, 1)
+        out = np.where(between & ~exact, values[before] + share * rise, out)
+    out[paused] = np.nan
+    kept = gap[~paused]
+    return out, float(np.max(kept)) * NANO if kept.size else 0.0, int(np.count_nonzero(paused))
+
+
+def rate(stamp_ns: NanosecondArray) -> str:
+    """Usual rate of stamps."""
+    span = float(stamp_ns[-1] - stamp_ns[0]) * NANO
+    if stamp_ns.size < 2 or span <= 0:
+        return f"{stamp_ns.size} message{'s' * (stamp_ns.size != 1)}"
+    return f"{(stamp_ns.size - 1) / span:.4g} Hz"
