@@ -12,9 +12,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.discover.contest_round import Field, form_size
-from lostmotion.discover.gates import RIVAL_SHARE, accepted, judge_all, large_enough, paid_by_kind
+from lostmotion.discover.gates import (
+    KINDS,
+    RIVAL_SHARE,
+    accepted,
+    judge_all,
+    large_enough,
+    paid_by_kind,
+)
 from lostmotion.discover.refits import Contender, term_of
 from lostmotion.discover.selection import (
     NAMED_SHARE,
@@ -27,6 +34,7 @@ from lostmotion.discover.selection import (
     rivals,
 )
 from lostmotion.effects.effect import Effect
+from lostmotion.errors import InputError
 from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.file import Body
 from lostmotion.evidence.gram import Evidence
@@ -112,6 +120,12 @@ class Rounds:
 
 def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
     """Effects and shapes of evidence; each column is one row, its root mean square."""
+    for k in body.about["candidates"]:
+        if k["name"] in effects and not fits(effects[k["name"]], k):
+            found = "values that are not those of this effect"
+            raise InputError("evidence", k["name"], found, "the same effect: --effects, or anew")
+        if k["kind"] not in KINDS:
+            raise InputError("evidence", k["name"], f"kind '{k['kind']}'", " or ".join(KINDS))
     plain = body.plain
     squares = np.einsum("rii->i", plain.gram) * plain.scale**2 / body.rows.sum()
     return [
@@ -128,6 +142,15 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
         )
         for k in body.about["candidates"]
     ]
+
+
+def fits(effect: Effect, told: Mapping[str, Any]) -> bool:
+    """Whether evidence of a candidate can be of an effect: its values, and the columns of each."""
+    counts = [told["start_of"].count(start) for start in range(len(told["starts"]))]
+    most = max(len(effect.indices("linear")), len(effect.indices("shape")))
+    return all(len(start) == len(effect.values) for start in told["starts"]) and all(
+        count <= most for count in counts
+    )
 
 
 def contest_of(body: Body, candidates: Sequence[Candidate]) -> Rounds:

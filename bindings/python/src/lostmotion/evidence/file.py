@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError, one_line
+from lostmotion.evidence.checks import check_about, check_arrays
 from lostmotion.evidence.gram import Evidence
 from lostmotion.files import write_whole
 
@@ -115,6 +116,18 @@ def load_body(file: str | Path) -> Body:
         raise InputError(file, "schema", schema, SCHEMA)
     if summed != checksum(saved):
         raise InputError(file, "checksum", summed, f"{checksum(saved)}, as of its contents")
+    return body_of(file, saved)
+
+
+def body_of(file: str | Path, saved: Mapping[str, npt.NDArray[Any]]) -> Body:
+    """Make evidence of saved arrays, each value checked before it is used.
+
+    Raises
+    ------
+    InputError
+        Names the array or the entry.
+    """
+    check_arrays(file, saved)
     blocks = {str(n): saved[f"block_{i}"] for i, n in enumerate(saved["names"])}
     white, plain = (
         Evidence(
@@ -128,5 +141,11 @@ def load_body(file: str | Path) -> Body:
         )
         for kind in ("white", "plain")
     )
-    about = json.loads(str(saved["about"]))
+    try:
+        about = json.loads(str(saved["about"]))
+    except (ValueError, RecursionError) as error:
+        found = one_line(str(error)) or "something else"
+        raise InputError(file, "about", found, "JSON") from None
+    sizes = {name: int(places.size) for name, places in blocks.items()}
+    check_about(file, about, white.runs, sizes)
     return Body(white, plain, saved["point"], saved["spread"], saved["rows"], about)

@@ -39,6 +39,9 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
         if body.about["effects"] != first.about["effects"]:
             found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
             raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
+        if body.point.size != first.point.size:
+            found, wanted = (f"{b.point.size} values of the base" for b in (body, first))
+            raise InputError(file, "point", found, f"{wanted}, as in {files[0]}")
         if body.white.fixed.size != first.white.fixed.size:
             more = body.white.fixed.size > first.white.fixed.size
             one_side = ("inside the elasticity alone", "outside it as well")
