@@ -6,7 +6,7 @@
 
 #include "lostmotion/characteristic.h"
 #include "lostmotion/radial_gap.h"
-#include "solve.h"
+#include "run_task.h"
 #include "workspace.h"
 
 #define SAMPLES_LOG2 14

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "found.h"
+#include "archive.h"
 #include "stop.h"
 
 #define CROSSING_INDEX 15.0 /* Deb's simulated binary crossover and polynomial mutation */
@@ -13,7 +13,9 @@
 #define LOOKS 8              /* at other tolerances of a design that nothing reported beats */
 #define LOOKS_BEATEN 2       /* ... and of one that is beaten */
 #define LOOKS_KEPT 2         /* of one design, that join the population */
-#define LINE_SHARE 0.8 /* of the looks on lines through others' tolerances; the rest anywhere */
+#define LINE_SHARE                                                                                \
+  0.8 /* of the tolerance-only evaluations on lines through others' tolerances; the rest anywhere \
+       */
 #define CHOICE_MUTATION 0.04
 #define REFUSED 1e3
 
@@ -26,12 +28,12 @@ typedef struct breeder {
   int left;
   int combinations;
   double graft_share;
-  int looks;   /* whether tolerances are looked at by themselves */
-  int parents; /* of the present generation; they stand first */
+  int tolerance_only; /* whether tolerances are looked at by themselves */
+  int parents;        /* of the present generation; they stand first */
   lm_scan scan;
   lm_layout layout;
   double result[LM_RESULT_MAX];
-  lm_found population[(2 + LOOKS_KEPT) * LM_PARENT_MAX];
+  lm_solution population[(2 + LOOKS_KEPT) * LM_PARENT_MAX];
   int count;
 } breeder;
 
@@ -47,27 +49,28 @@ static int pick(breeder *b, int count) {
 /* Make a design of a point, its result[] and how far that breaks a limit; 1 when it is reported: it
  * breaks none, and nothing reported is as good. */
 static int read_result(breeder *b, int combination, const double unit[], double violation,
-                       lm_found *found) {
+                       lm_solution *found) {
   const lm_problem *p = b->problem;
   double objective[LM_OBJECTIVE_MAX] = {0};
   int j;
   for (j = 0; j < p->objective_count; j++) {
     objective[j] = lm_figure_of(&b->layout, b->result, p->objective[j]);
   }
-  lm_fill_found(p, found, combination, unit, objective, violation);
+  lm_fill_solution(p, found, combination, unit, objective, violation);
   return found->violation <= 0 &&
-         lm_insert_found(p, b->answer->found, &b->answer->found_count, LM_FOUND_MAX, found);
+         lm_insert_solution(p, b->answer->solution, &b->answer->solution_count, LM_SOLUTION_MAX,
+                            found);
 }
 
 /* Evaluate a point; 1 when it is reported. Where the model refuses, it is beaten by all. */
-static int evaluate(breeder *b, int combination, const double unit[], lm_found *found) {
+static int evaluate(breeder *b, int combination, const double unit[], lm_solution *found) {
   static const double refused[LM_OBJECTIVE_MAX] = {REFUSED, REFUSED, REFUSED, REFUSED};
   int reported;
   b->answer->plain++;
   b->left--;
   if (lm_evaluate_point(b->problem, &b->scan, &b->layout, combination, unit, b->result,
                         b->workspace, NULL) != LM_OK) {
-    lm_fill_found(b->problem, found, combination, unit, refused, REFUSED);
+    lm_fill_solution(b->problem, found, combination, unit, refused, REFUSED);
     b->answer->refused++;
     return 0;
   }
@@ -94,25 +97,25 @@ static void draw_line(breeder *b, const double p[], const double q[], double chi
 
 /* The teeth of a design that breaks no limit with other tolerances, such as others have: which ones
  * are worth their cost hangs little on the teeth, and contacts need not be found again. */
-static void look_around(breeder *b, const lm_found *design, int looks) {
+static void look_around(breeder *b, const lm_solution *design, int tolerance_only) {
   int kept = 0;
   int i;
-  for (i = 0; i < looks && b->left > 0; i++) {
+  for (i = 0; i < tolerance_only && b->left > 0; i++) {
     double unit[LM_FREE_MAX];
-    lm_found found;
+    lm_solution found;
     int k;
     memcpy(unit, design->unit, sizeof unit);
     if (b->parents > 0 && draw(b) < LINE_SHARE) {
-      const lm_found *p = &b->population[pick(b, b->parents)];
-      const lm_found *q = &b->population[pick(b, b->parents)];
+      const lm_solution *p = &b->population[pick(b, b->parents)];
+      const lm_solution *q = &b->population[pick(b, b->parents)];
       draw_line(b, p->unit, q->unit, unit);
     } else {
       for (k = 0; k < b->problem->range_count; k++) {
         unit[k] = is_grade(b->problem, k) ? draw(b) : unit[k];
       }
     }
-    b->left -= b->answer->looks % LM_LOOKS_CHARGED == 0;
-    b->answer->looks++;
+    b->left -= b->answer->tolerance_only % LM_LOOKS_CHARGED == 0;
+    b->answer->tolerance_only++;
     if (lm_evaluate_tolerances(b->problem, &b->layout, design->combination, unit, b->result,
                                b->workspace, NULL) != LM_OK) {
       return;
@@ -131,7 +134,7 @@ static void look_around(breeder *b, const lm_found *design, int looks) {
  * either direction and leaves the other figures, so where even that would be no better than a
  * member of the population it is not looked at. What interferes hides some of its lost motion:
  * hoped for is what it shows. */
-static int may_gain(const breeder *b, const lm_found *design) {
+static int may_gain(const breeder *b, const lm_solution *design) {
   const lm_problem *p = b->problem;
   const double row = lm_gap_row_of(&b->layout, b->result);
   double hoped[LM_OBJECTIVE_MAX];
@@ -157,8 +160,8 @@ static int may_gain(const breeder *b, const lm_found *design) {
 /* Judge a point and, where that may gain, once more with its gap closed; the better of both joins
  * the population, and what was judged last is looked at with other tolerances. */
 static void admit(breeder *b, int combination, double unit[]) {
-  lm_found last;
-  lm_found better;
+  lm_solution last;
+  lm_solution better;
   int reported = evaluate(b, combination, unit, &last);
   better = last;
   if (last.violation < REFUSED && b->left > 0 && may_gain(b, &last) &&
@@ -169,13 +172,13 @@ static void admit(breeder *b, int combination, double unit[]) {
     }
   }
   b->population[b->count++] = better;
-  if (b->looks && last.violation <= 0) {
+  if (b->tolerance_only && last.violation <= 0) {
     look_around(b, &last, reported ? LOOKS : LOOKS_BEATEN);
   }
 }
 
 /* A parent: the better of two drawn ones; the population is sorted best first. */
-static const lm_found *choose_parent(breeder *b, int parents) {
+static const lm_solution *choose_parent(breeder *b, int parents) {
   const int x = pick(b, parents);
   const int y = pick(b, parents);
   return &b->population[x < y ? x : y];
@@ -248,7 +251,7 @@ static void choose_grafts(breeder *b) {
     grades += is_grade(p, i);
   }
   if (costs && grades > 0 && lm_has_cheap_tolerances(p)) {
-    b->looks = 1;
+    b->tolerance_only = 1;
   } else if (costs) {
     b->graft_share = graft_share(p, grades);
   }
@@ -269,20 +272,20 @@ static void mutate(breeder *b, double child[]) {
 static void breed(breeder *b, int parents) {
   int i;
   for (i = 0; i < parents && b->left > 0 && !lm_is_stopped(b->stop); i++) {
-    const lm_found *x = choose_parent(b, parents);
-    const lm_found *y = choose_parent(b, parents);
+    const lm_solution *x = choose_parent(b, parents);
+    const lm_solution *y = choose_parent(b, parents);
     double child[LM_FREE_MAX] = {0};
     int combination;
     if (draw(b) < b->graft_share) {
-      const lm_found *p = &b->population[pick(b, parents)];
+      const lm_solution *p = &b->population[pick(b, parents)];
       memcpy(child, x->unit, sizeof child);
       draw_line(b, y->unit, p->unit, child);
       admit(b, cross_combinations(b, x->combination, x->combination), child);
       continue;
     }
     if (draw(b) < DIFFERENCE_SHARE) {
-      const lm_found *p = &b->population[pick(b, parents)];
-      const lm_found *q = &b->population[pick(b, parents)];
+      const lm_solution *p = &b->population[pick(b, parents)];
+      const lm_solution *q = &b->population[pick(b, parents)];
       differ(b, x->unit, y->unit, p->unit, q->unit, child);
       combination = cross_combinations(b, x->combination, x->combination);
     } else {
@@ -321,15 +324,15 @@ lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *a
     admit(b, pick(b, b->combinations), unit);
   }
   size = b->count < LM_PARENT_MAX ? b->count : LM_PARENT_MAX;
-  lm_select_found(problem, b->population, b->count, size);
+  lm_select_solutions(problem, b->population, b->count, size);
   while (b->left > 0 && !lm_is_stopped(stop)) {
     b->count = size;
     b->parents = size;
     breed(b, size);
-    lm_select_found(problem, b->population, b->count, size);
+    lm_select_solutions(problem, b->population, b->count, size);
   }
   answer->member_count = size;
-  memcpy(answer->found + answer->found_count, b->population,
+  memcpy(answer->solution + answer->solution_count, b->population,
          (size_t)size * sizeof b->population[0]);
   return lm_is_stopped(stop) ? LM_NOT_CONVERGED : LM_OK;
 }

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 /* Task of kind LM_TASK_EVOLVE: from task->parent[] (filled up with drawn designs) to a population
- * of the same size in answer->found[found_count ..]. Called by lm_run_task. */
+ * of the same size in answer->solution[solution_count ..]. Called by lm_run_task. */
 lm_status lm_evolve(const lm_problem *problem, const lm_task *task, lm_answer *answer,
                     lm_workspace *workspace, const volatile int *stop);
 

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "certificate.h"
-#include "settle.h"
-#include "solve.h"
+#include "run_task.h"
 #include "subproblem.h"
+#include "verify.h"
 
 /* What one module, arcmin or share of a limit weighs that follows from the drive itself: no key of
  * a spec states it, so that it gives where the others cannot make up for it alone. */
@@ -32,7 +32,7 @@ static double cost_of(const double relax[]) {
  * start where that is more than 1, and the sum of their costs, linear from the start, in units of
  * what it is there: SLSQP asks for numbers of order 1. */
 typedef struct elastic {
-  lm_solver *s;
+  lm_task_state *s;
   double size[LM_LIMIT_COUNT];
   double cost[LM_LIMIT_COUNT]; /* of one such unit */
 } elastic;
@@ -55,7 +55,7 @@ static double elastic_objective(unsigned n, const double *x, double *gradient, v
 static void elastic_rows(unsigned m, double *rows, unsigned n, const double *x, double *gradient,
                          void *data) {
   const elastic *e = (const elastic *)data;
-  lm_solver *s = e->s;
+  lm_task_state *s = e->s;
   const int ranges = s->problem->range_count;
   double unit[LM_FREE_MAX];
   unsigned i;
@@ -64,7 +64,7 @@ static void elastic_rows(unsigned m, double *rows, unsigned n, const double *x, 
   if (gradient != NULL) {
     memset(gradient, 0, (size_t)m * n * sizeof gradient[0]);
   }
-  if (!lm_evaluate_solver(s, unit, gradient != NULL)) {
+  if (!lm_evaluate_task_point(s, unit, gradient != NULL)) {
     for (i = 0; i < m; i++) {
       rows[i] = LM_REFUSED;
     }
@@ -87,7 +87,7 @@ static void elastic_rows(unsigned m, double *rows, unsigned n, const double *x, 
   }
 }
 
-static void read_relaxation(lm_solver *s, double relax[]) {
+static void read_relaxation(lm_task_state *s, double relax[]) {
   int i;
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     relax[i] = 0;
@@ -103,7 +103,7 @@ static void read_relaxation(lm_solver *s, double relax[]) {
 }
 
 /* From relax[] at the point of the last evaluation to the least sum. */
-static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
+static void shrink_slacks(lm_task_state *s, double unit[], const double relax[]) {
   static const double far = 100;
   const unsigned n = (unsigned)(s->moving_count + LM_LIMIT_COUNT);
   double low[LM_FREE_MAX + LM_LIMIT_COUNT] = {0};
@@ -151,15 +151,15 @@ static void shrink_slacks(lm_solver *s, double unit[], const double relax[]) {
 
 /* To the point whose limits have to give least, and what they give there; 0 when the model refuses
  * the start. */
-static int give_least(lm_solver *s, double unit[], double relax[]) {
+static int give_least(lm_task_state *s, double unit[], double relax[]) {
   double start[LM_FREE_MAX];
   memcpy(start, unit, sizeof start);
-  if (!lm_evaluate_solver(s, unit, 1)) {
+  if (!lm_evaluate_task_point(s, unit, 1)) {
     return 0;
   }
   read_relaxation(s, relax);
   shrink_slacks(s, unit, relax);
-  if (lm_evaluate_solver(s, unit, 0)) {
+  if (lm_evaluate_task_point(s, unit, 0)) {
     read_relaxation(s, relax);
   } else {
     memcpy(unit, start, sizeof start);
@@ -168,13 +168,13 @@ static int give_least(lm_solver *s, double unit[], double relax[]) {
 }
 
 /* The same with whole grades: the nearest ones, and what the rest makes of them. */
-static int give_least_whole(lm_solver *s, double unit[], double relax[]) {
+static int give_least_whole(lm_task_state *s, double unit[], double relax[]) {
   int moving = 0;
   int k;
   if (!give_least(s, unit, relax)) {
     return 0;
   }
-  if (s->answer->found_count > 0 || lm_has_whole_grades(s->problem, unit)) {
+  if (s->answer->solution_count > 0 || lm_has_whole_grades(s->problem, unit)) {
     return 1;
   }
   for (k = 0; k < s->problem->range_count; k++) {
@@ -192,7 +192,7 @@ static int give_least_whole(lm_solver *s, double unit[], double relax[]) {
   return give_least(s, unit, relax);
 }
 
-void lm_repair(lm_solver *s, const lm_task *task) {
+void lm_repair(lm_task_state *s, const lm_task *task) {
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX];
   int i;
@@ -200,7 +200,7 @@ void lm_repair(lm_solver *s, const lm_task *task) {
   if (!give_least_whole(s, unit, relax)) {
     return;
   }
-  if (s->answer->found_count > 0) {
+  if (s->answer->solution_count > 0) {
     memcpy(unit, s->answer->unit, sizeof unit);
     s->closes = 1;
     lm_run_slsqp(s, unit);
@@ -232,14 +232,14 @@ lm_status lm_explain_infeasible(const lm_problem *problem, int combination, doub
                                 int budget, double relax[], lm_workspace *workspace,
                                 const volatile int *stop) {
   lm_answer answer;
-  lm_aim aim;
-  lm_solver s;
+  lm_scalarisation scalar;
+  lm_task_state s;
   if (problem == NULL || unit == NULL || relax == NULL || workspace == NULL) {
     return LM_NULL;
   }
   memset(&answer, 0, sizeof answer);
-  lm_lead_aim(&aim);
-  lm_open_solver(&s, problem, combination, budget, &aim, &answer, workspace, stop);
+  lm_scalarise_first(&scalar);
+  lm_open_task_state(&s, problem, combination, budget, &scalar, &answer, workspace, stop);
   if (!give_least_whole(&s, unit, relax)) {
     return s.interrupted ? LM_NOT_CONVERGED : LM_OUT_OF_RANGE;
   }

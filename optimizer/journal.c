@@ -136,10 +136,10 @@ lm_status lm_create_journal(const char *path, const char *spec, lm_journal **jou
   return status;
 }
 
-/* The places of found[] that hold nothing are not stored. */
+/* The places of solution[] that hold nothing are not stored. */
 static size_t answer_length(const lm_answer *answer) {
-  return offsetof(lm_answer, found) +
-         (size_t)(answer->found_count + answer->member_count) * sizeof answer->found[0];
+  return offsetof(lm_answer, solution) +
+         (size_t)(answer->solution_count + answer->member_count) * sizeof answer->solution[0];
 }
 
 /* The next whole record; 0 at the end or at a torn one. */
@@ -147,10 +147,10 @@ static int read_record(FILE *file, lm_answer *answer) {
   record_head head;
   memset(answer, 0, sizeof *answer);
   return fread(&head, sizeof head, 1, file) == 1 && head.mark == RECORD &&
-         head.length >= offsetof(lm_answer, found) && head.length <= sizeof *answer &&
+         head.length >= offsetof(lm_answer, solution) && head.length <= sizeof *answer &&
          fread(answer, 1, head.length, file) == head.length &&
-         lm_find_crc(0, answer, head.length) == head.crc && answer->found_count >= 0 &&
-         answer->found_count <= LM_FOUND_MAX && answer->member_count >= 0 &&
+         lm_find_crc(0, answer, head.length) == head.crc && answer->solution_count >= 0 &&
+         answer->solution_count <= LM_SOLUTION_MAX && answer->member_count >= 0 &&
          answer->member_count <= LM_PARENT_MAX && answer_length(answer) == head.length;
 }
 

@@ -13,7 +13,7 @@
 #ifndef LOSTMOTION_OPTIMIZER_JOURNAL_H
 #define LOSTMOTION_OPTIMIZER_JOURNAL_H
 
-#include "solve.h"
+#include "run_task.h"
 
 #ifdef __cplusplus
 extern "C" {

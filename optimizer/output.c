@@ -153,7 +153,7 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
   return -row;
 }
 
-int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found design[], int count,
+int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution design[], int count,
                      lm_workspace *workspace) {
   double *result = (double *)malloc(LM_RESULT_MAX * sizeof *result);
   char key[LM_KEY_NAME_MAX];
@@ -163,7 +163,7 @@ int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found desig
   int n;
   int i;
   if (enough) {
-    fprintf(file, "settled");
+    fprintf(file, "verified");
     for (i = 0; i < problem->choice_count; i++) {
       lm_write_key(problem->choice[i].key, key);
       fprintf(file, ",%s", key);
@@ -184,12 +184,12 @@ int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found desig
     lm_default_scan(&scan);
     lm_lay_out(problem, &scan, &layout);
     for (n = 0; n < count; n++) {
-      const lm_found *f = &design[n];
+      const lm_solution *f = &design[n];
       if (lm_evaluate_point(problem, &scan, &layout, f->combination, f->unit, result, workspace,
                             NULL) != LM_OK) {
         continue;
       }
-      fprintf(file, "%d", f->settled);
+      fprintf(file, "%d", f->verified);
       for (i = 0; i < problem->choice_count; i++) {
         fprintf(file, ",");
         write_choice(file, problem, f->combination, i);
@@ -213,7 +213,7 @@ int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found desig
 int lm_write_front(FILE *file, const lm_problem *problem, const lm_search *search,
                    lm_workspace *workspace) {
   const int count = lm_read_front(search, NULL, 0);
-  lm_found *front = (lm_found *)malloc((size_t)(count + 1) * sizeof *front);
+  lm_solution *front = (lm_solution *)malloc((size_t)(count + 1) * sizeof *front);
   int enough = front != NULL;
   if (enough) {
     (void)lm_read_front(search, front, count);
@@ -336,7 +336,7 @@ void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
 
 void lm_write_progress(FILE *file, const lm_progress *p, double seconds, double left) {
   static const char *const stages[] = {"screen", "evolve", "race",   "polish",
-                                       "spread", "repair", "settle", "done"};
+                                       "spread", "repair", "verify", "done"};
   fprintf(file, "{\"stage\": \"%s\", \"evaluations\": %d, \"budget\": %d, \"tasks\": %d, ",
           stages[p->stage], p->evaluations, p->budget, p->tasks_done);
   write_json(file, "best", p->has_best ? p->best_value : HUGE_VAL, ", ");

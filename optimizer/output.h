@@ -25,7 +25,7 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
 
 /* One design a row: combination, variables, figures, margins of all limits. Designs that the model
  * refuses are left out. 0: no memory, nothing was written. */
-int lm_write_designs(FILE *file, const lm_problem *problem, const lm_found design[], int count,
+int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution design[], int count,
                      lm_workspace *workspace);
 
 /* The trade-off, in the same way. */

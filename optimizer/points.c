@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "archive.h"
 #include "evaluate.h"
-#include "found.h"
 #include "lostmotion/tolerance.h"
 #include "workspace.h"
 

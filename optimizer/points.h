@@ -22,7 +22,7 @@ extern "C" {
 #define LM_GRADIENT_CHARGE 8
 int lm_slope_charge(const lm_problem *problem);
 
-/* So many looks at other tolerances of an evaluated design are charged as one plain evaluation:
+/* So many tolerance-only evaluations of an evaluated design are charged as one plain evaluation:
  * measured likewise, at the level that takes longest. */
 #define LM_LOOKS_CHARGED 16
 

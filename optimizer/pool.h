@@ -6,7 +6,7 @@
 #ifndef LOSTMOTION_OPTIMIZER_POOL_H
 #define LOSTMOTION_OPTIMIZER_POOL_H
 
-#include "solve.h"
+#include "run_task.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,7 +1,7 @@
 /* A design problem in plain numbers: what may vary, what must hold and what is wanted.
  *
  * Way of the data: spec text (spec.h) -> problem (this struct) -> point (combination of choices and
- * numbers in 0 .. 1) -> figures and limits (evaluate.h) -> local solution (solve.h) -> tasks and
+ * numbers in 0 .. 1) -> figures and limits (evaluate.h) -> local solution (run_task.h) -> tasks and
  * front (search.h) -> certificate (certificate.h).
  *
  * Everything here is double, int or char without pointers, so a problem can be copied, stored and
@@ -36,7 +36,7 @@ typedef enum lm_key {
 #define LM_CHAIN_MAX 8          /* members of the radial and of the torsion chain */
 #define LM_OBJECTIVE_MAX 4
 #define LM_PHASE_MAX 8       /* tooth phases of the generator */
-#define LM_CERTAIN_PHASES 8  /* of the certificate, and of what settled designs must hold at */
+#define LM_CERTAIN_PHASES 8  /* of the certificate, and of what verified designs must hold at */
 #define LM_LOOP_SAMPLES 2048 /* sampled drives of the quantile inside the search */
 #define LM_COMBINATION_MAX 20000
 #define LM_START_MAX 64 /* designs that a search begins with */

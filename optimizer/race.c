@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "spread.h"
+#include "trade_off.h"
 
 #define SCREEN_POINTS 4 /* of a combination */
 #define POINT_CHARGE 2  /* of a screened point: itself, and with its gap closed */
@@ -14,8 +14,8 @@
 /* Of several objectives every member of a population is a design of the front: an evaluation of it
  * brings several times what one of a local solver brings. */
 #define EVOLVE_FRONT_SHARE 0.9
-/* The ends of the front are sought as soon as the population has found its regions, and early
- * enough for it to breed from them. */
+/* The extreme points of the front are sought as soon as the population has found its regions, and
+ * early enough for it to breed from them. */
 #define ENDS_SHARE 0.3
 #define ENDS_AGAIN_SHARE 0.8 /* from what the population has bred, where it has the rest */
 #define RACE_SHARE 0.03
@@ -47,7 +47,7 @@ static void plan_starts(lm_search *search) {
   for (; search->started < p->start_count; search->started++) {
     const lm_start *start = &p->start[search->started];
     if (search->state[start->combination].fate != LM_FATE_PRUNED) {
-      (void)lm_add_task(search, LM_TASK_LOOK, start->combination, POINT_CHARGE, start->unit);
+      (void)lm_add_task(search, LM_TASK_EVALUATE, start->combination, POINT_CHARGE, start->unit);
     }
   }
 }
@@ -116,7 +116,7 @@ void lm_start_population(lm_search *search) {
                                                                     : search->used + EPOCH_BUDGET;
 }
 
-/* A population settles in one region, so that a larger budget goes into several which start anew;
+/* A population verifies in one region, so that a larger budget goes into several which start anew;
  * the last one, with half of the share, starts from what all have found. */
 static void start_epoch(lm_search *search, double share) {
   search->population_count = 0;
@@ -140,7 +140,7 @@ static void find_least(lm_search *search) {
     }
   }
   for (i = 0; i < search->archive_count; i++) {
-    const lm_found *found = &search->archive[i];
+    const lm_solution *found = &search->archive[i];
     double *least = search->state[found->combination].least;
     for (j = 0; j < count; j++) {
       least[j] = fmin(found->objective[j], least[j]);
@@ -149,7 +149,7 @@ static void find_least(lm_search *search) {
 }
 
 /* Whether a kept design is the best of its combination in any objective. */
-static int is_end(const lm_search *search, const lm_found *found) {
+static int is_end(const lm_search *search, const lm_solution *found) {
   const double *least = search->state[found->combination].least;
   int j = 0;
   while (j < search->problem.objective_count && found->objective[j] > least[j]) {
@@ -185,7 +185,7 @@ static void recall_front(lm_search *search, int places) {
 
 /* Whether the population has the rest of the budget to itself. */
 static int has_rest(const lm_search *search) {
-  return search->problem.objective_count > 1 && search->ends_sought &&
+  return search->problem.objective_count > 1 && search->extremes_sought &&
          search->problem.evaluations < FEW_EVALUATIONS;
 }
 
@@ -214,13 +214,13 @@ void lm_plan_evolve(lm_search *search) {
       task->parent[task->parent_count++] = search->population[k];
     }
   }
-  if (objectives > 1 && search->archive_count > 0 && search->ends_sought < (rest ? 2 : 1) &&
+  if (objectives > 1 && search->archive_count > 0 && search->extremes_sought < (rest ? 2 : 1) &&
       search->used >= (rest ? ENDS_AGAIN_SHARE : ENDS_SHARE) * search->problem.evaluations) {
-    search->ends_sought++;
-    lm_add_ends(search);
+    search->extremes_sought++;
+    lm_add_extreme_points(search);
   }
-  if (rest && search->ends_sought > 1 && objectives == 2) {
-    lm_add_bridges(search);
+  if (rest && search->extremes_sought > 1 && objectives == 2) {
+    lm_add_interpolations(search);
   }
 }
 
@@ -266,8 +266,8 @@ void lm_plan_race(lm_search *search) {
 }
 
 /* A share of what is left of the budget, on as many combinations as it carries: half of it for one
- * objective; with more the ends of the front are but a part of the work. Nothing where it is less
- * than a gradient for each task. */
+ * objective; with more the extreme points of the front are but a part of the work. Nothing where it
+ * is less than a gradient for each task. */
 void lm_plan_polish(lm_search *search) {
   const double share = search->problem.objective_count > 1 ? 0.2 : 0.5;
   const int left = (int)((search->problem.evaluations - search->used) * share);

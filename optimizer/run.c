@@ -323,7 +323,7 @@ int lm_work_run(lm_run *run, int workers, lm_run_hook hook, void *context, volat
 
 /* The functions below return 1 when a file could not be written. */
 
-static int write_best(lm_run *run, const lm_found *best, int finished, lm_workspace *workspace,
+static int write_best(lm_run *run, const lm_solution *best, int finished, lm_workspace *workspace,
                       char note[LM_NOTE_MAX]) {
   lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
   int failed = 1;
@@ -374,7 +374,7 @@ static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], int set_by
 
 /* Why there is no design, and the one that comes nearest. */
 static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
-  lm_found nearest;
+  lm_solution nearest;
   double relax[LM_LIMIT_COUNT];
   size_t length;
   int whole;
@@ -428,7 +428,7 @@ static int write_history(lm_run *run) {
 int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   lm_workspace *workspace = lm_create_workspace();
   int failed;
-  lm_found best;
+  lm_solution best;
   FILE *file;
   if (workspace == NULL) {
     return say(note, LM_EXIT_FAILED, "not enough memory");

@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "archive.h"
 #include "bounds.h"
-#include "found.h"
 #include "race.h"
 #include "search_state.h"
 #include "sound_answer.h"
-#include "spread.h"
+#include "trade_off.h"
 
 #define SETTLE_SLOPES 300 /* gradients for one design; most take a third */
 #define REPAIR_SLOPES 480 /* for one start: twice the elastic program, then SLSQP */
@@ -20,26 +20,27 @@ const char *lm_fate_name(int fate) {
   return fate >= 0 && fate < LM_FATE_COUNT ? names[fate] : "";
 }
 
-/* --- settling -----------------------------------------------------------------------------------
+/* --- verification
+ * -----------------------------------------------------------------------------------
  */
 
 /* Designs of the front spread over it, each kept near where it is: the largest worsening over the
  * objectives is made small. */
 static void plan_settle(lm_search *search) {
   const int wanted =
-      search->archive_count < LM_SETTLED_MAX ? search->archive_count : LM_SETTLED_MAX;
+      search->archive_count < LM_VERIFIED_MAX ? search->archive_count : LM_VERIFIED_MAX;
   int n;
   for (n = 0; n < wanted; n++) {
     const int place = wanted > 1 ? n * (search->archive_count - 1) / (wanted - 1) : 0;
-    const lm_found *found = &search->archive[place];
-    lm_task *task = lm_add_task(search, LM_TASK_SETTLE, found->combination,
+    const lm_solution *found = &search->archive[place];
+    lm_task *task = lm_add_task(search, LM_TASK_VERIFY, found->combination,
                                 SETTLE_SLOPES * lm_slope_charge(&search->problem), found->unit);
     if (search->problem.objective_count > 1) {
       int j;
-      lm_scale_aim(search, &task->aim);
+      lm_scale_objectives(search, &task->scalar);
       for (j = 0; j < search->problem.objective_count; j++) {
-        task->aim.weight[j] = 1;
-        task->aim.origin[j] = found->objective[j];
+        task->scalar.weight[j] = 1;
+        task->scalar.origin[j] = found->objective[j];
       }
     }
   }
@@ -112,7 +113,7 @@ static void plan(lm_search *search) {
           lm_plan_polish(search);
         }
         break;
-      case LM_STAGE_SPREAD:
+      case LM_STAGE_TRADE_OFF:
         if (search->runners > 0) {
           search->problem.objective_count > 1 ? lm_plan_front(search) : lm_plan_restarts(search);
         }
@@ -122,7 +123,7 @@ static void plan(lm_search *search) {
           plan_repair(search);
         }
         break;
-      case LM_STAGE_SETTLE:
+      case LM_STAGE_VERIFY:
       default:
         if (search->round == 0) {
           plan_settle(search);
@@ -166,7 +167,7 @@ static void improve_state(lm_combination_state *state, double value, double viol
 static void gather_members(lm_search *search, const lm_answer *answer) {
   int i;
   for (i = 0; i < answer->member_count; i++) {
-    const lm_found *member = &answer->found[answer->found_count + i];
+    const lm_solution *member = &answer->solution[answer->solution_count + i];
     improve_state(&search->state[member->combination], member->objective[0], member->violation,
                   member->unit);
     if (search->population_count < LM_ISLANDS_MAX * LM_PARENT_MAX) {
@@ -175,9 +176,9 @@ static void gather_members(lm_search *search, const lm_answer *answer) {
   }
 }
 
-static void insert_settled(lm_search *search, const lm_found *found) {
-  lm_insert_found(&search->problem, search->settled, &search->settled_count,
-                  LM_SETTLED_MAX + LM_START_MAX, found);
+static void insert_settled(lm_search *search, const lm_solution *found) {
+  lm_insert_solution(&search->problem, search->verified, &search->verified_count,
+                     LM_VERIFIED_MAX + LM_START_MAX, found);
 }
 
 static void reduce_answer(lm_search *search, const lm_task *task, const lm_answer *answer) {
@@ -188,9 +189,9 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
   search->refused = lm_add_count(search->refused, answer->refused);
   search->feasible = lm_add_count(search->feasible, answer->feasible);
   search->tasks_done++;
-  if (task->kind == LM_TASK_SETTLE) {
-    for (i = 0; i < answer->found_count; i++) {
-      insert_settled(search, &answer->found[i]);
+  if (task->kind == LM_TASK_VERIFY) {
+    for (i = 0; i < answer->solution_count; i++) {
+      insert_settled(search, &answer->solution[i]);
     }
     return;
   }
@@ -204,13 +205,13 @@ static void reduce_answer(lm_search *search, const lm_task *task, const lm_answe
     search->nearest_violation = answer->violation;
     memcpy(search->nearest_unit, answer->unit, sizeof search->nearest_unit);
   }
-  for (i = 0; i < answer->found_count; i++) {
-    const lm_found *found = &answer->found[i];
+  for (i = 0; i < answer->solution_count; i++) {
+    const lm_solution *found = &answer->solution[i];
     lm_combination_state *state = &search->state[found->combination];
-    lm_insert_found(p, search->archive, &search->archive_count, LM_ARCHIVE_MAX, found);
-    lm_insert_found(p, state->pool, &state->pool_count, LM_POOL_MAX, found);
+    lm_insert_solution(p, search->archive, &search->archive_count, LM_ARCHIVE_MAX, found);
+    lm_insert_solution(p, state->pool, &state->pool_count, LM_POOL_MAX, found);
     improve_state(state, found->objective[0], 0, found->unit);
-    if (found->settled) {
+    if (found->verified) {
       insert_settled(search, found); /* one to begin with, which stays unless it is bettered */
     }
   }
@@ -231,8 +232,8 @@ static void reduce(lm_search *search) {
   for (i = 0; i < search->batch_count; i++) {
     reduce_answer(search, &search->batch[i], &search->answer[i]);
   }
-  lm_sort_found(search->archive, search->archive_count);
-  lm_sort_found(search->settled, search->settled_count);
+  lm_sort_solutions(search->archive, search->archive_count);
+  lm_sort_solutions(search->verified, search->verified_count);
   if (search->archive_count > 0) {
     best = search->archive[0].objective[0];
   }
@@ -240,14 +241,14 @@ static void reduce(lm_search *search) {
   search->round_best = best;
   search->round++;
   if (search->stage == LM_STAGE_EVOLVE) {
-    lm_select_found(&search->problem, search->population, search->population_count,
-                    search->population_count);
+    lm_select_solutions(&search->problem, search->population, search->population_count,
+                        search->population_count);
   }
   if (search->stage == LM_STAGE_RACE) {
     lm_rank(search, search->runners);
     search->runners = (search->runners + 1) / 2;
     search->rung++;
-  } else if (search->stage == LM_STAGE_POLISH || search->stage == LM_STAGE_SPREAD) {
+  } else if (search->stage == LM_STAGE_POLISH || search->stage == LM_STAGE_TRADE_OFF) {
     (void)lm_rank_screened(search);
   }
   plan(search);
@@ -327,10 +328,10 @@ lm_status lm_accept_answer(lm_search *search, const lm_answer *answer) {
 /* --- reading ------------------------------------------------------------------------------------
  */
 
-int lm_read_front(const lm_search *search, lm_found front[], int capacity) {
-  const int settled = search->stage == LM_STAGE_DONE && search->settled_count > 0;
-  const lm_found *list = settled ? search->settled : search->archive;
-  const int count = settled ? search->settled_count : search->archive_count;
+int lm_read_front(const lm_search *search, lm_solution front[], int capacity) {
+  const int verified = search->stage == LM_STAGE_DONE && search->verified_count > 0;
+  const lm_solution *list = verified ? search->verified : search->archive;
+  const int count = verified ? search->verified_count : search->archive_count;
   const int written = count < capacity ? count : capacity;
   if (written > 0) {
     memcpy(front, list, (size_t)written * sizeof list[0]);
@@ -338,7 +339,7 @@ int lm_read_front(const lm_search *search, lm_found front[], int capacity) {
   return count;
 }
 
-int lm_read_best(const lm_search *search, lm_found *best) {
+int lm_read_best(const lm_search *search, lm_solution *best) {
   return lm_read_front(search, best, 1) > 0;
 }
 
@@ -371,7 +372,7 @@ int lm_read_nearest(const lm_search *search, int *combination, double unit[LM_FR
 
 void lm_read_progress(const lm_search *search, lm_progress *progress) {
   const int evaluations = lm_add_count(search->plain, search->slopes);
-  lm_found best;
+  lm_solution best;
   int i;
   memset(progress, 0, sizeof *progress);
   progress->stage = search->stage;

@@ -17,7 +17,7 @@
  * second one; more: directions) or, for one objective, into restarts (of a few thousand evaluations
  * and more than one objective the populations have all of it instead); where
  * nothing was found that keeps all limits, the combinations that come nearest are repaired; in the
- * end the designs of the front are settled (whole grades, no violation between the angles of the
+ * end the designs of the front are verified (whole grades, no violation between the angles of the
  * scan and between the tooth phases). Neither is charged to the budget.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
@@ -68,12 +68,12 @@ int lm_is_answered(const lm_search *search, int id);
 void lm_read_progress(const lm_search *search, lm_progress *progress);
 
 /* Designs none of which is better than another in every objective, rising in the first one; in the
- * end settled ones alone where there are any. Returns their number and writes at most `capacity`.
+ * end verified ones alone where there are any. Returns their number and writes at most `capacity`.
  */
-int lm_read_front(const lm_search *search, lm_found front[], int capacity);
+int lm_read_front(const lm_search *search, lm_solution front[], int capacity);
 
 /* The design with the smallest first objective; 0 when there is none yet. */
-int lm_read_best(const lm_search *search, lm_found *best);
+int lm_read_best(const lm_search *search, lm_solution *best);
 
 /* Fate of a combination, and for a pruned one the limit (lm_limit, or -1: no drive can be built).
  */

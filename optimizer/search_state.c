@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "found.h"
+#include "archive.h"
 
 /* Number number `which` of the stream of a task, 0 .. 1. */
 double lm_draw_number(const lm_search *search, int id, int which) {
@@ -22,7 +22,7 @@ lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget,
   task->combination = combination;
   task->budget = budget;
   task->seed = lm_mix((uint64_t)search->problem.seed ^ lm_mix((uint64_t)task->id));
-  lm_lead_aim(&task->aim);
+  lm_scalarise_first(&task->scalar);
   if (unit != NULL) {
     memcpy(task->unit, unit, sizeof task->unit);
   }

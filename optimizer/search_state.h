@@ -14,9 +14,9 @@ extern "C" {
 #define LM_BATCH_MAX 256 /* tasks that are out at the same time */
 #define LM_POOL_MAX 8    /* designs kept of each combination */
 #define LM_ARCHIVE_MAX 1024
-#define LM_SETTLED_MAX 24 /* designs of the front that are settled */
-#define LM_POLISHED 4     /* combinations that are polished */
-#define LM_REPAIRED 8     /* tasks that look for a first design where none was found */
+#define LM_VERIFIED_MAX 24 /* designs of the front that are verified */
+#define LM_POLISHED 4      /* combinations that are polished */
+#define LM_REPAIRED 8      /* tasks that look for a first design where none was found */
 #define LM_ISLANDS_MAX 4
 
 typedef struct lm_combination_state {
@@ -29,7 +29,7 @@ typedef struct lm_combination_state {
   double unit[LM_FREE_MAX];
   double least[LM_OBJECTIVE_MAX]; /* of its kept designs, when the population recalls the front */
   int pool_count;
-  lm_found pool[LM_POOL_MAX];
+  lm_solution pool[LM_POOL_MAX];
 } lm_combination_state;
 
 struct lm_search {
@@ -37,17 +37,17 @@ struct lm_search {
   int combinations;
   lm_combination_state *state;
   int stage;
-  int rung;          /* of the race: halvings of the field so far */
-  int round;         /* of the present stage, from 0 */
-  int quiet;         /* rounds in a row that bettered the best design by nothing worth while */
-  double round_best; /* first objective of the best design, one round ago */
-  int aims;          /* of the trade-off, made so far */
-  int ends_sought;   /* of the front, for the population */
-  int epoch_end;     /* of the present population, in evaluations */
-  int started;       /* designs to begin with that were looked at */
-  int cursor;        /* of the screen */
-  int *order;        /* of the screen, then ranking of the race */
-  int runners;       /* combinations in the race */
+  int rung;            /* of the race: halvings of the field so far */
+  int round;           /* of the present stage, from 0 */
+  int quiet;           /* rounds in a row that bettered the best design by nothing worth while */
+  double round_best;   /* first objective of the best design, one round ago */
+  int scalarisations;  /* of the trade-off, made so far */
+  int extremes_sought; /* of the front, for the population */
+  int epoch_end;       /* of the present population, in evaluations */
+  int started;         /* designs to begin with that were looked at */
+  int cursor;          /* of the screen */
+  int *order;          /* of the screen, then ranking of the race */
+  int runners;         /* combinations in the race */
   int next_id;
   int used;
   int plain;
@@ -61,12 +61,12 @@ struct lm_search {
   lm_answer answer[LM_BATCH_MAX];
   unsigned char answered[LM_BATCH_MAX];
   int missing;
-  lm_found archive[LM_ARCHIVE_MAX];
+  lm_solution archive[LM_ARCHIVE_MAX];
   int archive_count;
-  lm_found population[LM_ISLANDS_MAX * LM_PARENT_MAX];
+  lm_solution population[LM_ISLANDS_MAX * LM_PARENT_MAX];
   int population_count;
-  lm_found settled[LM_SETTLED_MAX + LM_START_MAX];
-  int settled_count;
+  lm_solution verified[LM_VERIFIED_MAX + LM_START_MAX];
+  int verified_count;
   int has_nearest; /* what follows is of the design whose limits have to give least, in all */
   int nearest;     /* combination */
   double nearest_slack;
@@ -77,7 +77,7 @@ struct lm_search {
 /* The random number at place `which` of the stream that belongs to the task `id`, 0 .. 1. */
 double lm_draw_number(const lm_search *search, int id, int which);
 
-/* One more task of the batch, after the lead aim. */
+/* One more task of the batch, after the first objective alone. */
 lm_task *lm_add_task(lm_search *search, int kind, int combination, int budget, const double unit[]);
 
 /* Move a start by up to `width` of each range. */

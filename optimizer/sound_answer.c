@@ -21,29 +21,29 @@ static int is_number(double value) {
   return value == value;
 }
 
-static int is_design(const lm_problem *problem, int combinations, const lm_found *found) {
+static int is_design(const lm_problem *problem, int combinations, const lm_solution *found) {
   int numbers = is_number(found->violation);
   int i;
   for (i = 0; i < problem->objective_count; i++) {
     numbers &= is_number(found->objective[i]);
   }
-  return numbers && is_count(found->combination, combinations - 1) && is_count(found->settled, 1) &&
-         is_point(problem, found->unit);
+  return numbers && is_count(found->combination, combinations - 1) &&
+         is_count(found->verified, 1) && is_point(problem, found->unit);
 }
 
 int lm_is_sound_answer(const lm_problem *problem, int combinations, const lm_answer *answer) {
-  const int counts[] = {answer->plain, answer->slopes, answer->looks, answer->refused,
+  const int counts[] = {answer->plain, answer->slopes, answer->tolerance_only, answer->refused,
                         answer->feasible};
   int sound = is_count(answer->combination, combinations - 1) && is_count(answer->computed, 1) &&
-              is_count(answer->found_count, LM_FOUND_MAX) &&
+              is_count(answer->solution_count, LM_SOLUTION_MAX) &&
               is_count(answer->member_count, LM_PARENT_MAX) && is_number(answer->value) &&
               is_number(answer->violation) && is_point(problem, answer->unit);
   int i;
   for (i = 0; i < (int)(sizeof counts / sizeof counts[0]); i++) {
     sound &= is_count(counts[i], LM_COUNTED_MAX);
   }
-  for (i = 0; sound && i < answer->found_count + answer->member_count; i++) {
-    sound = is_design(problem, combinations, &answer->found[i]);
+  for (i = 0; sound && i < answer->solution_count + answer->member_count; i++) {
+    sound = is_design(problem, combinations, &answer->solution[i]);
   }
   return sound;
 }

@@ -20,9 +20,9 @@ typedef enum lm_search_stage {
   LM_STAGE_EVOLVE,
   LM_STAGE_RACE,
   LM_STAGE_POLISH,
-  LM_STAGE_SPREAD, /* trade-off or restarts */
-  LM_STAGE_REPAIR, /* where nothing was found that keeps all limits */
-  LM_STAGE_SETTLE,
+  LM_STAGE_TRADE_OFF, /* trade-off or restarts */
+  LM_STAGE_REPAIR,    /* where nothing was found that keeps all limits */
+  LM_STAGE_VERIFY,
   LM_STAGE_DONE
 } lm_search_stage;
 

@@ -18,7 +18,7 @@
 #define ROW_OF_LIMIT LM_RESULT_MAX
 #define ROW_OF_AIM (LM_RESULT_MAX + LM_BRANCH_MAX)
 
-void lm_choose_rows(lm_solver *s, int all) {
+void lm_choose_rows(lm_task_state *s, int all) {
   const lm_problem *p = s->problem;
   int figure;
   int i;
@@ -30,7 +30,7 @@ void lm_choose_rows(lm_solver *s, int all) {
     }
   }
   for (j = 0; j < p->objective_count; j++) {
-    for (i = 0; i < s->layout.figure_count[p->objective[j]] && isfinite(s->aim.most[j]); i++) {
+    for (i = 0; i < s->layout.figure_count[p->objective[j]] && isfinite(s->scalar.most[j]); i++) {
       s->row[s->row_count++] = ROW_OF_AIM + s->layout.figure_start[p->objective[j]] + i;
     }
   }
@@ -55,7 +55,7 @@ static int figure_at(const lm_layout *layout, int place) {
   return figure;
 }
 
-static int objective_at(const lm_solver *s, int place) {
+static int objective_at(const lm_task_state *s, int place) {
   const int figure = figure_at(&s->layout, place);
   int j = 0;
   while (s->problem->objective[j] != figure) {
@@ -64,13 +64,13 @@ static int objective_at(const lm_solver *s, int place) {
   return j;
 }
 
-int lm_resolve_row(const lm_solver *s, int row, lm_row_kind *kind) {
+int lm_resolve_row(const lm_task_state *s, int row, lm_row_kind *kind) {
   kind->scale = 1;
   kind->shift = -LM_RESERVE;
   if (row >= ROW_OF_AIM) {
     const int j = objective_at(s, row - ROW_OF_AIM);
-    kind->scale = s->aim.scale[j];
-    kind->shift += s->aim.most[j] / s->aim.scale[j];
+    kind->scale = s->scalar.scale[j];
+    kind->shift += s->scalar.most[j] / s->scalar.scale[j];
     return row - ROW_OF_AIM;
   }
   if (row >= ROW_OF_LIMIT) {
@@ -81,7 +81,7 @@ int lm_resolve_row(const lm_solver *s, int row, lm_row_kind *kind) {
   return row;
 }
 
-int lm_limit_of_row(const lm_solver *s, int row) {
+int lm_limit_of_row(const lm_task_state *s, int row) {
   if (row >= ROW_OF_LIMIT) {
     return LM_LIMIT_FIGURE + figure_at(&s->layout, row - ROW_OF_LIMIT);
   }
@@ -91,7 +91,7 @@ int lm_limit_of_row(const lm_solver *s, int row) {
   return row - s->layout.single_start;
 }
 
-void lm_spread_unit(const lm_solver *s, const double x[], double unit[]) {
+void lm_spread_unit(const lm_task_state *s, const double x[], double unit[]) {
   int k;
   memcpy(unit, s->fixed, sizeof s->fixed);
   for (k = 0; k < s->moving_count; k++) {
@@ -112,11 +112,11 @@ static double epigraph_objective(unsigned n, const double *x, double *gradient, 
   return x[n - 1];
 }
 
-static int branch_count(const lm_solver *s) {
+static int branch_count(const lm_task_state *s) {
   int count = 0;
   int j;
   for (j = 0; j < s->problem->objective_count; j++) {
-    if (s->aim.weight[j] > 0) {
+    if (s->scalar.weight[j] > 0) {
       count += s->layout.figure_count[s->problem->objective[j]];
     }
   }
@@ -127,7 +127,7 @@ static int branch_count(const lm_solver *s) {
  * design. A point that breaks nothing further than its gaps becomes one when they are closed: a
  * plain evaluation beside one with derivatives, where it promises a better value. The solver goes
  * on from its own point. Without a range that closes gaps the point stays, and is known. */
-static void look_closed(lm_solver *s) {
+static void look_closed(lm_task_state *s) {
   const double value = s->value;
   const double violation = s->violation;
   double result[LM_RESULT_MAX];
@@ -141,7 +141,7 @@ static void look_closed(lm_solver *s) {
   memcpy(at, s->at, sizeof at);
   memcpy(unit, s->at, sizeof unit);
   (void)lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit);
-  (void)lm_evaluate_solver(s, unit, 0);
+  (void)lm_evaluate_task_point(s, unit, 0);
   memcpy(s->result, result, (size_t)s->layout.count * sizeof result[0]);
   memcpy(s->at, at, sizeof at);
   s->known_slopes = 1;
@@ -152,7 +152,7 @@ static void look_closed(lm_solver *s) {
 /* Rows of the branches less t, then the chosen limits. */
 static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x, double *gradient,
                           void *data) {
-  lm_solver *s = (lm_solver *)data;
+  lm_task_state *s = (lm_task_state *)data;
   const int ranges = s->problem->range_count;
   double unit[LM_FREE_MAX];
   unsigned next = 0;
@@ -163,7 +163,7 @@ static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x,
   if (gradient != NULL) {
     memset(gradient, 0, (size_t)m * n * sizeof gradient[0]);
   }
-  if (!lm_evaluate_solver(s, unit, gradient != NULL)) {
+  if (!lm_evaluate_task_point(s, unit, gradient != NULL)) {
     for (next = 0; next < m; next++) {
       rows[next] = LM_REFUSED;
     }
@@ -174,10 +174,10 @@ static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x,
   }
   for (j = 0; j < s->problem->objective_count; j++) {
     const int figure = s->problem->objective[j];
-    const double factor = s->aim.weight[j] / s->aim.scale[j];
-    for (i = 0; i < s->layout.figure_count[figure] && s->aim.weight[j] > 0; i++, next++) {
+    const double factor = s->scalar.weight[j] / s->scalar.scale[j];
+    for (i = 0; i < s->layout.figure_count[figure] && s->scalar.weight[j] > 0; i++, next++) {
       const int place = s->layout.figure_start[figure] + i;
-      rows[next] = factor * (s->result[place] - s->aim.origin[j]) - x[n - 1];
+      rows[next] = factor * (s->result[place] - s->scalar.origin[j]) - x[n - 1];
       if (gradient != NULL) {
         for (k = 0; k < s->moving_count; k++) {
           gradient[next * n + (unsigned)k] = factor * s->slope[place * ranges + s->moving[k]];
@@ -199,7 +199,7 @@ static void epigraph_rows(unsigned m, double *rows, unsigned n, const double *x,
 }
 
 /* A row that nothing moves would make the subproblem contradict itself. */
-static void drop_constant_rows(lm_solver *s) {
+static void drop_constant_rows(lm_task_state *s) {
   int kept = 0;
   int i;
   for (i = 0; i < s->row_count; i++) {
@@ -216,8 +216,8 @@ static void drop_constant_rows(lm_solver *s) {
   s->row_count = kept;
 }
 
-/* Scale of the aim's value at the start: t of order 1. */
-void lm_run_slsqp(lm_solver *s, const double start[]) {
+/* Scale of the scalarised objective's value at the start: t of order 1. */
+void lm_run_slsqp(lm_task_state *s, const double start[]) {
   const unsigned n = (unsigned)s->moving_count + 1;
   double low[LM_FREE_MAX + 1];
   double high[LM_FREE_MAX + 1];
@@ -227,7 +227,7 @@ void lm_run_slsqp(lm_solver *s, const double start[]) {
   double least;
   unsigned i;
   memcpy(s->fixed, start, sizeof s->fixed);
-  if (!lm_evaluate_solver(s, start, 1)) {
+  if (!lm_evaluate_task_point(s, start, 1)) {
     return;
   }
   lm_choose_rows(s, 0);
@@ -261,28 +261,29 @@ void lm_run_slsqp(lm_solver *s, const double start[]) {
  */
 
 static double plain_objective(unsigned n, const double *x, double *gradient, void *data) {
-  lm_solver *s = (lm_solver *)data;
+  lm_task_state *s = (lm_task_state *)data;
   double unit[LM_FREE_MAX];
   (void)n;
   (void)gradient;
   lm_spread_unit(s, x, unit);
-  (void)lm_evaluate_solver(s, unit, 0);
+  (void)lm_evaluate_task_point(s, unit, 0);
   return s->value;
 }
 
-/* Groups of limits: geometry, strength and size, gaps, figures and bounds of the aim. */
+/* Groups of limits: geometry, strength and size, gaps, figures and bounds of the scalarised
+ * objective. */
 #define GROUPS 4
 
 static void grouped_rows(unsigned m, double *rows, unsigned n, const double *x, double *gradient,
                          void *data) {
-  lm_solver *s = (lm_solver *)data;
+  lm_task_state *s = (lm_task_state *)data;
   double unit[LM_FREE_MAX];
   unsigned g;
   int i;
   (void)n;
   (void)gradient;
   lm_spread_unit(s, x, unit);
-  if (!lm_evaluate_solver(s, unit, 0)) {
+  if (!lm_evaluate_task_point(s, unit, 0)) {
     for (g = 0; g < m; g++) {
       rows[g] = LM_REFUSED;
     }
@@ -308,7 +309,7 @@ static void grouped_rows(unsigned m, double *rows, unsigned n, const double *x, 
   }
 }
 
-void lm_run_plain(lm_solver *s, const double start[], nlopt_algorithm algorithm, double step,
+void lm_run_plain(lm_task_state *s, const double start[], nlopt_algorithm algorithm, double step,
                   uint64_t seed) {
   const unsigned n = (unsigned)s->moving_count;
   const double tolerance[GROUPS] = {1e-8, 1e-8, 1e-8, 1e-8};

@@ -5,28 +5,31 @@
 
 #include "points.h"
 
-void lm_lead_aim(lm_aim *aim) {
+void lm_scalarise_first(lm_scalarisation *scalar) {
   int j;
   for (j = 0; j < LM_OBJECTIVE_MAX; j++) {
-    aim->weight[j] = j == 0 ? 1 : 0;
-    aim->origin[j] = 0;
-    aim->scale[j] = 1;
-    aim->most[j] = HUGE_VAL;
+    scalar->weight[j] = j == 0 ? 1 : 0;
+    scalar->origin[j] = 0;
+    scalar->scale[j] = 1;
+    scalar->most[j] = HUGE_VAL;
   }
 }
 
 int lm_charge_of(const lm_problem *problem, const lm_answer *answer) {
-  const int64_t charge = answer->plain + (int64_t)answer->slopes * lm_slope_charge(problem) +
-                         ((int64_t)answer->looks + LM_LOOKS_CHARGED - 1) / LM_LOOKS_CHARGED;
+  const int64_t charge =
+      answer->plain + (int64_t)answer->slopes * lm_slope_charge(problem) +
+      ((int64_t)answer->tolerance_only + LM_LOOKS_CHARGED - 1) / LM_LOOKS_CHARGED;
   return charge < INT_MAX ? (int)charge : INT_MAX;
 }
 
-double lm_aim_value(const lm_problem *problem, const lm_aim *aim, const double objective[]) {
+double lm_scalarised_value(const lm_problem *problem, const lm_scalarisation *scalar,
+                           const double objective[]) {
   double largest = -HUGE_VAL;
   int j;
   for (j = 0; j < problem->objective_count; j++) {
-    if (aim->weight[j] > 0) {
-      const double value = aim->weight[j] * (objective[j] - aim->origin[j]) / aim->scale[j];
+    if (scalar->weight[j] > 0) {
+      const double value =
+          scalar->weight[j] * (objective[j] - scalar->origin[j]) / scalar->scale[j];
       largest = value > largest ? value : largest;
     }
   }

@@ -1,4 +1,4 @@
-/* One unit of the search's work: screen, improve or settle designs of one combination.
+/* One unit of the search's work: screen, improve or verify designs of one combination.
  *
  * A task and its answer are plain bytes. The answer depends on the problem and the task alone, so
  * it may be computed by any thread, process or machine of the same build, in any order.
@@ -15,39 +15,39 @@ extern "C" {
 #endif
 
 /* Designs that one task reports besides its best. */
-#define LM_FOUND_MAX 96
+#define LM_SOLUTION_MAX 96
 
 /* Population of an evolving task. */
 #define LM_PARENT_MAX 40
 
-typedef struct lm_found {
+typedef struct lm_solution {
   int combination;
-  int settled; /* 1: rounded to whole grades and checked on the fine scan */
+  int verified; /* 1: rounded to whole grades and checked on the fine scan */
   double violation;
   double unit[LM_FREE_MAX];
   double objective[LM_OBJECTIVE_MAX];
-} lm_found;
+} lm_solution;
 
 /* What a task makes small: the largest over the objectives of
  *   weight (f - origin) / scale,
  * with each objective at most `most`. A weight of 0 leaves an objective out. */
-typedef struct lm_aim {
+typedef struct lm_scalarisation {
   double weight[LM_OBJECTIVE_MAX];
   double origin[LM_OBJECTIVE_MAX];
   double scale[LM_OBJECTIVE_MAX];
   double most[LM_OBJECTIVE_MAX]; /* HUGE_VAL: no bound */
-} lm_aim;
+} lm_scalarisation;
 
 typedef enum lm_task_kind {
-  LM_TASK_SCREEN = 0, /* the best of a few scattered points, gaps closed */
-  LM_TASK_SLSQP,      /* gradients, epigraph form */
-  LM_TASK_COBYLA,     /* no gradients, largest limits of each group */
-  LM_TASK_ISRES,      /* population of 60 */
-  LM_TASK_EVOLVE,     /* a population over all combinations */
-  LM_TASK_LOOK,       /* the start alone; where it breaks a limit, with its gap closed, too */
-  LM_TASK_BRIDGE,     /* points between two designs of one combination, gaps closed */
-  LM_TASK_REPAIR,     /* the point whose limits have to give least; improved where none has to */
-  LM_TASK_SETTLE      /* whole grades, no violation between the angles of the scan */
+  LM_TASK_SCREEN = 0,  /* the best of a few scattered points, gaps closed */
+  LM_TASK_SLSQP,       /* gradients, epigraph form */
+  LM_TASK_COBYLA,      /* no gradients, largest limits of each group */
+  LM_TASK_ISRES,       /* population of 60 */
+  LM_TASK_EVOLVE,      /* a population over all combinations */
+  LM_TASK_EVALUATE,    /* the start alone; where it breaks a limit, with its gap closed, too */
+  LM_TASK_INTERPOLATE, /* points between two designs of one combination, gaps closed */
+  LM_TASK_REPAIR,      /* the point whose limits have to give least; improved where none has to */
+  LM_TASK_VERIFY       /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;
 
 typedef struct lm_task {
@@ -56,40 +56,44 @@ typedef struct lm_task {
   int combination;
   int budget; /* plain evaluations */
   uint64_t seed;
-  lm_aim aim;
+  lm_scalarisation scalar;
   double unit[LM_FREE_MAX]; /* start */
   int parent_count;
-  lm_found parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE; the other end of LM_TASK_BRIDGE */
+  lm_solution
+      parent[LM_PARENT_MAX]; /* start of LM_TASK_EVOLVE; the other end of LM_TASK_INTERPOLATE */
 } lm_task;
 
 typedef struct lm_answer {
   int id;
   int combination;
-  int computed; /* 1: unit and what follows hold a design */
-  int plain;    /* evaluations without */
-  int slopes;   /* and with derivatives */
-  int looks;    /* at other tolerances of what was evaluated */
-  int refused;  /* of the first two, that the model refused or that gave no number */
-  int feasible; /* of the first two, that broke no limit */
-  int found_count;
+  int computed;       /* 1: unit and what follows hold a design */
+  int plain;          /* evaluations without */
+  int slopes;         /* and with derivatives */
+  int tolerance_only; /* at other tolerances of what was evaluated */
+  int refused;        /* of the first two, that the model refused or that gave no number */
+  int feasible;       /* of the first two, that broke no limit */
+  int solution_count;
   int member_count;
-  double value; /* of the aim; of LM_TASK_REPAIR without a design what its limits cost */
+  double value; /* of the scalarised objective; of LM_TASK_REPAIR without a design what its limits
+                   cost */
   double violation;
   double unit[LM_FREE_MAX];
   double figure[LM_FIGURE_COUNT];
-  /* found_count feasible designs, none better than another in every objective; then, of an evolving
-   * task, the member_count members of its population */
-  lm_found found[LM_FOUND_MAX + LM_PARENT_MAX];
+  /* solution_count feasible designs, none better than another in every objective; then, of an
+   * evolving task, the member_count members of its population */
+  lm_solution solution[LM_SOLUTION_MAX + LM_PARENT_MAX];
 } lm_answer;
 
 /* Charge of an answer against the budget. */
 int lm_charge_of(const lm_problem *problem, const lm_answer *answer);
 
-/* The aim that makes the first objective small. */
-void lm_lead_aim(lm_aim *aim);
+/* The scalarised objective that makes the first objective small. */
+void lm_scalarise_first(lm_scalarisation *scalar);
 
-/* Value of an aim at given objectives; bounds of the aim are not counted. */
-double lm_aim_value(const lm_problem *problem, const lm_aim *aim, const double objective[]);
+/* Value of a scalarised objective at given objectives; bounds of the scalarised objective are not
+ * counted. */
+double lm_scalarised_value(const lm_problem *problem, const lm_scalarisation *scalar,
+                           const double objective[]);
 
 #ifdef __cplusplus
 }

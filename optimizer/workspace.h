@@ -12,7 +12,7 @@ struct lm_workspace {
   double value[LM_KEY_COUNT];
   lm_gapless gapless[LM_PHASE_MAX];
   void *dual; /* of derivatives.cpp */
-  /* of the task that is carried out (solver.h) */
+  /* of the task that is carried out (task_state.h) */
   double task_result[LM_RESULT_MAX];
   double task_slope[LM_RESULT_MAX * LM_FREE_MAX];
   lm_problem finer; /* the task's problem at the phases of the certificate */

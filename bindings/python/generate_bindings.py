@@ -135,7 +135,7 @@ def main() -> None:
         names = [f"lostmotion/{header.name}" for header in headers if header.name not in skipped]
         folders = [arguments.include]
     else:
-        names = ["spec.h", "run.h", "solve.h", "output.h"]
+        names = ["spec.h", "run.h", "run_task.h", "output.h"]
         headers = sorted(arguments.optimizer.glob("*.h"))
         folders = [arguments.include, arguments.optimizer]
     includes = "\n".join(f'#include "{name}"' for name in names)

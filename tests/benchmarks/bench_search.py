@@ -6,7 +6,7 @@ the evaluator once for each. The search counts a plain evaluation as one, as it 
 that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain ones (8 for up to
 eight variables beside the tolerance grades), and sixteen looks at other tolerances of a design that
 was evaluated count as one; ``bench_search_cost.py`` measures what each takes.
-Arithmetic without the model is free for all. The settling that follows the budget is left out for
+Arithmetic without the model is free for all. The verification that follows the budget is left out for
 ours, so no method has its result polished. Every feasible point that a method evaluates counts for
 its front, so nothing depends on how a method reports.
 
@@ -45,7 +45,7 @@ FREE_MAX = 24
 OBJECTIVE_MAX = 4
 FRONT_MAX = 2048
 RESULT_MAX = 4096
-STAGE_SETTLE = 5
+STAGE_VERIFY = 5
 SINGLE_ROWS = 12
 FIGURES = {
     "lost_motion": 0,
@@ -68,11 +68,11 @@ Vector = NDArray[np.float64]
 
 
 class Found(c.Structure):
-    """`lm_found`."""
+    """`lm_solution`."""
 
     _fields_ = [
         ("combination", c.c_int),
-        ("settled", c.c_int),
+        ("verified", c.c_int),
         ("violation", c.c_double),
         ("unit", c.c_double * FREE_MAX),
         ("objective", c.c_double * OBJECTIVE_MAX),
@@ -276,7 +276,7 @@ class Search:
         self.lib.lm_close_search(self.search)
 
     def run(self, clock: Callable[[], float] | None = None) -> list[list[float]]:
-        """Work up to the settling, which no budget is charged with.
+        """Work up to the verification, which no budget is charged with.
 
         With a clock: what each task of each batch took by it, right on one thread.
         """
@@ -295,7 +295,7 @@ class Search:
         while True:
             count = lib.lm_next_tasks(search, c.byref(tasks))
             lib.lm_read_progress(search, c.byref(self.progress))
-            if count == 0 or self.progress.stage >= STAGE_SETTLE:
+            if count == 0 or self.progress.stage >= STAGE_VERIFY:
                 return taken
             taken.append([])
             began = clock() if clock else 0.0
@@ -309,7 +309,7 @@ class Search:
 
 
 def run_search(lib: c.CDLL, text: str, evaluations: int, seed: int) -> list[Vector]:
-    """Run ours on one thread, without the settling."""
+    """Run ours on one thread, without the verification."""
     problem = Problem(lib, restate(text, evaluations=evaluations))
     lib.set_search_seed(problem.memory, seed)
     with Search(problem, workers=1) as search:

@@ -147,7 +147,7 @@ def time_look(lib: c.CDLL, problem: Problem, unit: c.Array[c.c_double]) -> float
 
 
 def time_search(lib: c.CDLL, text: str, evaluations: int, workers: int) -> tuple[float, float]:
-    """Wall and CPU seconds of a search up to its settling."""
+    """Wall and CPU seconds of a search up to its verification."""
     with Search(Problem(lib, restate(text, evaluations=evaluations)), workers) as search:
         wall, cpu = time.perf_counter(), time.process_time()
         search.run()

@@ -1,8 +1,8 @@
 /* What bounds exclude: only what no design of a combination can keep. */
 #include <stdio.h>
 
+#include "archive.h"
 #include "bounds.h"
-#include "found.h"
 #include "reference_drives.h"
 #include "search.h"
 #include "spec.h"

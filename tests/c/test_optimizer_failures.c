@@ -15,7 +15,7 @@
 #include "output.h"
 #include "pool.h"
 #include "run.h"
-#include "solve.h"
+#include "run_task.h"
 #include "spec.h"
 #include "stop.h"
 #include "unity.h"
@@ -156,7 +156,7 @@ WRAP_MODEL(EVALUATE_SLOPES, lm_evaluate_slopes,
             const double unit[], double result[], double slope[], lm_workspace *w, lm_fault *f),
            (p, s, l, combination, unit, result, slope, w, f))
 
-static int looks; /* 1: the next meshes are those of a look */
+static int tolerance_only; /* 1: the next meshes are those of a look */
 
 lm_status __real_lm_point_drive(const lm_problem *p, int combination, const double unit[],
                                 lm_drive *drive, lm_fault *f);
@@ -164,7 +164,7 @@ lm_status __wrap_lm_point_drive(const lm_problem *p, int combination, const doub
                                 lm_drive *drive, lm_fault *f);
 lm_status __wrap_lm_point_drive(const lm_problem *p, int combination, const double unit[],
                                 lm_drive *drive, lm_fault *f) {
-  looks = 1;
+  tolerance_only = 1;
   return model_fails(POINT_DRIVE) ? REFUSAL : __real_lm_point_drive(p, combination, unit, drive, f);
 }
 
@@ -174,8 +174,8 @@ lm_status __wrap_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_w
                                    lm_fault *f);
 lm_status __wrap_lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *w,
                                    lm_fault *f) {
-  const model_call call = looks ? LOOK : MESHES;
-  looks = 0;
+  const model_call call = tolerance_only ? LOOK : MESHES;
+  tolerance_only = 0;
   return model_fails(call) ? REFUSAL : __real_lm_prepare_meshes(drive, nodes, w, f);
 }
 
@@ -458,10 +458,10 @@ static void test_every_refusal_of_the_model_ends_a_certificate(void) {
 static void make_task(int kind, lm_task *task) {
   memset(task, 0, sizeof *task);
   task->kind = kind;
-  task->budget = kind == LM_TASK_SETTLE ? 2400 : 120;
+  task->budget = kind == LM_TASK_VERIFY ? 2400 : 120;
   task->seed = 99;
-  task->parent_count = kind == LM_TASK_BRIDGE;
-  lm_lead_aim(&task->aim);
+  task->parent_count = kind == LM_TASK_INTERPOLATE;
+  lm_scalarise_first(&task->scalar);
   memcpy(task->unit, middle, sizeof task->unit);
 }
 
@@ -470,7 +470,7 @@ static void test_a_task_goes_on_past_every_refusal(void) {
   lm_task task;
   int kind;
   open_problem(limits);
-  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
     int at = 0;
     make_task(kind, &task);
     do {
@@ -484,23 +484,23 @@ static void test_a_task_goes_on_past_every_refusal(void) {
   close_problem();
 }
 
-/* The settling's own looks between the angles, each alone. */
+/* The verification's own tolerance_only between the angles, each alone. */
 static void test_a_settling_whose_last_look_is_refused_is_none(void) {
   static const int calls[] = {POINT_DRIVE, LOOK, SMALLEST_GAP};
   lm_task task;
   int i;
   open_problem(limits);
-  make_task(LM_TASK_SETTLE, &task);
+  make_task(LM_TASK_VERIFY, &task);
   for (i = 0; i < 3; i++) {
     int at = -1;
-    int settled = -1;
+    int verified = -1;
     do {
       watch(calls[i], ++at);
       TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
-      TEST_ASSERT_TRUE(!model_failed || settled != 0); /* only the last one decides */
-      settled = answer->found_count;
+      TEST_ASSERT_TRUE(!model_failed || verified != 0); /* only the last one decides */
+      verified = answer->solution_count;
     } while (model_failed);
-    TEST_ASSERT_EQUAL_INT(1, settled);
+    TEST_ASSERT_EQUAL_INT(1, verified);
     TEST_ASSERT_GREATER_THAN_INT(2, at);
   }
   close_problem();
@@ -517,13 +517,13 @@ static void test_a_gap_that_nothing_opens_is_not_settled(void) {
   lm_task task;
   open_problem("");
   gap_short = 1;
-  make_task(LM_TASK_SETTLE, &task);
+  make_task(LM_TASK_VERIFY, &task);
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
   TEST_ASSERT_EQUAL_INT(1, answer->computed);
-  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(unmoved, &problem, &error), error.text);
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_run_task(&problem, &task, answer, workspace, NULL));
-  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   close_problem();
 }
 
@@ -547,7 +547,7 @@ static void test_a_task_stops_at_every_evaluation(void) {
   lm_task task;
   int kind;
   open_problem(limits);
-  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
     int at = 0;
     lm_status status;
     make_task(kind, &task);
@@ -559,7 +559,7 @@ static void test_a_task_stops_at_every_evaluation(void) {
       at += 1 + at / 8;
     } while (stop_flag);
     TEST_ASSERT_EQUAL_INT(LM_OK, status);
-    TEST_ASSERT_GREATER_THAN_INT(kind == LM_TASK_LOOK ? 1 : 3, at);
+    TEST_ASSERT_GREATER_THAN_INT(kind == LM_TASK_EVALUATE ? 1 : 3, at);
   }
   close_problem();
 }

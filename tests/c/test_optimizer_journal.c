@@ -60,12 +60,12 @@ static void write_journal(void) {
   (void)remove(path);
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_create_journal(path, spec, &journal));
   answer->id = 1;
-  answer->found_count = 3;
+  answer->solution_count = 3;
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(journal, answer));
   answer->id = 2;
-  answer->found_count = 0;
+  answer->solution_count = 0;
   answer->member_count = 2;
-  answer->found[1].violation = 0.25;
+  answer->solution[1].violation = 0.25;
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_append_answer(journal, answer));
   lm_close_journal(journal);
 }
@@ -99,7 +99,8 @@ static void test_answers_come_back_in_their_order(void) {
   TEST_ASSERT_EQUAL_INT(2, report.answers);
   TEST_ASSERT_EQUAL_INT(0, report.torn);
   TEST_ASSERT_EQUAL_INT(2, last->id);
-  TEST_ASSERT_EQUAL_MEMORY(answer, last, offsetof(lm_answer, found) + 2 * sizeof last->found[0]);
+  TEST_ASSERT_EQUAL_MEMORY(answer, last,
+                           offsetof(lm_answer, solution) + 2 * sizeof last->solution[0]);
 }
 
 /* What the sink refuses is no torn end: nothing is cut. */
@@ -140,8 +141,8 @@ static head head_of(const lm_answer *of, size_t length) {
 }
 
 static void test_a_record_that_is_none_ends_the_journal(void) {
-  const size_t least = offsetof(lm_answer, found);
-  const size_t one = sizeof last->found[0];
+  const size_t least = offsetof(lm_answer, solution);
+  const size_t one = sizeof last->solution[0];
   head h = head_of(last, least);
   h.mark++;
   assert_ends_there(&h, least);
@@ -155,19 +156,19 @@ static void test_a_record_that_is_none_ends_the_journal(void) {
   assert_ends_there(&h, least);
   h = head_of(last, least); /* cut off */
   assert_ends_there(&h, least - 1);
-  last->found_count = -1;
+  last->solution_count = -1;
   h = head_of(last, least);
   assert_ends_there(&h, least);
-  last->found_count = LM_FOUND_MAX + 1;
-  h = head_of(last, least + (LM_FOUND_MAX + 1) * one);
-  assert_ends_there(&h, least + (LM_FOUND_MAX + 1) * one);
+  last->solution_count = LM_SOLUTION_MAX + 1;
+  h = head_of(last, least + (LM_SOLUTION_MAX + 1) * one);
+  assert_ends_there(&h, least + (LM_SOLUTION_MAX + 1) * one);
   last->member_count = -1;
   h = head_of(last, least);
   assert_ends_there(&h, least);
   last->member_count = LM_PARENT_MAX + 1;
   h = head_of(last, least + (LM_PARENT_MAX + 1) * one);
   assert_ends_there(&h, least + (LM_PARENT_MAX + 1) * one);
-  last->found_count = 2; /* and one is there */
+  last->solution_count = 2; /* and one is there */
   h = head_of(last, least + one);
   assert_ends_there(&h, least + one);
 }

@@ -1,8 +1,8 @@
 /* Specs, names and points of the search. */
 #include <stdio.h>
 
+#include "archive.h"
 #include "certificate.h"
-#include "found.h"
 #include "lostmotion/design_keys.h"
 #include "output.h"
 #include "reference_drives.h"
@@ -207,15 +207,15 @@ static void test_rounding_makes_no_front(void) {
   const double unit[LM_FREE_MAX] = {0};
   const double one[LM_OBJECTIVE_MAX] = {5.0, 1.8e-12};
   const double other[LM_OBJECTIVE_MAX] = {7.0, 5.4e-13};
-  lm_found found[2];
-  lm_found list[2];
+  lm_solution found[2];
+  lm_solution list[2];
   int count = 0;
   read_reference();
   problem.objective_count = 2;
-  lm_fill_found(&problem, &found[0], 0, unit, one, 0);
-  lm_fill_found(&problem, &found[1], 0, unit, other, 0);
-  lm_insert_found(&problem, list, &count, 2, &found[0]);
-  lm_insert_found(&problem, list, &count, 2, &found[1]);
+  lm_fill_solution(&problem, &found[0], 0, unit, one, 0);
+  lm_fill_solution(&problem, &found[1], 0, unit, other, 0);
+  lm_insert_solution(&problem, list, &count, 2, &found[0]);
+  lm_insert_solution(&problem, list, &count, 2, &found[1]);
   TEST_ASSERT_EQUAL_INT(1, count);
   TEST_ASSERT_TRUE(list[0].objective[0] == 5.0 && list[0].objective[1] == 0);
 }
@@ -225,8 +225,8 @@ static void test_rounding_makes_no_front(void) {
 static void test_a_full_list_keeps_its_ends(void) {
   static const int places[] = {40, 8};
   const double unit[LM_FREE_MAX] = {0};
-  lm_found list[40];
-  lm_found found;
+  lm_solution list[40];
+  lm_solution found;
   int i;
   int k;
   read_reference();
@@ -238,8 +238,8 @@ static void test_a_full_list_keeps_its_ends(void) {
       const double share = i < places[k] ? i / (places[k] - 1.0) : 1e-4 * (i + 1 - places[k]);
       const double one[LM_OBJECTIVE_MAX] = {1 + share, 2 - share};
       const double other[LM_OBJECTIVE_MAX] = {2 - share, 1 + share};
-      lm_fill_found(&problem, &found, 0, unit, i < places[k] || i % 2 == 0 ? one : other, 0);
-      lm_insert_found(&problem, list, &count, places[k], &found);
+      lm_fill_solution(&problem, &found, 0, unit, i < places[k] || i % 2 == 0 ? one : other, 0);
+      lm_insert_solution(&problem, list, &count, places[k], &found);
     }
     TEST_ASSERT_EQUAL_INT(places[k], count);
     for (i = 0; i < count; i++) {
@@ -250,7 +250,7 @@ static void test_a_full_list_keeps_its_ends(void) {
 }
 
 /* Designs on a coarse grid, so that many are as good as another; every third breaks a limit. */
-static void draw_designs(lm_found list[], int count) {
+static void draw_designs(lm_solution list[], int count) {
   const double unit[LM_FREE_MAX] = {0};
   uint64_t state = (uint64_t)count;
   int i;
@@ -261,11 +261,11 @@ static void draw_designs(lm_found list[], int count) {
       state = lm_mix(state);
       objective[j] = (double)(state % 12);
     }
-    lm_fill_found(&problem, &list[i], i, unit, objective, i % 3 == 0 ? 1.0 + i % 7 : 0);
+    lm_fill_solution(&problem, &list[i], i, unit, objective, i % 3 == 0 ? 1.0 + i % 7 : 0);
   }
 }
 
-static int beats(const lm_found *a, const lm_found *b) {
+static int beats(const lm_solution *a, const lm_solution *b) {
   if (a->violation > 0 || b->violation > 0) {
     return a->violation < b->violation;
   }
@@ -275,8 +275,8 @@ static int beats(const lm_found *a, const lm_found *b) {
 
 /* Each that no other is as good as stays, of equal ones the first, and nothing else. */
 static void test_a_list_holds_what_nothing_is_as_good_as(void) {
-  lm_found drawn[60];
-  lm_found list[60];
+  lm_solution drawn[60];
+  lm_solution list[60];
   int i;
   int k;
   read_reference();
@@ -285,7 +285,7 @@ static void test_a_list_holds_what_nothing_is_as_good_as(void) {
     int expected = 0;
     draw_designs(drawn, 60);
     for (i = 0; i < 60; i++) {
-      lm_insert_found(&problem, list, &count, 60, &drawn[i]);
+      lm_insert_solution(&problem, list, &count, 60, &drawn[i]);
     }
     for (i = 0; i < 60; i++) {
       int stays = 1;
@@ -304,7 +304,7 @@ static void test_a_list_holds_what_nothing_is_as_good_as(void) {
 
 /* Each front is all that no design of it or behind it beats. */
 static void test_selection_goes_front_by_front(void) {
-  lm_found list[80];
+  lm_solution list[80];
   int first;
   int last;
   int i;
@@ -313,7 +313,7 @@ static void test_selection_goes_front_by_front(void) {
   for (problem.objective_count = 1; problem.objective_count <= 4; problem.objective_count++) {
     int fronts = 0;
     draw_designs(list, 80);
-    lm_select_found(&problem, list, 80, 80);
+    lm_select_solutions(&problem, list, 80, 80);
     for (first = 0; first < 80; first = last) {
       for (last = first; last < 80; last++) {
         int beaten = 0;

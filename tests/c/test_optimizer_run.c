@@ -15,7 +15,7 @@
 #include "journal.h"
 #include "output.h"
 #include "run.h"
-#include "solve.h"
+#include "run_task.h"
 #include "spec.h"
 #include "unity.h"
 
@@ -118,7 +118,7 @@ static void test_a_run_leaves_its_files(void) {
   TEST_ASSERT_GREATER_THAN_INT(0, hooked);
   assert_holds("best.toml", "kind = \"power\"\ndeflection_mm = 1.0000000000000001e-05\n");
   assert_holds("best.toml", "kind = \"stiffness\"");
-  assert_holds("front.csv", "settled,teeth.deformation,generator.type");
+  assert_holds("front.csv", "verified,teeth.deformation,generator.type");
   assert_holds("front.csv", "external,ring,200,");
   assert_holds("combinations.csv", "external,discs,200,pruned,generator against deformation");
   assert_holds("certificate.json", "\"holds\": true");
@@ -236,7 +236,7 @@ static void test_a_link_beside_a_result_is_not_followed(void) {
   TEST_ASSERT_EQUAL_INT(0, symlink("precious", link));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_STOPPED, lm_finish_run(run, LM_EXIT_STOPPED, note));
   assert_holds("precious", "mine");
-  assert_holds("front.csv", "settled,");
+  assert_holds("front.csv", "verified,");
 }
 
 /* A journal of somebody else, its checksums right: refused, and left as it was. */
@@ -250,8 +250,8 @@ static void test_a_journal_with_an_answer_of_no_task_is_refused(void) {
   TEST_ASSERT_GREATER_THAN_INT(0, lm_next_tasks(lm_run_search(run), &tasks));
   answer->id = tasks[0].id;
   answer->combination = tasks[0].combination;
-  answer->found_count = 1;
-  answer->found[0].combination = 123456789;
+  answer->solution_count = 1;
+  answer->solution[0].combination = 123456789;
   lm_close_run(run);
   run = NULL;
   TEST_ASSERT_EQUAL_INT(0, remove(path));
@@ -393,7 +393,7 @@ static void test_every_result_that_has_no_place_is_told(void) {
 }
 
 /* Bound by a figure of two tooth phases, a design breaks its limit a little at eight before it is
- * settled. */
+ * verified. */
 static const char bound_spec[] =
     "seed 2\nevaluations 800\nrated_torque_Nm 40\nobjective cost\n"
     "fixed teeth.module_mm 0.25\nfixed teeth.face_width_mm 10\n"
@@ -423,7 +423,7 @@ static void test_a_best_design_that_does_not_hold_on_the_fine_check_is_told(void
   assert_holds("certificate.json", "\"holds\": false");
 }
 
-/* A search that was stopped before it settled anything promises nothing. */
+/* A search that was stopped before it verified anything promises nothing. */
 static void test_a_best_design_that_is_not_settled_need_not_hold(void) {
   lm_workspace *workspace = lm_create_workspace();
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
@@ -533,7 +533,7 @@ static void test_nothing_is_refused(void) {
 
 static void test_a_drive_as_text_is_a_drive_file(void) {
   volatile int stop = 0;
-  lm_found best;
+  lm_solution best;
   lm_drive drive;
   char *text;
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 0));
@@ -663,7 +663,7 @@ static void test_an_interrupted_program_saves_and_exits_130(void) {
       LM_PROGRAM, folder, folder, folder);
   status = system(command);
   TEST_ASSERT_EQUAL_INT(130, WEXITSTATUS(status));
-  assert_holds("run/front.csv", "settled");
+  assert_holds("run/front.csv", "verified");
   snprintf(words, sizeof words, "%s/spec %s/run", folder, folder);
   TEST_ASSERT_EQUAL_INT(2, call(words));
 }

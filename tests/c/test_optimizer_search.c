@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "archive.h"
 #include "certificate.h"
-#include "found.h"
 #include "journal.h"
 #include "pool.h"
 #include "reference_drives.h"
@@ -75,7 +75,7 @@ static int is_answered(void *context, int id) {
   return lm_is_answered((lm_search *)context, id);
 }
 
-static int run_with(int workers, lm_found front[]) {
+static int run_with(int workers, lm_solution front[]) {
   lm_pool *pool = lm_open_pool(workers);
   const lm_task *tasks;
   int count;
@@ -90,14 +90,14 @@ static int run_with(int workers, lm_found front[]) {
   return lm_read_front(search, front, FRONT_MAX);
 }
 
-static void assert_same(const lm_found a[], int count_a, const lm_found b[], int count_b) {
+static void assert_same(const lm_solution a[], int count_a, const lm_solution b[], int count_b) {
   TEST_ASSERT_EQUAL_INT(count_a, count_b);
   TEST_ASSERT_EQUAL_MEMORY(a, b, (size_t)count_a * sizeof a[0]);
 }
 
 static void test_one_and_three_threads_give_the_same_bytes(void) {
-  lm_found alone[FRONT_MAX];
-  lm_found together[FRONT_MAX];
+  lm_solution alone[FRONT_MAX];
+  lm_solution together[FRONT_MAX];
   int count;
   read_spec(small_spec);
   count = run_with(1, alone);
@@ -107,8 +107,8 @@ static void test_one_and_three_threads_give_the_same_bytes(void) {
 
 /* Answers in reverse order, each computed in a fresh workspace: what a cluster may do. */
 static void test_the_order_of_answers_does_not_matter(void) {
-  lm_found straight[FRONT_MAX];
-  lm_found reversed[FRONT_MAX];
+  lm_solution straight[FRONT_MAX];
+  lm_solution reversed[FRONT_MAX];
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
   const lm_task *tasks;
   int straight_count;
@@ -155,21 +155,21 @@ static void test_an_answer_with_a_value_out_of_range_is_refused(void) {
   int *const whole[] = {&bad->computed,
                         &bad->plain,
                         &bad->slopes,
-                        &bad->looks,
+                        &bad->tolerance_only,
                         &bad->refused,
                         &bad->feasible,
-                        &bad->found_count,
+                        &bad->solution_count,
                         &bad->member_count,
-                        &bad->found[0].combination,
-                        &bad->found[0].settled,
-                        &bad->found[2].combination};
+                        &bad->solution[0].combination,
+                        &bad->solution[0].verified,
+                        &bad->solution[2].combination};
   double *const real[] = {&bad->value,
                           &bad->violation,
                           &bad->unit[0],
-                          &bad->found[0].unit[1],
-                          &bad->found[0].violation,
-                          &bad->found[2].unit[0],
-                          &bad->found[1].objective[0]};
+                          &bad->solution[0].unit[1],
+                          &bad->solution[0].violation,
+                          &bad->solution[2].unit[0],
+                          &bad->solution[1].objective[0]};
   static const int wrong[] = {-1, INT_MIN, INT_MAX, 2000000000};
   const lm_task *tasks;
   size_t i;
@@ -179,7 +179,7 @@ static void test_an_answer_with_a_value_out_of_range_is_refused(void) {
   TEST_ASSERT_GREATER_THAN_INT(0, lm_next_tasks(search, &tasks));
   sound->id = tasks[0].id;
   sound->combination = tasks[0].combination;
-  sound->found_count = 2;
+  sound->solution_count = 2;
   sound->member_count = 1;
   for (i = 0; i < sizeof whole / sizeof whole[0]; i++) {
     for (k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
@@ -251,8 +251,8 @@ static void resume(recorder *r, lm_journal_report *report) {
 
 /* Killed twice, the second time in the middle of writing a record. */
 static void test_a_killed_search_ends_in_the_same_bytes(void) {
-  lm_found whole[FRONT_MAX];
-  lm_found pieces[FRONT_MAX];
+  lm_solution whole[FRONT_MAX];
+  lm_solution pieces[FRONT_MAX];
   lm_journal_report report;
   recorder r;
   FILE *file;
@@ -331,7 +331,7 @@ static void test_what_is_no_journal_is_refused(void) {
 /* --- what the search promises --- */
 
 static void test_every_combination_has_a_fate(void) {
-  lm_found front[FRONT_MAX];
+  lm_solution front[FRONT_MAX];
   lm_progress progress;
   int limit;
   read_spec(small_spec);
@@ -353,7 +353,7 @@ static void test_every_combination_has_a_fate(void) {
  * last gradient of a solver; what is left is less than half a restart. */
 static void test_the_budget_is_kept(void) {
   static const int budgets[] = {10, 61, 200, 777, 2400};
-  lm_found front[FRONT_MAX];
+  lm_solution front[FRONT_MAX];
   lm_progress progress;
   char text[4096];
   int objectives;
@@ -375,7 +375,7 @@ static void test_the_budget_is_kept(void) {
 }
 
 static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grades(void) {
-  lm_found front[FRONT_MAX];
+  lm_solution front[FRONT_MAX];
   lm_certificate *c = (lm_certificate *)malloc(sizeof *c);
   lm_fault fault;
   int count;
@@ -385,7 +385,7 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
   count = run_with(2, front);
   for (i = 0; i < count; i++) {
     double grade = 5 + 4 * front[i].unit[5];
-    TEST_ASSERT_EQUAL_INT(1, front[i].settled);
+    TEST_ASSERT_EQUAL_INT(1, front[i].verified);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, floor(grade + 0.5), grade);
     TEST_ASSERT_EQUAL_INT(
         LM_OK, lm_certify(&problem, front[i].combination, front[i].unit, c, workspace, &fault));
@@ -406,7 +406,7 @@ static void test_designs_of_the_front_hold_on_the_fine_check_and_have_whole_grad
 }
 
 /* The designs of a front as statements of a spec. */
-static void write_starts(const lm_found front[], int count, char *text, size_t size) {
+static void write_starts(const lm_solution front[], int count, char *text, size_t size) {
   size_t length = strlen(text);
   int i;
   int k;
@@ -429,8 +429,8 @@ static void write_starts(const lm_found front[], int count, char *text, size_t s
  * with a broken grade, or one that breaks a limit, is a place to begin with like any other. */
 static void test_a_search_that_begins_with_a_front_loses_nothing_of_it(void) {
   static char text[32768];
-  lm_found first[FRONT_MAX + 2];
-  lm_found front[FRONT_MAX];
+  lm_solution first[FRONT_MAX + 2];
+  lm_solution front[FRONT_MAX];
   int count;
   int further;
   int i;
@@ -462,13 +462,13 @@ static void test_a_search_that_begins_with_a_front_loses_nothing_of_it(void) {
     TEST_ASSERT_TRUE(kept);
   }
   for (k = 0; k < further; k++) {
-    TEST_ASSERT_EQUAL_INT(1, front[k].settled);
+    TEST_ASSERT_EQUAL_INT(1, front[k].verified);
   }
 }
 
 /* One evaluation in twenty answers NaN. */
 static void test_damaged_evaluations_do_not_hurt(void) {
-  lm_found front[FRONT_MAX];
+  lm_solution front[FRONT_MAX];
   lm_progress progress;
   char text[2048];
   int count;
@@ -483,7 +483,7 @@ static void test_damaged_evaluations_do_not_hurt(void) {
 
 /* A safety factor of 9 no drive of the box has: its relaxation ends where the best drive stands. */
 static void test_contradictory_limits_are_explained(void) {
-  lm_found front[FRONT_MAX];
+  lm_solution front[FRONT_MAX];
   double relax[LM_LIMIT_COUNT];
   double unit[LM_FREE_MAX];
   double violation;
@@ -518,15 +518,15 @@ static void test_a_stopped_task_says_so(void) {
 /* --- lists of designs --- */
 
 static void test_selection_takes_feasible_first_then_the_front_then_the_least_crowded(void) {
-  lm_found list[6];
+  lm_solution list[6];
   const double unit[LM_FREE_MAX] = {0};
   const double objective[6][2] = {{1, 5}, {2, 2}, {2.1, 1.9}, {5, 1}, {6, 6}, {0, 0}};
   int i;
   read_spec(small_spec);
   for (i = 0; i < 6; i++) {
-    lm_fill_found(&problem, &list[i], i, unit, objective[i], i == 5 ? 0.5 : 0);
+    lm_fill_solution(&problem, &list[i], i, unit, objective[i], i == 5 ? 0.5 : 0);
   }
-  lm_select_found(&problem, list, 6, 6);
+  lm_select_solutions(&problem, list, 6, 6);
   TEST_ASSERT_EQUAL_INT(5, list[5].combination); /* infeasible */
   TEST_ASSERT_EQUAL_INT(4, list[4].combination); /* beaten */
   TEST_ASSERT_TRUE(list[0].combination == 0 || list[0].combination == 3);

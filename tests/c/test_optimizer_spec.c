@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "found.h"
+#include "archive.h"
 #include "lostmotion/design_keys.h"
 #include "lostmotion/tolerance.h"
 #include "spec.h"

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "found.h"
+#include "archive.h"
 #include "search.h"
 #include "spec.h"
 #include "unity.h"
@@ -27,7 +27,7 @@ static const world plain = {0.5, 1, 1, 0, 0, 0};
 static lm_problem problem;
 static lm_search *search;
 static lm_answer *answer;
-static int kinds[LM_TASK_SETTLE + 1];
+static int kinds[LM_TASK_VERIFY + 1];
 static int batches;
 static int largest_batch;
 static int dealt;              /* parents of the last population, both islands */
@@ -58,7 +58,7 @@ static double share(uint64_t *state) {
 }
 
 /* A design of a drawn point: what one objective gains the next one loses. */
-static void make_found(const world *w, uint64_t *state, int combination, lm_found *found) {
+static void make_found(const world *w, uint64_t *state, int combination, lm_solution *found) {
   double unit[LM_FREE_MAX] = {0};
   double objective[LM_OBJECTIVE_MAX];
   double sum = 0;
@@ -73,22 +73,23 @@ static void make_found(const world *w, uint64_t *state, int combination, lm_foun
   if (problem.objective_count > 1 && !w->flat) {
     objective[problem.objective_count - 1] = 20 / sum;
   }
-  lm_fill_found(&problem, found, combination, unit, objective,
-                w->single || share(state) < w->feasible ? 0 : share(state));
+  lm_fill_solution(&problem, found, combination, unit, objective,
+                   w->single || share(state) < w->feasible ? 0 : share(state));
 }
 
 static void add_designs(const world *w, const lm_task *task, uint64_t *state) {
   int i;
   for (i = 0; i < 12; i++) {
-    lm_found found;
+    lm_solution found;
     int combination = task->combination;
     if (task->kind == LM_TASK_EVOLVE) {
       combination = (int)(share(state) * lm_count_combinations(&problem));
     }
     make_found(w, state, combination, &found);
-    found.settled = task->kind == LM_TASK_SETTLE;
+    found.verified = task->kind == LM_TASK_VERIFY;
     if (found.violation <= 0) {
-      lm_insert_found(&problem, answer->found, &answer->found_count, LM_FOUND_MAX, &found);
+      lm_insert_solution(&problem, answer->solution, &answer->solution_count, LM_SOLUTION_MAX,
+                         &found);
     }
     answer->computed = 1;
     answer->violation = found.violation;
@@ -112,7 +113,7 @@ static void make_up(const world *w, const lm_task *task) {
   add_designs(w, task, &state);
   for (i = 0; i < members; i++) {
     make_found(w, &state, (int)(share(&state) * lm_count_combinations(&problem)),
-               &answer->found[answer->found_count + i]);
+               &answer->solution[answer->solution_count + i]);
   }
   answer->member_count = members;
 }
@@ -121,7 +122,7 @@ static void make_up(const world *w, const lm_task *task) {
 static void check_task(const lm_task *task) {
   int limit;
   int k;
-  TEST_ASSERT_TRUE(task->kind >= 0 && task->kind <= LM_TASK_SETTLE);
+  TEST_ASSERT_TRUE(task->kind >= 0 && task->kind <= LM_TASK_VERIFY);
   TEST_ASSERT_GREATER_THAN_INT(0, task->budget);
   TEST_ASSERT_TRUE(task->combination >= 0 && task->combination < lm_count_combinations(&problem));
   if (task->kind != LM_TASK_EVOLVE) {
@@ -152,7 +153,7 @@ static void check_books(void) {
 }
 
 static void check_front(void) {
-  static lm_found front[FRONT_MAX];
+  static lm_solution front[FRONT_MAX];
   const int count = lm_read_front(search, front, FRONT_MAX);
   int i;
   TEST_ASSERT_LESS_OR_EQUAL_INT(FRONT_MAX, count);
@@ -178,7 +179,7 @@ static int used(void) {
 /* Each end of the front is one objective alone, in the order of the objectives, and in shares of
  * the front: a solver's steps hang on the unit. */
 static void count_end(const lm_task *task) {
-  static lm_found front[FRONT_MAX];
+  static lm_solution front[FRONT_MAX];
   const int count = lm_read_front(search, front, FRONT_MAX);
   const int wanted = ends++ % problem.objective_count;
   int i;
@@ -186,10 +187,10 @@ static void count_end(const lm_task *task) {
   ends_from = ends == 1 ? used() : ends_from;
   TEST_ASSERT_EQUAL_INT(LM_TASK_SLSQP, task->kind);
   for (j = 0; j < problem.objective_count; j++) {
-    TEST_ASSERT_TRUE(task->aim.weight[j] == (j == wanted));
-    TEST_ASSERT_TRUE(task->aim.most[j] == HUGE_VAL);
+    TEST_ASSERT_TRUE(task->scalar.weight[j] == (j == wanted));
+    TEST_ASSERT_TRUE(task->scalar.most[j] == HUGE_VAL);
     for (i = 0; i < count; i++) {
-      const double place = (front[i].objective[j] - task->aim.origin[j]) / task->aim.scale[j];
+      const double place = (front[i].objective[j] - task->scalar.origin[j]) / task->scalar.scale[j];
       TEST_ASSERT_TRUE(place >= 0 && place <= 1 + 1e-9);
     }
   }
@@ -200,10 +201,10 @@ static void count_levels(const lm_task batch[], int count) {
   int i;
   for (i = 0; i < count; i++) {
     int k = 0;
-    while (k < i && batch[k].aim.most[1] != batch[i].aim.most[1]) {
+    while (k < i && batch[k].scalar.most[1] != batch[i].scalar.most[1]) {
       k++;
     }
-    levels += k == i && isfinite(batch[i].aim.most[1]);
+    levels += k == i && isfinite(batch[i].scalar.most[1]);
   }
   most_levels = levels > most_levels ? levels : most_levels;
 }
@@ -224,7 +225,7 @@ static void count_dealt(const lm_task batch[], int count) {
 }
 
 /* Whether the population has this design. */
-static int is_dealt(const lm_task batch[], int count, const lm_found *found) {
+static int is_dealt(const lm_task batch[], int count, const lm_solution *found) {
   int i;
   int k;
   for (i = 0; i < count; i++) {
@@ -239,7 +240,7 @@ static int is_dealt(const lm_task batch[], int count, const lm_found *found) {
 
 /* After count_dealt. */
 static void count_ends_left_out(const lm_task batch[], int count) {
-  static lm_found front[FRONT_MAX];
+  static lm_solution front[FRONT_MAX];
   const int designs = lm_read_front(search, front, FRONT_MAX);
   int i;
   int j;
@@ -294,7 +295,7 @@ static void run_in(const world *w, const char *spec) {
     for (i = 0; i < count; i++) {
       TEST_ASSERT_EQUAL_INT(next++, batch[i].id);
       check_task(&batch[i]);
-      if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_BRIDGE) {
+      if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_INTERPOLATE) {
         bridges++;
       } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
         count_end(&batch[i]);
@@ -363,7 +364,7 @@ static void test_every_search_ends_with_its_budget_spent(void) {
         TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
         TEST_ASSERT_LESS_OR_EQUAL_INT(budgets[i], used());
         TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_SCREEN]);
-        TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_SETTLE]);
+        TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_VERIFY]);
         TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_REPAIR]); /* for a design was found */
       }
     }
@@ -375,17 +376,17 @@ static void test_a_budget_goes_where_the_stages_say(void) {
   run_in(&plain, spec_of(1, 20000, 7, 1));
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_EVOLVE]);
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_ISRES]); /* restarts of one objective */
-  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_BRIDGE]);
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_INTERPOLATE]);
   run_in(&plain, spec_of(2, 20000, 7, 1));
   TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_ISRES]);
-  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_BRIDGE]); /* trade-off of two */
+  TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_INTERPOLATE]); /* trade-off of two */
   run_in(&plain, spec_of(3, 20000, 7, 1));
-  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_BRIDGE]);
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_INTERPOLATE]);
   TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_COBYLA]);
 }
 
-/* The population breeds from the ends of the front, once they are worth looking for. Of few
- * evaluations it has the rest, and what refines the front runs beside it. */
+/* The population breeds from the extreme points of the front, once they are worth looking for. Of
+ * few evaluations it has the rest, and what refines the front runs beside it. */
 static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
   world infeasible = plain;
   int objectives;
@@ -493,7 +494,7 @@ static void test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_tol
     TEST_ASSERT_TRUE(violation == cheapest.violation);
     TEST_ASSERT_EQUAL_INT(cheapest.combination, combination);
     TEST_ASSERT_EQUAL_MEMORY(cheapest.unit, unit, sizeof unit);
-    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_SETTLE]);
+    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_VERIFY]);
     TEST_ASSERT_EQUAL_INT(8, kinds[LM_TASK_REPAIR]);
   }
 }
@@ -620,14 +621,14 @@ static void test_a_search_begins_with_its_starts(void) {
     lm_close_search(search);
     search = lm_open_search(&problem);
     TEST_ASSERT_EQUAL_INT(2, lm_next_tasks(search, &tasks));
-    TEST_ASSERT_EQUAL_INT(LM_TASK_LOOK, tasks[0].kind);
+    TEST_ASSERT_EQUAL_INT(LM_TASK_EVALUATE, tasks[0].kind);
     TEST_ASSERT_EQUAL_INT(3, tasks[0].combination);
     TEST_ASSERT_TRUE(tasks[0].unit[0] == 0.25 && tasks[0].unit[1] == 0 && tasks[0].unit[2] == 1);
     TEST_ASSERT_EQUAL_INT(0, tasks[1].combination);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5, tasks[1].unit[1]);
     TEST_ASSERT_GREATER_THAN_INT(7, deal_first_population());
     run_in(&plain, spec);
-    TEST_ASSERT_EQUAL_INT(2, kinds[LM_TASK_LOOK]);
+    TEST_ASSERT_EQUAL_INT(2, kinds[LM_TASK_EVALUATE]);
     TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
     TEST_ASSERT_LESS_OR_EQUAL_INT(budgets[i], used());
   }
@@ -640,7 +641,7 @@ static void test_a_start_that_a_bound_excludes_is_left_out(void) {
   snprintf(spec, sizeof spec, "%slimit outer_diameter_max_mm 10\nstart 0.203 150 2.5 0.88 1.3\n",
            spec_of(2, 3000, 7, 1));
   run_in(&infeasible, spec);
-  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_LOOK]);
+  TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_EVALUATE]);
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
 }
 

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "archive.h"
 #include "certificate.h"
-#include "found.h"
 #include "pool.h"
-#include "solve.h"
+#include "run_task.h"
 #include "spec.h"
 #include "unity.h"
 
@@ -58,7 +58,7 @@ static void make_task(int kind, int budget) {
   task.kind = kind;
   task.budget = budget;
   task.seed = 12345;
-  lm_lead_aim(&task.aim);
+  lm_scalarise_first(&task.scalar);
   for (k = 0; k < problem.range_count; k++) {
     task.unit[k] = 0.5;
   }
@@ -76,12 +76,12 @@ static void check_answer(void) {
   TEST_ASSERT_EQUAL_INT(task.combination, answer->combination);
   TEST_ASSERT_TRUE(answer->refused + answer->feasible <= answer->plain + answer->slopes);
   TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes * lm_slope_charge(&problem) +
-                            (int)ceil(answer->looks / (double)LM_LOOKS_CHARGED),
+                            (int)ceil(answer->tolerance_only / (double)LM_LOOKS_CHARGED),
                         lm_charge_of(&problem, answer));
-  for (i = 0; i < answer->found_count; i++) {
-    TEST_ASSERT_TRUE(answer->found[i].violation <= 0 || task.kind != LM_TASK_SETTLE);
+  for (i = 0; i < answer->solution_count; i++) {
+    TEST_ASSERT_TRUE(answer->solution[i].violation <= 0 || task.kind != LM_TASK_VERIFY);
     for (j = 0; j < problem.range_count; j++) {
-      TEST_ASSERT_TRUE(answer->found[i].unit[j] >= 0 && answer->found[i].unit[j] <= 1);
+      TEST_ASSERT_TRUE(answer->solution[i].unit[j] >= 0 && answer->solution[i].unit[j] <= 1);
     }
   }
 }
@@ -105,7 +105,7 @@ static void test_a_screen_looks_at_half_its_budget_of_points(void) {
 /* The design itself, and where it interferes the same with its gap closed. */
 static void test_a_look_is_at_one_design(void) {
   read_with("fixed generator.type discs\n", "objective lost_motion\n", "");
-  make_task(LM_TASK_LOOK, 2);
+  make_task(LM_TASK_EVALUATE, 2);
   task.unit[1] = 0.4;
   run();
   check_answer();
@@ -116,7 +116,7 @@ static void test_a_look_is_at_one_design(void) {
   task.unit[1] = 0.7;
   run();
   TEST_ASSERT_EQUAL_INT(1, answer->plain);
-  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
   TEST_ASSERT_EQUAL_MEMORY(task.unit, answer->unit, sizeof task.unit);
 }
 
@@ -132,7 +132,7 @@ static void test_points_without_a_shift_leave_the_gaps(void) {
   make_task(LM_TASK_SCREEN, 20);
   run();
   TEST_ASSERT_EQUAL_INT(10, answer->plain);
-  make_task(LM_TASK_BRIDGE, 6);
+  make_task(LM_TASK_INTERPOLATE, 6);
   task.parent_count = 1;
   task.parent[0].unit[0] = 0.8;
   run();
@@ -165,8 +165,8 @@ static int count_closed(void) {
   int i;
   lm_default_scan(&scan);
   lm_lay_out(&problem, &scan, &layout);
-  for (i = 0; i < answer->found_count; i++) {
-    const lm_found *found = &answer->found[i];
+  for (i = 0; i < answer->solution_count; i++) {
+    const lm_solution *found = &answer->solution[i];
     TEST_ASSERT_EQUAL_INT(LM_OK, lm_evaluate_point(&problem, &scan, &layout, found->combination,
                                                    found->unit, result, workspace, NULL));
     closed += lm_gap_row_of(&layout, result) > -2 * LM_RESERVE;
@@ -200,14 +200,14 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
   TEST_ASSERT_EQUAL_INT(1, lm_open_gap(&problem, 0, -0.2, unit));
   take_one_gradient(unit);
   TEST_ASSERT_TRUE(answer->violation <= 0);
-  TEST_ASSERT_GREATER_THAN_INT(0, answer->found_count);
-  TEST_ASSERT_EQUAL_INT(answer->found_count, count_closed());
+  TEST_ASSERT_GREATER_THAN_INT(0, answer->solution_count);
+  TEST_ASSERT_EQUAL_INT(answer->solution_count, count_closed());
   /* no range of this spec closes them, so the point is not looked at again */
   TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(without_shift, &problem, &error), error.text);
   unit[0] = 0.5;
   take_one_gradient(unit);
   TEST_ASSERT_TRUE(answer->violation > 0);
-  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
 }
 
 /* SLSQP looks at a point that breaks its gaps with these closed, for what that may gain. A cost
@@ -234,7 +234,7 @@ static void test_a_bound_of_the_aim_is_kept(void) {
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
   for (i = 0; i < 3; i++) {
     make_task(kinds[i], i == 2 ? 1500 : 600);
-    task.aim.most[1] = 12;
+    task.scalar.most[1] = 12;
     run();
     check_answer();
     TEST_ASSERT_EQUAL_INT(1, answer->computed);
@@ -248,15 +248,15 @@ static void test_a_bridge_lies_between_its_ends(void) {
   int k;
   read_with("fixed generator.type discs\n", two_objectives, "");
   for (i = 1; i <= 6; i += 5) {
-    make_task(LM_TASK_BRIDGE, i);
+    make_task(LM_TASK_INTERPOLATE, i);
     task.parent_count = 1;
     memcpy(task.parent[0].unit, task.unit, sizeof task.unit);
     task.parent[0].unit[2] = 0.7;
     run();
     check_answer();
     TEST_ASSERT_TRUE(answer->plain >= (i + 1) / 2 && answer->plain <= i + 1);
-    for (k = 0; k < answer->found_count; k++) {
-      TEST_ASSERT_TRUE(answer->found[k].unit[2] > 0.5 && answer->found[k].unit[2] < 0.7);
+    for (k = 0; k < answer->solution_count; k++) {
+      TEST_ASSERT_TRUE(answer->solution[k].unit[2] > 0.5 && answer->solution[k].unit[2] < 0.7);
     }
   }
 }
@@ -297,34 +297,35 @@ static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(v
   make_task(LM_TASK_EVOLVE, 400);
   run();
   check_answer();
-  TEST_ASSERT_GREATER_THAN_INT(answer->feasible, answer->looks);
-  TEST_ASSERT_GREATER_THAN_INT(20, answer->found_count);
+  TEST_ASSERT_GREATER_THAN_INT(answer->feasible, answer->tolerance_only);
+  TEST_ASSERT_GREATER_THAN_INT(20, answer->solution_count);
   lm_default_scan(&scan);
   lm_lay_out(&problem, &scan, &layout);
-  for (i = 0; i < answer->found_count + answer->member_count; i++) {
-    const lm_found *found = &answer->found[i];
+  for (i = 0; i < answer->solution_count + answer->member_count; i++) {
+    const lm_solution *found = &answer->solution[i];
     const lm_status status = lm_evaluate_point(&problem, &scan, &layout, found->combination,
                                                found->unit, result, workspace, NULL);
     if (status == LM_OK) {
       double objective[LM_OBJECTIVE_MAX] = {0};
-      lm_found again;
+      lm_solution again;
       objective[0] = lm_figure_of(&layout, result, problem.objective[0]);
       objective[1] = lm_figure_of(&layout, result, problem.objective[1]);
-      lm_fill_found(&problem, &again, found->combination, found->unit, objective, found->violation);
+      lm_fill_solution(&problem, &again, found->combination, found->unit, objective,
+                       found->violation);
       TEST_ASSERT_EQUAL_MEMORY(&again, found, sizeof again);
       TEST_ASSERT_TRUE((lm_violation_of(&problem, &layout, result) <= 0) ==
                        (found->violation <= 0));
     } else {
-      TEST_ASSERT_TRUE(i >= answer->found_count && found->violation > 0);
+      TEST_ASSERT_TRUE(i >= answer->solution_count && found->violation > 0);
     }
   }
   read_with("choose generator.type discs rollers\n", corner, two_grades);
   make_task(LM_TASK_EVOLVE, 400);
   run();
-  TEST_ASSERT_EQUAL_INT(0, answer->looks);
+  TEST_ASSERT_EQUAL_INT(0, answer->tolerance_only);
   read_with("choose generator.type discs rollers\n", free_of_cost, two_grades);
   run();
-  TEST_ASSERT_EQUAL_INT(0, answer->looks);
+  TEST_ASSERT_EQUAL_INT(0, answer->tolerance_only);
 }
 
 /* Members whose variables before the grades are those of a parent, but for the shift that closes
@@ -333,7 +334,7 @@ static int count_grafted(int teeth) {
   int grafted = 0;
   int i;
   for (i = 0; i < answer->member_count; i++) {
-    const double *unit = answer->found[answer->found_count + i].unit;
+    const double *unit = answer->solution[answer->solution_count + i].unit;
     int parent;
     for (parent = 0; parent < LM_PARENT_MAX; parent++) {
       const double *other = task.parent[parent].unit;
@@ -398,7 +399,7 @@ static void test_a_second_look_goes_where_it_may_gain(void) {
     }
   }
   run();
-  TEST_ASSERT_GREATER_THAN_INT(0, answer->found_count);
+  TEST_ASSERT_GREATER_THAN_INT(0, answer->solution_count);
   TEST_ASSERT_EQUAL_INT(0, count_closed());
 }
 
@@ -424,21 +425,21 @@ static void test_a_limit_that_nothing_moves_hinders_nobody(void) {
 static void test_a_settled_design_has_whole_grades_and_certifies(void) {
   lm_certificate *certificate = (lm_certificate *)malloc(sizeof *certificate);
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
-  make_task(LM_TASK_SETTLE, 2400);
+  make_task(LM_TASK_VERIFY, 2400);
   run();
   check_answer();
-  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
-  TEST_ASSERT_EQUAL_INT(1, answer->found[0].settled);
-  TEST_ASSERT_DOUBLE_WITHIN(1e-9, floor(4 * answer->found[0].unit[4] + 0.5),
-                            4 * answer->found[0].unit[4]);
+  TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
+  TEST_ASSERT_EQUAL_INT(1, answer->solution[0].verified);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-9, floor(4 * answer->solution[0].unit[4] + 0.5),
+                            4 * answer->solution[0].unit[4]);
   TEST_ASSERT_EQUAL_INT(
-      LM_OK, lm_certify(&problem, 0, answer->found[0].unit, certificate, workspace, NULL));
+      LM_OK, lm_certify(&problem, 0, answer->solution[0].unit, certificate, workspace, NULL));
   TEST_ASSERT_EQUAL_INT(1, certificate->holds);
   free(certificate);
 }
 
-/* A limit of a figure that binds at the phases of the search is broken between them: the settling
- * has to move off it, and the figures stay those of the search's phases. */
+/* A limit of a figure that binds at the phases of the search is broken between them: the
+ * verification has to move off it, and the figures stay those of the search's phases. */
 static void test_a_settled_design_keeps_its_figures_limits_between_the_phases(void) {
   static const char *const limits[] = {"limit tolerance_lost_motion_max_arcmin 2.5\n",
                                        "limit stiffness_min_Nm_per_rad 29800\n",
@@ -448,15 +449,15 @@ static void test_a_settled_design_keeps_its_figures_limits_between_the_phases(vo
   for (i = 0; i < 3; i++) {
     read_with("fixed generator.type discs\nobjective cost\n",
               "range tolerance.0.grade 5 9\nrange tolerance.1.grade 5 9\n", limits[i]);
-    make_task(LM_TASK_SETTLE, 2400);
+    make_task(LM_TASK_VERIFY, 2400);
     run();
     check_answer();
-    TEST_ASSERT_EQUAL_INT_MESSAGE(1, answer->found_count, limits[i]);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, answer->solution_count, limits[i]);
     TEST_ASSERT_EQUAL_INT(
-        LM_OK, lm_certify(&problem, 0, answer->found[0].unit, certificate, workspace, NULL));
+        LM_OK, lm_certify(&problem, 0, answer->solution[0].unit, certificate, workspace, NULL));
     TEST_ASSERT_EQUAL_INT_MESSAGE(1, certificate->holds, limits[i]);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, certificate->search_figure[LM_FIGURE_COST],
-                              answer->found[0].objective[0]);
+                              answer->solution[0].objective[0]);
   }
   free(certificate);
 }
@@ -466,30 +467,30 @@ static void test_a_grade_is_not_rounded_out_of_its_range(void) {
   double grade;
   read_with("fixed generator.type discs\n", "objective tolerance_lost_motion\n",
             "whole tolerance.0.grade 5.5 8.5\n");
-  make_task(LM_TASK_SETTLE, 2400);
+  make_task(LM_TASK_VERIFY, 2400);
   run();
-  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
-  grade = 5.5 + 3 * answer->found[0].unit[4];
+  TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
+  grade = 5.5 + 3 * answer->solution[0].unit[4];
   TEST_ASSERT_DOUBLE_WITHIN(1e-9, 6, grade); /* nothing speaks against the finest one */
   read_with("fixed generator.type discs\n", "objective cost\n",
             "whole tolerance.0.grade 5.5 8.5\n");
-  make_task(LM_TASK_SETTLE, 2400);
+  make_task(LM_TASK_VERIFY, 2400);
   run();
-  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
-  grade = 5.5 + 3 * answer->found[0].unit[4];
+  TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
+  grade = 5.5 + 3 * answer->solution[0].unit[4];
   TEST_ASSERT_DOUBLE_WITHIN(1e-9, 8, grade);
 }
 
 static void test_what_cannot_be_kept_is_not_settled(void) {
   read_with("fixed generator.type discs\n", two_objectives, "limit safety_factor_min 9\n");
-  make_task(LM_TASK_SETTLE, 2400);
+  make_task(LM_TASK_VERIFY, 2400);
   run();
-  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   TEST_ASSERT_EQUAL_INT(1, answer->computed);
   TEST_ASSERT_TRUE(answer->violation > 0);
   /* no drive at all: a ring with internal deformation */
   read_with("fixed generator.type ring\n", two_objectives, two_grades);
-  make_task(LM_TASK_SETTLE, 2400);
+  make_task(LM_TASK_VERIFY, 2400);
   run();
   TEST_ASSERT_EQUAL_INT(0, answer->computed);
   TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes, answer->refused);
@@ -501,17 +502,17 @@ static void test_a_repair_finds_a_design_and_makes_it_better(void) {
   static const char limits[] = "limit tolerance_lost_motion_max_arcmin 2.5\n";
   double first;
   read_with("fixed generator.type discs\nobjective cost\n", two_grades, limits);
-  make_task(LM_TASK_LOOK, 1);
+  make_task(LM_TASK_EVALUATE, 1);
   task.unit[4] = 1;
   task.unit[5] = 1;
   run();
-  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   make_task(LM_TASK_REPAIR, 4000);
   task.unit[4] = 1;
   task.unit[5] = 1;
   run();
   check_answer();
-  TEST_ASSERT_GREATER_THAN_INT(0, answer->found_count);
+  TEST_ASSERT_GREATER_THAN_INT(0, answer->solution_count);
   TEST_ASSERT_TRUE(answer->violation <= 0);
   /* no worse than from a design that is known */
   first = answer->value;
@@ -533,7 +534,7 @@ static void test_a_repair_without_a_design_says_what_has_to_give(void) {
   make_task(LM_TASK_REPAIR, 4000);
   run();
   check_answer();
-  TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   TEST_ASSERT_TRUE(answer->computed && answer->violation > 0);
   TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5, fmod(3 * answer->unit[4], 1.0));
   TEST_ASSERT_EQUAL_INT(
@@ -548,19 +549,19 @@ static void test_a_repair_without_a_design_says_what_has_to_give(void) {
 static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
   read_with("fixed generator.type discs\nlevel worst\n", two_objectives,
             "limit gap_at_worst_corner 1\n");
-  make_task(LM_TASK_SETTLE, 2400);
+  make_task(LM_TASK_VERIFY, 2400);
   run();
   check_answer();
-  TEST_ASSERT_EQUAL_INT(1, answer->found_count);
+  TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
 }
 
 /* A third of the evaluations answers NaN: every method goes on. */
 static void test_every_kind_lives_with_nan(void) {
   int kind;
   read_with("fixed generator.type discs\n", two_objectives, "damaged_share 0.33\n");
-  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
     make_task(kind, 400);
-    if (kind == LM_TASK_BRIDGE) {
+    if (kind == LM_TASK_INTERPOLATE) {
       task.parent_count = 1;
     }
     run();
@@ -568,11 +569,11 @@ static void test_every_kind_lives_with_nan(void) {
     TEST_ASSERT_GREATER_THAN_INT(0, answer->plain + answer->slopes);
   }
   problem.damaged_share = 1;
-  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
     make_task(kind, 100);
     run();
     TEST_ASSERT_EQUAL_INT(answer->plain + answer->slopes, answer->refused);
-    TEST_ASSERT_EQUAL_INT(0, answer->found_count);
+    TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
   }
 }
 
@@ -584,7 +585,7 @@ static void test_a_settling_without_any_whole_grade_answers_its_task(void) {
   read_with("choose generator.type discs rollers\n", two_objectives, two_grades);
   problem.damaged_share = 0.6;
   for (start = 0; start < 20; start++) {
-    make_task(LM_TASK_SETTLE, 2400);
+    make_task(LM_TASK_VERIFY, 2400);
     task.combination = 1;
     task.unit[0] = 0.4 + 0.01 * start;
     run();
@@ -598,7 +599,7 @@ static void test_every_kind_stops(void) {
   const volatile int stop = 1;
   int kind;
   read_with("fixed generator.type discs\n", two_objectives, two_grades);
-  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_SETTLE; kind++) {
+  for (kind = LM_TASK_SCREEN; kind <= LM_TASK_VERIFY; kind++) {
     make_task(kind, 400);
     TEST_ASSERT_EQUAL_INT(LM_NOT_CONVERGED, lm_run_task(&problem, &task, answer, workspace, &stop));
     TEST_ASSERT_LESS_OR_EQUAL_INT(4, answer->plain + answer->slopes);

@@ -354,7 +354,7 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
     assert lead == sorted(lead)
     for one in result.front:
         assert min(one["margins"].values()) >= 0
-        assert one["settled"]
+        assert one["verified"]
         assert one["drive"]["design"]["teeth"]["flexspline_teeth"] in (198, 200)
     assert result.certificate is not None
     assert result.certificate["holds"]
@@ -362,7 +362,7 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
     # front.csv holds the same designs
     rows = (run / "front.csv").read_text().splitlines()
     assert len(rows) == 1 + len(result.front)
-    assert rows[0].startswith("settled,generator.type,teeth.flexspline_teeth")
+    assert rows[0].startswith("verified,generator.type,teeth.flexspline_teeth")
     place = rows[0].split(",").index("stiffness_Nm_per_rad")
     for row, one in zip(rows[1:], result.front, strict=True):
         assert float(row.split(",")[place]) == pytest.approx(one["figures"]["stiffness"])
@@ -749,7 +749,7 @@ def test_a_journal_of_somebody_else_is_refused_in_one_line(
 
 @pytest.mark.parametrize(
     "content",
-    [b"", b"settled\n", b"\xff\xfe", b"\0", b'settled,"a\n1,2\n', b"a,a\n1\n", b"," * 200_000],
+    [b"", b"verified\n", b"\xff\xfe", b"\0", b'verified,"a\n1,2\n', b"a,a\n1\n", b"," * 200_000],
 )
 def test_a_front_that_is_none_is_refused(
     content: bytes, write: Write, small: dict[str, Any], tmp_path: Path

@@ -12,7 +12,7 @@ MISSING = (
     "compiler was missing when lostmotion was built; install both and build the package again"
 )
 
-STAGES = ("screen", "evolve", "race", "polish", "spread", "repair", "settle", "done")
+STAGES = ("screen", "evolve", "race", "polish", "trade-off", "repair", "verify", "done")
 """By the value of `lm_search_stage`."""
 
 FATES = ("not_reached", "pruned", "dominated", "solved")

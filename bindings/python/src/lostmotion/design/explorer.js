@@ -94,7 +94,7 @@
       const [px, py] = at(d.o);
       const dot = make("circle", { cx: px, cy: py, r: 6, tabindex: 0, role: "button",
         "aria-label": "design " + (i + 1), "data-design": i }, plot);
-      if (!d.settled) dot.classList.add("off");
+      if (!d.verified) dot.classList.add("off");
       dot.addEventListener("pointerenter", () => { if (!pinned) choose(i); });
       dot.addEventListener("focus", () => choose(i));
       dot.addEventListener("click", () => { pinned = !(pinned && chosen === i); choose(i); });
@@ -120,7 +120,7 @@
     const kept = [...drive.querySelectorAll("details")].map((node) => node.open);
     drive.replaceChildren();
     element("h3", drive, "Design " + (i + 1) + " of " + data.designs.length
-      + (d.settled ? "" : " (grades not yet whole)"));
+      + (d.verified ? "" : " (grades not yet whole)"));
     rows(drive, data.objectives.map((o, k) => [o.name, shown(d.o[k]) + " " + o.unit]));
     if (d.svg) {
       const picture = element("div", drive);

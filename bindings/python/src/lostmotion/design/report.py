@@ -172,7 +172,7 @@ def explorer(result: Result, context: Context) -> str:
         designs.append(
             {
                 "o": one["objectives"],
-                "settled": one["settled"],
+                "verified": one["verified"],
                 "values": _values(one["drive"]),
                 "figures": [
                     [f"{name.replace('_', ' ')}, {_unit(unit)}", one["figures"][name]]

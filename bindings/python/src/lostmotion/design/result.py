@@ -30,7 +30,7 @@ class Result:
         Designs none of which is better than another in every objective, the best in the first
         one first. Each has ``objectives`` (list, in the order of `objectives`), ``figures`` (all
         that was computed, by name), ``margins`` (by limit; below zero it is broken),
-        ``variables`` (by dotted key), ``drive`` (a drive file's tables), ``settled`` (whole
+        ``variables`` (by dotted key), ``drive`` (a drive file's tables), ``verified`` (whole
         grades, checked between the angles).
     objectives, units : tuple of str
         What was made small, or large where `larger_is_better` says so.
@@ -147,7 +147,7 @@ class Designs:
         return {self.key_name(key): value[key] for key in ranged}
 
     def objectives(self, found: Any) -> list[float]:
-        """Objectives of an `lm_found` as `figures` counts them."""
+        """Objectives of an `lm_solution` as `figures` counts them."""
         return [figure_value(f, found.objective[i]) for i, f in enumerate(self.spec.objectives)]
 
     def drive(self, combination: int, unit: Any, name: str = "") -> dict[str, Any]:
@@ -201,7 +201,7 @@ class Designs:
     def front(self, search: Any) -> list[dict[str, Any]]:
         """Read the front."""
         count = self.lib.lm_read_front(search, self.ffi.NULL, 0)
-        found = self.ffi.new("lm_found[]", max(count, 1))
+        found = self.ffi.new("lm_solution[]", max(count, 1))
         count = min(count, self.lib.lm_read_front(search, found, count))
         out = []
         for i in range(count):
@@ -218,7 +218,7 @@ class Designs:
                     "margins": margins,
                     "variables": self.varied(one.combination, one.unit),
                     "drive": document,
-                    "settled": bool(one.settled),
+                    "verified": bool(one.verified),
                     "combination": int(one.combination),
                 }
             )

@@ -168,9 +168,9 @@ class _Run:
         ffi, lib = self.ffi, self.lib
         p = ffi.new("lm_progress *")
         lib.lm_read_progress(self.search, p)
-        found = ffi.new("lm_found[]", FRONT_SHOWN)
+        found = ffi.new("lm_solution[]", FRONT_SHOWN)
         count = min(lib.lm_read_front(self.search, found, FRONT_SHOWN), FRONT_SHOWN)
-        best = ffi.new("lm_found *")
+        best = ffi.new("lm_solution *")
         has_best = lib.lm_read_best(self.search, best)
         seconds = time.monotonic() - self.started
         left: float | None = None
@@ -228,7 +228,7 @@ class _Run:
             interrupt = error
             status = STOPPED
         status = self.finish(status)
-        if status == FAILED and self.lib.lm_read_best(self.search, self.ffi.new("lm_found *")):
+        if status == FAILED and self.lib.lm_read_best(self.search, self.ffi.new("lm_solution *")):
             raise LostMotionError(self.notes[-1] if self.notes else "the search failed")
         result = self.collect(status)
         if interrupt is not None:
@@ -359,7 +359,7 @@ class _Run:
 
     def collect(self, status: int) -> Result:
         """Read what the search found and finish the files of the folder."""
-        best = self.ffi.new("lm_found *")
+        best = self.ffi.new("lm_solution *")
         document = certificate = infeasible = None
         if self.lib.lm_read_best(self.search, best):
             document = self.designs.drive(best.combination, best.unit)

@@ -91,7 +91,7 @@ NEVER = {
     "generator.eccentricity_angle": "the generator of a search runs true",
 }
 
-SETTLED = {"generator.floating": True, "generator.eccentricity": 0}
+ASSUMED = {"generator.floating": True, "generator.eccentricity": 0}
 """What the search does with them: they may be fixed to that."""
 
 DEFORMATION = "teeth.deformation"
@@ -214,7 +214,7 @@ class _Reader:
         self.check_turning()
         for name in ("fixed", "range"):
             for key, value in self.table(name).items():
-                if name != "fixed" or not self.is_settled(key, value):
+                if name != "fixed" or not self.is_assumed(key, value):
                     self.read_variable(name, key, value)
         self.fill_open(drive)
         self.check_rigid_teeth()
@@ -319,12 +319,12 @@ class _Reader:
         expected = f"a dotted key of a drive file's [design], such as {MODULE}{hint}"
         raise self.refuse(place, "an unknown key", expected)
 
-    def is_settled(self, written: str, value: Any) -> bool:
+    def is_assumed(self, written: str, value: Any) -> bool:
         """Whether a fixed value is one that every drive of a search has."""
         if written == RIGID_TEETH:
             return True
         base = units.split_unit(written)[0]
-        return base in SETTLED and value is not None and value == SETTLED[base]
+        return base in ASSUMED and value is not None and value == ASSUMED[base]
 
     def check_rigid_teeth(self) -> None:
         """Refuse a number of teeth of the rigid gear that the flexspline's does not give."""

@@ -64,6 +64,6 @@ def do_task(text: str, task: bytes, mark: tuple[str, int, int]) -> bytes:
     status = lib.lm_run_task(problem, given, answer, workspace, ffi.NULL)
     if status != 0:
         raise LostMotionError(ffi.string(lib.lm_status_sentence(status)).decode())
-    used = answer.found_count + answer.member_count
-    size = ffi.offsetof("lm_answer", "found") + used * ffi.sizeof("lm_found")
+    used = answer.solution_count + answer.member_count
+    size = ffi.offsetof("lm_answer", "solution") + used * ffi.sizeof("lm_solution")
     return bytes(ffi.buffer(answer, size))

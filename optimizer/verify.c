@@ -1,11 +1,11 @@
-#include "settle.h"
+#include "verify.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "lostmotion/checks.h"
 
-/* Where the settling looks for angles that its scan lacks: steps a pitch, nodes of the line. */
+/* Where the verification looks for angles that its scan lacks: steps a pitch, nodes of the line. */
 #define STEPS 8
 #define NODES 64
 
@@ -14,7 +14,7 @@
 
 /* Smallest side clearance of a point, between the angles of the scan as well: arcmin, and the angle
  * at which it is. 0 when the model refuses. */
-static int find_gap(lm_solver *s, const double unit[], int nodes, int steps, double *gap_arcmin,
+static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps, double *gap_arcmin,
                     double *angle_rad) {
   lm_drive *drive = &s->workspace->drive;
   lm_smallest_gap smallest;
@@ -30,17 +30,17 @@ static int find_gap(lm_solver *s, const double unit[], int nodes, int steps, dou
 }
 
 /* The answer is to be of another scan or of other phases: what held there need not hold here. */
-static void begin_anew(lm_solver *s) {
+static void begin_anew(lm_task_state *s) {
   lm_lay_out(s->problem, &s->scan, &s->layout);
   s->known = 0;
   s->answer->computed = 0;
-  s->answer->found_count = 0;
+  s->answer->solution_count = 0;
 }
 
 /* Where the teeth part, a gap may be smallest at the end of the overlap, which moves with the
  * design: no angle of a scan holds it. What is missing there is made up by the shift that opens all
  * gaps alike. */
-static void open_fine_gap(lm_solver *s) {
+static void open_fine_gap(lm_task_state *s) {
   int round;
   for (round = 0; round < 4 && s->answer->computed && !s->interrupted; round++) {
     double gap;
@@ -54,7 +54,7 @@ static void open_fine_gap(lm_solver *s) {
       return;
     }
     begin_anew(s);
-    (void)lm_evaluate_solver(s, unit, 0);
+    (void)lm_evaluate_task_point(s, unit, 0);
   }
 }
 
@@ -68,7 +68,7 @@ static int limits_phases(const lm_problem *p) {
 }
 
 /* The problem at the phases of the certificate. */
-static const lm_problem *at_fine_phases(lm_solver *s) {
+static const lm_problem *at_fine_phases(lm_task_state *s) {
   lm_problem *finer = &s->workspace->finer;
   if (s->problem != finer) {
     *finer = *s->problem;
@@ -78,7 +78,7 @@ static const lm_problem *at_fine_phases(lm_solver *s) {
 }
 
 /* Whether the limits of the figures hold at the phases between those of the search as well. */
-static int holds_at_fine_phases(lm_solver *s, const double unit[]) {
+static int holds_at_fine_phases(lm_task_state *s, const double unit[]) {
   const lm_problem *finer;
   double result[LM_RESULT_MAX];
   lm_scan scan = s->scan;
@@ -96,7 +96,7 @@ static int holds_at_fine_phases(lm_solver *s, const double unit[]) {
 
 /* Whether a point holds between the angles of the scan and between the phases as well, as the
  * certificate asks. */
-static int holds_between(lm_solver *s, const double unit[]) {
+static int holds_between(lm_task_state *s, const double unit[]) {
   double gap;
   double angle;
   return (s->problem->bounds.gap_at_worst_corner ||
@@ -106,9 +106,9 @@ static int holds_between(lm_solver *s, const double unit[]) {
 }
 
 /* Solve, then look between the angles of the scan; where a gap is too small there, that angle joins
- * the scan: the exchange method for limits that hold along a line. A settling solves four times at
- * most, so the default scan and four times the rounds are within LM_ANGLE_MAX. */
-static void solve_exactly(lm_solver *s, const double start[]) {
+ * the scan: the exchange method for limits that hold along a line. A verification solves four times
+ * at most, so the default scan and four times the rounds are within LM_ANGLE_MAX. */
+static void solve_exactly(lm_task_state *s, const double start[]) {
   int round;
   lm_run_slsqp(s, start);
   for (round = 0; round < ROUNDS && s->answer->computed && !s->interrupted; round++) {
@@ -130,7 +130,7 @@ static void solve_exactly(lm_solver *s, const double start[]) {
 }
 
 /* Where the answer breaks a limit between the phases, go on at those of the certificate. */
-static void keep_fine_limits(lm_solver *s) {
+static void keep_fine_limits(lm_task_state *s) {
   double unit[LM_FREE_MAX];
   if (!s->answer->computed || holds_at_fine_phases(s, s->answer->unit)) {
     return;
@@ -143,7 +143,7 @@ static void keep_fine_limits(lm_solver *s) {
 }
 
 /* The answer at the search's own phases, as all other designs of the front have their figures. */
-static void measure_as_searched(lm_solver *s, const lm_problem *stated, int nodes) {
+static void measure_as_searched(lm_task_state *s, const lm_problem *stated, int nodes) {
   double unit[LM_FREE_MAX];
   if (s->problem == stated) {
     return;
@@ -152,11 +152,11 @@ static void measure_as_searched(lm_solver *s, const lm_problem *stated, int node
   s->problem = stated;
   s->scan.nodes = nodes;
   begin_anew(s);
-  (void)lm_evaluate_solver(s, unit, 0);
+  (void)lm_evaluate_task_point(s, unit, 0);
 }
 
 /* The range keeps its value from now on. */
-static void fix_range(lm_solver *s, int range) {
+static void fix_range(lm_task_state *s, int range) {
   int moving = 0;
   int i;
   for (i = 0; i < s->moving_count; i++) {
@@ -179,15 +179,15 @@ int lm_has_whole_grades(const lm_problem *p, const double unit[]) {
   return 1;
 }
 
-void lm_mark_settled(lm_solver *s) {
+void lm_mark_verified(lm_task_state *s) {
   int i;
-  for (i = 0; i < s->answer->found_count; i++) {
-    lm_found *found = &s->answer->found[i];
-    found->settled = lm_has_whole_grades(s->problem, found->unit) && holds_between(s, found->unit);
+  for (i = 0; i < s->answer->solution_count; i++) {
+    lm_solution *found = &s->answer->solution[i];
+    found->verified = lm_has_whole_grades(s->problem, found->unit) && holds_between(s, found->unit);
   }
 }
 
-void lm_settle(lm_solver *s, const lm_task *task) {
+void lm_verify_design(lm_task_state *s, const lm_task *task) {
   const lm_problem *p = s->problem;
   const int nodes = s->scan.nodes;
   double unit[LM_FREE_MAX];
@@ -218,7 +218,7 @@ void lm_settle(lm_solver *s, const lm_task *task) {
         continue;
       }
       s->answer->computed = 0;
-      s->answer->found_count = 0;
+      s->answer->solution_count = 0;
       s->known = 0;
       lm_run_slsqp(s, unit);
       if (s->answer->computed &&
@@ -244,13 +244,13 @@ void lm_settle(lm_solver *s, const lm_task *task) {
   }
   keep_fine_limits(s);
   measure_as_searched(s, p, nodes);
-  /* Only the settled design counts: the others still have broken grades. */
-  s->answer->found_count = 0;
+  /* Only the verified design counts: the others still have broken grades. */
+  s->answer->solution_count = 0;
   if (s->answer->computed && s->answer->violation <= 0 && holds_between(s, s->answer->unit)) {
     double objective[LM_OBJECTIVE_MAX] = {0};
     for (i = 0; i < p->objective_count; i++) {
       objective[i] = s->answer->figure[p->objective[i]];
     }
-    lm_keep_found(s, s->answer->unit, objective, 1);
+    lm_keep_solution(s, s->answer->unit, objective, 1);
   }
 }

@@ -1,6 +1,6 @@
 /* A task carried out, and why there is no design. */
-#ifndef LOSTMOTION_OPTIMIZER_SOLVE_H
-#define LOSTMOTION_OPTIMIZER_SOLVE_H
+#ifndef LOSTMOTION_OPTIMIZER_RUN_TASK_H
+#define LOSTMOTION_OPTIMIZER_RUN_TASK_H
 
 #include "points.h"
 #include "task.h"

@@ -1,4 +1,4 @@
-#include "found.h"
+#include "archive.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,8 +15,8 @@ uint64_t lm_mix(uint64_t x) {
   return x ^ (x >> 31);
 }
 
-void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
-                   const double objective[], double violation) {
+void lm_fill_solution(const lm_problem *problem, lm_solution *found, int combination,
+                      const double unit[], const double objective[], double violation) {
   int j;
   memset(found, 0, sizeof *found);
   found->combination = combination;
@@ -59,8 +59,8 @@ static double distance(const lm_problem *problem, const double a[], const double
 
 /* The place of what a full list gives up. Were the ends not kept, each design close to one would
  * push it off, and the front would shrink from there. */
-static int choose_place(const lm_problem *problem, const lm_found list[], int count,
-                        const lm_found *found) {
+static int choose_place(const lm_problem *problem, const lm_solution list[], int count,
+                        const lm_solution *found) {
   int end[LM_OBJECTIVE_MAX] = {0};
   double nearest = HUGE_VAL;
   int place = 0;
@@ -85,8 +85,8 @@ static int choose_place(const lm_problem *problem, const lm_found list[], int co
   return place;
 }
 
-int lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
-                    const lm_found *found) {
+int lm_insert_solution(const lm_problem *problem, lm_solution list[], int *count, int capacity,
+                       const lm_solution *found) {
   int kept = 0;
   int i;
   /* None of the list is as good as another: what pushes one off is beaten by none, so that nothing
@@ -109,8 +109,8 @@ int lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int 
 }
 
 static int in_order(const void *a, const void *b) {
-  const lm_found *x = (const lm_found *)a;
-  const lm_found *y = (const lm_found *)b;
+  const lm_solution *x = (const lm_solution *)a;
+  const lm_solution *y = (const lm_solution *)b;
   int i;
   for (i = 0; i < LM_OBJECTIVE_MAX; i++) {
     if (x->objective[i] != y->objective[i]) {
@@ -123,7 +123,7 @@ static int in_order(const void *a, const void *b) {
   return memcmp(x->unit, y->unit, sizeof x->unit);
 }
 
-void lm_sort_found(lm_found list[], int count) {
+void lm_sort_solutions(lm_solution list[], int count) {
   qsort(list, (size_t)count, sizeof list[0], in_order);
 }
 
@@ -132,7 +132,7 @@ void lm_sort_found(lm_found list[], int count) {
 
 /* Which of two designs beats the other, 1 or 2, else another number: feasible before infeasible,
  * less violation before more, then by the objectives. */
-static int better_found(const lm_problem *problem, const lm_found *a, const lm_found *b) {
+static int better_found(const lm_problem *problem, const lm_solution *a, const lm_solution *b) {
   if (a->violation <= 0 && b->violation <= 0) {
     return better_ones(problem, a->objective, b->objective);
   }
@@ -144,7 +144,7 @@ static int better_found(const lm_problem *problem, const lm_found *a, const lm_f
 
 /* Which of list[first .. count - 1] another one beats. What a beaten one beats is beaten by what
  * beat that, so that it need not be compared any further. */
-static void mark_beaten(const lm_problem *problem, const lm_found list[], int first, int count,
+static void mark_beaten(const lm_problem *problem, const lm_solution list[], int first, int count,
                         double beaten[]) {
   int i;
   int k;
@@ -164,7 +164,7 @@ static void mark_beaten(const lm_problem *problem, const lm_found list[], int fi
 
 /* Crowding distance within list[first .. last - 1]: for each objective, the width between both
  * neighbours in shares of the front's; ends count as infinitely far. */
-static void crowd(const lm_problem *problem, const lm_found list[], int first, int last,
+static void crowd(const lm_problem *problem, const lm_solution list[], int first, int last,
                   double crowding[]) {
   int order[LM_POPULATION_MAX];
   int i;
@@ -192,8 +192,8 @@ static void crowd(const lm_problem *problem, const lm_found list[], int first, i
   }
 }
 
-static void swap_found(lm_found list[], double crowding[], int a, int b) {
-  const lm_found moved = list[a];
+static void swap_found(lm_solution list[], double crowding[], int a, int b) {
+  const lm_solution moved = list[a];
   const double distance_moved = crowding[a];
   list[a] = list[b];
   list[b] = moved;
@@ -201,12 +201,12 @@ static void swap_found(lm_found list[], double crowding[], int a, int b) {
   crowding[b] = distance_moved;
 }
 
-void lm_select_found(const lm_problem *problem, lm_found list[], int count, int wanted) {
+void lm_select_solutions(const lm_problem *problem, lm_solution list[], int count, int wanted) {
   double crowding[LM_POPULATION_MAX] = {0};
   int first = 0;
   int i;
   int k;
-  lm_sort_found(list, count);
+  lm_sort_solutions(list, count);
   /* Copies of a design would crowd out the others. */
   k = 0;
   for (i = 0; i < count; i++) {

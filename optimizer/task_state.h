@@ -1,7 +1,7 @@
 /* What one task works on: points evaluated with a memory of the last one. The files that carry out
  * tasks alone include this. */
-#ifndef LOSTMOTION_OPTIMIZER_SOLVER_H
-#define LOSTMOTION_OPTIMIZER_SOLVER_H
+#ifndef LOSTMOTION_OPTIMIZER_TASK_STATE_H
+#define LOSTMOTION_OPTIMIZER_TASK_STATE_H
 
 #include <nlopt.h>
 
@@ -18,12 +18,12 @@ extern "C" {
 #define LM_REFUSED 1e3
 
 /* Everything one task works on. */
-typedef struct lm_solver {
+typedef struct lm_task_state {
   const lm_problem *problem;
   const volatile int *stop;
   lm_workspace *workspace;
   lm_answer *answer;
-  lm_aim aim;
+  lm_scalarisation scalar;
   lm_scan scan;
   lm_layout layout;
   int combination;
@@ -32,7 +32,7 @@ typedef struct lm_solver {
   int interrupted;
   int closes; /* 1: SLSQP looks at points that break their gaps with these closed, too */
   nlopt_opt running;
-  /* variables that the lm_solver may move, as indices of ranges */
+  /* variables that the lm_task_state may move, as indices of ranges */
   int moving[LM_FREE_MAX];
   int moving_count;
   double fixed[LM_FREE_MAX]; /* the others' values */
@@ -47,20 +47,21 @@ typedef struct lm_solver {
   double *slope;  /* of the workspace, by range */
   double value;
   double violation;
-} lm_solver;
+} lm_task_state;
 
-void lm_open_solver(lm_solver *s, const lm_problem *problem, int combination, int budget,
-                    const lm_aim *aim, lm_answer *answer, lm_workspace *workspace,
-                    const volatile int *stop);
+void lm_open_task_state(lm_task_state *s, const lm_problem *problem, int combination, int budget,
+                        const lm_scalarisation *scalar, lm_answer *answer, lm_workspace *workspace,
+                        const volatile int *stop);
 
 /* Evaluate at a point unless it was the last one; 0 when the model refuses it. */
-int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes);
+int lm_evaluate_task_point(lm_task_state *s, const double unit[], int slopes);
 
 /* Feasible before infeasible, then the smaller value (violation). */
 int lm_is_better(double value, double violation, double than_value, double than_violation);
 
 /* A feasible design joins those of the answer. */
-void lm_keep_found(lm_solver *s, const double unit[], const double objective[], int settled);
+void lm_keep_solution(lm_task_state *s, const double unit[], const double objective[],
+                      int verified);
 
 #ifdef __cplusplus
 }

@@ -1,7 +1,8 @@
-/* Settling: whole grades, and no violation between the angles of the scan and between the phases.
+/* Verification: whole grades, and no violation between the angles of the scan and between the
+ * phases.
  */
-#ifndef LOSTMOTION_OPTIMIZER_SETTLE_H
-#define LOSTMOTION_OPTIMIZER_SETTLE_H
+#ifndef LOSTMOTION_OPTIMIZER_VERIFY_H
+#define LOSTMOTION_OPTIMIZER_VERIFY_H
 
 #include "subproblem.h"
 
@@ -12,13 +13,13 @@ extern "C" {
 /* Whole grades one after the other, in the order of the spec, each with the better of its
  * neighbours while the rest moves. Then the gaps between the angles of the scan, and limits of
  * figures at the phases of the certificate. */
-void lm_settle(lm_solver *s, const lm_task *task);
+void lm_verify_design(lm_task_state *s, const lm_task *task);
 
 /* Whether every range that ends in whole values has one. */
 int lm_has_whole_grades(const lm_problem *p, const double unit[]);
 
-/* Designs of the answer that need none of that are marked as settled. */
-void lm_mark_settled(lm_solver *s);
+/* Designs of the answer that need none of that are marked as verified. */
+void lm_mark_verified(lm_task_state *s);
 
 #ifdef __cplusplus
 }

@@ -1,8 +1,8 @@
 /* The stage that spends what is left of the budget: on the trade-off between objectives (two:
  * levels of the second one; more: directions), or for one objective on restarts. A plan adds tasks
  * to the batch, or none when the stage is over. */
-#ifndef LOSTMOTION_OPTIMIZER_SPREAD_H
-#define LOSTMOTION_OPTIMIZER_SPREAD_H
+#ifndef LOSTMOTION_OPTIMIZER_TRADE_OFF_H
+#define LOSTMOTION_OPTIMIZER_TRADE_OFF_H
 
 #include "search_state.h"
 
@@ -15,14 +15,14 @@ void lm_plan_restarts(lm_search *search);
 /* Restarts, too, as long as no feasible design is met. */
 void lm_plan_front(lm_search *search);
 
-/* Tasks for the end of every axis, each from the best kept design; there must be one. */
-void lm_add_ends(lm_search *search);
+/* Tasks for the extreme point of every axis, each from the best kept design; there must be one. */
+void lm_add_extreme_points(lm_search *search);
 
 /* Tasks between neighbours of a front of two objectives, where both are of one combination. */
-void lm_add_bridges(lm_search *search);
+void lm_add_interpolations(lm_search *search);
 
-/* Origin and scale of an aim by the ends of the front. */
-void lm_scale_aim(const lm_search *search, lm_aim *aim);
+/* Origin and scale of a scalarised objective by the extreme points of the front. */
+void lm_scale_objectives(const lm_search *search, lm_scalarisation *scalar);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-#include "spread.h"
+#include "trade_off.h"
 
 #include <math.h>
 
@@ -61,36 +61,37 @@ static void range_of(const lm_search *search, int j, double *low, double *high) 
   }
 }
 
-void lm_scale_aim(const lm_search *search, lm_aim *aim) {
+void lm_scale_objectives(const lm_search *search, lm_scalarisation *scalar) {
   int j;
   for (j = 0; j < search->problem.objective_count; j++) {
     double low;
     double high;
     range_of(search, j, &low, &high);
-    aim->origin[j] = low;
-    aim->scale[j] = high - low > 1e-6 * fabs(high) ? high - low : fabs(high) + 1e-12;
+    scalar->origin[j] = low;
+    scalar->scale[j] = high - low > 1e-6 * fabs(high) ? high - low : fabs(high) + 1e-12;
   }
 }
 
-static int meets(const lm_problem *p, const lm_aim *aim, const double objective[]) {
+static int meets(const lm_problem *p, const lm_scalarisation *scalar, const double objective[]) {
   int j;
   for (j = 0; j < p->objective_count; j++) {
-    if (objective[j] > aim->most[j]) {
+    if (objective[j] > scalar->most[j]) {
       return 0;
     }
   }
   return 1;
 }
 
-/* The best kept design of a combination for an aim, null: none meets its bounds. */
-static const lm_found *best_of_pool(const lm_search *search, int combination, const lm_aim *aim,
-                                    double *value) {
+/* The best kept design of a combination for a scalarised objective, null: none meets its bounds. */
+static const lm_solution *best_of_pool(const lm_search *search, int combination,
+                                       const lm_scalarisation *scalar, double *value) {
   const lm_combination_state *state = &search->state[combination];
-  const lm_found *best = NULL;
+  const lm_solution *best = NULL;
   int i;
   for (i = 0; i < state->pool_count; i++) {
-    const double here = lm_aim_value(&search->problem, aim, state->pool[i].objective);
-    if (meets(&search->problem, aim, state->pool[i].objective) && (best == NULL || here < *value)) {
+    const double here = lm_scalarised_value(&search->problem, scalar, state->pool[i].objective);
+    if (meets(&search->problem, scalar, state->pool[i].objective) &&
+        (best == NULL || here < *value)) {
       best = &state->pool[i];
       *value = here;
     }
@@ -98,13 +99,14 @@ static const lm_found *best_of_pool(const lm_search *search, int combination, co
   return best;
 }
 
-static const lm_found *best_of_archive(const lm_search *search, const lm_aim *aim) {
-  const lm_found *best = &search->archive[0];
+static const lm_solution *best_of_archive(const lm_search *search, const lm_scalarisation *scalar) {
+  const lm_solution *best = &search->archive[0];
   double least = HUGE_VAL;
   int i;
   for (i = 0; i < search->archive_count; i++) {
-    const double value = lm_aim_value(&search->problem, aim, search->archive[i].objective);
-    if (meets(&search->problem, aim, search->archive[i].objective) && value < least) {
+    const double value =
+        lm_scalarised_value(&search->problem, scalar, search->archive[i].objective);
+    if (meets(&search->problem, scalar, search->archive[i].objective) && value < least) {
       best = &search->archive[i];
       least = value;
     }
@@ -112,14 +114,15 @@ static const lm_found *best_of_archive(const lm_search *search, const lm_aim *ai
   return best;
 }
 
-/* The best design of any other combination for the aim. */
-static const lm_found *best_other(const lm_search *search, const lm_aim *aim, int but) {
-  const lm_found *best = NULL;
+/* The best design of any other combination for the scalarised objective. */
+static const lm_solution *best_other(const lm_search *search, const lm_scalarisation *scalar,
+                                     int but) {
+  const lm_solution *best = NULL;
   double least = HUGE_VAL;
   int i;
   for (i = 0; i < search->combinations; i++) {
     double value = 0;
-    const lm_found *here = i == but ? NULL : best_of_pool(search, i, aim, &value);
+    const lm_solution *here = i == but ? NULL : best_of_pool(search, i, scalar, &value);
     if (here != NULL && value < least) {
       best = here;
       least = value;
@@ -130,7 +133,7 @@ static const lm_found *best_other(const lm_search *search, const lm_aim *aim, in
 
 /* Middle of the largest gaps between neighbours of the front: level number `which` from the widest.
  */
-static double gap_level(const lm_search *search, const lm_aim *aim, int which) {
+static double gap_level(const lm_search *search, const lm_scalarisation *scalar, int which) {
   double taken = HUGE_VAL;
   double level = search->archive[0].objective[1];
   int n;
@@ -141,7 +144,7 @@ static double gap_level(const lm_search *search, const lm_aim *aim, int which) {
       const double *a = search->archive[i].objective;
       const double *b = search->archive[i + 1].objective;
       const double width =
-          (b[0] - a[0]) / aim->scale[0] * (a[1] - b[1]) / aim->scale[1]; /* area at stake */
+          (b[0] - a[0]) / scalar->scale[0] * (a[1] - b[1]) / scalar->scale[1]; /* area at stake */
       if (width > widest && width < taken) {
         widest = width;
         level = (a[1] + b[1]) / 2;
@@ -157,44 +160,44 @@ static double gap_level(const lm_search *search, const lm_aim *aim, int which) {
 
 /* Two objectives: the second one bounded at a level, the first one made small; every sixth task
  * makes the second one small. */
-static void make_level(const lm_search *search, int level, int levels, lm_aim *aim) {
+static void make_level(const lm_search *search, int level, int levels, lm_scalarisation *scalar) {
   double low;
   double high;
   range_of(search, 1, &low, &high);
   if (level == 0 && search->round % 2 == 0) {
-    aim->weight[0] = 0;
-    aim->weight[1] = 1;
+    scalar->weight[0] = 0;
+    scalar->weight[1] = 1;
   } else if (level % 2 == 0) {
-    aim->most[1] =
+    scalar->most[1] =
         low + (high - low) * (level + lm_draw_number(search, search->next_id, 5)) / levels;
   } else {
-    aim->most[1] = gap_level(search, aim, level / 2);
+    scalar->most[1] = gap_level(search, scalar, level / 2);
   }
 }
 
 /* More objectives: the end of each axis, then twice as many drawn directions, and so on. */
-static void make_direction(const lm_search *search, lm_aim *aim) {
+static void make_direction(const lm_search *search, lm_scalarisation *scalar) {
   const int count = search->problem.objective_count;
-  const int turn = search->aims % (3 * count);
+  const int turn = search->scalarisations % (3 * count);
   int j;
   for (j = 0; j < count; j++) {
     if (turn < count) {
-      aim->weight[j] = j == turn ? 1 : 0;
+      scalar->weight[j] = j == turn ? 1 : 0;
     } else {
-      aim->weight[j] = -log(1 - lm_draw_number(search, search->next_id, 10 + j)) + 1e-3;
+      scalar->weight[j] = -log(1 - lm_draw_number(search, search->next_id, 10 + j)) + 1e-3;
     }
   }
 }
 
-static void make_aim(lm_search *search, int level, int levels, lm_aim *aim) {
-  lm_lead_aim(aim);
-  lm_scale_aim(search, aim);
+static void make_scalarisation(lm_search *search, int level, int levels, lm_scalarisation *scalar) {
+  lm_scalarise_first(scalar);
+  lm_scale_objectives(search, scalar);
   if (search->problem.objective_count == 2) {
-    make_level(search, level, levels, aim);
+    make_level(search, level, levels, scalar);
   } else {
-    make_direction(search, aim);
+    make_direction(search, scalar);
   }
-  search->aims++;
+  search->scalarisations++;
 }
 
 /* Of many objectives and variables the ends would take half of a small budget, and what lies
@@ -208,28 +211,28 @@ static int end_budget(const lm_search *search) {
   return part < END_SLOPES * charge ? part : END_SLOPES * charge;
 }
 
-void lm_add_ends(lm_search *search) {
+void lm_add_extreme_points(lm_search *search) {
   int j;
   for (j = 0; j < search->problem.objective_count; j++) {
-    const lm_found *start;
+    const lm_solution *start;
     lm_task *task;
-    lm_aim aim;
-    lm_lead_aim(&aim);
+    lm_scalarisation scalar;
+    lm_scalarise_first(&scalar);
     /* In shares of the front: SLSQP's first steps are as long as the slopes, and those of a
      * compliance in its own unit are a thousandth. */
-    lm_scale_aim(search, &aim);
-    aim.weight[0] = 0;
-    aim.weight[j] = 1;
-    start = best_of_archive(search, &aim);
+    lm_scale_objectives(search, &scalar);
+    scalar.weight[0] = 0;
+    scalar.weight[j] = 1;
+    start = best_of_archive(search, &scalar);
     search->state[start->combination].fate = LM_FATE_SOLVED;
     task = lm_add_task(search, LM_TASK_SLSQP, start->combination, end_budget(search), start->unit);
-    task->aim = aim;
+    task->scalar = scalar;
   }
 }
 
 /* The steps of the front with the largest area at stake, where both ends are designs of one
  * combination. */
-void lm_add_bridges(lm_search *search) {
+void lm_add_interpolations(lm_search *search) {
   unsigned char bridged[LM_ARCHIVE_MAX] = {0};
   int n;
   for (n = 0; n < BRIDGES_MAX; n++) {
@@ -238,8 +241,8 @@ void lm_add_bridges(lm_search *search) {
     int widest = -1;
     int i;
     for (i = 0; i + 1 < search->archive_count; i++) {
-      const lm_found *a = &search->archive[i];
-      const lm_found *b = a + 1;
+      const lm_solution *a = &search->archive[i];
+      const lm_solution *b = a + 1;
       const double area = (b->objective[0] - a->objective[0]) * (a->objective[1] - b->objective[1]);
       if (!bridged[i] && a->combination == b->combination && area > most) {
         most = area;
@@ -250,8 +253,8 @@ void lm_add_bridges(lm_search *search) {
       return;
     }
     bridged[widest] = 1;
-    task = lm_add_task(search, LM_TASK_BRIDGE, search->archive[widest].combination, BRIDGE_CHARGE,
-                       search->archive[widest].unit);
+    task = lm_add_task(search, LM_TASK_INTERPOLATE, search->archive[widest].combination,
+                       BRIDGE_CHARGE, search->archive[widest].unit);
     task->parent[0] = search->archive[widest + 1];
     task->parent_count = 1;
   }
@@ -272,40 +275,40 @@ void lm_plan_front(lm_search *search) {
   }
   levels = levels < 2 ? 2 : levels > LEVELS_MAX ? LEVELS_MAX : levels;
   if (search->problem.objective_count == 2 && search->round % 2 == 1) {
-    lm_add_bridges(search);
+    lm_add_interpolations(search);
     if (search->batch_count > 0) {
       return;
     }
   }
   for (level = 0; level < levels; level++) {
-    lm_aim aim;
-    const lm_found *start;
-    const lm_found *other;
+    lm_scalarisation scalar;
+    const lm_solution *start;
+    const lm_solution *other;
     lm_task *task;
     if (level > 0 && (search->batch_count + 1) * charge > left) {
       return;
     }
-    make_aim(search, level, levels, &aim);
-    start = best_of_archive(search, &aim);
+    make_scalarisation(search, level, levels, &scalar);
+    start = best_of_archive(search, &scalar);
     task = lm_add_task(search, (level + search->round) % 3 != 1 ? LM_TASK_SLSQP : LM_TASK_COBYLA,
                        start->combination, charge < left ? charge : left, start->unit);
-    task->aim = aim;
+    task->scalar = scalar;
     if (lm_draw_number(search, task->id, 6) < 0.1) {
       lm_disturb(search, task, 0.1);
     }
     /* at the end of an axis always: another combination may reach further */
-    other = aim.weight[0] == 0 || lm_draw_number(search, search->next_id, 7) < OTHER_SHARE
-                ? best_other(search, &aim, start->combination)
+    other = scalar.weight[0] == 0 || lm_draw_number(search, search->next_id, 7) < OTHER_SHARE
+                ? best_other(search, &scalar, start->combination)
                 : NULL;
     if (other != NULL && (search->batch_count + 1) * charge <= left) {
       task = lm_add_task(search, LM_TASK_SLSQP, other->combination, charge, other->unit);
-      task->aim = aim;
+      task->scalar = scalar;
     }
     if ((level + search->round) % 3 == 0 && (search->batch_count + 1) * charge <= left) {
       const int combination = pick_combination(search, search->next_id);
       task =
           lm_add_task(search, LM_TASK_SLSQP, combination, charge, search->state[combination].unit);
-      task->aim = aim;
+      task->scalar = scalar;
       lm_disturb(search, task, 0.1);
     }
   }

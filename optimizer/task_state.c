@@ -1,21 +1,21 @@
-#include "solver.h"
+#include "task_state.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "found.h"
+#include "archive.h"
 #include "stop.h"
 
-void lm_open_solver(lm_solver *s, const lm_problem *problem, int combination, int budget,
-                    const lm_aim *aim, lm_answer *answer, lm_workspace *workspace,
-                    const volatile int *stop) {
+void lm_open_task_state(lm_task_state *s, const lm_problem *problem, int combination, int budget,
+                        const lm_scalarisation *scalar, lm_answer *answer, lm_workspace *workspace,
+                        const volatile int *stop) {
   int k;
   memset(s, 0, sizeof *s);
   s->problem = problem;
   s->stop = stop;
   s->workspace = workspace;
   s->answer = answer;
-  s->aim = *aim;
+  s->scalar = *scalar;
   s->combination = combination;
   s->left = budget;
   lm_default_scan(&s->scan);
@@ -28,29 +28,32 @@ void lm_open_solver(lm_solver *s, const lm_problem *problem, int combination, in
   s->slope = workspace->task_slope;
 }
 
-static void read_objectives(const lm_solver *s, double objective[]) {
+static void read_objectives(const lm_task_state *s, double objective[]) {
   int j;
   for (j = 0; j < s->problem->objective_count; j++) {
     objective[j] = lm_figure_of(&s->layout, s->result, s->problem->objective[j]);
   }
 }
 
-/* Bounds of the aim count as limits. */
-static double with_aim(const lm_solver *s, const double objective[], double violation) {
+/* Bounds of the scalarised objective count as limits. */
+static double with_bounds_of_scalar(const lm_task_state *s, const double objective[],
+                                    double violation) {
   double largest = violation;
   int j;
   for (j = 0; j < s->problem->objective_count; j++) {
-    const double over = (objective[j] - s->aim.most[j]) / s->aim.scale[j];
+    const double over = (objective[j] - s->scalar.most[j]) / s->scalar.scale[j];
     largest = over > largest ? over : largest;
   }
   return largest;
 }
 
-void lm_keep_found(lm_solver *s, const double unit[], const double objective[], int settled) {
-  lm_found found;
-  lm_fill_found(s->problem, &found, s->combination, unit, objective, s->violation);
-  found.settled = settled;
-  lm_insert_found(s->problem, s->answer->found, &s->answer->found_count, LM_FOUND_MAX, &found);
+void lm_keep_solution(lm_task_state *s, const double unit[], const double objective[],
+                      int verified) {
+  lm_solution found;
+  lm_fill_solution(s->problem, &found, s->combination, unit, objective, s->violation);
+  found.verified = verified;
+  lm_insert_solution(s->problem, s->answer->solution, &s->answer->solution_count, LM_SOLUTION_MAX,
+                     &found);
 }
 
 int lm_is_better(double value, double violation, double than_value, double than_violation) {
@@ -60,7 +63,7 @@ int lm_is_better(double value, double violation, double than_value, double than_
   return violation < than_violation;
 }
 
-static void keep_best(lm_solver *s, const double unit[]) {
+static void keep_best(lm_task_state *s, const double unit[]) {
   lm_answer *a = s->answer;
   int figure;
   if (a->computed && !lm_is_better(s->value, s->violation, a->value, a->violation)) {
@@ -75,7 +78,7 @@ static void keep_best(lm_solver *s, const double unit[]) {
   }
 }
 
-int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
+int lm_evaluate_task_point(lm_task_state *s, const double unit[], int slopes) {
   const size_t size = (size_t)s->problem->range_count * sizeof unit[0];
   const int charge = slopes ? lm_slope_charge(s->problem) : 1;
   double objective[LM_OBJECTIVE_MAX] = {0};
@@ -113,12 +116,12 @@ int lm_evaluate_solver(lm_solver *s, const double unit[], int slopes) {
     return 0;
   }
   read_objectives(s, objective);
-  s->value = lm_aim_value(s->problem, &s->aim, objective);
+  s->value = lm_scalarised_value(s->problem, &s->scalar, objective);
   broken = lm_violation_of(s->problem, &s->layout, s->result);
-  s->violation = with_aim(s, objective, broken);
+  s->violation = with_bounds_of_scalar(s, objective, broken);
   if (broken <= 0) {
     s->answer->feasible++;
-    lm_keep_found(s, unit, objective, 0);
+    lm_keep_solution(s, unit, objective, 0);
   }
   keep_best(s, unit);
   return 1;

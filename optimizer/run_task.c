@@ -1,22 +1,22 @@
-#include "solve.h"
+#include "run_task.h"
 
 #include <string.h>
 
+#include "archive.h"
 #include "evolve.h"
-#include "found.h"
 #include "infeasible.h"
-#include "settle.h"
+#include "verify.h"
 
 /* A point, and once more with its gap closed. */
-static void look(lm_solver *s, double unit[]) {
-  if (lm_evaluate_solver(s, unit, 0) &&
+static void look(lm_task_state *s, double unit[]) {
+  if (lm_evaluate_task_point(s, unit, 0) &&
       lm_close_gap(s->problem, &s->layout, s->combination, s->result, unit)) {
-    (void)lm_evaluate_solver(s, unit, 0);
+    (void)lm_evaluate_task_point(s, unit, 0);
   }
 }
 
 /* Scattered points: a Sobol net turned by the seed, the shift that closes the gaps put right. */
-static void screen(lm_solver *s, const lm_task *task) {
+static void screen(lm_task_state *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   uint32_t net[256];
   double unit[256][LM_FREE_MAX];
@@ -34,9 +34,10 @@ static void screen(lm_solver *s, const lm_task *task) {
   }
 }
 
-/* Between two designs that are good for neighbouring aims lie designs that are good for the aims
- * between: points at even distances on the line, each with its gap closed. */
-static void bridge(lm_solver *s, const lm_task *task) {
+/* Between two designs that are good for neighbouring scalarised objectives lie designs that are
+ * good for the scalarised objectives between: points at even distances on the line, each with its
+ * gap closed. */
+static void bridge(lm_task_state *s, const lm_task *task) {
   const int points = task->budget / 2 > 0 ? task->budget / 2 : 1;
   int i;
   int k;
@@ -52,7 +53,7 @@ static void bridge(lm_solver *s, const lm_task *task) {
 
 lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer *answer,
                       lm_workspace *workspace, const volatile int *stop) {
-  lm_solver s;
+  lm_task_state s;
   double unit[LM_FREE_MAX];
   if (problem == NULL || task == NULL || answer == NULL || workspace == NULL) {
     return LM_NULL;
@@ -63,9 +64,10 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
   if (task->kind == LM_TASK_EVOLVE) {
     return lm_evolve(problem, task, answer, workspace, stop);
   }
-  lm_open_solver(&s, problem, task->combination, task->budget, &task->aim, answer, workspace, stop);
+  lm_open_task_state(&s, problem, task->combination, task->budget, &task->scalar, answer, workspace,
+                     stop);
   /* which no budget is charged with */
-  s.capped = task->kind != LM_TASK_SETTLE && task->kind != LM_TASK_REPAIR;
+  s.capped = task->kind != LM_TASK_VERIFY && task->kind != LM_TASK_REPAIR;
   switch (task->kind) {
     case LM_TASK_SCREEN:
       screen(&s, task);
@@ -76,21 +78,21 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
     case LM_TASK_ISRES:
       lm_run_plain(&s, task->unit, NLOPT_GN_ISRES, 0.3, task->seed);
       break;
-    case LM_TASK_LOOK:
+    case LM_TASK_EVALUATE:
       memcpy(unit, task->unit, sizeof unit);
-      if (lm_evaluate_solver(&s, unit, 0) && answer->found_count == 0) {
+      if (lm_evaluate_task_point(&s, unit, 0) && answer->solution_count == 0) {
         look(&s, unit);
       }
-      lm_mark_settled(&s);
+      lm_mark_verified(&s);
       break;
-    case LM_TASK_BRIDGE:
+    case LM_TASK_INTERPOLATE:
       bridge(&s, task);
       break;
     case LM_TASK_REPAIR:
       lm_repair(&s, task);
       break;
-    case LM_TASK_SETTLE:
-      lm_settle(&s, task);
+    case LM_TASK_VERIFY:
+      lm_verify_design(&s, task);
       break;
     case LM_TASK_SLSQP:
     default:

@@ -1,6 +1,6 @@
 /* Lists of designs none of which is better than another in every objective. */
-#ifndef LOSTMOTION_OPTIMIZER_FOUND_H
-#define LOSTMOTION_OPTIMIZER_FOUND_H
+#ifndef LOSTMOTION_OPTIMIZER_ARCHIVE_H
+#define LOSTMOTION_OPTIMIZER_ARCHIVE_H
 
 #include "task.h"
 
@@ -10,8 +10,8 @@ extern "C" {
 
 /* A design of a point, its objectives but for what is rounding; the rest of the arrays is zero, so
  * that equal designs are equal bytes. */
-void lm_fill_found(const lm_problem *problem, lm_found *found, int combination, const double unit[],
-                   const double objective[], double violation);
+void lm_fill_solution(const lm_problem *problem, lm_solution *found, int combination,
+                      const double unit[], const double objective[], double violation);
 
 /* 1 when a is as good as b in every objective. */
 int lm_is_as_good(const lm_problem *problem, const double a[], const double b[]);
@@ -19,17 +19,17 @@ int lm_is_as_good(const lm_problem *problem, const double a[], const double b[])
 /* Insert unless a design of the list is as good in everything, and say so: 1 when it is taken.
  * Designs that the new one beats leave. A full list gives up the design nearest to the new one; the
  * best of each objective stays, where that is a small part of the list. */
-int lm_insert_found(const lm_problem *problem, lm_found list[], int *count, int capacity,
-                    const lm_found *found);
+int lm_insert_solution(const lm_problem *problem, lm_solution list[], int *count, int capacity,
+                       const lm_solution *found);
 
 /* Sort by the objectives in turn, then by the point: a unique order. */
-void lm_sort_found(lm_found list[], int count);
+void lm_sort_solutions(lm_solution list[], int count);
 
 /* Choose `wanted` members of a population: feasible before infeasible, then front by front, then
  * the least crowded (Deb's NSGA-II). The chosen ones stand first, best first. count <=
  * LM_POPULATION_MAX. */
 #define LM_POPULATION_MAX 256
-void lm_select_found(const lm_problem *problem, lm_found list[], int count, int wanted);
+void lm_select_solutions(const lm_problem *problem, lm_solution list[], int count, int wanted);
 
 /* 64 bits in which every bit of x decides (splitmix64's finaliser). */
 uint64_t lm_mix(uint64_t x);
