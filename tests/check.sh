@@ -200,6 +200,8 @@ if [ -n "$clang" ]; then
   step "Fuzzed calls and blobs of the runtime (libFuzzer)" \
     sh tests/fuzz/fuzz_runtime.sh "$clang" 500000
 fi
+step "Limits of the correction by differences, 100 million steps" \
+  "$build/tests/c/limiter_differences" 100000000
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh

@@ -28,42 +28,58 @@
  * largest correction. */
 #define RESTING LM_REAL(1e-6)
 
-/* Swings in a row, and how far they go over the noise, before they count as ringing: five periods
- * of at least +-4 noise, which noise alone reaches once in 16,000 samples. */
-#define RINGING_TURNS 10
-#define RINGING_NOISES LM_REAL(8)
+/* Swings in a row, and how far they go over the noise, before they count as ringing: three periods
+ * of at least +-2 noise. Fewer would take a move, its end and a reversal for one; what is smaller
+ * does no harm that the output's encoder could tell. */
+#define RINGING_TURNS 6
+#define RINGING_NOISES LM_REAL(4)
 
 /* The watch; see lm_watch_output. */
 #define HARM_NOISES2 LM_REAL(9)
 #define SWING_NOISES2 LM_REAL(4)
 #define SWING_SHARE2 LM_REAL(0.0625)
 #define HELP_SHARE LM_REAL(0.5)
+/* What did harm has to help five times as long: a loop that rings when the correction comes back
+ * would make it fade in and out for ever. */
+#define FORGIVING LM_REAL(0.2)
 
 /* The suppositions of the argument above for the motion at hand: with the response r, the position
- * limit X and the acceleration limit A that the parameters state, V = min(velocity, A / (2 r)),
+ * limit X and the acceleration limit A that the parameters state, V = min(velocity, A / (2 r)), and
+ * with the acceleration A' that is left now,
  *
- *     |v| <= 2 r (X - |x|) outwards,   |a| <= 8 r (V - |v|) likewise
+ *     |a| <= A',  2 r |v| <= A',  |v| <= V                                  what is there at all
+ *     +-a <= 8 r (V -+ v)                                                   v will not pass V
+ *     +-v <= 2 r (X -+ x),  +-a <= 8 r (3/2 r (X -+ x) -+ v)                x will not pass X
  *
- * and, with the acceleration A' that is left now, |a| <= A', 2 r |v| <= A'. A motion that was made
- * under the limits at hand fulfils them. One that was made under others ends under those: its
- * response stays, and the acceleration is at least what it has now, A'' = max(|a|, 2 r |v|), with 8
- * r A'' of jerk. Neither is more than the limits it was made under let it have. In position it may
- * go out as far as those let it. */
+ * The last pair: with e = X - x, z = 8 r (3/2 r e - v) - a and the stages at work, z' on z = 0 is
+ * 32 r^3 e - 12 r^2 v, which is not negative for v <= 2 r e; and v = 2 r e with z >= 0 has
+ * a <= -2 r v, so v falls as fast as 2 r e.
+ *
+ * A motion that was made under the limits at hand fulfils them. One that was made under others ends
+ * under those: its response stays, and the acceleration is at least what it has now,
+ * A'' = max(|a|, 2 r |v|), with 8 r A'' of jerk. Neither is more than the limits it was made under
+ * let it have. In position it may go out as far as those let it. */
+static int fits_side(const lm_limits *limits, lm_real most_rad_s, lm_real room_rad, lm_real v,
+                     lm_real a) {
+  lm_real r = limits->response_per_s;
+  return a <= 8 * r * (most_rad_s - v) && v <= 2 * r * room_rad &&
+         a <= 8 * r * (LM_REAL(1.5) * r * room_rad - v);
+}
+
 static int fits(const lm_compensator *c, lm_real acceleration_rad_s2) {
   const lm_limits *limits = &c->parameters->limits;
   lm_real twice_per_s = 2 * limits->response_per_s;
   lm_real most_rad_s2 =
       least(limits->acceleration_rad_s2, limits->jerk_rad_s3 / (STAGE_RATIO * twice_per_s));
-  lm_real most_rad_s = least(limits->velocity_rad_s, most_rad_s2 / twice_per_s);
-  lm_real speed_rad_s = absolute(c->velocity_rad_s);
-  lm_real out_rad = is_negative(c->velocity_rad_s) ? -c->correction_rad : c->correction_rad;
-  lm_real out_rad_s2 =
-      is_negative(c->velocity_rad_s) ? -c->acceleration_rad_s2 : c->acceleration_rad_s2;
-  lm_real needed_rad_s2 = greatest(absolute(c->acceleration_rad_s2), twice_per_s * speed_rad_s);
-  return absolute(c->correction_rad) <= ROUNDING * limits->correction_rad &&
-         needed_rad_s2 <= ROUNDING * acceleration_rad_s2 &&
-         speed_rad_s <= twice_per_s * (ROUNDING * limits->correction_rad - out_rad) &&
-         out_rad_s2 <= STAGE_RATIO * twice_per_s * (ROUNDING * most_rad_s - speed_rad_s);
+  lm_real most_rad_s = ROUNDING * least(limits->velocity_rad_s, most_rad_s2 / twice_per_s);
+  lm_real most_rad = ROUNDING * limits->correction_rad;
+  lm_real x = c->correction_rad;
+  lm_real v = c->velocity_rad_s;
+  lm_real a = c->acceleration_rad_s2;
+  lm_real needed_rad_s2 = greatest(absolute(a), twice_per_s * absolute(v));
+  return needed_rad_s2 <= ROUNDING * acceleration_rad_s2 && absolute(v) <= most_rad_s &&
+         absolute(x) <= most_rad && fits_side(limits, most_rad_s, most_rad - x, v, a) &&
+         fits_side(limits, most_rad_s, most_rad + x, -v, -a);
 }
 
 static void set_rates(lm_compensator *c, lm_real response_per_s) {
@@ -85,7 +101,7 @@ static void set_bounds(lm_compensator *c) {
   c->standing &= ~LM_STATE_HEADROOM_SHORT;
   if (fits(c, least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s)))) {
     set_rates(c, response_per_s);
-    c->correction_end_rad = limits->correction_rad;
+    c->correction_end_rad = greatest(limits->correction_rad, absolute(c->correction_rad));
   } else {
     c->standing |= LM_STATE_HEADROOM_SHORT;
     response_per_s = c->velocity_per_s;
@@ -238,11 +254,13 @@ NOINLINE static void count_swing(lm_compensator *c) {
   c->turn_tick = c->tick;
 }
 
-/* The mean of the target over the watch's window. */
+/* The target through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that rang at
+ * that frequency or above has a tenth of its gain, or less. */
+#define SLOW_SHARE LM_REAL(0.1)
 NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
-  lm_real period_s = c->parameters->limits.period_s;
-  c->slow_rad +=
-      (target_rad - c->slow_rad) * (period_s / (period_s + c->parameters->watch.window_s));
+  lm_real ticks =
+      2 * LM_PI * SLOW_SHARE * c->parameters->watch.ringing_Hz * c->parameters->limits.period_s;
+  c->slow_rad += (target_rad - c->slow_rad) * (ticks / (1 + ticks));
   return c->slow_rad;
 }
 
@@ -600,7 +618,7 @@ static void doubt(lm_compensator *c, lm_real elapsed_s) {
   if (c->power_residual_rad2 > c->power_measured_rad2 + HARM_NOISES2 * noise_rad2) {
     c->doubt_s = least(c->doubt_s + elapsed_s, watch->window_s);
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
-    c->doubt_s = greatest(c->doubt_s - elapsed_s, 0);
+    c->doubt_s = greatest(c->doubt_s - FORGIVING * elapsed_s, 0);
   }
 }
 

@@ -49,10 +49,9 @@ static double slow(const loop *l, double *state, double value) {
 }
 
 static double told_torque(loop *l, const plant *joint, const command *wish, double model_Nm) {
-  static const lm_motor motor = {0.1f, 100, 1, (float)(PLANT_ROTOR_KGM2 * 1e-4), 0.03f, 3e-4f, 1};
+  static const lm_motor motor = {0.1f, 100, 1, (float)(PLANT_ROTOR_KGM2 * 1e-4), 0.03f, 3e-4f, 3};
   double sensed_Nm = joint->shaft_Nm + SENSOR_NOISE_NM * gauss(&l->noise);
   double turning_Nm;
-  (void)wish;
   switch (l->source) {
     case FROM_SENSOR:
       (void)slow(l, &l->beyond_Nm, sensed_Nm - model_Nm);
@@ -61,9 +60,11 @@ static double told_torque(loop *l, const plant *joint, const command *wish, doub
       return sensed_Nm;
     case FROM_CURRENT:
       turning_Nm = (double)lm_estimate_torque(&motor, (float)(l->motor_Nm / 10),
-                                              (float)(100 * l->speed_rad_s), 0);
-      (void)slow(l, &l->current_Nm, turning_Nm);
-      return (double)lm_hold_torque(&l->believed_Nm, (float)l->current_Nm,
+                                              (float)(100 * l->speed_rad_s),
+                                              (float)(100 * wish->acceleration_rad_s2));
+      (void)slow(l, &l->current_Nm, turning_Nm - model_Nm);
+      return model_Nm +
+             (double)lm_hold_torque(&l->believed_Nm, (float)l->current_Nm,
                                     lm_bound_torque(&motor, (float)(100 * l->speed_rad_s)));
     case FROM_RAW_CURRENT:
       return -l->motor_Nm + PLANT_COULOMB_NM * clip(l->speed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
@@ -142,11 +143,7 @@ static void begin(loop *l, const plant *joint, const command *wish, const lm_sav
   torque_Nm = 0;
 #endif
   at = conditions(l, joint, torque_Nm, wish);
-#ifdef LM_STATE_SETTLED
   take(l, lm_settle_compensator(&l->compensator, &at));
-#else
-  (void)at;
-#endif
 }
 
 void loop_start(loop *l, method how, torque_source source, const knowledge *known, double rate_Hz,
@@ -184,7 +181,7 @@ double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
   double model_Nm = modelled(l, wish);
   double share = 1 - exp(-SPEED_FILTER * l->period_s);
   double error_rad;
-  double wish_rad_s;
+  double feed_rad_s;
   double push_Nm;
   l->ticks += 1;
   l->speed_rad_s += share * ((measured_rad - l->last_rad) / l->period_s - l->speed_rad_s);
@@ -193,19 +190,21 @@ double loop_tick(loop *l, const plant *joint, const command *wish, int closed) {
   if (!closed) {
     l->sum_Nm = 0;
     l->motor_Nm = 0;
+    l->wish_rad_s = 0;
     return 0;
   }
   /* Where the loop closes on the output, the correction is a feed-forward of the motor alone. */
   error_rad = l->known.output_loop ? wish->angle_rad - plant_output(joint)
                                    : wish->angle_rad + l->correction_rad - measured_rad;
-  wish_rad_s = wish->velocity_rad_s + l->correction_rad_s + POSITION_GAIN * error_rad;
-  push_Nm = VELOCITY_GAIN * (wish_rad_s - l->speed_rad_s);
+  feed_rad_s = wish->velocity_rad_s + l->correction_rad_s;
+  /* Commanded and measured speed pass the same filter, so that a steady motion leaves no error. */
+  l->wish_rad_s += share * (feed_rad_s - l->wish_rad_s);
+  push_Nm = VELOCITY_GAIN * (l->wish_rad_s + POSITION_GAIN * error_rad - l->speed_rad_s);
   l->sum_Nm = clip(l->sum_Nm + INTEGRAL_RATE * push_Nm * l->period_s, TORQUE_MAX);
   push_Nm += l->sum_Nm - model_Nm +
              PLANT_ROTOR_KGM2 * (wish->acceleration_rad_s2 + l->correction_rad_s2) +
-             PLANT_VISCOUS_NMS * (wish->velocity_rad_s + l->correction_rad_s) +
-             PLANT_COULOMB_NM *
-                 clip((wish->velocity_rad_s + l->correction_rad_s) / FRICTION_REVERSAL_RAD_S, 1);
+             PLANT_VISCOUS_NMS * feed_rad_s +
+             PLANT_COULOMB_NM * clip(feed_rad_s / FRICTION_REVERSAL_RAD_S, 1);
   l->motor_Nm = clip(push_Nm, TORQUE_MAX);
   return l->motor_Nm;
 }

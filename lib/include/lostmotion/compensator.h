@@ -56,11 +56,11 @@
  *     seen it.
  *
  * Ringing. A torque that is measured and not filtered can make the correction a limit cycle, at the
- * joint's resonance. Where the correction swings to and fro by more than 8 noise_rad, ten times
+ * joint's resonance. Where the correction swings to and fro by more than 4 noise_rad, six times
  * running, each swing shorter than half a period of ringing_Hz, that is ringing
- * (LM_STATE_RINGING): from then on it follows the mean of its target over window_s, which is too
- * slow to ring and still carries what stands. It follows fast again after lm_set_mode to another
- * mode and back, lm_change_parameters or a start.
+ * (LM_STATE_RINGING): from then on it follows its target through a filter at a tenth of ringing_Hz,
+ * which is too slow to ring and still carries what stands. It follows fast again after lm_set_mode
+ * to another mode and back, lm_change_parameters or a start.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
@@ -221,11 +221,11 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
  * Compares, over the watch's window, the power of the measured lost motion with that of what the
  * model leaves of it, both about their means: the offset of the two encoders is not known.
  * Where the first is less than the second by more than 9 noise_rad^2 (three times the noise), the
- * correction does harm: once it has done so for window_s in all, it fades out over fade_s, until it
- * takes half the power away again. A standing axis tells nothing: while the model's own swing is
- * below 2 noise_rad or below a quarter of its level, the gain stays what it is. So a model that
- * fits is not faded for a small error at rest, and a wrong sign, a wrong drive or a drive that
- * compensates already is found in the first moves.
+ * correction does harm: once it has done so for window_s in all, it fades out over fade_s. It fades
+ * in again when it would have taken half the power away for five times as long. A standing axis
+ * tells nothing: while the model's own swing is below 2 noise_rad or below a quarter of its level,
+ * the gain stays what it is. So a model that fits is not faded for a small error at rest, and a
+ * wrong sign, a wrong drive or a drive that compensates already is found in the first moves.
  *
  * A fade moves a standing axis by at most creep_rad_s; while the model moves, it may add that much
  * again. LM_STATE_MISFIT: the residual's rms is above misfit_rad. That, with a measured lost motion

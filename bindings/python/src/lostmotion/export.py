@@ -74,16 +74,16 @@ RESPONSE_PER_HZ = 2.5
 """Response over the resonance, 1/s over Hz: 0.4 of the resonance's angular frequency. What the
 correction passes on of a measured torque then falls off from a quarter of the resonance on."""
 
-RINGING_SHARE = 0.4
-"""A correction that swings faster than this share of the resonance rings: commanded motion is
-slower, a limit cycle sits at the resonance or little below."""
+RINGING_SHARE = 0.2
+"""A correction that swings faster than this share of the resonance rings: commanded motion does not
+reverse so often, a limit cycle sits at the resonance or, with friction, some way below."""
 
 NOISE_ACCELERATION_SHARE = 1 / 3
 """Most that noise of the torque may make of the acceleration limit, rms: three times it is reached
 once in 400 samples."""
 
-CREEP_RAD_PER_S = 1e-4
-"""Fastest that a fade moves a standing axis: 0.1 mm/s at a lever of 1 m, 20 arcsec/s."""
+CREEP_RAD_PER_S = 2.5e-4
+"""Fastest that a fade moves a standing axis: 0.25 mm/s at a lever of 1 m, 52 arcsec/s."""
 
 CROSSING_S = 0.05
 """Time in which the correction may cross its whole range, unless a velocity is stated."""
