@@ -35,7 +35,6 @@
 #define RINGING_NOISES LM_REAL(4)
 
 /* The watch; see lm_watch_output. */
-#define HARM_NOISES2 LM_REAL(9)
 #define SWING_NOISES2 LM_REAL(4)
 #define SWING_SHARE2 LM_REAL(0.0625)
 #define HELP_SHARE LM_REAL(0.5)
@@ -615,7 +614,7 @@ static void doubt(lm_compensator *c, lm_real elapsed_s) {
         c->power_model_rad2 >= SWING_SHARE2 * c->level_rad2)) {
     return;
   }
-  if (c->power_residual_rad2 > c->power_measured_rad2 + HARM_NOISES2 * noise_rad2) {
+  if (c->power_residual_rad2 > c->power_measured_rad2 + watch->misfit_rad * watch->misfit_rad) {
     c->doubt_s = least(c->doubt_s + elapsed_s, watch->window_s);
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
     c->doubt_s = greatest(c->doubt_s - FORGIVING * elapsed_s, 0);

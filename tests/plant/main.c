@@ -3,6 +3,8 @@
  *                         every case (those whose name holds WORD) without compensation, with a
  *                         constant width, with the table of the true mean curve, with the library,
  *                         whose parameters for a loop of KHZ are in BLOB
+ * plant duty BLOB HOURS   fades of the watch in so many hours of ordinary duty, and the seconds
+ * that a wrong sign, another drive and a drive that compensates already take
  *
  * Errors are those of the output, arcsec rms over the scored time. Exit status 1 where the library
  * does worse than nothing, rings, or stays more than a tenth behind the best of the others in a
@@ -12,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "duty.h"
 #include "loop.h"
 
 #define ARCSEC (3.14159265358979323846 / 648000)
@@ -283,13 +286,13 @@ static void measure_mean_curve(void) {
   int pass;
   int i;
   plant_start(&joint);
-  (void)plant_bench(&joint, TABLE_HALF + 5);
+  (void)plant_bench(&joint, TABLE_HALF + 5, PLANT_TURN_RAD);
   for (pass = 0; pass < 2; ++pass) {
     for (i = -TABLE_HALF; i <= TABLE_HALF; ++i) {
       int at = pass ? i : -i;
-      mean_curve[TABLE_HALF + at] += 0.5 * plant_bench(&joint, at);
+      mean_curve[TABLE_HALF + at] += 0.5 * plant_bench(&joint, at, PLANT_TURN_RAD);
     }
-    (void)plant_bench(&joint, pass ? TABLE_HALF + 5 : -TABLE_HALF - 5);
+    (void)plant_bench(&joint, pass ? TABLE_HALF + 5 : -TABLE_HALF - 5, PLANT_TURN_RAD);
   }
 }
 
@@ -298,10 +301,10 @@ static double measure_half_width(void) {
   plant joint;
   double up;
   plant_start(&joint);
-  (void)plant_bench(&joint, PLANT_RATED_NM);
-  up = plant_bench(&joint, 0.04 * PLANT_RATED_NM);
-  (void)plant_bench(&joint, -PLANT_RATED_NM);
-  return 0.5 * (up - plant_bench(&joint, -0.04 * PLANT_RATED_NM));
+  (void)plant_bench(&joint, PLANT_RATED_NM, PLANT_TURN_RAD);
+  up = plant_bench(&joint, 0.04 * PLANT_RATED_NM, PLANT_TURN_RAD);
+  (void)plant_bench(&joint, -PLANT_RATED_NM, PLANT_TURN_RAD);
+  return 0.5 * (up - plant_bench(&joint, -0.04 * PLANT_RATED_NM, PLANT_TURN_RAD));
 }
 
 static int judge(const trial *t, double rate_Hz, const knowledge *known) {
@@ -352,7 +355,7 @@ static int bench(void) {
                     : fmod(phase, 4) < 3 ? 2 - fmod(phase, 4)
                                          : fmod(phase, 4) - 4;
       double torque_Nm = most_Nm[i % 3] * wave;
-      double twist_rad = plant_bench(&joint, torque_Nm);
+      double twist_rad = plant_bench(&joint, torque_Nm, PLANT_TURN_RAD);
       double noise = -6;
       int j;
       for (j = 0; j < 12; ++j) {
@@ -384,6 +387,35 @@ static int load(const char *file, lm_parameters *parameters) {
   return 0;
 }
 
+/* At most one false alarm in 1000 hours; misuse within seconds: 20 of duty in the mean, whatever
+ * rest it begins with. */
+static int duty(const lm_parameters *parameters, double hours) {
+  static const misuse wrong[] = {{-1, 0}, {2.5, 0}, {1, 1}};
+  static const char *const names[] = {"sign wrong", "torque 2.5 times", "compensated twice"};
+  misuse nothing = {1, 0};
+  double first_s;
+  long fades = run_duty(parameters, hours, nothing, 0, 1, &first_s);
+  int fine = (double)fades <= hours / 1000;
+  int i;
+  printf("%g hours of duty: %ld fades\n", hours, fades);
+  for (i = 0; i < 3; ++i) {
+    double most_s = 0;
+    double sum_s = 0;
+    unsigned seed;
+    for (seed = 1; seed <= 50; ++seed) {
+      if (run_duty(parameters, 1, wrong[i], 1, seed, &first_s) != 1) {
+        printf("%s: not found in an hour\n", names[i]);
+        return 1;
+      }
+      most_s = fmax(most_s, first_s);
+      sum_s += first_s;
+    }
+    printf("%s: found after %.1f s in the mean, %.1f s at most\n", names[i], sum_s / 50, most_s);
+    fine = fine && sum_s / 50 < 20;
+  }
+  return !fine;
+}
+
 int main(int count, char **word) {
   static lm_parameters parameters;
   knowledge known;
@@ -393,6 +425,9 @@ int main(int count, char **word) {
   int k;
   if (count == 2 && strcmp(word[1], "bench") == 0) {
     return bench();
+  }
+  if (count == 4 && strcmp(word[1], "duty") == 0) {
+    return load(word[2], &parameters) ? 2 : duty(&parameters, atof(word[3]));
   }
   if (count < 3 || strcmp(word[1], "run") != 0) {
     fprintf(stderr, "plant bench | plant run KHZ=BLOB ... [WORD]\n");

@@ -77,8 +77,7 @@ void plant_step(plant *joint, double motor_Nm) {
 }
 
 /* Newton's way would need the friction's slope; a thousand small turns need nothing. */
-double plant_bench(plant *joint, double torque_Nm) {
-  const double turn_rad = 2e-8;
+double plant_bench(plant *joint, double torque_Nm, double turn_rad) {
   int rising = spring(joint) + joint->friction_Nm < torque_Nm;
   while ((spring(joint) + joint->friction_Nm < torque_Nm) == rising) {
     double turned_rad = rising ? turn_rad : -turn_rad;

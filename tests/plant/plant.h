@@ -43,7 +43,10 @@ double plant_output(const plant *joint);
 /* Counts of the motor's 14-bit encoder, as an angle of the output side, rad. */
 double plant_motor_encoder(const plant *joint);
 
-/* The gear on a bench, motor locked, wound slowly to a torque: the twist that it takes. */
-double plant_bench(plant *joint, double torque_Nm);
+/* The gear on a bench, motor locked, wound slowly to a torque, in turns of turn_rad: the twist that
+ * it takes. */
+double plant_bench(plant *joint, double torque_Nm, double turn_rad);
+
+#define PLANT_TURN_RAD 2e-8
 
 #endif

@@ -50,7 +50,7 @@ def build(folder: Path, profile: str = "FULL") -> Path:
     """Compile the plant with the run-time code of a profile."""
     program = folder / f"plant_{profile.lower()}"
     main_file = HERE / ("gap.c" if profile == "GAP" else "main.c")
-    sources = [main_file, HERE / "plant.c", HERE / "loop.c", *LIBRARY]
+    sources = [main_file, HERE / "plant.c", HERE / "loop.c", HERE / "duty.c", *LIBRARY]
     options = [*FLAGS, f"-DLM_PROFILE=LM_PROFILE_{profile}"]
     subprocess.run(["cc", *options, *map(str, sources), "-lm", "-o", program], check=True)
     return program
@@ -75,7 +75,7 @@ def export(folder: Path, program: Path, rates_kHz: list[int]) -> list[str]:
     return made
 
 
-def run(program: Path, arguments: list[str]) -> tuple[int, str]:
-    """Exit status and table."""
-    done = subprocess.run([program, "run", *arguments], capture_output=True, text=True, check=False)
+def run(program: Path, what: str, arguments: list[str]) -> tuple[int, str]:
+    """Exit status and output of ``run`` or ``duty``."""
+    done = subprocess.run([program, what, *arguments], capture_output=True, text=True, check=False)
     return done.returncode, done.stdout + done.stderr

@@ -220,8 +220,7 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
  *
  * Compares, over the watch's window, the power of the measured lost motion with that of what the
  * model leaves of it, both about their means: the offset of the two encoders is not known.
- * Where the first is less than the second by more than 9 noise_rad^2 (three times the noise), the
- * correction does harm: once it has done so for window_s in all, it fades out over fade_s. It fades
+ * Where the first is less than the second by more than misfit_rad^2, the correction does harm: once it has done so for window_s in all, it fades out over fade_s. It fades
  * in again when it would have taken half the power away for five times as long. A standing axis
  * tells nothing: while the model's own swing is below 2 noise_rad or below a quarter of its level,
  * the gain stays what it is. So a model that fits is not faded for a small error at rest, and a

@@ -96,8 +96,12 @@ DEAD_BAND_SHARE = 0.25
 after a reversal. Chosen between a command's unrest, which should stay below it, and the error that
 a short motion within it leaves (tests/plant)."""
 
-MISFIT_SHARE = 0.1
-"""Error over the largest correction from which the watch reports that the model does not fit."""
+MISFIT_SHARE = 0.04
+"""Error over the largest correction from which the watch reports that the model does not fit, and
+by which it has to do harm before it is faded out: about 8 % of the deflection at rated torque, since
+the largest correction is that of twice the torque and a quarter more. Chosen on simulated duty
+(tests/plant/duty.c): at 2 % the torque's noise about no load makes false alarms, at 5 % another
+drive's parameters are found later."""
 
 PLAYS_SHARE_MAX = 0.9
 """Most that the plays of a sheet take of the backbone's least compliance: where they take all of

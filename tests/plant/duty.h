@@ -1,0 +1,21 @@
+/* Hours of ordinary duty for the watch: moves, dwells, hover and jogs at random, with torque,
+ * temperature and encoders as wrong as they usually are. */
+#ifndef LOSTMOTION_TESTS_PLANT_DUTY_H
+#define LOSTMOTION_TESTS_PLANT_DUTY_H
+
+#include "lostmotion/runtime.h"
+
+/* What is wrong beyond the usual: the torque told is this times the true one (1: nothing; -1: the
+ * sign; 2.5: another drive), or the drive compensates by itself, so that no lost motion is
+ * measured. */
+typedef struct misuse {
+  double torque_factor;
+  int compensated;
+} misuse;
+
+/* Runs for hours of duty, or until the first fade where `until_caught`. Returns the number of times
+ * that the correction began to fade; *first_s: seconds of duty before the first, -1 for none. */
+long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int until_caught,
+              unsigned seed, double *first_s);
+
+#endif
