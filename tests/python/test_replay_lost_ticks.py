@@ -127,6 +127,9 @@ def test_a_torque_beyond_the_limit_reaches_the_compensator_as_it_was_logged(tmp_
     rows, status = by_hand(columns["torque_Nm"], elapsed)
     np.testing.assert_array_equal(result.tapes[0].values.view(np.uint32), rows.view(np.uint32))
     assert status[321] & 1 << STATES.index("torque_clipped")
+    # The row is wild as a measurement, and a tick all the same.
+    answer = result.answer()
+    assert (answer["samples"], answer["samples_compared"]) == (TICKS, TICKS - 1)
 
 
 def test_angles_keep_their_turns_where_rows_were_left_out(tmp_path: Path) -> None:

@@ -62,6 +62,12 @@ class Run:
             f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
         )
 
+    def leave_out(self, rows: npt.NDArray[np.bool_]) -> None:
+        """Leave rows out of the run; the log keeps them."""
+        self.columns = {name: values[~rows] for name, values in self.columns.items()}
+        if self.log is not None:
+            self.log = Log(self.log.columns, self.log.kept[~rows])
+
     def fingerprint(self) -> str:
         """SHA-256 of clock, torque and lost motion from its first sample on.
 

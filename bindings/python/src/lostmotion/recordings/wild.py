@@ -127,7 +127,7 @@ def set_wild_aside(campaign: Campaign) -> None:
         for name, wild in wild_rows.items():
             if wild.any():
                 note(campaign, run, name, wild, LEFT_OUT)
-        run.columns = {name: values[~aside] for name, values in run.columns.items()}
+        run.leave_out(aside)
 
 
 def note(campaign: Campaign, run: Run, name: str, wild: BoolArray, action: str) -> None:
