@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from conftest import DATA
 
+from conftest import DATA
 from lostmotion.cli import main
 from lostmotion.discover.detectable import noncentrality
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from conftest import DATA
 
+from conftest import DATA
 from lostmotion.cli import main
 from lostmotion.core import core
 from lostmotion.recordings import read_campaign

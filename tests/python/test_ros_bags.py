@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from conftest import DATA
 
 pytest.importorskip("rosbags", reason="no rosbags: pip install 'lostmotion[ros]'")

@@ -36,7 +36,11 @@ SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg", "--ratio")
 """Options whose value may begin with a minus sign."""
 
 
-REPEATED_OPTIONS = {"--add": re.compile(r"\w+"), "--map": re.compile(r".+=.+")}
+REPEATED_OPTIONS = {
+    "--add": re.compile(r"\w+"),
+    "--map": re.compile(r".+=.+"),
+    "--set": re.compile(r".+=.+"),
+}
 """Options that may be given several values at once, and what such a value looks like."""
 
 

@@ -149,7 +149,8 @@ def parse_unit(symbol: str) -> Unit | None:
     """Read a unit suffix such as ``mNm`` or ``N_per_mm2``; None when it is not one.
 
     A temperature counts from its own zero when it stands alone and as a difference in a compound
-    unit (``um_per_C``).
+    unit (``um_per_C``). No quantity is an angle times a time: ``rad_s``, as fields in C are named,
+    is ``rad_per_s``.
     """
     if symbol in ATOMS:
         return ATOMS[symbol]
@@ -180,6 +181,9 @@ def parse_unit(symbol: str) -> Unit | None:
     if expects_unit:
         return None
     f, le, t, a, k, i = dimension
+    if (f, le, a, k, i) == (0, 0, 1, 0, 0) and t > 0 and sign > 0:
+        angle, _, times = symbol.partition("_")
+        return parse_unit(f"{angle}_per_{times}")
     return Unit(symbol, (f, le, t, a, k, i), scale)
 
 

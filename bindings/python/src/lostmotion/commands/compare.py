@@ -10,7 +10,7 @@ from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.options import effects_of, whole_number
-from lostmotion.recordings import recording_files
+from lostmotion.recordings import QUANTITIES, recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table
 
 SEED_MAX = 2**63 - 1
@@ -97,5 +97,6 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
     if answer["not_testable"]:
         print("\nnot testable with these columns:", file=out)
         for column, effects in answer["not_testable"].items():
-            print(f"  without {column}: {', '.join(effects)}", file=out)
+            name = QUANTITIES[column].column if column in QUANTITIES else column
+            print(f"  without {name}: {', '.join(effects)}", file=out)
     show_findings(answer["findings"], out)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from lostmotion.report.svg import signs
-from lostmotion.units import ARCMIN, ARCSEC, plain_number, split_unit
+from lostmotion.units import ANGULAR_SPEED, ARCMIN, ARCSEC, plain_number, split_unit
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -120,14 +120,14 @@ def _unit(token: str) -> str:
 def split_quantity(name: str, value: float) -> tuple[str, float, str]:
     """Split a name with a unit: what it names as words, a factor for its numbers, their unit.
 
-    Angles in rad become arc seconds, minutes or degrees, by the size of `value`.
+    Angles in rad become arc seconds, minutes or degrees, by the size of `value`; speeds stay.
     """
     stem, unit = split_unit(name)
     symbol = unit.symbol if unit is not None else ""
     if re.match("1_(?!per_)", symbol):  # the first of several that are numbered
         stem, symbol = f"{stem}_1", symbol.removeprefix("1_")
     head, per, rest = symbol.partition("_per_")
-    if head != "rad":
+    if head != "rad" or (unit is not None and unit.dimension == ANGULAR_SPEED):
         return parameter(stem), 1.0, unit_text(symbol)
     for most, angle, shown in ANGLES:
         if abs(value) < most:
