@@ -38,7 +38,7 @@ NO_SEARCH = (
     "the package was built without NLopt: apt install build-essential libnlopt-dev, then build and "
     "install it again"
 )
-NO_DASK = "no Dask: pip install distributed pyarrow"
+NO_DASK = "no Dask: pip install distributed"
 
 
 @pytest.fixture

@@ -127,9 +127,9 @@ def test_a_design_whose_teeth_end_before_they_meet_is_bad_input(
         (
             "a.csv",
             HEADER + "0,1e300,0\n",
-            r"torque_Nm: found 1e\+300 Nm in row 1, expected -1e\+06",
+            r"torque_Nm: found 1e\+300 Nm in line 2, expected -1e\+06",
         ),
-        ("a.csv", HEADER + "0,1,0\n1e300,2,0\n", r"time_s: found 1e\+300 s in row 2"),
+        ("a.csv", HEADER + "0,1,0\n1e300,2,0\n", r"time_s: found 1e\+300 s in line 3"),
         ("a.csv", "x" * 200_000 + "," + HEADER + "1,0,1,0\n", "field larger than field limit"),
         ("a.csv", "time_s,torque_Nm,lost_motion_rad,temperature_F\n0,1,0,-500\n", "temperature_F"),
     ],

@@ -21,7 +21,7 @@ LOOK_S = 5.0
 
 def no_dask() -> InputError:
     """Say that Dask was asked for and is not there."""
-    return InputError("--dask", "", "no Dask here", "pip install distributed pyarrow")
+    return InputError("--dask", "", "no Dask here", "pip install distributed")
 
 
 def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> None:

@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -37,25 +37,27 @@ from lostmotion.recordings import (
     recording_files,
 )
 from lostmotion.recordings.bags import is_bag
-from lostmotion.recordings.columns import check_map, in_si, resolve_columns, unused
+from lostmotion.recordings.columns import ColumnName, check_map, resolve_columns
+from lostmotion.recordings.conversion import Numbers, in_si, indices_of, integers, read_numbers
 from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
-from lostmotion.recordings.findings import UNUSED
 from lostmotion.recordings.joining import Join
+from lostmotion.recordings.opening import open_table
+from lostmotion.recordings.parquet import ParquetTable, is_parquet, open_parquet
 from lostmotion.recordings.protocol import FREE, REPLACED
-from lostmotion.recordings.reading import RATIO_EXPECTED, name_apart, note_missing, run_codes
+from lostmotion.recordings.reading import (
+    RATIO_EXPECTED,
+    name_apart,
+    note_columns,
+    note_missing,
+    rows_of,
+    run_codes,
+)
 from lostmotion.recordings.soundness import (
     BACKWARD_ACTION,
     DUPLICATE_ACTION,
     check_ratio,
     check_sign,
     sound_run,
-)
-from lostmotion.recordings.tables import (
-    arrow_errors,
-    from_arrow,
-    header_of,
-    open_parquet,
-    read_table,
 )
 from lostmotion.recordings.wild import set_wild_aside
 from lostmotion.threads import cores
@@ -106,6 +108,8 @@ class Part:
         Number of wraps found.
     duplicates, backward : int
         Steps of the clock that are none, or go back.
+    findings : list of Finding
+        What was found while the piece was read.
     """
 
     label: Label
@@ -119,6 +123,7 @@ class Part:
     wraps: dict[str, int] = field(default_factory=dict)
     duplicates: int = 0
     backward: int = 0
+    findings: list[Finding] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -138,7 +143,7 @@ def pieces_of(files: Sequence[Path]) -> list[Piece]:
     """Cut files into pieces."""
     found = []
     for file in files:
-        if file.name.lower().endswith(".parquet"):
+        if is_parquet(file):
             opened = open_parquet(file)
             if opened.metadata.num_rows == 0:
                 raise InputError(file, "", "no rows", "at least one sample")
@@ -150,7 +155,7 @@ def pieces_of(files: Sequence[Path]) -> list[Piece]:
 
 def recorded_rows(files: Sequence[Path]) -> int:
     """Rows of the Parquet files among some, from what stands at their ends."""
-    parquet = [file for file in files if file.name.lower().endswith(".parquet")]
+    parquet = [file for file in files if is_parquet(file)]
     return sum(open_parquet(file).metadata.num_rows for file in parquet)
 
 
@@ -160,47 +165,54 @@ def batches(
     protocol: Protocol,
     ratio: float | None,
     wanted: Sequence[str] | None,
-) -> Iterator[tuple[IntArray, list[Label], dict[str, FloatArray]]]:
+) -> Iterator[tuple[IntArray, list[Label], Numbers]]:
     """Yield the rows of a piece: run of every row, labels of the runs, and columns in SI."""
     file = Path(piece.file)
-    label = file.name.split(".")[0]
-    if piece.group is None:
-        table = read_table(file)
-        chosen, _ = resolve_columns(piece.file, list(table), mapping, protocol)
-        tables: Iterator[dict[str, npt.NDArray[Any]]] = iter([table])
+    table = open_table(file, mapping)
+    chosen, _ = resolve_columns(table.header, mapping, protocol)
+    if wanted is not None:
+        kept = {*wanted, *REPLACED}
+        chosen = {name: column for name, column in chosen.items() if name in kept}
+    if isinstance(table, ParquetTable) and piece.group is not None:
+        zero = first_stamp(table, chosen)
+        used = sorted(indices_of(chosen))
+        pieces: Iterator[Numbers] = (
+            in_si(piece.file, rows, chosen, protocol, ratio, zero)
+            for rows in table.batches(piece.group, used, BATCH_ROWS)
+        )
     else:
-        opened = open_parquet(file)
-        chosen, _ = resolve_columns(piece.file, opened.schema_arrow.names, mapping, protocol)
-        if wanted is not None:
-            kept = {*wanted, *REPLACED}
-            chosen = {name: column for name, column in chosen.items() if name in kept}
-        names = [column for column, _ in chosen.values()]
-        tables = group_batches(file, opened, piece.group, names)
-    for table in tables:
-        numbers = in_si(piece.file, table, chosen, protocol, ratio)
-        if "run" in chosen:
+        pieces = iter([read_numbers(table, chosen, protocol, ratio)])
+    for numbers in pieces:
+        if numbers.run is not None:
             column = chosen["run"][0]
-            codes, labels = run_codes(piece.file, column, table[column])
+            codes, labels = run_codes(piece.file, column, numbers.run, numbers.place)
         else:
-            codes, labels = np.zeros(numbers["torque"].size, dtype=np.intp), [label]
+            rows = numbers.quantities["torque"].size
+            codes, labels = np.zeros(rows, dtype=np.intp), [file.name.split(".")[0]]
         yield codes, labels, numbers
 
 
-def group_batches(
-    file: Path, opened: Any, group: int, names: Sequence[str]
-) -> Iterator[dict[str, npt.NDArray[Any]]]:
-    """Read a row group in batches: what is damaged inside shows only here."""
-    with arrow_errors(file):
-        for batch in opened.iter_batches(BATCH_ROWS, row_groups=[group], columns=list(names)):
-            yield from_arrow(batch)
+def first_stamp(table: ParquetTable, chosen: Mapping[str, tuple[str, ColumnName]]) -> int | None:
+    """First stamp of a clock of integers that counts from an epoch: where its batches begin."""
+    if "time" not in chosen or chosen["time"][1].fraction is not None:
+        return None
+    index = chosen["time"][1].index
+    for rows in table.batches(None, [index], 1):
+        column = rows.columns[index]
+        if not str(column.type).startswith(("timestamp", "duration", "int", "uint")):
+            return None
+        values, known = integers(column)
+        seconds = in_si(table.header.file, rows, {"time": chosen["time"]}).quantities["time"]
+        return int(values[0]) if known[0] and seconds[0] == 0.0 and values[0] else None
+    return None
 
 
 def count_piece(work: tuple[Piece, Mapping[str, str], Protocol, float | None]) -> list[Part]:
     """Count the rows of every run in a piece."""
     parts: dict[Label, Part] = {}
     for codes, labels, numbers in batches(*work, ("run", "torque")):
-        for code, label in enumerate(labels):
-            torque = numbers["torque"][codes == code]
+        for label, at in zip(labels, rows_of(codes, len(labels)), strict=True):
+            torque = numbers.quantities["torque"][at]
             part = parts.setdefault(label, Part(label))
             part.rows += torque.size
             finite = torque[np.isfinite(torque)]
@@ -215,10 +227,12 @@ def sample_piece(task: Task) -> list[Part]:
     for codes, labels, numbers in batches(
         task.piece, task.mapping, task.protocol, task.ratio, None
     ):
-        for code, label in enumerate(labels):
+        told = numbers.findings
+        for label, at in zip(labels, rows_of(codes, len(labels)), strict=True):
             part = parts.setdefault(label, Part(label))
-            here = codes == code
-            columns = {name: values[here] for name, values in numbers.items()}
+            part.findings += told
+            told = []
+            columns = {name: values[at] for name, values in numbers.quantities.items()}
             for name in single_angle(columns):
                 columns[name] = unwrap_on(part, name, columns[name])
             keep = kept_rows(
@@ -391,16 +405,9 @@ def sample_campaign(
 
 def note_ignored(file: Path, mapping: Mapping[str, str], protocol: Protocol) -> list[Finding]:
     """Note the columns of a file that are not used, and what its protocol puts into the others."""
-    name = str(file)
-    chosen, ignored = resolve_columns(name, header_of(file), mapping, protocol)
-    spare = [(chosen[quantity][0], UNUSED) for quantity in protocol.unused(chosen)]
-    return [
-        *protocol.findings(name, chosen),
-        *(
-            Finding("ignored_column", name, column, None, 1, action)
-            for column, action in [(c, unused(c, chosen)) for c in ignored] + spare
-        ),
-    ]
+    found: list[Finding] = []
+    note_columns(open_table(file, mapping), mapping, protocol, found)
+    return found
 
 
 def join_parts(
@@ -433,6 +440,8 @@ def join_parts(
         if missing:
             column = QUANTITIES[name].column
             findings.append(Finding("nan", file, column, label, missing, "not used for these rows"))
+    for part in parts:
+        findings += part.findings
     for one, other in pairwise([part for part in parts if "time" in part.first]):
         count_steps(one, np.array([other.first["time"] - one.last["time"]]))
     for kind, count, action in (

@@ -72,10 +72,13 @@ def _atoms() -> dict[str, Unit]:
         ("deg", ANGLE, math.pi / 180, 0.0),
         ("arcmin", ANGLE, math.pi / 10_800, 0.0),
         ("arcsec", ANGLE, math.pi / 648_000, 0.0),
+        ("mdeg", ANGLE, math.pi / 180_000, 0.0),
         ("rev", ANGLE, 2 * math.pi, 0.0),
         ("N", FORCE, 1.0, 0.0),
         ("mN", FORCE, 1e-3, 0.0),
         ("kN", FORCE, 1e3, 0.0),
+        ("lbf", FORCE, 4.4482216152605, 0.0),
+        ("kgf", FORCE, 9.80665, 0.0),
         ("m", LENGTH, 1.0, 0.0),
         ("cm", LENGTH, 1e-2, 0.0),
         ("mm", LENGTH, 1e-3, 0.0),
@@ -97,7 +100,10 @@ def _atoms() -> dict[str, Unit]:
         ("Ncm", TORQUE, 1e-2, 0.0),
         ("Nmm", TORQUE, 1e-3, 0.0),
         ("kgfm", TORQUE, 9.80665, 0.0),
+        ("kgfcm", TORQUE, 0.0980665, 0.0),
+        ("gfcm", TORQUE, 0.0000980665, 0.0),
         ("lbfin", TORQUE, 4.4482216152605 * 0.0254, 0.0),
+        ("ozfin", TORQUE, 4.4482216152605 * 0.0254 / 16, 0.0),
         ("lbfft", TORQUE, 4.4482216152605 * 0.3048, 0.0),
         ("Pa", STRESS, 1.0, 0.0),
         ("kPa", STRESS, 1e3, 0.0),
@@ -185,6 +191,83 @@ def parse_unit(symbol: str) -> Unit | None:
         angle, _, times = symbol.partition("_")
         return parse_unit(f"{angle}_per_{times}")
     return Unit(symbol, (f, le, t, a, k, i), scale)
+
+
+SPELLINGS = {
+    **dict.fromkeys(("radian", "radians", "rads"), "rad"),
+    **dict.fromkeys(("millirad", "millirads", "milliradian", "milliradians"), "mrad"),
+    **dict.fromkeys(("µrad", "microrad", "microradian", "microradians"), "urad"),
+    **dict.fromkeys(("°", "degree", "degrees", "degs", "angulardegrees"), "deg"),
+    **dict.fromkeys(("m°", "millideg", "millidegs", "millidegree", "millidegrees"), "mdeg"),
+    **dict.fromkeys(("'", "′", "arcmins", "arcminute", "arcminutes", "amin"), "arcmin"),
+    **dict.fromkeys(('"', "″", "arcsecs", "arcsecond", "arcseconds", "asec"), "arcsec"),
+    **dict.fromkeys(("revs", "revolution", "revolutions", "turn", "turns", "rotations"), "rev"),
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "msecs", "millisec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("µs", "usec", "usecs", "µsec", "microsecond", "microseconds"), "us"),
+    **dict.fromkeys(("nsec", "nsecs", "nanosec", "nanosecond", "nanoseconds"), "ns"),
+    **dict.fromkeys(("mins", "minute", "minutes"), "min"),
+    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
+    **dict.fromkeys(("°c", "℃", "degc", "degreec", "degreesc", "celsius", "degreescelsius"), "C"),
+    **dict.fromkeys(("°f", "℉", "degf", "degreesf", "fahrenheit", "degreesfahrenheit"), "F"),
+    **dict.fromkeys(("°k", "kelvin", "kelvins", "degk"), "K"),
+    **dict.fromkeys(("newtonmeter", "newtonmeters", "newtonmetre", "newtonmetres"), "Nm"),
+    **dict.fromkeys(("newtonm", "nmeter"), "Nm"),
+    **dict.fromkeys(("cnm",), "Ncm"),
+    **dict.fromkeys(("kgm", "kpm", "mkgf", "mkp"), "kgfm"),
+    **dict.fromkeys(("kgcm", "cmkgf", "kpcm"), "kgfcm"),
+    **dict.fromkeys(("gcm",), "gfcm"),
+    **dict.fromkeys(("inlb", "inlbs", "inlbf", "lbin", "lbsin", "inchpounds"), "lbfin"),
+    **dict.fromkeys(("ftlb", "ftlbs", "ftlbf", "lbft", "lbsft", "footpounds"), "lbfft"),
+    **dict.fromkeys(("inoz", "inozf", "ozin", "ounceinch", "inchounces"), "ozfin"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("lb", "lbs", "pound", "pounds"), "lbf"),
+    **dict.fromkeys(("amp", "amps", "ampere", "amperes"), "A"),
+    **dict.fromkeys(("milliamp", "milliamps", "milliampere"), "mA"),
+}
+"""Other ways in which logs write a unit: without signs of multiplication, in small letters."""
+
+FOLDED = frozenset(symbol.lower() for symbol in ATOMS)
+
+MULTIPLIED = re.compile(r"[\s.*·•×⋅∙‧_-]+")
+"""What stands between the factors of a unit."""
+
+
+def read_unit(text: str, dimension: Dimension) -> Unit | None:
+    """Read a unit as logs write it: ``N.m``, ``in-lb``, ``°C``, ``Seconds``; None where it is none.
+
+    Capitals count first. Where they name no unit of the dimension they do not count, if all letters
+    are of one case or only the first is large: ``NM`` is a torque, ``MNm`` is refused.
+
+    Examples
+    --------
+    >>> read_unit("in-lb", TORQUE).symbol, read_unit("Seconds", TIME).symbol
+    ('lbfin', 's')
+    >>> read_unit("nm", LENGTH).symbol, read_unit("nm", TORQUE).symbol
+    ('nm', 'Nm')
+    """
+    text = text.strip().replace("º", "°").replace("˚", "°").replace("μ", "µ")
+    exact = parse_unit(text)
+    if exact is not None and exact.dimension == dimension:
+        return exact
+    joined = MULTIPLIED.sub("", text)
+    for known in (joined, joined.replace("µ", "u")):
+        if known in ATOMS and ATOMS[known].dimension == dimension:
+            return ATOMS[known]
+    folded = joined.lower()
+    found = {SPELLINGS[folded]} if folded in SPELLINGS else set()
+    if not found and joined in (folded, joined.upper(), joined.capitalize()):
+        found = {symbol for symbol in ATOMS if symbol.lower() == folded}
+    fitting = [ATOMS[symbol] for symbol in found if ATOMS[symbol].dimension == dimension]
+    if len(fitting) == 1:
+        return fitting[0]
+    return exact
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of any dimension, however logs write it."""
+    joined = MULTIPLIED.sub("", text.strip()).lower()
+    return parse_unit(text.strip()) is not None or joined in SPELLINGS or joined in FOLDED
 
 
 def split_unit(name: str) -> tuple[str, Unit | None]:

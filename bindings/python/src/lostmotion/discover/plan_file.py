@@ -6,19 +6,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-from lostmotion import units
 from lostmotion.errors import InputError
 from lostmotion.recordings import QUANTITIES, Campaign, Run, recording_files
 from lostmotion.recordings.bags import is_bag
-from lostmotion.recordings.columns import check_range, parse_column
+from lostmotion.recordings.columns import choose_columns, refuse_faults
+from lostmotion.recordings.conversion import read_numbers
+from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import REPLACED
-from lostmotion.recordings.reading import run_codes
+from lostmotion.recordings.reading import rows_of, run_codes
 from lostmotion.recordings.soundness import check_steps
-from lostmotion.recordings.tables import numbers_of, read_table
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def read_plan(
@@ -35,44 +32,34 @@ def read_plan(
     for file in recording_files(paths):
         if is_bag(file):
             raise InputError(file, "", "a ROS 2 bag", "a plan as CSV or Parquet")
-        table = read_table(file)
-        columns: dict[str, FloatArray] = {}
-        labels = None
-        for header in table:
-            name = parse_column(str(file), header, (mapping or {}).get(header, header))
-            if name is None or name.quantity.name in REPLACED:
-                continue
-            if name.quantity.name == "run":
-                labels = table[header]
-                continue
-            values = name.factor * numbers_of(str(file), header, table[header])
-            if name.unit is not None:
-                values = units.convert(values, name.unit.symbol, name.quantity.unit)
-            check_range(str(file), header, values, name.quantity)
+        table = open_table(file, mapping or {})
+        chosen, _, doubts = choose_columns(table.header, mapping or {})
+        chosen = {name: column for name, column in chosen.items() if name not in REPLACED}
+        refuse_faults(str(file), [doubt for _, doubt in doubts])
+        lacking = [QUANTITIES[name].column for name in ("time", "torque") if name not in chosen]
+        if lacking:
+            nothing = f"no such column ({table.header.there_are()})"
+            raise InputError(file, ", ".join(lacking), nothing, " and ".join(lacking))
+        read = read_numbers(table, chosen)
+        columns = read.quantities
+        for quantity, values in columns.items():
             unknown = np.flatnonzero(~np.isfinite(values))
             if unknown.size:
-                found = f"{values[unknown[0]]} in row {unknown[0] + 1}"
-                raise InputError(file, header, found, "a number: a plan is known in full")
-            columns[name.quantity.name] = values
-        lacking = [
-            QUANTITIES[needed].column for needed in ("time", "torque") if needed not in columns
-        ]
-        if lacking:
-            nothing = f"no such column (there are {', '.join(table)})"
-            raise InputError(file, ", ".join(lacking), nothing, " and ".join(lacking))
+                found = f"{values[unknown[0]]} in {read.place(int(unknown[0]))}"
+                expected = "a number: a plan is known in full"
+                raise InputError(file, chosen[quantity][0], found, expected)
         rows = columns["torque"].size
+        if rows == 0:
+            raise InputError(file, "", "no rows", "a planned run")
         if "input_angle" in columns and "output_angle" not in columns:
             columns["output_angle"] = columns["input_angle"] / ratio
         columns.setdefault("lost_motion", np.zeros(rows))
-        if labels is None:
+        if read.run is None:
             codes = np.zeros(rows, dtype=np.intp)
             names: list[int | str] = [file.name.split(".")[0]]
         else:
-            codes, names = run_codes(str(file), "run", labels)
-        for code, label in enumerate(names):
-            at = codes == code
+            codes, names = run_codes(str(file), "run", read.run, read.place)
+        for label, at in zip(names, rows_of(codes, len(names)), strict=True):
             check_steps(str(file), columns["time"][at])
             runs.append(Run(label, str(file), {k: v[at] for k, v in columns.items()}))
-        if rows == 0:
-            raise InputError(file, "", "no rows", "a planned run")
     return Campaign(runs)

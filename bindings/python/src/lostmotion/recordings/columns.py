@@ -6,30 +6,71 @@ import difflib
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion import units
-from lostmotion.errors import InputError, did_you_mean
-from lostmotion.recordings.bags import bag_header, is_bag
+from lostmotion.errors import InputError, did_you_mean, shorten
+from lostmotion.recordings.cells import is_missing, is_value
+from lostmotion.recordings.clocks import EPOCH_RANGE_S, UNITS_NS, stamped
 from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
+from lostmotion.recordings.opening import header_of
 from lostmotion.recordings.protocol import FREE, ORDER, Protocol, advice
 from lostmotion.recordings.quantities import QUANTITIES, Quantity
-from lostmotion.recordings.tables import header_of, numbers_of
+from lostmotion.recordings.tables import Header
 
 FloatArray = npt.NDArray[np.float64]
 
-BRACKETED = re.compile(r"\s*([^\[(]+?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*")
+BRACKETED = re.compile(r"(.+?)[\s_]*[\[({<]\s*(.*?)\s*[\])}>]\.?")
 """A name with its unit in brackets, as plots and loggers label their columns."""
+
+SLASHED = re.compile(r"(.+?)\s*/\s*([^/0-9]+)")
+"""A name over its unit, as ISO 80000-1 labels columns."""
 
 DIVIDED = re.compile(r"(.+)/(\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?:%(\d+))?")
 """A name whose numbers are so many to the unit, as the counts of an encoder, and after how many
 counts they begin anew."""
+
+COUNTS = frozenset(("count", "counts", "cnt", "cnts", "tick", "ticks", "inc", "increments", "lsb"))
+"""What encoders count in; how many make a turn no name says."""
+
+STAMPS = frozenset(
+    [
+        "timestamp",
+        "time_stamp",
+        "stamp",
+        "datetime",
+        "date_time",
+        "utc",
+        "utc_time",
+        "time_utc",
+        "local_time",
+        "system_time",
+        "header_stamp",
+        "stamp_time",
+        "header_time",
+        "t_stamp",
+    ]
+)
+"""Names of clocks, in small letters with underscores; a column named ``time`` goes before them."""
+
+SECONDS = frozenset(["sec", "secs", "second", "seconds", "s"])
+FRACTIONS = {
+    **dict.fromkeys(
+        ["nanosec", "nanosecs", "nsec", "nsecs", "nanosecond", "nanoseconds", "ns"], "ns"
+    ),
+    **dict.fromkeys(
+        ["usec", "usecs", "microsec", "microsecs", "microsecond", "microseconds", "us"], "us"
+    ),
+}
+"""Ends of the names of two columns that make one clock, as in stamps of ROS."""
+
+TEXT_STAMP = frozenset(("iso", "date", "utc", "stamp"))
+"""What a map may say in place of a unit where the stamps are dates or times of day."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +81,15 @@ class ColumnName:
     unit: units.Unit | None
     factor: float = 1.0
     """What the numbers are multiplied by before the unit is converted."""
+
     overflow: float | None = None
     """After how many counts the numbers begin anew, where a map says so."""
+
+    index: int = -1
+    """Number of the column in its table."""
+
+    fraction: tuple[int, str] | None = None
+    """Column of the fractions of a second of a clock in two columns, and their unit."""
 
 
 def parse_map(entries: Iterable[str]) -> dict[str, str]:
@@ -68,20 +116,40 @@ def expected_units(quantity: Quantity) -> str:
     return units.describe(quantity.dimension)
 
 
-def spelled_out(label: str) -> str:
-    """Name with a unit suffix of a label that has its unit in brackets; others stay.
+def normal(name: str) -> str:
+    """Return a name in small letters, with underscores between its words."""
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.strip())
+    return re.sub(r"[^a-z0-9]+", "_", apart.lower()).strip("_")
+
+
+def split_label(label: str) -> tuple[str, str] | None:
+    """Split a label into the quantity that it begins with and the rest, which should be its unit.
+
+    Capitals, blanks and hyphens do not matter; None where it names no quantity.
 
     Examples
     --------
-    >>> spelled_out("Input angle [°]"), spelled_out("Torque (N·m)"), spelled_out("torque_Nm")
-    ('input_angle_deg', 'torque_Nm', 'torque_Nm')
+    >>> split_label("Input angle [°]"), split_label("TORQUE_N.m"), split_label("torque/Nm")
+    (('input_angle', '°'), ('torque', 'N.m'), ('torque', 'Nm'))
     """
-    found = BRACKETED.fullmatch(label)
-    if found is None:
-        return label
-    unit = found[2].replace("°C", "C").replace("°", "deg").replace("/", "_per_")
-    base = re.sub(r"[\s-]+", "_", found[1]).lower()
-    return f"{base}_{re.sub('[ ·*]', '', unit)}"
+    for form in (BRACKETED, SLASHED):
+        found = form.fullmatch(label)
+        if found is not None and normal(found[1]) in QUANTITIES:
+            return normal(found[1]), found[2]
+    ends = [found.end() for found in re.finditer(r"[^\s_,;:.-]+", label)]
+    for end in reversed(ends[:3]):
+        base = normal(label[:end])
+        if base in QUANTITIES:
+            return base, label[end:].strip(" _,;:.-")
+    return None
+
+
+def read_suffix(text: str, dimension: units.Dimension) -> units.Unit | None:
+    """Read the unit behind a name, also after a word between them."""
+    found = units.read_unit(text, dimension)
+    if found is None and text.lower().startswith("in ") and len(text) > 3:
+        found = units.read_unit(text[3:], dimension)
+    return found
 
 
 def divisor(file: str, column: str, text: str) -> float:
@@ -92,10 +160,11 @@ def divisor(file: str, column: str, text: str) -> float:
     return value
 
 
-def parse_column(file: str, column: str, name: str) -> ColumnName | None:
+def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnName | None:
     """Understand a column name; None when it names nothing that is known here.
 
     A leading minus sign (in a map) turns the column round, a number behind a slash divides it.
+    `beside` is the unit that stands elsewhere: in a row of units, or in the name that is mapped.
     """
     factor = -1.0 if name.startswith("-") else 1.0
     name = name.removeprefix("-")
@@ -103,94 +172,255 @@ def parse_column(file: str, column: str, name: str) -> ColumnName | None:
     if divided is not None:
         name, factor = divided[1], factor / divisor(file, column, divided[2])
         overflow = None if divided[3] is None else divisor(file, column, divided[3])
-    name = spelled_out(name)
-    base, unit = units.split_unit(name)
-    if name in QUANTITIES:
-        base, unit = name, None
-    if base not in QUANTITIES:
-        for known in QUANTITIES.values():
-            suffix = name.removeprefix(f"{known.name}_")
-            if unit is None and known.unit and suffix != name and "_" not in suffix:
-                raise InputError(file, column, f"unknown unit '{suffix}'", expected_units(known))
+    found = split_label(name)
+    if found is None:
         return None
-    quantity = QUANTITIES[base]
-    if unit is None and quantity.unit:
+    quantity, suffix = QUANTITIES[found[0]], found[1] or beside
+    shown = shorten(column)
+    if quantity.name == "time" and suffix.lower() in TEXT_STAMP:
+        return ColumnName(quantity, None, factor)
+    if not suffix:
+        if not quantity.unit:
+            return ColumnName(quantity, None, factor)
+        if name == column != quantity.name:
+            return None  # TORQUE may be another torque; `unused` says what to write
         raise InputError(
             file,
             column,
             "no unit",
             f"{expected_units(quantity)} as a suffix, e.g. {quantity.column}, "
-            f"or --map {column}={quantity.column}",
+            f"or --map {shown}={quantity.column}",
         )
-    found = unit.dimension if unit else units.DIMENSIONLESS
-    if found != quantity.dimension:
-        symbol = unit.symbol if unit else ""
-        raise InputError(
-            file, column, f"unit '{symbol}', {units.describe(found)}", expected_units(quantity)
-        )
+    unit = read_suffix(suffix, quantity.dimension)
+    if unit is None:
+        if not quantity.unit or (re.search(r"[\s_]", suffix) and not beside):
+            return None
+        expected = expected_units(quantity)
+        if quantity.dimension == units.ANGLE and suffix.lower() in COUNTS:
+            expected += f"; counts by --map {shown}={quantity.name}_rev/COUNTS_IN_A_TURN"
+        raise InputError(file, column, f"unknown unit '{suffix}'", expected)
+    if unit.dimension != quantity.dimension:
+        described = units.describe(unit.dimension)
+        raise InputError(file, column, f"unit '{suffix}', {described}", expected_units(quantity))
     return ColumnName(quantity, unit, factor, overflow)
 
 
+def unit_in(label: str) -> str:
+    """Return what stands in brackets at the end of a label."""
+    found = BRACKETED.fullmatch(label)
+    return found[2] if found is not None else ""
+
+
 def resolve_columns(
-    file: str, header: Sequence[str], mapping: Mapping[str, str], protocol: Protocol = FREE
+    header: Header, mapping: Mapping[str, str], protocol: Protocol = FREE
 ) -> tuple[dict[str, tuple[str, ColumnName]], list[str]]:
-    """Decide which column of a file is which quantity; a map counts where its column is.
+    """Decide which column of a recording is which quantity, and refuse one that lacks some.
 
     Returns
     -------
     chosen : dict
         From the name of a quantity to the column and how it is to be read.
     ignored : list of str
-        Columns that name nothing known.
+        Columns that name nothing known; those without a name are not among them.
     """
+    chosen, ignored, doubts = choose_columns(header, mapping)
+    faults = [doubt for _, doubt in doubts]
+    there = {*chosen, *(quantity for quantity, _ in doubts)}
+    refuse_faults(header.file, faults + lacking(header, mapping, there, protocol))
+    return chosen, ignored
+
+
+def choose_columns(
+    header: Header, mapping: Mapping[str, str]
+) -> tuple[dict[str, tuple[str, ColumnName]], list[str], list[tuple[str, InputError]]]:
+    """Decide which column of a table is which quantity; a map counts where its column is.
+
+    Returns
+    -------
+    chosen, ignored
+        As of `resolve_columns`.
+    doubts : list of tuple
+        Quantities of which only columns with a fault are there, and what the fault is.
+    """
+    file = header.file
     chosen: dict[str, tuple[str, ColumnName]] = {}
-    doubtful: list[tuple[str, InputError]] = []
+    doubtful: list[tuple[int, str, InputError]] = []
     ignored: list[str] = []
-    for column in sorted(header, key=lambda name: name not in mapping):
+    places = sorted(range(len(header.names)), key=lambda i: header.names[i] not in mapping)
+    for index in places:
+        column = header.names[index]
+        mapped = column in mapping
+        beside = header.units[index] or (unit_in(column) if mapped else "")
         try:
-            name = parse_column(file, column, mapping.get(column, column))
+            name = parse_column(file, column, mapping.get(column, column), beside)
         except InputError as error:
-            if column in mapping:
+            quantity = (split_label(mapping.get(column, column)) or ("", ""))[0]
+            if mapped and not (quantity == "time" and error.found == "no unit"):
                 raise
-            doubtful.append((column, error))
+            doubtful.append((index, quantity, error))
             continue
         if name is None:
-            if column in mapping:
+            if mapped:
+                known = [q.column for q in QUANTITIES.values()]
                 raise InputError(
                     file,
                     column,
                     f"the name '{mapping[column]}' in --map",
-                    f"one of {', '.join(q.column for q in QUANTITIES.values())}"
-                    + did_you_mean(mapping[column], (q.column for q in QUANTITIES.values())),
+                    f"one of {', '.join(known)}" + did_you_mean(mapping[column], known),
                 )
             ignored.append(column)
+            continue
+        name = replace(name, index=index)
+        if not mapped and name.quantity.name not in NEEDED and holds_text(header.cells(index)):
+            ignored.append(column)
         elif name.quantity.name in chosen:
-            first = chosen[name.quantity.name][0]
-            if first in mapping and column not in mapping:
+            first, before = chosen[name.quantity.name]
+            if first in mapping and not mapped:
                 ignored.append(column)
                 continue
-            raise InputError(
-                file, column, f"{name.quantity.name} a second time (first '{first}')", "it once"
-            )
+            whole = joined_clock(before, name) if mapped and first != column else None
+            if whole is None:
+                found = f"{name.quantity.name} a second time (first '{first}')"
+                if first == column:
+                    found = "the column twice"
+                expected = "it once" if first != column else "each column once"
+                raise InputError(file, column, found, expected)
+            chosen[name.quantity.name] = (first, whole)
         else:
             chosen[name.quantity.name] = (column, name)
-    faults: list[InputError] = []
-    there = set(chosen)
-    for column, doubt in doubtful:
+    if "time" not in chosen:
+        find_clock(header, mapping, doubtful, chosen, ignored)
+    else:
+        add_fraction(header, chosen, ignored)
+    doubts: list[tuple[str, InputError]] = []
+    for index, quantity, doubt in doubtful:
         # A column such as torque_raw beside torque_Nm is not meant; alone it has no known unit.
-        meant = {q for q in QUANTITIES if f"{spelled_out(column)}_".startswith(f"{q}_")}
-        if meant & set(chosen):
-            ignored.append(column)
-        else:
-            faults.append(doubt)
-            there |= meant
-    refuse_faults(file, faults + lacking(file, header, mapping, there, protocol))
-    return chosen, ignored
+        if quantity not in chosen:
+            doubts.append((quantity, doubt))
+        elif index != chosen[quantity][1].index:
+            ignored.append(header.names[index])
+    return chosen, [column for column in ignored if column], doubts
+
+
+NEEDED = ("run", "time", "torque", "input_angle", "output_angle", "lost_motion")
+"""Quantities that are read whatever their cells hold; others are not used where they hold text."""
+
+
+def holds_text(cells: Sequence[str]) -> bool:
+    """Whether the first cells of a column hold text and not one number."""
+    stated = [cell for cell in cells if not is_missing(cell)]
+    return bool(stated) and not any(is_value(cell) for cell in stated)
+
+
+def joined_clock(first: ColumnName, second: ColumnName) -> ColumnName | None:
+    """Join two columns of a clock that a map names: seconds, and a fraction in a smaller unit."""
+    if first.quantity.name != "time" or first.unit is None or second.unit is None:
+        return None
+    pair = {first.unit.symbol: first, second.unit.symbol: second}
+    if len(pair) != 2 or "s" not in pair:
+        return None
+    small = next(symbol for symbol in pair if symbol != "s")
+    if small not in ("ns", "us", "ms"):
+        return None
+    return replace(pair["s"], fraction=(pair[small].index, small))
+
+
+def fractions_in(header: Header) -> dict[str, tuple[int, str]]:
+    """Find the columns that may hold fractions of a second, by what stands before their unit."""
+    found = {}
+    for index, label in enumerate(header.names):
+        stem, _, end = normal(label).rpartition("_")
+        if end in FRACTIONS:
+            found[stem] = (index, FRACTIONS[end])
+    return found
+
+
+def fraction_of(
+    header: Header, index: int, fractions: Mapping[str, tuple[int, str]]
+) -> tuple[int, str] | None:
+    """Find the column that has the fractions of the seconds of another."""
+    stem, _, end = normal(header.names[index]).rpartition("_")
+    return fractions.get(stem) if end in SECONDS else None
+
+
+def add_fraction(
+    header: Header, chosen: dict[str, tuple[str, ColumnName]], ignored: list[str]
+) -> None:
+    """Put the fractions of a second to a clock of seconds where they stand in a second column."""
+    label, name = chosen["time"]
+    if name.unit is not None and name.unit.symbol == "s" and name.fraction is None:
+        fraction = fraction_of(header, name.index, fractions_in(header))
+        if fraction is not None:
+            chosen["time"] = (label, replace(name, fraction=fraction))
+            if header.names[fraction[0]] in ignored:
+                ignored.remove(header.names[fraction[0]])
+
+
+def find_clock(
+    header: Header,
+    mapping: Mapping[str, str],
+    doubtful: Sequence[tuple[int, str, InputError]],
+    chosen: dict[str, tuple[str, ColumnName]],
+    ignored: list[str],
+) -> None:
+    """Find the clock of a table that has no column of time with its unit.
+
+    It is a column named time, or like a stamp, whose cells are dates, times of day or seconds since
+    1970; a column like a stamp with a unit; or two columns of seconds and their fractions.
+    """
+    quantity = QUANTITIES["time"]
+    fractions = fractions_in(header)
+    places = [index for index, name, _ in doubtful if name == "time"]
+    named = set(places)
+    places += [i for i, label in enumerate(header.names) if label not in mapping]
+    for index in dict.fromkeys(places):
+        label = header.names[index]
+        found: ColumnName | None = None
+        name = normal(label)
+        stamp = name in STAMPS or name == "time" or index in named
+        if stamp and dated(header.cells(index)):
+            found = ColumnName(quantity, None, index=index)
+        elif name in STAMPS and header.units[index]:
+            unit = units.read_unit(header.units[index], units.TIME)
+            found = ColumnName(quantity, unit, index=index) if unit else None
+        elif (stem := stamp_unit(label)) is not None:
+            found = ColumnName(quantity, stem, index=index)
+        elif (fraction := fraction_of(header, index, fractions)) is not None:
+            found = ColumnName(quantity, units.unit("s"), index=index, fraction=fraction)
+        if found is not None:
+            chosen["time"] = (label, found)
+            used = [label] + ([header.names[found.fraction[0]]] if found.fraction else [])
+            for one in used:
+                if one in ignored:
+                    ignored.remove(one)
+            return
+
+
+def stamp_unit(label: str) -> units.Unit | None:
+    """Return the unit behind a name of a clock: ``timestamp_ns``, ``Stamp [ms]``."""
+    bracketed = BRACKETED.fullmatch(label)
+    base, suffix = bracketed.groups() if bracketed else label.rpartition("_")[::2]
+    unit = units.read_unit(suffix, units.TIME) if normal(base) in STAMPS and suffix else None
+    return unit if unit is not None and unit.dimension == units.TIME else None
+
+
+def dated(cells: Sequence[str]) -> bool:
+    """Whether cells are dates, times of day, or numbers that count from 1970 in some unit."""
+    stated = [cell for cell in cells if not is_missing(cell)]
+    if not stated:
+        return False
+    if stamped(stated):
+        return True
+    try:
+        first = float(stated[0])
+    except ValueError:
+        return False
+    low, high = EPOCH_RANGE_S
+    return any(low <= first * ns / UNITS_NS["s"] <= high for ns in UNITS_NS.values())
 
 
 def lacking(
-    file: str,
-    header: Sequence[str],
+    header: Header,
     mapping: Mapping[str, str],
     there: Collection[str],
     protocol: Protocol = FREE,
@@ -199,7 +429,8 @@ def lacking(
     faults = []
     recorded, there = there, {*there, *protocol.supplies(there)}
     locked = advice(recorded) if protocol.locked is None else ""
-    nothing = f"no such column (there are {', '.join(header)})"
+    file, names = header.file, header.names
+    nothing = f"no such column ({header.there_are()})"
 
     def named(name: str) -> str:
         """Say how a column of the quantity may be called."""
@@ -211,7 +442,7 @@ def lacking(
     for name in ("time", "torque"):
         if name not in there:
             column = QUANTITIES[name].column
-            near = {h.lower(): h for h in header}
+            near = {h.lower(): h for h in names}
             close = difflib.get_close_matches(name, near, n=1)
             meant = near[close[0]] if close else "COLUMN"
             measured = name == "time" and "torque" in there
@@ -222,7 +453,7 @@ def lacking(
             faults.append(InputError(file, column, nothing, expected))
     if "lost_motion" not in there and not {"input_angle", "output_angle"} <= set(there):
         have = [name for name in ("input_angle", "output_angle") if name in there]
-        found = f"only {have[0]} among {', '.join(header)}" if have else nothing
+        found = f"only {have[0]} among {', '.join(names)}" if have else nothing
         expected = f"{named('input_angle')} and {named('output_angle')}, or {named('lost_motion')}"
         expected += f"; or {locked}" if locked else ""
         faults.append(InputError(file, "lost_motion_rad", found, expected))
@@ -249,21 +480,29 @@ def check_map(files: Sequence[Path], mapping: Mapping[str, str]) -> None:
     InputError
         Names the column and those that there are.
     """
-    headers: dict[str, None] = {}
+    headers: list[Header] = []
     unread = list(files)
+    names: dict[str, None] = {}
+    for column in mapping:
+        while column not in names and unread:
+            headers.append(header_of(unread.pop(0), mapping))
+            names.update(dict.fromkeys(headers[-1].names))
+    refuse_unmapped(headers, len(files), mapping)
+
+
+def refuse_unmapped(headers: Sequence[Header], files: int, mapping: Mapping[str, str]) -> None:
+    """Refuse a map of a column that none of some tables has."""
+    names = dict.fromkeys(name for header in headers for name in header.names)
     for column, target in mapping.items():
-        while column not in headers and unread:
-            file = unread.pop(0)
-            header = bag_header(file, mapping) if is_bag(file) else header_of(file)
-            headers.update(dict.fromkeys(header))
-        if column in headers:
+        if column in names:
             continue
-        more = f" and {len(files) - 1} more file{'s' * (len(files) > 2)}" if len(files) > 1 else ""
+        more = f" and {files - 1} more file{'s' * (files > 2)}" if files > 1 else ""
+        place = f"; header: {headers[0].place}" if headers[0].place and files == 1 else ""
         raise InputError(
-            f"{files[0]}{more}",
+            f"{headers[0].file}{more}",
             column,
-            f"no such column (there are {', '.join(headers)})",
-            f"the column that the map {column}={target} names" + did_you_mean(column, headers),
+            f"no such column (there are {', '.join(names)}{place})",
+            f"the column that the map {column}={target} names" + did_you_mean(column, names),
         )
 
 
@@ -275,29 +514,6 @@ def unused(column: str, chosen: Iterable[str]) -> str:
     return f"{UNUSED}; if it is the {quantity}: --map {column}={QUANTITIES[quantity].column}"
 
 
-def in_si(
-    file: str,
-    table: Mapping[str, npt.NDArray[Any]],
-    chosen: Mapping[str, tuple[str, ColumnName]],
-    protocol: Protocol = FREE,
-    ratio: float | None = None,
-) -> dict[str, FloatArray]:
-    """Return the quantities of a table, but for the run, in the units that they are kept in.
-
-    What the protocol tells, which needs the ratio, is put in.
-    """
-    numbers: dict[str, FloatArray] = {}
-    for quantity, (column, meaning) in chosen.items():
-        if quantity == "run":
-            continue
-        values = meaning.factor * numbers_of(file, column, table[column])
-        if meaning.unit is not None:
-            values = units.convert(values, meaning.unit.symbol, meaning.quantity.unit)
-        check_range(file, column, values, meaning.quantity)
-        numbers[quantity] = np.ascontiguousarray(values)
-    return protocol.complete(file, numbers, ratio)
-
-
 def counters_of(chosen: Mapping[str, tuple[str, ColumnName]]) -> dict[str, Counter]:
     """Say of the angles that are counts by a map how large a count is."""
     return {
@@ -307,17 +523,3 @@ def counters_of(chosen: Mapping[str, tuple[str, ColumnName]]) -> dict[str, Count
         and meaning.unit is not None
         and abs(meaning.factor) != 1.0
     }
-
-
-def check_range(file: str, column: str, values: FloatArray, quantity: Quantity) -> None:
-    """Refuse numbers that this quantity cannot have; what is not finite is counted elsewhere."""
-    beyond = np.isfinite(values) & ~((values >= quantity.low) & (values <= quantity.high))
-    if np.any(beyond):
-        row = int(np.flatnonzero(beyond)[0])
-        unit = f" {quantity.unit}" if quantity.unit else ""
-        raise InputError(
-            file,
-            column,
-            f"{values[row]:.6g}{unit} in row {row + 1}",
-            f"{quantity.low:g} to {quantity.high:g}{unit}",
-        )

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, shorten
 from lostmotion.files import reason
 from lostmotion.recordings.bags import (
     HEADER_STAMP,
@@ -23,22 +24,41 @@ from lostmotion.recordings.bags import (
     read_channels,
 )
 from lostmotion.recordings.campaign import Campaign, Run
-from lostmotion.recordings.columns import check_map, counters_of, in_si, resolve_columns, unused
+from lostmotion.recordings.columns import (
+    ColumnName,
+    check_map,
+    counters_of,
+    resolve_columns,
+    unused,
+)
+from lostmotion.recordings.conversion import read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
+from lostmotion.recordings.in_memory import MemoryTable
 from lostmotion.recordings.joining import Join, join_channels
+from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
-from lostmotion.recordings.tables import read_table
+from lostmotion.recordings.tables import Header, Table
 from lostmotion.recordings.wild import set_wild_aside
-
-FloatArray = npt.NDArray[np.float64]
 
 LOG = logging.getLogger(__name__)
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet", *STORAGES)
-"""File names that are read as recordings."""
+"""File names that are read as recordings, also out of a folder."""
+
+TEXT_SUFFIXES = (".tsv", ".txt", ".dat", ".asc", ".lvm", ".log")
+"""File names that are read as texts where they are given, with ``.gz`` behind them or not."""
+
+NAMED_SUFFIXES = (*SUFFIXES, *TEXT_SUFFIXES, *(f"{suffix}.gz" for suffix in TEXT_SUFFIXES))
+
+RUNS_MAX = 10_000
+"""Runs of a file at most. Chosen: a week of loops of a minute; a column with more labels counts
+something else, and every run is judged alone."""
+
+LABEL_MAX = 200
+"""Characters of the label of a run."""
 
 RATIO_EXPECTED = (
     "the ratio, which a drive file has and a blob has not (in Python ratio=), or lost_motion_rad"
@@ -87,7 +107,7 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
         elif not regular:
             what = "something that is no file" if there and str(given) else "no such file"
             raise InputError(given, "", what, "a recording or a folder of them")
-        elif not path.name.lower().endswith(SUFFIXES):
+        elif not path.name.lower().endswith(NAMED_SUFFIXES):
             raise InputError(path, "", f"a file '{path.name}'", "a name in " + ", ".join(SUFFIXES))
         else:
             found.append(path)
@@ -164,18 +184,43 @@ def _read_file(
     protocol: Protocol,
     join: Join | None,
 ) -> list[Run]:
+    table: Table
     if is_bag(file):
-        table: dict[str, npt.NDArray[Any]] = dict(read_bag(file, mapping, protocol, join, findings))
+        table = read_bag(file, mapping, protocol, join, findings)
     else:
-        table = read_table(file)
-    name = str(file)
-    chosen, ignored = resolve_columns(name, list(table), mapping, protocol)
+        table = open_table(file, mapping)
+    return read_runs(table, file.name.split(".")[0], mapping, ratio, findings, protocol)
+
+
+def note_columns(
+    table: Table, mapping: Mapping[str, str], protocol: Protocol, findings: list[Finding]
+) -> dict[str, tuple[str, ColumnName]]:
+    """Choose the columns of a table; note what its protocol puts in, and what is not used."""
+    name = table.header.file
+    chosen, ignored = resolve_columns(table.header, mapping, protocol)
     findings += protocol.findings(name, chosen)
     for column in ignored:
-        findings.append(Finding("ignored_column", name, column, None, 1, unused(column, chosen)))
+        action = unused(column, chosen)
+        findings.append(Finding("ignored_column", name, shorten(column), None, 1, action))
     for quantity in protocol.unused(chosen):
         findings.append(Finding("ignored_column", name, chosen[quantity][0], None, 1, UNUSED))
-    numbers = in_si(name, table, chosen, protocol, ratio)
+    return chosen
+
+
+def read_runs(
+    table: Table,
+    only: str,
+    mapping: Mapping[str, str],
+    ratio: float | None,
+    findings: list[Finding],
+    protocol: Protocol,
+) -> list[Run]:
+    """Read the runs of a table; `only` is the label of the run where no column says any."""
+    name = table.header.file
+    chosen = note_columns(table, mapping, protocol, findings)
+    read = read_numbers(table, chosen, protocol, ratio)
+    findings += read.findings
+    numbers = read.quantities
     rows = len(numbers["torque"])
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
@@ -184,25 +229,31 @@ def _read_file(
     if "lost_motion" not in numbers and ratio is None:
         raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 
-    if "run" in chosen:
-        codes, labels = run_codes(name, chosen["run"][0], table[chosen["run"][0]])
+    if read.run is not None:
+        codes, labels = run_codes(name, chosen["run"][0], read.run, read.place)
     else:
-        codes, labels = np.zeros(rows, dtype=np.intp), [file.name.split(".")[0]]
+        codes, labels = np.zeros(rows, dtype=np.intp), [only]
+    counters = counters_of(chosen)
     runs = []
-    for code, label in enumerate(labels):
-        index = np.flatnonzero(codes == code)
+    for label, index in zip(labels, rows_of(codes, len(labels)), strict=True):
         if index[-1] - index[0] + 1 != index.size:
             pieces = int(np.count_nonzero(np.diff(index) > 1)) + 1
             findings.append(
                 Finding("split_run", name, "run", label, pieces, "pieces joined in file order")
             )
         columns = {quantity: values[index] for quantity, values in numbers.items()}
-        run = sound_run(name, label, columns, ratio, findings, counters_of(chosen))
+        run = sound_run(name, label, columns, ratio, findings, counters)
         if run is not None:
             runs.append(run)
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
     return runs
+
+
+def rows_of(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:
+    """Yield the rows of every run, in the order of the file."""
+    order = np.argsort(codes, kind="stable")
+    yield from np.split(order, np.searchsorted(codes[order], np.arange(1, runs)))
 
 
 def read_bag(
@@ -211,21 +262,24 @@ def read_bag(
     protocol: Protocol,
     join: Join | None,
     findings: list[Finding],
-) -> dict[str, FloatArray]:
+) -> MemoryTable:
     """Read the columns of a ROS 2 bag that a map names, joined to rows, with ``time_s``."""
     name = str(file)
     wanted = bag_columns(file, mapping)
     if not wanted:
         found = "a ROS 2 bag, and no map that names its columns"
         raise InputError(file, "", found, f"--map COLUMN=NAME_UNIT; columns: {list_columns(file)}")
+    names = ("time_s", *wanted)
     try:
-        chosen, _ = resolve_columns(name, ["time_s", *wanted], mapping, protocol)
+        header = Header(name, names, ("",) * len(names), "", lambda _: ())
+        chosen, _ = resolve_columns(header, mapping, protocol)
     except InputError as error:
         expected = f"{error.expected}; columns: {list_columns(file)}"
         raise InputError(file, error.key, error.found, expected) from None
     leading = {column for quantity, (column, _) in chosen.items() if quantity in LEADING}
     clock = next((column for column in (RECEIVE_TIME, HEADER_STAMP) if column in mapping), None)
-    return join_channels(file, read_channels(file, wanted), leading, join, clock, findings)
+    channels = read_channels(file, wanted)
+    return MemoryTable(name, join_channels(file, channels, leading, join, clock, findings))
 
 
 def note_missing(campaign: Campaign) -> None:
@@ -252,31 +306,82 @@ def name_apart(runs: Sequence[Run]) -> None:
             if before is not None and before.file != run.file:
                 run.begins = run.label in told
             told.add(run.label)
+        times = Counter(labels)
         for run, label in zip(runs, labels, strict=True):
-            if labels.count(label) > 1:
+            if times[label] > 1:
                 run.label = f"{Path(run.file).name.split('.')[0]}:{label}"
 
 
 def run_codes(
-    file: str, column: str, values: npt.NDArray[Any]
+    file: str, column: str, values: Any, place: Callable[[int], str]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
-    """Number the runs in the order of their first appearance."""
-    missing = (
-        ~np.isfinite(values)
-        if values.dtype.kind == "f"
-        else np.char.equal(values.astype(np.str_), "")
-    )
-    if np.any(missing):
-        row = int(np.flatnonzero(missing)[0]) + 1
-        raise InputError(file, column, f"no label in row {row}", "an integer or text")
-    whole = values.dtype.kind == "f" and bool(np.all(values == np.round(values)))
-    if whole and np.max(np.abs(values), initial=0.0) < WHOLE_MAX:
-        values = values.astype(np.int64)
-    unique, first, inverse = np.unique(values, return_index=True, return_inverse=True)
-    order = np.argsort(first, kind="stable")
-    rank = np.empty_like(order)
-    rank[order] = np.arange(order.size)
-    labels: list[int | str] = [
-        int(unique[i]) if unique.dtype.kind in "iu" else str(unique[i]) for i in order
-    ]
-    return rank[inverse].astype(np.intp), labels
+    """Number the runs in the order of their first appearance.
+
+    Parameters
+    ----------
+    file, column : str
+        For messages.
+    values : array of Arrow
+        What stands in the column.
+    place : callable
+        Where a row stands.
+
+    Raises
+    ------
+    InputError
+        For a row without a label, and for more or longer labels than runs have.
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if isinstance(values, pa.ChunkedArray):
+        values = values.combine_chunks()
+    if pa.types.is_dictionary(values.type):
+        values = values.dictionary_decode()
+    if pa.types.is_floating(values.type):
+        values = pc.if_else(pc.is_nan(values), pa.scalar(None, values.type), values)
+    elif not pa.types.is_integer(values.type):
+        texts = values if pa.types.is_string(values.type) else as_text(values)
+        values = pc.utf8_trim_whitespace(texts)
+        values = pc.if_else(pc.equal(values, ""), pa.scalar(None, values.type), values)
+    coded = values.dictionary_encode()
+    if coded.null_count:
+        row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
+        raise InputError(file, column, f"no label in {place(row)}", "an integer or text")
+    if len(coded.dictionary) > RUNS_MAX:
+        found = f"{len(coded.dictionary)} labels in {len(values)} rows"
+        raise InputError(file, column, found, f"the recording of every row, {RUNS_MAX} at most")
+    codes = np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.intp)
+    labels = whole_labels(coded.dictionary.to_pylist())
+    for code, label in enumerate(labels):
+        if isinstance(label, str) and len(label) > LABEL_MAX:
+            row = int(np.flatnonzero(codes == code)[0])
+            found = f"a label of {len(label)} characters in {place(row)}"
+            raise InputError(file, column, found, f"at most {LABEL_MAX}")
+    # Labels that were written apart, as 1 and 1.0, may be one.
+    unique = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+    same = np.array([unique[label] for label in labels], dtype=np.intp)
+    return (same[codes] if same.size else codes), list(unique)
+
+
+def as_text(values: Any) -> Any:
+    """Return an array of Arrow as text."""
+    import pyarrow as pa
+
+    try:
+        return values.cast(pa.string())
+    except pa.ArrowException:
+        return pa.array([None if v is None else str(v) for v in values.to_pylist()], pa.string())
+
+
+def whole_labels(labels: Sequence[Any]) -> list[int | str]:
+    """Return labels as integers where all are whole numbers, else as text."""
+    try:
+        numbers = [float(label) for label in labels]
+    except ValueError:
+        return [str(label) for label in labels]
+    if all(abs(n) < WHOLE_MAX and n == round(n) for n in numbers):
+        return [round(n) for n in numbers]
+    if all(isinstance(label, int) for label in labels):
+        return [int(label) for label in labels]
+    return [str(label) for label in labels]

@@ -1,0 +1,64 @@
+"""Cells: what a cell of a table is by its text: a number, missing, a time stamp, or other text."""
+
+from __future__ import annotations
+
+import re
+
+MISSING = (
+    "", "na", "n/a", "#n/a", "<na>", "#na", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "nat",
+    "null", "none", "nil", "missing", "-", "--", "---", "*", "****", "?", ".", "...",
+    "inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "∞", "-∞", "#div/0!", "#num!",
+    "#value!", "#ref!", "#null!", "1.#ind", "-1.#ind", "1.#inf", "-1.#inf", "+1.#inf", "1.#qnan",
+    "-1.#qnan", "1.#snan", "-1.#snan", "ovf", "ovl", "ol", "o.l", "-ol", "+ol", "oor", "ovfl",
+    "ovld", "ovrng", "ovrflw", "over", "under", "ovr", "udf", "overflow", "underflow", "overload",
+    "overrange", "underrange", "over range", "bad", "invalid", "error", "err", "fault", "no data",
+    "nodata", "open", "#########",
+)  # fmt: skip
+"""What stands in place of a number that there is none, in small letters: spreadsheets, C runtimes,
+instruments out of range, databases."""
+
+GROUPS = " '’\u00a0\u202f\u2009_"
+"""Signs that separate thousands and nothing else: blanks of all kinds, apostrophes, underscores."""
+
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
+"""A number with a decimal point or none."""
+
+COMMA_NUMBER = r"[+-]?(?:[0-9]+,?[0-9]*|,[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
+"""A number with a decimal comma or none."""
+
+GROUPED = rf"[+-]?[0-9]{{1,3}}(?:[.,{GROUPS}][0-9]{{3}})+(?:[.,][0-9]*)?(?:[eE][+-]?[0-9]+)?"
+"""A number whose thousands are separated."""
+
+CLOCK = (
+    r"(?:[0-9]+ days? )?[0-9]{1,2}:[0-9]{2}(?::[0-9]{2}(?::[0-9]{3})?)?(?:[.,][0-9]*)?"
+    r"(?: ?[aApP]\.?[mM]\.?)?(?: ?(?:Z|UTC|GMT|[+-][0-9]{2}:?[0-9]{2}))?"
+)
+DATE = r"[0-9]{1,4}[-./][0-9]{1,2}[-./][0-9]{1,4}\.?|[0-9]{8}"
+STAMP = rf"(?:{DATE})(?:[T ,]+{CLOCK}|T[0-9]{{6}}(?:[.,][0-9]*)?Z?)?|{CLOCK}"
+"""A date, a time of day, or both."""
+
+VALUE = re.compile(rf"{NUMBER}|{COMMA_NUMBER}|{GROUPED}|{STAMP}")
+
+
+def plain(text: str) -> str:
+    """Return a cell without blanks and quotes round it, and with plain minus signs."""
+    return text.strip().strip('"').strip().replace("−", "-")
+
+
+def is_missing(text: str) -> bool:
+    """Whether a cell says that there is no number."""
+    return plain(text).lower() in MISSING_SET
+
+
+def is_value(text: str) -> bool:
+    """Whether a cell holds a number or a time stamp, however it is written."""
+    return VALUE.fullmatch(plain(text)) is not None
+
+
+MISSING_SET = frozenset(MISSING)
+
+MISSING_SPELLINGS = sorted(
+    {spelt for word in MISSING for spelt in (word, word.upper(), word.capitalize())}
+    | {"NaN", "NaT"}
+)
+"""The same in the cases that programs write, for readers that compare letter by letter."""

@@ -1,0 +1,72 @@
+"""Compressed recordings: inflated up to a size that is known before."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+from lostmotion.errors import InputError
+
+GZIP = b"\x1f\x8b"
+"""What a gzip begins with."""
+
+INFLATED_LEAST = 1 << 26
+"""Text up to which no gzip is refused, however small: 64 MiB, about a million rows."""
+
+INFLATION_MAX = 16
+"""How many times its size a gzip may hold beyond that. Numbers from sensors shrink to a fifth or a
+tenth; zeros to a thousandth."""
+
+STEP = 1 << 20
+"""Bytes that are inflated at a time."""
+
+AROUND_GZIP = 31
+"""Window bits by which zlib reads gzip (zlib.h: 15, and 16 for the gzip header)."""
+
+
+def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
+    """Inflate a gzip of one or more members.
+
+    Parameters
+    ----------
+    file : str or Path
+        For messages.
+    packed : bytes
+    most : int, optional
+        Only so many bytes of its beginning.
+
+    Raises
+    ------
+    InputError
+        When it is damaged, or holds more than the bound.
+    """
+    bound = max(INFLATED_LEAST, INFLATION_MAX * len(packed))
+    found: list[bytes] = []
+    size = 0
+    try:
+        while packed:
+            if found and not packed.startswith(GZIP):
+                if packed.strip(b"\0"):
+                    raise zlib.error("something else behind it")
+                break
+            member = zlib.decompressobj(AROUND_GZIP)
+            while not member.eof:
+                piece = member.decompress(packed, STEP)
+                packed = member.unconsumed_tail or member.unused_data
+                if not piece and not packed and not member.eof:
+                    raise zlib.error("cut off")
+                found.append(piece)
+                size += len(piece)
+                if size > bound:
+                    raise InputError(
+                        file,
+                        "",
+                        f"a gzip that holds more than {bound >> 20} MiB",
+                        f"at most {INFLATED_LEAST >> 20} MiB, or {INFLATION_MAX} times the "
+                        "file; Parquet for more",
+                    )
+                if most is not None and size >= most:
+                    return b"".join(found)[:most]
+    except zlib.error as error:
+        raise InputError(file, "", f"unreadable gzip ({error})", "a whole .csv.gz file") from None
+    return b"".join(found)

@@ -1,0 +1,402 @@
+"""Conversion: the chosen columns of a table become numbers in SI, and the run of every row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import units
+from lostmotion.errors import InputError
+from lostmotion.recordings import clocks
+from lostmotion.recordings.columns import ColumnName
+from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.numerals import Reading, Texts, decide, note_text, refuse_text
+from lostmotion.recordings.protocol import FREE, Protocol
+from lostmotion.recordings.quantities import Quantity
+from lostmotion.recordings.tables import Rows, Table
+
+FloatArray = npt.NDArray[np.float64]
+Chosen = Mapping[str, tuple[str, ColumnName]]
+
+STAMPS_LOOKED_AT = 100
+"""Cells of a clock of text that tell whether it is of dates or of numbers."""
+
+
+@dataclass
+class Numbers:
+    """What a table says, in SI.
+
+    Attributes
+    ----------
+    quantities : dict
+        Columns by quantity.
+    run : array of Arrow or None
+        What stands in the column of the run.
+    place : callable
+        Where a row stands in its file.
+    findings : list of Finding
+    """
+
+    quantities: dict[str, FloatArray]
+    run: Any
+    place: Callable[[int], str]
+    findings: list[Finding]
+
+
+def read_numbers(
+    table: Table, chosen: Chosen, protocol: Protocol = FREE, ratio: float | None = None
+) -> Numbers:
+    """Read the chosen columns of a table."""
+    used = sorted(indices_of(chosen))
+    rows = table.read(used)
+    if needs_text(rows, chosen):
+        rows = table.read(used, as_text=True)
+    return in_si(table.header.file, rows, chosen, protocol, ratio)
+
+
+def indices_of(chosen: Chosen) -> set[int]:
+    """Numbers of the columns that are read."""
+    found = {name.index for _, name in chosen.values()}
+    return found | {name.fraction[0] for _, name in chosen.values() if name.fraction}
+
+
+def is_text(column: Any) -> bool:
+    """Whether a column of Arrow holds text."""
+    kind = str(column.type)
+    return kind.startswith(("string", "large_string", "dictionary<values=string"))
+
+
+def writes_numbers(column: Any) -> bool:
+    """Whether a column of a clock is text of numbers, and not of dates or times of day."""
+    if not is_text(column):
+        return False
+    known = clocks.as_texts(column).drop_null().slice(0, STAMPS_LOOKED_AT).to_pylist()
+    return not clocks.stamped([str(cell) for cell in known])
+
+
+def is_number(column: Any) -> bool:
+    """Whether a column of Arrow holds numbers."""
+    return str(column.type).startswith(("int", "uint", "float", "double", "halffloat", "decimal"))
+
+
+def needs_text(rows: Rows, chosen: Chosen) -> bool:
+    """Whether the text of numbers has to be looked at: a mark in it may mean two things.
+
+    Where a column did not read as numbers, the others may be written with the same marks. Where
+    all did, points may separate thousands if there are whole numbers of three digits, and none
+    below one, which would begin with 0 and a point.
+    """
+    for quantity, (_, name) in chosen.items():
+        if quantity == "run":
+            continue
+        column = rows.columns[name.index]
+        if is_text(column) and quantity != "time":
+            return True
+        if not str(column.type).startswith(("float", "double")):
+            continue
+        values = np.abs(np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64))
+        if values.size and grouped_by_points(values):
+            return True
+    return False
+
+
+def grouped_by_points(size: FloatArray) -> bool:
+    """Whether numbers, without their signs, may be thousands that points separate."""
+    size = size[np.isfinite(size) & (size > 0)]
+    if size.size == 0 or size.min() < 1 or size.max() >= 1000 or size.max() < 100:
+        return False
+    whole = size == np.round(size)
+    thousandths = np.abs(size * 1000 - np.round(size * 1000)) < 1e-6
+    return bool(np.any(whole & (size >= 100)) and not np.all(whole) and np.all(thousandths))
+
+
+def in_si(
+    file: str,
+    rows: Rows,
+    chosen: Chosen,
+    protocol: Protocol = FREE,
+    ratio: float | None = None,
+    zero: int | None = None,
+) -> Numbers:
+    """Return the quantities of rows, but for the run, in the units that they are kept in.
+
+    What the protocol tells, which needs the ratio, is put in. `zero` is the stamp from which a
+    clock with an epoch counts; by default its first one.
+    """
+    findings = list(rows.findings)
+    texts = {
+        label: Texts(rows.columns[name.index])
+        for quantity, (label, name) in chosen.items()
+        if quantity not in ("run", "time") and not is_number(rows.columns[name.index])
+    }
+    if "time" in chosen and writes_numbers(rows.columns[chosen["time"][1].index]):
+        texts[chosen["time"][0]] = Texts(rows.columns[chosen["time"][1].index])
+    readings = decide(file, texts, rows.place)
+    found: dict[str, FloatArray] = {}
+    bad: dict[str, npt.NDArray[np.bool_]] = {}
+    for quantity, (label, name) in chosen.items():
+        if quantity in ("run", "time"):
+            continue
+        if label not in texts:
+            column = rows.columns[name.index].cast("float64")
+            found[quantity] = np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+            continue
+        reading = readings[label]
+        found[quantity] = texts[label].numbers(reading.mark, reading.grouped)
+        bad[quantity] = np.isnan(found[quantity]) & ~texts[label].missing
+        if reading.told:
+            count = int(np.count_nonzero(np.isfinite(found[quantity])))
+            findings.append(Finding("thousands", file, label, None, count, reading.told))
+    if "time" in chosen:
+        label, name = chosen["time"]
+        clock = Clock(file, label, name, rows, zero, texts.get(label), readings.get(label))
+        found["time"] = clock.seconds
+        bad["time"] = clock.bad
+        findings += clock.findings
+    keep = set_aside_text(file, rows, found, bad, chosen, texts, findings)
+    place = rows.place
+    if keep is not None:
+        at = np.flatnonzero(keep)
+        found = {quantity: values[at] for quantity, values in found.items()}
+        place = lambda row: rows.place(int(at[row]))  # noqa: E731
+    for quantity, values in found.items():
+        label, name = chosen[quantity]
+        if quantity != "time":
+            values = name.factor * values
+            if name.unit is not None:
+                values = units.convert(values, name.unit.symbol, name.quantity.unit)
+        check_range(file, label, values, name.quantity, place)
+        found[quantity] = np.ascontiguousarray(values)
+    run = rows.columns[chosen["run"][1].index] if "run" in chosen else None
+    if run is not None and keep is not None:
+        import pyarrow
+
+        run = run.filter(pyarrow.array(keep))
+    return Numbers(protocol.complete(file, found, ratio), run, place, findings)
+
+
+def set_aside_text(
+    file: str,
+    rows: Rows,
+    found: Mapping[str, FloatArray],
+    bad: Mapping[str, npt.NDArray[np.bool_]],
+    chosen: Chosen,
+    texts: Mapping[str, Texts],
+    findings: list[Finding],
+) -> npt.NDArray[np.bool_] | None:
+    """Note what is text in place of numbers; return the rows to keep, None where that is all.
+
+    A row without one number, and with text, is none: a header that comes again, a message. Where
+    a row has numbers too, its text is a number that is missing.
+
+    Raises
+    ------
+    InputError
+        Where a column holds more text than damage leaves.
+    """
+    if not any(np.any(mask) for mask in bad.values()):
+        return None
+    rowless = ~np.any([np.isfinite(values) for values in found.values()], axis=0)
+    rowless &= np.any(list(bad.values()), axis=0)
+    left = rows.count - int(np.count_nonzero(rowless))
+    for quantity, mask in bad.items():
+        label = chosen[quantity][0]
+        shown = texts.get(label) or Texts(rows.columns[chosen[quantity][1].index])
+        if left == 0:
+            refuse_text(file, label, shown, mask, rows.count, rows.place)
+        mask = mask & ~rowless
+        refuse_text(file, label, shown, mask, left, rows.place)
+        if np.any(mask):
+            findings.append(note_text(file, label, shown, mask, rows.place))
+    if not np.any(rowless):
+        return None
+    at = np.flatnonzero(rowless)
+    more = f", and {at.size - 1} more" if at.size > 1 else ""
+    action = f"no numbers in {rows.place(int(at[0]))}{more}, as in a header that comes again"
+    findings.append(
+        Finding("set_aside", file, "all columns", None, int(at.size), f"{action}; left out")
+    )
+    return np.asarray(~rowless)
+
+
+class Clock:
+    """The clock of a table, in seconds.
+
+    Attributes
+    ----------
+    seconds : ndarray
+        As they stand, or from the first stamp where they count from an epoch.
+    bad : ndarray of bool
+        Text that is no stamp.
+    findings : list of Finding
+    """
+
+    def __init__(
+        self,
+        file: str,
+        label: str,
+        name: ColumnName,
+        rows: Rows,
+        zero: int | None,
+        texts: Texts | None,
+        reading: Reading | None,
+    ) -> None:
+        self.file, self.label, self.name, self.rows, self.zero = file, label, name, rows, zero
+        self.findings: list[Finding] = []
+        column = rows.columns[name.index]
+        self.bad = np.zeros(rows.count, dtype=np.bool_)
+        kind = str(column.type)
+        if name.fraction is not None:
+            self.seconds = self.of_two(column, rows.columns[name.fraction[0]], name.fraction[1])
+        elif kind.startswith("duration"):
+            self.seconds = self.of_integers(column.cast("int64"), kind[9:-1])
+        elif kind.startswith("timestamp"):
+            unit = kind.removeprefix("timestamp[").split(",")[0].rstrip("]")
+            self.seconds = self.of_stamps(column.cast("int64"), unit)
+        elif is_number(column):
+            self.seconds = self.of_numbers(column)
+        elif texts is not None and reading is not None:
+            self.seconds = self.of_text(texts, reading)
+        else:
+            self.seconds = self.of_dates(column)
+
+    def of_stamps(self, column: Any, unit: str) -> FloatArray:
+        """Read stamps that are integers since 1970."""
+        values, known = integers(column)
+        return self.from_zero(values, known, clocks.UNITS_NS[unit])
+
+    def from_zero(
+        self, values: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], unit_ns: int
+    ) -> FloatArray:
+        """Count from the first stamp, or from the zero that was given."""
+        out = np.full(values.size, np.nan)
+        if known.any():
+            zero = values[int(np.flatnonzero(known)[0])] if self.zero is None else self.zero
+            since = (values[known] - zero).astype(np.float64)
+            out[known] = self.name.factor * since / (clocks.NS // unit_ns)
+        return out
+
+    def of_integers(self, column: Any, unit: str) -> FloatArray:
+        """Read a clock of integers, which is exact: from its first stamp where that is an epoch."""
+        values, known = integers(column)
+        first = values[known][:1].astype(np.float64) * clocks.UNITS_NS[unit] / clocks.NS
+        if self.zero is not None or (first.size and abs(first[0]) > clocks.EPOCH_S):
+            return self.from_zero(values, known, clocks.UNITS_NS[unit])
+        out = np.full(values.size, np.nan)
+        out[known] = self.name.factor * values[known] / (clocks.NS / clocks.UNITS_NS[unit])
+        return out
+
+    def of_numbers(self, column: Any) -> FloatArray:
+        """Read a clock of numbers in the unit that is stated, or that an epoch tells."""
+        unit = self.name.unit.symbol if self.name.unit is not None else None
+        if unit is None:
+            numbers = np.asarray(column.cast("float64").to_numpy(zero_copy_only=False))
+            told = clocks.epoch_unit(self.file, self.label, numbers)
+            if told is None:
+                expected = f"{units.describe(units.TIME)} as a suffix, or --map {self.label}=time_s"
+                raise InputError(self.file, self.label, "no unit", expected)
+            unit, finding = told
+            self.findings.append(finding)
+        kind = str(column.type)
+        if kind.startswith(("int", "uint")) and unit in clocks.UNITS_NS:
+            return self.of_integers(column, unit)
+        numbers = np.asarray(column.cast("float64").to_numpy(zero_copy_only=False), np.float64)
+        values = self.name.factor * numbers
+        seconds = units.convert(values, unit, "s")
+        known = np.flatnonzero(np.isfinite(seconds))
+        if known.size and abs(seconds[known[0]]) > clocks.EPOCH_S:
+            zero = numbers[known[0]] if self.zero is None else float(self.zero)
+            seconds = units.convert(self.name.factor * (numbers - zero), unit, "s")
+        return np.asarray(seconds, dtype=np.float64)
+
+    def of_dates(self, column: Any) -> FloatArray:
+        """Read a clock of dates or times of day."""
+        stamps = clocks.as_texts(column)
+        values, known, findings = clocks.read_stamps(self.file, self.label, stamps, self.rows.place)
+        told = np.asarray(stamps.is_valid().to_numpy(zero_copy_only=False), dtype=np.bool_)
+        self.bad = told & ~known
+        self.findings += findings
+        return self.from_zero(values, known, 1)
+
+    def of_text(self, texts: Texts, reading: Reading) -> FloatArray:
+        """Read a clock of numbers among text; whole numbers without loss."""
+        import pyarrow as pa
+
+        numbers = texts.numbers(reading.mark, reading.grouped)
+        self.bad = np.isnan(numbers) & ~texts.missing
+        whole = texts.whole_numbers()
+        if whole is not None and bool(np.all(texts.integer | self.bad | texts.missing)):
+            return self.of_numbers(whole)
+        if np.isnan(numbers).all() and self.name.unit is None:
+            return numbers
+        return self.of_numbers(pa.array(numbers, from_pandas=True))
+
+    def of_two(self, whole: Any, part: Any, unit: str) -> FloatArray:
+        """Read a clock in two columns: whole seconds, and the rest in a smaller unit."""
+        seconds, known = self.exact(whole)
+        rest, both = self.exact(part)
+        known = known & both
+        ns = clocks.UNITS_NS[unit]
+        outside = known & ((rest < 0) | (rest >= clocks.NS // ns))
+        if outside.any():
+            row = int(np.flatnonzero(outside)[0])
+            found = f"{rest[row]} {unit} beside whole seconds in {self.rows.place(row)}"
+            raise InputError(self.file, self.label, found, f"0 to {clocks.NS // ns - 1} {unit}")
+        first = int(seconds[known][0]) if known.any() else 0
+        zero = first if abs(first) > clocks.EPOCH_S else 0
+        since = (seconds - zero) * clocks.NS + rest * ns
+        if zero:
+            return self.from_zero(since, known, 1)
+        return np.where(known, since / clocks.NS, np.nan)
+
+    def exact(self, column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+        """Read a column of whole numbers without loss."""
+        if is_text(column):
+            texts = Texts(column)
+            self.bad |= ~texts.integer & ~texts.missing
+            whole = texts.whole_numbers()
+            column = texts.text.cast("float64") if whole is None else whole
+        if not str(column.type).startswith(("int", "uint")):
+            numbers = np.asarray(column.cast("float64").to_numpy(zero_copy_only=False), np.float64)
+            known = np.isfinite(numbers)
+            rounded = np.where(known, np.round(numbers), 0)
+            off = np.flatnonzero(known & (rounded != numbers))
+            if off.size:
+                row = int(off[0])
+                found = f"{numbers[row]} in {self.rows.place(row)} in a clock of two columns"
+                raise InputError(self.file, self.label, found, "whole numbers")
+            return rounded.astype(np.int64), known
+        return integers(column)
+
+
+def integers(column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    """Return a column of integers, 0 where there is none, and where there is one."""
+    import pyarrow.compute as pc
+
+    known = np.asarray(column.is_valid().to_numpy(zero_copy_only=False), dtype=np.bool_)
+    values = pc.fill_null(column, 0).cast("int64", safe=False)
+    return np.asarray(values.to_numpy(zero_copy_only=False), dtype=np.int64), known
+
+
+def check_range(
+    file: str,
+    column: str,
+    values: FloatArray,
+    quantity: Quantity,
+    place: Callable[[int], str],
+) -> None:
+    """Refuse numbers that this quantity cannot have; what is not finite is counted elsewhere."""
+    beyond = np.isfinite(values) & ~((values >= quantity.low) & (values <= quantity.high))
+    if np.any(beyond):
+        row = int(np.flatnonzero(beyond)[0])
+        unit = f" {quantity.unit}" if quantity.unit else ""
+        raise InputError(
+            file,
+            column,
+            f"{values[row]:.6g}{unit} in {place(row)}",
+            f"{quantity.low:g} to {quantity.high:g}{unit}",
+        )

@@ -1,0 +1,92 @@
+"""Encodings: the bytes of a text file become UTF-8 with line feeds."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+
+from lostmotion.errors import InputError
+
+MARKS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF32_LE, "utf-32-le"),
+    (codecs.BOM_UTF32_BE, "utf-32-be"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
+"""Byte order marks; that of UTF-32 begins with that of UTF-16 and goes first."""
+
+LOOKED_AT = 4096
+"""Bytes at the beginning that tell UTF-16 without a mark; even, so that pairs stay whole."""
+
+NUL_SHARE = 0.7
+"""Share of one byte of every pair that is NUL where text of mostly ASCII is UTF-16."""
+
+OTHER_KINDS = (
+    (b"PAR1", "a Parquet file", "the name to end in .parquet"),
+    (b"PK\x03\x04", "a ZIP archive or a spreadsheet", "the table saved as CSV"),
+    (b"\xd0\xcf\x11\xe0", "a spreadsheet of an old kind", "the table saved as CSV"),
+    (b"\x89HDF", "an HDF5 file", "the table saved as CSV or Parquet"),
+    (b"TDSm", "a TDMS file", "the table saved as CSV"),
+    (b"MDF     ", "an MDF file", "the table saved as CSV"),
+    (b"SQLite format 3", "an SQLite file", "the table saved as CSV"),
+    (b"\x93NUMPY", "a NumPy file", "the table saved as CSV"),
+    (b"%PDF", "a PDF", "the table saved as CSV"),
+)
+"""What other kinds of files begin with, and what helps."""
+
+
+def encoding_of(raw: bytes) -> tuple[str, int]:
+    """Tell the encoding of a text by its beginning, and the length of its byte order mark.
+
+    What has no mark and is not UTF-16 counts as UTF-8; `decoded` says what is done where it is not.
+    """
+    for mark, name in MARKS:
+        if raw.startswith(mark):
+            return name, len(mark)
+    head = raw[:LOOKED_AT]
+    pairs = max(len(head) // 2, 1)
+    even, odd = head[0::2].count(0) / pairs, head[1::2].count(0) / pairs
+    if len(head) >= 2 and odd > NUL_SHARE and even < 1 - NUL_SHARE:
+        return "utf-16-le", 0
+    if len(head) >= 2 and even > NUL_SHARE and odd < 1 - NUL_SHARE:
+        return "utf-16-be", 0
+    return "utf-8", 0
+
+
+def as_utf8(file: str | Path, raw: bytes) -> bytes:
+    """Return the text of a file as UTF-8, its lines ended by line feeds.
+
+    UTF-16 and UTF-32 are told by their mark, UTF-16 also by its NULs. Bytes that are not UTF-8 are
+    taken for Windows-1252, of which Latin-1 is a part, unless the text before them has letters
+    in UTF-8: there they are damage, and stay visible as escapes.
+
+    Raises
+    ------
+    InputError
+        For files that begin like another kind.
+    """
+    for begin, kind, expected in OTHER_KINDS:
+        if raw.startswith(begin):
+            raise InputError(file, "", f"{kind} under the name of a text", expected)
+    name, mark = encoding_of(raw)
+    if name != "utf-8":
+        whole = len(raw) - (len(raw) - mark) % (4 if "32" in name else 2)
+        raw = raw[mark:whole].decode(name, "backslashreplace").encode("utf-8", "backslashreplace")
+    else:
+        raw = raw[mark:]
+        if not raw.isascii():
+            raw = decoded(raw).encode("utf-8", "backslashreplace")
+    if b"\r" in raw:
+        raw = raw.replace(b"\r\r\n", b"\n").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return raw
+
+
+def decoded(raw: bytes) -> str:
+    """Decode text that is UTF-8, or nearly, or Windows-1252."""
+    try:
+        return raw.decode()
+    except UnicodeDecodeError as error:
+        if not raw[: error.start].isascii():
+            return raw.decode("utf-8", "backslashreplace")
+        return raw.decode("cp1252", "backslashreplace")

@@ -1,0 +1,153 @@
+"""Data in memory as tables: data frames, Arrow, dictionaries and structured arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lostmotion.errors import InputError
+from lostmotion.recordings.tables import Header, Rows, shown
+
+TABLE_EXPECTED = (
+    "columns: a data frame of pandas or polars, an Arrow table, a dictionary of arrays, or a "
+    "structured array"
+)
+
+
+class MemoryTable:
+    """Columns in memory.
+
+    Parameters
+    ----------
+    name : str
+        What the data are called in messages.
+    data : object with columns
+    """
+
+    def __init__(self, name: str, data: Any) -> None:
+        named = columns_of(name, data)
+        self.columns = [arrow_of(name, label, values) for label, values in named]
+        names = tuple(label for label, _ in named)
+        self.count = rows_in(name, names, self.columns)
+        self.header = Header(name, names, ("",) * len(names), "", self.cells)
+
+    def cells(self, column: int) -> list[str]:
+        """First cells of a column."""
+        return shown(self.columns[column])
+
+    def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
+        """Take columns; `as_text` is for files of text."""
+        return Rows({i: self.columns[i] for i in columns}, self.count)
+
+
+def columns_of(name: str, data: Any) -> list[tuple[str, Any]]:
+    """Take the columns out of data, with their names.
+
+    Raises
+    ------
+    InputError
+        When they have none.
+    """
+    if isinstance(data, Mapping):
+        return [(str(label), values) for label, values in data.items()]
+    fields = getattr(getattr(data, "dtype", None), "names", None)
+    if fields:
+        return [(field, data[field]) for field in fields]
+    if hasattr(data, "columns") and hasattr(data, "iloc"):  # pandas: names may repeat
+        return [(str(label), data.iloc[:, i]) for i, label in enumerate(data.columns)]
+    if hasattr(data, "schema") and hasattr(data, "columns") and hasattr(data, "column"):  # Arrow
+        return list(zip(map(str, data.schema.names), data.columns, strict=True))
+    if hasattr(data, "__arrow_c_stream__"):  # polars, DuckDB and others
+        import pyarrow
+
+        table = pyarrow.table(data)
+        return list(zip(table.column_names, table.columns, strict=True))
+    if hasattr(data, "to_dict") and hasattr(data, "columns"):
+        return [(str(label), data[label]) for label in data.columns]
+    kind = type(data).__name__
+    raise InputError(name, "", f"a {kind}, which has no columns", TABLE_EXPECTED)
+
+
+def arrow_of(name: str, label: str, values: Any) -> Any:
+    """Make an array of Arrow from a column.
+
+    Raises
+    ------
+    InputError
+        For what is no column of single values.
+    """
+    import pyarrow as pa
+
+    if isinstance(values, (pa.Array, pa.ChunkedArray)):
+        return simple(name, label, values)
+    if isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
+        kind = type(values).__name__
+        raise InputError(name, label, f"a {kind}", "a value for every row")
+    if isinstance(values, np.ndarray) and values.ndim != 1:
+        raise InputError(name, label, f"an array of {values.ndim} dimensions", "one dimension")
+    if isinstance(values, np.ndarray) and values.dtype.kind == "c":
+        raise InputError(name, label, "complex numbers", "real numbers")
+    try:
+        return simple(name, label, pa.array(values, from_pandas=True))
+    except (pa.ArrowException, TypeError, ValueError, OverflowError, AttributeError):
+        return simple(name, label, of_objects(name, label, values))
+
+
+def of_objects(name: str, label: str, values: Any) -> Any:
+    """Make an array of Arrow from values of several kinds, or of kinds that Arrow has not."""
+    import pyarrow as pa
+
+    cells = list(values)
+    try:
+        return pa.array([None if missing(cell) else float(cell) for cell in cells], pa.float64())
+    except (TypeError, ValueError):
+        pass
+    odd = next(
+        (
+            i
+            for i, cell in enumerate(cells)
+            if isinstance(cell, (Sequence, np.ndarray, Mapping))
+            and not isinstance(cell, (str, bytes))
+        ),
+        None,
+    )
+    if odd is not None:
+        kind = type(cells[odd]).__name__
+        raise InputError(name, label, f"a {kind} in row {odd + 1}", "one value")
+    return pa.array([None if missing(cell) else str(cell) for cell in cells], pa.string())
+
+
+def missing(cell: Any) -> bool:
+    """Whether a value says that there is none: None, NA, NaN, NaT."""
+    if cell is None or type(cell).__name__ in ("NAType", "NaTType"):
+        return True
+    return isinstance(cell, (float, np.floating)) and bool(np.isnan(cell))
+
+
+def simple(name: str, label: str, column: Any) -> Any:
+    """Return a column of single values; refuse others."""
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_nested(kind):
+        raise InputError(name, label, f"values of type {kind}", "one value for every row")
+    if pa.types.is_dictionary(kind):
+        return column.cast(kind.value_type)
+    return column
+
+
+def rows_in(name: str, labels: Sequence[str], columns: Sequence[Any]) -> int:
+    """Count the rows of columns.
+
+    Raises
+    ------
+    InputError
+        When they are not of one length.
+    """
+    for label, column in zip(labels, columns, strict=True):
+        if len(column) != len(columns[0]):
+            found = f"{len(column)} values"
+            raise InputError(name, label, found, f"{len(columns[0])}, as in {labels[0]}")
+    return len(columns[0]) if columns else 0

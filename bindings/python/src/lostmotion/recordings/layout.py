@@ -1,0 +1,347 @@
+"""Layout: where the table of a text begins, what separates its fields, its header and units.
+
+Nothing is known about the program that wrote the text. Of every separator and every line above the
+rows that choice is taken by which the most lines agree: as many fields, numbers in the same places,
+and as many names above them.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lostmotion.errors import InputError
+from lostmotion.recordings.cells import is_missing, is_value
+from lostmotion.recordings.quantities import QUANTITIES
+from lostmotion.recordings.separators import CANDIDATES, STATED, Separator
+from lostmotion.units import is_unit
+
+COLUMNS_MAX = 16_384
+"""Columns of a table at most: as many as the widest sheets of spreadsheets have."""
+
+LOOKED_AT = (64, 4096)
+"""Lines that are looked at first, and where no table begins among them."""
+
+LEAST_LINES = 8
+"""Lines that are looked at, however long they are."""
+
+LOOKED_AT_BYTES = 1 << 16
+"""Length after which no more lines are looked at than `LEAST_LINES`."""
+
+AGREEING = 6
+"""Rows after which a table has begun without doubt: a preamble does not go on like that."""
+
+COMMENT = re.compile(r"\s*(?:#+|%+|//+|;+|'|!+|\*+|--+|REM\b)\s*")
+"""Signs before lines that are no rows; one of them may be the header."""
+
+TYPES = frozenset(
+    [
+        "float",
+        "float32",
+        "float64",
+        "double",
+        "single",
+        "real",
+        "int",
+        "int16",
+        "int32",
+        "int64",
+        "integer",
+        "uint8",
+        "uint16",
+        "uint32",
+        "str",
+        "string",
+        "text",
+        "bool",
+        "boolean",
+        "datetime",
+        "object",
+        "number",
+        "numeric",
+        "char",
+    ]
+)
+"""Names of types, of which some programs write a line below the header."""
+
+NO_UNIT = frozenset(("", "-", "--", "1", "none", "n/a", "[]", "()", "[-]", "(-)", "%"))
+"""What stands in a line of units where there is none."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text is read.
+
+    Attributes
+    ----------
+    separator : Separator
+    names, units : tuple of str
+        One for every field of a row; empty where there is none.
+    header_line : int or None
+        Line of the header, from 1; None where there is none and names are numbers of columns.
+    last_line : int
+        Last line above the rows.
+    before : tuple of int
+        Lines above the header that look like rows.
+    """
+
+    separator: Separator
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    header_line: int | None
+    last_line: int
+    before: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A header found above rows, with the score it was chosen by."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    place: int
+    last: int
+
+
+def without_brackets(cell: str) -> str:
+    """Return a unit without the brackets round it."""
+    found = re.fullmatch(r"[\[({<]\s*(.*?)\s*[\])}>]", cell)
+    return found[1] if found else cell
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Whether cells are units, or say that there is none, for the most part."""
+    stated = [without_brackets(cell) for cell in cells if cell.lower() not in NO_UNIT]
+    known = sum(is_unit(cell) for cell in stated)
+    return known > 0 and 2 * known >= len(stated)
+
+
+def known_names(cells: Sequence[str], wanted: Collection[str]) -> int:
+    """Count the cells that a map names, or that begin like a quantity."""
+
+    def known(cell: str) -> bool:
+        name = re.sub(r"[^a-z0-9]+", "_", cell.lower())
+        return any(name == q or name.startswith(f"{q}_") for q in QUANTITIES)
+
+    return sum(cell in wanted or known(cell) for cell in cells if len(cell) < 200)
+
+
+class Trial:
+    """The lines of a text, cut by one separator."""
+
+    def __init__(
+        self, separator: Separator, lines: Sequence[tuple[int, str]], wanted: Collection[str]
+    ) -> None:
+        self.separator, self.lines, self.wanted = separator, lines, wanted
+        self.cells = [separator.fields(line) for _, line in lines]
+        self.good = [[is_value(c) or is_missing(c) for c in cells] for cells in self.cells]
+        widths = Counter(
+            len(cells)
+            for cells in self.cells
+            if len(cells) > 1 and any(is_value(cell) for cell in cells)
+        )
+        self.width = max(widths, key=lambda w: (widths[w] * w, w), default=0)
+        rows = [good for good in self.good if len(good) == self.width]
+        self.numeric = [
+            j for j in range(self.width) if 2 * sum(good[j] for good in rows) >= len(rows)
+        ]
+        self.is_row = [
+            self.row(cells, good) for cells, good in zip(self.cells, self.good, strict=True)
+        ]
+        self.heading = self.find_heading()
+
+    def row(self, cells: Sequence[str], good: Sequence[bool]) -> bool:
+        """Whether a line is a row like most."""
+        if len(cells) != self.width or not self.numeric:
+            return False
+        return all(good[j] for j in self.numeric) and any(is_value(cells[j]) for j in self.numeric)
+
+    def score(self) -> tuple[float, int]:
+        """How well the lines agree, and the number of fields."""
+        if not any(self.is_row):
+            return 0.0, 0
+        first = self.heading.last + 1 if self.heading else self.is_row.index(True)
+        below = self.is_row[first:]
+        agreeing = sum(below) / max(len(below), 1)
+        share = len(self.numeric) / self.width
+        return share * agreeing * (1.0 if self.heading else 0.5), self.width
+
+    def blocks(self) -> list[tuple[int, int]]:
+        """Runs of other lines that a row follows."""
+        found, begin = [], None
+        for i, row in enumerate(self.is_row):
+            if row and begin is not None:
+                found.append((begin, i))
+            if row:
+                begin = None
+            elif begin is None:
+                begin = i
+        return found
+
+    def find_heading(self) -> Heading | None:
+        """Find the header: in the first block above rows that has one."""
+        for begin, end in self.blocks():
+            heading = self.heading_in(begin, end)
+            above = any(self.is_row[:begin])
+            if heading and (not above or known_names(heading.names, self.wanted)):
+                return heading
+        return None
+
+    def names_of(self, place: int) -> tuple[str, ...] | None:
+        """Names that a line gives to the fields of a row, if it does."""
+        line = self.lines[place][1]
+        best: tuple[int, tuple[str, ...]] | None = None
+        for text in dict.fromkeys((line, COMMENT.sub("", line, count=1))):
+            names = self.separator.names(text)
+            if len(names) > self.width and not any(names[self.width :]):
+                names = names[: self.width]
+            if len(names) < self.width and self.empty_from(len(names)):
+                names += [""] * (self.width - len(names))
+            stated = [name for name in names if name]
+            if len(names) != self.width or len(stated) < 2 or any(map(is_value, stated)):
+                continue
+            score = known_names(names, self.wanted)
+            if best is None or score > best[0]:
+                best = score, tuple(names)
+        return best[1] if best else None
+
+    def empty_from(self, column: int) -> bool:
+        """Whether the rows have nothing from a column on."""
+        rows = [cells for cells, row in zip(self.cells, self.is_row, strict=True) if row]
+        return column > 1 and not any(cell.strip() for cells in rows for cell in cells[column:])
+
+    def heading_in(self, begin: int, end: int) -> Heading | None:
+        """Find names, and units, among the lines directly above a row."""
+        found: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = []
+        for place in range(begin, end):
+            names = self.names_of(place)
+            if names is not None:
+                distinct = len({name for name in names if name})
+                found.append(((known_names(names, self.wanted), distinct, place), place, names))
+        titles = [entry for entry in found if not self.is_below(entry[2])] or found
+        if not titles:
+            return None
+        _, place, names = max(titles)
+        units: tuple[str, ...] = ("",) * self.width
+        for _, other, cells in found:
+            if abs(other - place) == 1 and cells != names and are_units(cells):
+                units = tuple("" if c.lower() in NO_UNIT else without_brackets(c) for c in cells)
+        return Heading(names, units, place, end - 1)
+
+    @staticmethod
+    def is_below(cells: Sequence[str]) -> bool:
+        """Whether a line is one of units or of types, and no header."""
+        return are_units(cells) or all(cell.lower() in TYPES for cell in cells if cell)
+
+
+def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str] = ()) -> Layout:
+    """Find how a text is read.
+
+    Parameters
+    ----------
+    file : str or Path
+        For messages.
+    text : str
+        The text, or its beginning; `whole` says which.
+    wanted : collection of str
+        Names of columns that a map speaks of.
+
+    Raises
+    ------
+    InputError
+        When there is no table: nothing, no lines that agree, or rows that do not fit the header.
+    """
+    numbered = list(enumerate(text.split("\n"), start=1))
+    if not whole and len(numbered) > 1:
+        numbered.pop()
+    stated = STATED.fullmatch(numbered[0][1])
+    skipped = 1 if stated else 0
+    lines = [(number, line) for number, line in numbered[skipped:] if line.strip(" \t\0")]
+    if all(COMMENT.match(line) and not re.search("[0-9]", line) for _, line in lines):
+        raise InputError(file, "", "an empty file", "a header line and samples")
+    best: Trial | None = None
+    for count in LOOKED_AT:
+        some = looked_at(lines, count)
+        candidates = [Separator(stated[1])] if stated else CANDIDATES
+        trials = trials_of(file, candidates, some, wanted)
+        best = max(trials, key=Trial.score, default=None)
+        if best is not None and sum(best.is_row) >= min(AGREEING, len(lines)):
+            break
+    if best is None or best.score()[0] == 0.0:
+        return without_rows(file, lines, [best.separator] if best and stated else CANDIDATES)
+    heading = best.heading
+    if heading is None:
+        refuse_width(file, best)
+        first = best.is_row.index(True)
+        names = tuple(f"column_{j + 1}" for j in range(best.width))
+        return Layout(best.separator, names, ("",) * best.width, None, best.lines[first][0] - 1)
+    before = [best.lines[i][0] for i in range(heading.place) if best.is_row[i]]
+    last = best.lines[heading.last][0]
+    place = best.lines[heading.place][0]
+    return Layout(best.separator, heading.names, heading.units, place, last, tuple(before))
+
+
+def looked_at(lines: Sequence[tuple[int, str]], count: int) -> list[tuple[int, str]]:
+    """Return the lines at the beginning that are looked at."""
+    some: list[tuple[int, str]] = []
+    length = 0
+    for number, line in lines[:count]:
+        if len(some) >= LEAST_LINES and length > LOOKED_AT_BYTES * count / LOOKED_AT[0]:
+            break
+        some.append((number, line))
+        length += len(line)
+    return some
+
+
+def trials_of(
+    file: str | Path,
+    candidates: Sequence[Separator],
+    lines: Sequence[tuple[int, str]],
+    wanted: Collection[str],
+) -> list[Trial]:
+    """Cut lines by every separator that they have."""
+    found, widest = [], 0
+    for separator in candidates:
+        most = max((line.count(separator.sign) for _, line in lines), default=0)
+        widest = max(widest, most + 1)
+        if 0 < most < COLUMNS_MAX or (separator.sign == " " and most < COLUMNS_MAX):
+            try:
+                found.append(Trial(separator, lines, wanted))
+            except csv.Error as error:
+                raise InputError(file, "", str(error), "lines of numbers") from None
+    if widest > COLUMNS_MAX and not any(trial.score()[0] for trial in found):
+        found_text = f"{widest} columns"
+        raise InputError(file, "", found_text, f"at most {COLUMNS_MAX}, as spreadsheets have")
+    return found
+
+
+def refuse_width(file: str | Path, trial: Trial) -> None:
+    """Refuse rows that have another number of fields than the names above them."""
+    first = trial.is_row.index(True)
+    for place in range(first - 1, -1, -1):
+        number, line = trial.lines[place]
+        names = trial.separator.names(line)
+        if len(names) > 1 and not any(is_value(name) for name in names):
+            raise InputError(
+                file,
+                "",
+                f"{trial.width} fields in line {trial.lines[first][0]}",
+                f"{len(names)}, as in the header (line {number})",
+            )
+
+
+def without_rows(
+    file: str | Path, lines: Sequence[tuple[int, str]], candidates: Sequence[Separator]
+) -> Layout:
+    """Return the layout of a text that has no row: its first line counts as the header."""
+    number, line = next(((n, s) for n, s in lines if not COMMENT.match(s)), lines[0])
+    most = max(candidates, key=lambda separator: line.count(separator.sign))
+    try:
+        names = tuple(most.names(line)[:COLUMNS_MAX])
+    except csv.Error as error:
+        raise InputError(file, "", str(error), "lines of numbers") from None
+    return Layout(most, names, ("",) * len(names), number, number)

@@ -1,0 +1,276 @@
+"""Numerals: columns of text become numbers, whatever separates decimals and thousands.
+
+``3,767`` is 3.767 where a comma stands before the decimals, and 3767 where it separates thousands.
+What decides is the rest of the file: numbers that can be read one way only, digits without a mark
+beside it, and the steps from row to row. Where nothing decides, or two things contradict each
+other, both readings are told and the file is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError, shorten
+from lostmotion.recordings.cells import COMMA_NUMBER, GROUPS, MISSING, NUMBER
+from lostmotion.recordings.findings import Finding
+
+FloatArray = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+AGREEING_MIN = 2
+"""Cells that must agree on what a mark means: a damaged number alone looks like another format."""
+
+TEXT_SHARE = 0.1
+"""Share of a column that may be text and is set aside. Chosen: words of a sensor that fails are
+few; where every tenth cell is one, the column holds something else than numbers."""
+
+JUMP_RATIO = 2.0
+"""How many times larger the largest step of the wrong reading is at least. At 999 to 1.000 it jumps
+by half the range of the wrong reading or more; a channel that is sampled steps by far less."""
+
+POINT_EXPECTED = "a number with a decimal point"
+
+NUMBER_EXPECTED = "a number, or nothing, NA or nan where there is none"
+
+SAME_MEANING = "numbers with a decimal point and without separators of thousands"
+
+
+def patterns(mark: str) -> dict[str, str]:
+    """Forms of a number in which a mark occurs, as regular expressions."""
+    m, other = ("[.]", ",") if mark == "." else (",", "[.]")
+    end = r"(?:[eEdD][+-]?[0-9]+)"
+    return {
+        # Not three digits behind it, or what no group of thousands begins with, or an exponent.
+        "decimal": rf"^[+-]?(?:[0-9]*{m}(?:[0-9]{{0,2}}|[0-9]{{4,}})|(?:0[0-9]*|[0-9]{{4,}}|)"
+        rf"{m}[0-9]{{3}}){end}?$|^[+-]?[0-9]+{m}[0-9]+{end}$",
+        "either": rf"^[+-]?[1-9][0-9]{{0,2}}{m}[0-9]{{3}}$",
+        "groups": rf"^[+-]?[1-9][0-9]{{0,2}}(?:{m}[0-9]{{3}}){{2,}}$",
+        "both": rf"^[+-]?[1-9][0-9]{{0,2}}(?:{other}[0-9]{{3}})+{m}[0-9]*$",
+    }
+
+
+BLANK_GROUPS = rf"^[+-]?[0-9]{{1,3}}(?:[{GROUPS}][0-9]{{3}})+(?:[.,][0-9]*)?$"
+"""Thousands separated by a sign that is nothing else."""
+
+OTHER_MARK = {".": ",", ",": "."}
+
+
+class Texts:
+    """The cells of a column of text."""
+
+    def __init__(self, column: Any) -> None:
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        if isinstance(column, pa.ChunkedArray):
+            column = column.combine_chunks()
+        text = pc.fill_null(column.cast(pa.string()), "")
+        self.text = pc.replace_substring(pc.utf8_trim_whitespace(text), "−", "-")
+        self.pc, self.pa = pc, pa
+        self.missing = self.mask(
+            pc.is_in(pc.utf8_lower(self.text), value_set=pa.array(MISSING, self.text.type))
+        )
+        self.integer = self.form(r"^[+-]?[0-9]+$")
+
+    @staticmethod
+    def mask(values: Any) -> Mask:
+        """Make an array of NumPy from one of Arrow."""
+        return np.asarray(values.to_numpy(zero_copy_only=False), dtype=np.bool_)
+
+    def form(self, pattern: str) -> Mask:
+        """Mark the cells of a form."""
+        return self.mask(self.pc.match_substring_regex(self.text, pattern))
+
+    def of(self, mark: str) -> dict[str, Mask]:
+        """Mark the forms in which a mark occurs."""
+        kept: dict[str, dict[str, Mask]] = self.__dict__.setdefault("forms", {})
+        if mark not in kept:
+            kept[mark] = {name: self.form(p) for name, p in patterns(mark).items()}
+        return kept[mark]
+
+    @cached_property
+    def blank_groups(self) -> Mask:
+        """Mark the numbers whose thousands are separated by what is no mark."""
+        return self.form(BLANK_GROUPS)
+
+    @cached_property
+    def plain(self) -> Mask:
+        """Mark the numbers as they are written where a point stands before the decimals."""
+        return self.form(f"^(?:{NUMBER})$")
+
+    def certain(self, mark: str) -> Mask:
+        """Mark the numbers in which a mark can only stand before the decimals."""
+        other = self.of(OTHER_MARK[mark])
+        forms = self.of(mark)
+        return np.asarray(forms["decimal"] | forms["both"] | other["groups"])
+
+    def numbers(self, mark: str, grouped: bool) -> FloatArray:
+        """Read all cells, NaN where they are no number in this reading."""
+        pc, pa = self.pc, self.pa
+        text = self.text
+        if grouped or bool(np.any(self.blank_groups)):
+            signs = f"[{GROUPS}]" if not grouped else f"[{GROUPS}{OTHER_MARK[mark]}]"
+            text = pc.replace_substring_regex(text, rf"({signs})([0-9]{{3}})", r"\2")
+        valid = self.mask(
+            pc.match_substring_regex(text, f"^(?:{NUMBER if mark == '.' else COMMA_NUMBER})$")
+        )
+        if mark == ",":
+            text = pc.replace_substring(text, ",", ".")
+        text = pc.replace_substring_regex(text, "[dD]", "e")
+        text = pc.if_else(pa.array(valid), text, pa.scalar(None, text.type))
+        return np.asarray(text.cast(pa.float64()).to_numpy(zero_copy_only=False), np.float64)
+
+    def whole_numbers(self) -> Any:
+        """Read the whole numbers as integers of 64 bits; None where one has more digits."""
+        good = self.pc.if_else(
+            self.pa.array(self.integer), self.text, self.pa.scalar(None, self.text.type)
+        )
+        try:
+            return self.pc.replace_substring_regex(good, "^[+]", "").cast(self.pa.int64())
+        except self.pa.ArrowInvalid:
+            return None
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the numbers of a column are written: the mark before the decimals, and groups or none."""
+
+    mark: str
+    grouped: bool
+    told: str = ""
+    """What decided, where a mark could have meant the other thing."""
+
+
+def largest_jump(values: FloatArray) -> float:
+    """Largest step as a share of the range; infinite where nothing moves."""
+    known = values[np.isfinite(values)]
+    if known.size < 3 or np.ptp(known) == 0:
+        return np.inf
+    return float(np.max(np.abs(np.diff(known))) / np.ptp(known))
+
+
+def decide_column(texts: Texts, mark: str) -> Reading | None:
+    """Tell by the column alone what a mark means before three digits; None where nothing tells."""
+    import pyarrow.compute as pc
+
+    whole = texts.integer & ~texts.form(r"^[+-]?0+$")
+    if bool(np.any(texts.form(r"^[+-]?[0-9]{4,}$"))):
+        return Reading(mark, False, "numbers above 999 without it")
+    if not bool(np.any(whole)):
+        return None
+    either = texts.of(mark)["either"]
+    as_decimals = largest_jump(texts.numbers(mark, False))
+    as_groups = largest_jump(texts.numbers(OTHER_MARK[mark], True))
+    if as_groups * JUMP_RATIO <= as_decimals:
+        return Reading(OTHER_MARK[mark], True, "the steps from row to row")
+    if as_decimals * JUMP_RATIO <= as_groups:
+        return Reading(mark, False, "the steps from row to row")
+    ends = texts.mask(pc.match_substring_regex(texts.text, "0$")) & either
+    if np.count_nonzero(ends) >= AGREEING_MIN:
+        # Decimals that end in 0 are of a fixed number, and then every number has them.
+        return Reading(OTHER_MARK[mark], True, "numbers below 1000 without it")
+    return None
+
+
+def decide(
+    file: str, columns: Mapping[str, Texts], place: Callable[[int], str]
+) -> dict[str, Reading]:
+    """Decide for the columns of a file how their numbers are written.
+
+    Raises
+    ------
+    InputError
+        Where a mark may mean two things; names both readings.
+    """
+    votes = {
+        name: {mark: int(np.count_nonzero(texts.certain(mark))) for mark in ".,"}
+        for name, texts in columns.items()
+    }
+    total = {mark: sum(vote[mark] for vote in votes.values()) for mark in ".,"}
+    settled = {mark: total[mark] >= AGREEING_MIN for mark in ".,"}
+    readings = {}
+    for name, texts in columns.items():
+        vote = votes[name]
+        if vote["."] or vote[","]:
+            mark = "." if vote["."] >= vote[","] else ","
+            if not settled[mark]:
+                mark = "."
+        else:
+            mark = by_the_rest(file, name, texts, settled, place)
+        other = texts.of(OTHER_MARK[mark])
+        grouped = other["either"] | other["groups"] | texts.of(mark)["both"]
+        many = int(np.count_nonzero(grouped)) >= AGREEING_MIN
+        contradicted = vote[OTHER_MARK[mark]] > np.count_nonzero(
+            other["groups"] | texts.of(mark)["both"]
+        )
+        told = f"'{OTHER_MARK[mark]}' separates thousands" if many and not contradicted else ""
+        readings[name] = Reading(mark, bool(told), told)
+    return readings
+
+
+def by_the_rest(
+    file: str,
+    name: str,
+    texts: Texts,
+    settled: Mapping[str, bool],
+    place: Callable[[int], str],
+) -> str:
+    """Decide on the mark before the decimals of a column that has no certain one."""
+    either = {mark: texts.of(mark)["either"] for mark in ".,"}
+    marked = [mark for mark in ".," if np.any(either[mark])]
+    if not marked:
+        return "."
+    doubtful = marked[-1]
+    count = int(np.count_nonzero(either[doubtful]))
+    own = decide_column(texts, doubtful) if len(marked) == 1 else None
+    rest = {mark for mark in ".," if settled[mark]}
+    of_file = next(iter(rest)) if len(rest) == 1 else None
+    if len(marked) == 1 and count >= AGREEING_MIN:
+        if of_file is not None and (own is None or own.mark == of_file):
+            return of_file
+        if of_file is None and own is not None:
+            return own.mark
+        if of_file is None and doubtful == ".":
+            return "."  # the mark of this package's own files, and nothing against it
+    elif count < AGREEING_MIN and (of_file == "." or doubtful == "."):
+        return "."
+    row = int(np.flatnonzero(either[doubtful])[0])
+    cell = str(texts.text[row])
+    decimals, thousands = cell.replace(doubtful, "."), cell.replace(doubtful, "")
+    raise InputError(
+        file, name, f"'{cell}' in {place(row)}, which is {decimals} or {thousands}", SAME_MEANING
+    )
+
+
+def expected_number(text: str) -> str:
+    """Say what stands in the place of a text that is no number."""
+    if text.count(",") == 1 and "." not in text:
+        return POINT_EXPECTED
+    return NUMBER_EXPECTED
+
+
+def refuse_text(
+    file: str, name: str, texts: Texts, bad: Mask, rows: int, place: Callable[[int], str]
+) -> None:
+    """Refuse a column that holds text beyond what damage leaves."""
+    if np.count_nonzero(bad) > TEXT_SHARE * rows:
+        row = int(np.flatnonzero(bad)[0])
+        cell = str(texts.text[row])
+        raise InputError(file, name, f"'{shorten(cell)}' in {place(row)}", expected_number(cell))
+
+
+def note_text(
+    file: str, name: str, texts: Texts, bad: Mask, place: Callable[[int], str]
+) -> Finding:
+    """Note the cells of a column that are no numbers."""
+    rows = np.flatnonzero(bad)
+    cell = shorten(str(texts.text[int(rows[0])]))
+    more = f", and {rows.size - 1} more" if rows.size > 1 else ""
+    action = f"no numbers ('{cell}' in {place(int(rows[0]))}{more}); counted as missing"
+    return Finding("text", file, name, None, int(rows.size), action)

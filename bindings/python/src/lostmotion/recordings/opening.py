@@ -1,0 +1,28 @@
+"""Opening: a file becomes a table, whatever its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from lostmotion.recordings.bags import bag_header, is_bag
+from lostmotion.recordings.parquet import ParquetTable, is_parquet
+from lostmotion.recordings.tables import Header, Table
+from lostmotion.recordings.texts import TextTable
+
+
+def open_table(file: Path, wanted: Collection[str] = ()) -> Table:
+    """Open a file; `wanted` are names that a map speaks of, by which a header is known."""
+    if is_parquet(file):
+        return ParquetTable(file)
+    return TextTable.of_file(file, wanted)
+
+
+def header_of(file: Path, wanted: Collection[str] = ()) -> Header:
+    """Read the header of a file; of a bag the columns that a map may name."""
+    if is_bag(file):
+        names = tuple(bag_header(file, wanted))
+        return Header(str(file), names, ("",) * len(names), "", lambda _: ())
+    if is_parquet(file):
+        return ParquetTable(file).header
+    return TextTable.header_of_file(file, wanted)

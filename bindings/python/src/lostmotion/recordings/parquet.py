@@ -1,0 +1,113 @@
+"""Parquet files as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from lostmotion.errors import InputError, one_line
+from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows, shown
+
+VALUE_BYTES = 8
+"""Bytes of a number in memory."""
+
+INFLATED_LEAST = 1 << 28
+"""Numbers in bytes, 256 MiB, up to which no Parquet file is refused, however small it is."""
+
+INFLATION_MAX = 64
+"""How many times its size a Parquet file may hold beyond that: columns that never change cost
+nothing there, and others not less than a byte for a number of eight."""
+
+
+def is_parquet(file: Path) -> bool:
+    """Whether a file is Parquet by its name."""
+    return file.name.lower().endswith(".parquet")
+
+
+@contextmanager
+def arrow_errors(file: str | Path) -> Iterator[None]:
+    """Say in one line that a Parquet file cannot be opened, or read further on.
+
+    Raises
+    ------
+    InputError
+        For what Arrow raises inside.
+    """
+    import pyarrow
+
+    try:
+        yield
+    except (pyarrow.ArrowException, OSError, MemoryError) as error:
+        found = f"unreadable Parquet ({one_line(str(error))})"
+        raise InputError(file, "", found, "a Parquet file") from None
+
+
+def open_parquet(file: Path) -> Any:
+    """Open a Parquet file without reading it; read it inside `arrow_errors` too.
+
+    Raises
+    ------
+    InputError
+        Where it holds so much more than its size that it is none of recordings.
+    """
+    with arrow_errors(file):
+        import pyarrow.parquet
+
+        opened = pyarrow.parquet.ParquetFile(file)
+        numbers = opened.metadata.num_rows * len(opened.schema_arrow.names) * VALUE_BYTES
+        size = file.stat().st_size
+    if numbers > max(INFLATED_LEAST, INFLATION_MAX * size):
+        raise InputError(
+            file,
+            "",
+            f"{opened.metadata.num_rows} rows of {len(opened.schema_arrow.names)} columns in "
+            f"{size} bytes, which would fill {numbers >> 20} MiB of memory",
+            f"at most {INFLATED_LEAST >> 20} MiB, or {INFLATION_MAX} times the file; write what "
+            "was measured only",
+        )
+    return opened
+
+
+class ParquetTable:
+    """A Parquet file."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.opened = open_parquet(file)
+        names = tuple(map(str, self.opened.schema_arrow.names))
+        self.header = Header(str(file), names, ("",) * len(names), "", self.cells)
+
+    def cells(self, column: int) -> list[str]:
+        """First cells of a column."""
+        with arrow_errors(self.file):
+            for batch in self.batches(0, [column], CELLS_SHOWN):
+                return shown(batch.columns[column])
+        return []
+
+    def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
+        """Read columns."""
+        found: dict[int, Any] = {}
+        with arrow_errors(self.file):
+            if len(set(self.header.names)) == len(self.header.names):
+                named = self.opened.read(columns=[self.header.names[i] for i in columns])
+                found = {i: named.column(self.header.names[i]) for i in columns}
+            else:
+                whole = self.opened.read()
+                found = {i: whole.column(i) for i in columns}
+        return Rows(found, self.opened.metadata.num_rows)
+
+    def batches(self, group: int | None, columns: Collection[int], size: int) -> Iterator[Rows]:
+        """Read a row group in batches: what is damaged inside shows only here."""
+        names = [self.header.names[i] for i in columns]
+        groups = None if group is None else [group]
+        if group is not None and self.opened.num_row_groups == 0:
+            return
+        with arrow_errors(self.file):
+            for batch in self.opened.iter_batches(size, row_groups=groups, columns=names):
+                found = {
+                    i: batch.column(batch.schema.get_field_index(self.header.names[i]))
+                    for i in columns
+                }
+                yield Rows(found, batch.num_rows)

@@ -1,0 +1,299 @@
+"""Texts: a file of lines as a table, its rows split and read by Arrow.
+
+Lines that do not fit are left out before: torn ones, messages of a logger, NULs of a card that was
+pulled out. Arrow reads a text that fits in one go, on all processors; only where it stops are the
+lines looked at one by one.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError, one_line, shorten
+from lostmotion.files import read_bytes
+from lostmotion.recordings.cells import MISSING_SPELLINGS
+from lostmotion.recordings.compressed import GZIP, inflate
+from lostmotion.recordings.encodings import as_utf8
+from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.layout import Layout, find_layout
+from lostmotion.recordings.separators import Separator
+from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows
+
+HEAD_BYTES = 1 << 20
+"""Beginning of a text in which its table has begun."""
+
+LINES_SHARE = 0.5
+"""Share of lines that may not fit: where most do not, the layout is not what was found."""
+
+BLOCK_BYTES = 1 << 20
+"""Text that Arrow reads at a time, at least; a line must fit."""
+
+JOINED_MAX = 8
+"""Lines that a field in quotes may go over."""
+
+
+class TextTable:
+    """A text with separators."""
+
+    def __init__(self, file: str, text: bytes, layout: Layout) -> None:
+        self.file, self.layout = file, layout
+        self.body = text[line_start(text, layout.last_line) :]
+        self.lines: npt.NDArray[np.int64] | None = None
+        self.findings = noted_before(file, layout)
+        self.header = header_from(file, layout, text)
+        self.cleaned = False
+
+    @classmethod
+    def of_file(cls, file: Path, wanted: Collection[str]) -> TextTable:
+        """Open a file."""
+        raw = read_bytes(file, "a text with separators")
+        if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
+            raw = inflate(file, raw)
+        text = as_utf8(file, raw)
+        return cls(str(file), text, layout_of(file, text, wanted))
+
+    @classmethod
+    def header_of_file(cls, file: Path, wanted: Collection[str]) -> Header:
+        """Read the header of a file, and no more of it than that needs."""
+        raw = read_bytes(file, "a text with separators")
+        if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
+            raw = inflate(file, raw, HEAD_BYTES)
+        text = as_utf8(file, raw)
+        return header_from(str(file), layout_of(file, text, wanted), text)
+
+    @property
+    def width(self) -> int:
+        """Fields of a row."""
+        return len(self.layout.names)
+
+    def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
+        """Read columns, with types that Arrow finds, or as text."""
+        table = None
+        if not self.cleaned:
+            table = self.arrow(columns, as_text)
+            if table is None:
+                self.clean()
+        if table is None:
+            table = self.arrow(columns, as_text)
+        if table is None:
+            table = self.arrow(columns, True)
+        if table is None:
+            raise InputError(self.file, "", "lines that no reader takes apart", "lines of numbers")
+        found = {i: table.column(str(i)) for i in columns}
+        return Rows(found, table.num_rows, self.place, list(self.findings))
+
+    def arrow(self, columns: Collection[int], as_text: bool) -> Any:
+        """Read the body by Arrow; None where a line does not fit or a column changes its type."""
+        import pyarrow
+        import pyarrow.csv
+
+        if not self.cleaned and not fits_arrow(self.body):
+            return None
+        torn = False
+
+        def handle(_: Any) -> str:
+            nonlocal torn
+            torn = True
+            return "skip"
+
+        names = [str(i) for i in range(self.width)]
+        text = self.layout.separator.tabled(self.body) if not self.cleaned else self.body
+        if not text.strip(b"\n"):
+            kind = pyarrow.float64()
+            return pyarrow.table({str(i): pyarrow.array([], kind) for i in columns})
+        try:
+            table = pyarrow.csv.read_csv(
+                native_bytes(text),
+                read_options=pyarrow.csv.ReadOptions(
+                    column_names=names, block_size=max(BLOCK_BYTES, 2 * longest_line(text))
+                ),
+                parse_options=pyarrow.csv.ParseOptions(
+                    delimiter=self.layout.separator.read_as,
+                    newlines_in_values=self.cleaned and b'"' in text,
+                    invalid_row_handler=handle,
+                ),
+                convert_options=pyarrow.csv.ConvertOptions(
+                    include_columns=[str(i) for i in columns],
+                    column_types={str(i): pyarrow.string() for i in columns} if as_text else {},
+                    null_values=MISSING_SPELLINGS,
+                    strings_can_be_null=False,
+                    true_values=[],
+                    false_values=[],
+                ),
+            )
+        except pyarrow.ArrowException:
+            return None
+        return None if torn else table
+
+    def place(self, row: int) -> str:
+        """Say where a row stands."""
+        if self.lines is None:
+            body = np.frombuffer(self.body, dtype=np.uint8)
+            ends = np.flatnonzero(body == ord("\n"))
+            starts = np.concatenate(([0], ends + 1))
+            full = np.concatenate((ends, [body.size])) > starts
+            self.lines = np.flatnonzero(full) + self.layout.last_line + 1
+        return f"line {self.lines[row]}" if row < self.lines.size else f"row {row + 1}"
+
+    def clean(self) -> None:
+        """Leave out the lines that do not fit, and count them."""
+        self.cleaned = True
+        separator = self.layout.separator
+        named = max((i + 1 for i, name in enumerate(self.layout.names) if name), default=0)
+        kept: list[bytes] = []
+        numbers: list[int] = []
+        torn: list[tuple[int, str]] = []
+        lines = self.body.split(b"\n")
+        at = 0
+        while at < len(lines):
+            number, line = self.layout.last_line + at + 1, lines[at]
+            at += 1
+            if not line.strip():
+                continue
+            fields = fields_of(separator, line)
+            if line.count(b'"') % 2:
+                for more in range(1, min(JOINED_MAX, len(lines) - at) + 1):
+                    joined = b"\n".join(lines[at - 1 : at + more])
+                    if joined.count(b'"') % 2 == 0:
+                        over = fields_of(separator, joined)
+                        if len(over) == self.width:
+                            at, fields, line = at + more, over, joined.replace(b"\n", b" ")
+                        break
+            fields = fitted(fields, named, self.width)
+            if not fields or b"\0" in line or line.count(b'"') % 2:
+                torn.append((number, line.decode("utf-8", "backslashreplace")))
+                continue
+            kept.append(written(fields, separator.read_as))
+            numbers.append(number)
+        if len(torn) > LINES_SHARE * (len(torn) + len(kept)):
+            number, first = torn[0]
+            count = len(fields_of(separator, first.encode()))
+            raise InputError(
+                self.file,
+                "",
+                f"{count} field{'s' if count != 1 else ''} in line {number}",
+                f"{self.width}"
+                + (
+                    f", as in the header (line {self.layout.header_line})"
+                    if self.layout.header_line
+                    else ", as in most lines"
+                ),
+            )
+        if torn:
+            self.findings.append(set_aside(self.file, torn))
+        self.body, self.lines = b"\n".join(kept), np.array(numbers, dtype=np.int64)
+
+
+def layout_of(file: Path, text: bytes, wanted: Collection[str]) -> Layout:
+    """Find the layout of a text by its beginning."""
+    head = text[:HEAD_BYTES]
+    if len(text) > HEAD_BYTES and b"\n" not in head:
+        head = text[: text.find(b"\n") + 1] or text
+    whole = len(head) == len(text)
+    return find_layout(file, head.decode("utf-8", "backslashreplace"), whole, wanted)
+
+
+def header_from(file: str, layout: Layout, text: bytes) -> Header:
+    """Make the header of a table from its layout."""
+    lines = text[line_start(text, layout.last_line) :][:HEAD_BYTES].split(b"\n", CELLS_SHOWN + 1)
+    rows = [fields_of(layout.separator, line) for line in lines[:CELLS_SHOWN] if line.strip()]
+
+    def cells(column: int) -> Sequence[str]:
+        return [row[column].strip() for row in rows if column < len(row)]
+
+    place = f"line {layout.header_line}" if (layout.header_line or 1) > 1 else ""
+    place = place if layout.header_line else "none found, columns are numbered"
+    return Header(file, layout.names, layout.units, place, cells)
+
+
+def noted_before(file: str, layout: Layout) -> list[Finding]:
+    """Note the rows above the header."""
+    if not layout.before:
+        return []
+    action = f"rows above the header in line {layout.header_line}; left out"
+    return [Finding("set_aside", file, "all columns", None, len(layout.before), action)]
+
+
+def set_aside(file: str, torn: Sequence[tuple[int, str]]) -> Finding:
+    """Note lines that are left out."""
+    number, line = torn[0]
+    shown = one_line(shorten(line.replace("\0", "").strip() or "NUL bytes"))[:60]
+    others = ", ".join(str(n) for n, _ in torn[1:4]) + (" ..." if len(torn) > 4 else "")
+    more = f", and line{'s' if len(torn) > 2 else ''} {others}" if len(torn) > 1 else ""
+    action = f"line {number} ('{shown}'){more} does not fit the header; left out"
+    return Finding("set_aside", file, "all columns", None, len(torn), action)
+
+
+def fields_of(separator: Separator, line: bytes) -> list[str]:
+    """Cut a line; what cannot be cut is one field."""
+    text = line.decode("utf-8", "backslashreplace")
+    try:
+        return separator.fields(text)
+    except csv.Error:
+        return [text]
+
+
+def fitted(fields: list[str], named: int, width: int) -> list[str]:
+    """Return the fields of a row, empty ones at its end left out or put in; none if it is torn."""
+    while len(fields) > width and not fields[-1].strip():
+        fields = fields[:-1]
+    if named <= len(fields) < width:
+        fields = fields + [""] * (width - len(fields))
+    return fields if len(fields) == width else []
+
+
+def written(fields: Sequence[str], sign: str) -> bytes:
+    """Write a row for Arrow."""
+    quoted = (
+        '"' + field.replace('"', '""') + '"' if sign in field or '"' in field else field
+        for field in fields
+    )
+    return sign.join(quoted).encode("utf-8", "backslashreplace")
+
+
+def line_start(text: bytes, lines: int) -> int:
+    """Place behind so many lines."""
+    place = 0
+    for _ in range(lines):
+        found = text.find(b"\n", place)
+        if found < 0:
+            return len(text)
+        place = found + 1
+    return place
+
+
+def longest_line(text: bytes) -> int:
+    """Length of the longest line."""
+    ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    return int(np.max(np.diff(ends, prepend=-1, append=len(text))))
+
+
+def fits_arrow(text: bytes) -> bool:
+    """Whether there are no NULs, and quotes close in the line in which they open."""
+    if b"\0" in text:
+        return False
+    if b'"' not in text:
+        return True
+    body = np.frombuffer(text, dtype=np.uint8)
+    ends = np.flatnonzero(body == ord("\n"))
+    quotes = np.searchsorted(np.flatnonzero(body == ord('"')), np.append(ends, body.size))
+    return not bool(np.any(np.diff(quotes, prepend=0) % 2))
+
+
+def native_bytes(text: bytes) -> Any:
+    """Put text into memory of Arrow's own, for its readers.
+
+    Their threads let go of it when they like, also while Python ends; of an object of Python they
+    could not, and would abort a command that has already answered.
+    """
+    import pyarrow
+
+    memory = pyarrow.allocate_buffer(len(text))
+    np.frombuffer(memory, dtype=np.uint8)[:] = np.frombuffer(text, dtype=np.uint8)
+    return pyarrow.BufferReader(memory)
