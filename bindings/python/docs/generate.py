@@ -302,9 +302,9 @@ def recordings_page() -> str:
         "CSV (`.csv`, `.csv.gz`) or Parquet, one row a sample. Several files or folders make one "
         "campaign. `run` (integer or text) numbers the uninterrupted recordings of a file; without "
         "it a file is one run. Needed are time, torque, and either the lost motion or both angles. "
-        "Where one side was locked (`--locked output`, `--locked input`) its angle may be left out; "
-        "with the output locked `motor_torque_Nm`, or `motor_current_A` with a torque constant, may "
-        "stand for the torque. `order`, a running number, may stand for the time. "
+        "Where one side was locked (`--locked output`, `--locked input`) its angle may be left "
+        "out; with the output locked `motor_torque_Nm`, or `motor_current_A` with a torque "
+        "constant, may stand for the torque. `order`, a running number, may stand for the time. "
         "A column without a unit needs one by `--map COLUMN=NAME_UNIT`; columns that name nothing "
         "known are listed and left alone.",
         "",

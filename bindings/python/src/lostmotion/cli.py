@@ -32,7 +32,13 @@ FOLDER_WRITERS = ("design", "demo")
 RECORDINGS = (".csv", ".csv.gz", ".gz", ".parquet", ".tsv", ".txt", ".npz", ".npy", ".log")
 """Ends of names that are, or may be, read as recordings in a folder."""
 
-SIGNED_OPTIONS = ("--torque", "--phase-deg", "--angles-deg", "--ratio")
+SIGNED_OPTIONS = (
+    "--torque",
+    "--phase-deg",
+    "--angles-deg",
+    "--ratio",
+    "--torque-constant-Nm-per-A",
+)
 """Options whose value may begin with a minus sign."""
 
 

@@ -98,7 +98,16 @@ CHAINS: dict[str, dict[str, tuple[Key, ...]]] = {
 }
 """Arrays of tables under [design] and the kinds of their entries."""
 
-SECTIONS = ("drive", "catalogue", "design", "columns", "recordings", "fit", "effect")
+SECTIONS = (
+    "drive",
+    "catalogue",
+    "design",
+    "columns",
+    "recordings",
+    "characterization",
+    "fit",
+    "effect",
+)
 
 
 @dataclass(frozen=True)
@@ -184,6 +193,8 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
                 "an unknown table" if isinstance(document[section], (dict, list)) else "a key",
                 "one of the tables " + ", ".join(SECTIONS) + did_you_mean(section, SECTIONS),
             )
+    if "characterization" in document:
+        _characterization(file, document["characterization"])
     if "drive" not in document:
         raise InputError(file, "drive", "no such table", "[drive] with ratio and rated torque")
     head = read_table(file, "drive", document["drive"], DRIVE_KEYS)
@@ -332,6 +343,23 @@ def _protocol(file: str, table: Any) -> Protocol:
     values = read_table(file, "recordings", table, RECORDING_KEYS)
     number = {name: value.value for name, value in values.items()}
     return Protocol(number.get("locked"), number.get("torque_constant"))
+
+
+CHARACTERIZATION_KEYS = (
+    Key("data_fingerprint", kind="text"),
+    Key("loops", kind="integer", low=0),
+    Key("samples", kind="integer", low=1),
+)
+"""What `characterize` writes of the recordings beside the figures that they gave."""
+
+
+def _characterization(file: str, table: Any) -> None:
+    place = "characterization"
+    read_table(file, place, table, CHARACTERIZATION_KEYS, tables=("standard_errors", "assumptions"))
+    _numbers(file, f"{place}.standard_errors", table.get("standard_errors", {}))
+    lines = table.get("assumptions", [])
+    if not isinstance(lines, list) or not all(isinstance(line, str) for line in lines):
+        raise InputError(file, f"{place}.assumptions", show(lines), "an array of texts")
 
 
 KNOT = "knot_{}_Nm"

@@ -47,6 +47,19 @@ def number(option: str, text: str, limit: float) -> float:
     return value
 
 
+RATIO_MAX = 1e4
+"""Largest ratio of the option."""
+
+
+def ratio_of(text: str) -> float:
+    """Read the ratio of a drive, of either sign."""
+    ratio = number("--ratio", text, math.inf)
+    if not 1.0 <= abs(ratio) <= RATIO_MAX:
+        expected = f"1 to {RATIO_MAX:g}, or {-RATIO_MAX:g} to -1"
+        raise InputError("--ratio", "", f"'{text}'", expected)
+    return ratio
+
+
 def whole_number(option: str, text: str, low: int, high: int) -> int:
     """Read an integer of the command line."""
     digits = text.isascii() and text.isdecimal() and len(text) <= len(str(high))

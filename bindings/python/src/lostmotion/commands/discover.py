@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
@@ -32,7 +31,7 @@ from lostmotion.evidence.file import load_body
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
-from lostmotion.options import effects_of, number
+from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import Campaign, Finding, parse_map, read_campaign, recording_files, told
 from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
@@ -48,9 +47,6 @@ from lostmotion.report.wording import (
 from lostmotion.terminal import Progress, deliver, show_findings
 from lostmotion.threads import one_thread
 from lostmotion.units import plain_number
-
-RATIO_MAX = 1e4
-"""Largest ratio that `check` takes."""
 
 
 def run_diagnose(arguments: argparse.Namespace) -> None:
@@ -158,15 +154,6 @@ def run_check(arguments: argparse.Namespace) -> None:
         campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, found)]
     answer = {**check(campaign, library()), "ratio_known": known}
     deliver(answer, arguments, lambda out: show_check(answer, out))
-
-
-def ratio_of(text: str) -> float:
-    """Read the ratio of a drive, of either sign."""
-    ratio = number("--ratio", text, math.inf)
-    if not 1.0 <= abs(ratio) <= RATIO_MAX:
-        expected = f"1 to {RATIO_MAX:g}, or {-RATIO_MAX:g} to -1"
-        raise InputError("--ratio", "", f"'{text}'", expected)
-    return ratio
 
 
 def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:

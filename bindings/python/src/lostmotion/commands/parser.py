@@ -131,6 +131,25 @@ def make_parser() -> argparse.ArgumentParser:
     add_effects(added)
     add_report(added)
 
+    added = command(
+        "characterize",
+        "lostmotion.commands.characterize:run_characterize",
+        "A drive file and the standard figures from recordings alone, without a data sheet.",
+        "lostmotion characterize recordings/ --ratio 100 --rated-torque-Nm 67 -o drive.toml",
+    )
+    add_data(added, what="recordings, or folders of them; a drive file (.toml) to compare with")
+    add_ratio(added)
+    added.add_argument(
+        "--rated-torque-Nm",
+        dest="rated_torque",
+        metavar="T",
+        help="of which lost motion is stated at 3 and 4 %% (default: of the drive file, or the "
+        "largest torque of the loops)",
+    )
+    added.add_argument("-o", "--output", metavar="DRIVE.toml", help="drive file to write")
+    add_dask(added)
+    add_report(added)
+
     add_discovery(command)
     add_design(command)
 
@@ -256,7 +275,7 @@ def add_discovery(command: Command) -> None:
         "lostmotion check recordings/",
     )
     add_data(added)
-    added.add_argument("--ratio", help="of the drive, where only the two angles were recorded")
+    add_ratio(added)
 
     added = command(
         "forecast",
@@ -426,6 +445,14 @@ def add_protocol(parser: argparse.ArgumentParser) -> None:
         dest="torque_constant",
         metavar="K",
         help="torque of the motor for one ampere, with --locked output",
+    )
+
+
+def add_ratio(parser: argparse.ArgumentParser) -> None:
+    """Add the option that states the ratio where no drive file does."""
+    parser.add_argument(
+        "--ratio",
+        help="input turns for one output turn, signed, where only the two angles were recorded",
     )
 
 

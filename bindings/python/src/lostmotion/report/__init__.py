@@ -10,12 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lostmotion.files import write_whole
+from lostmotion.report.characterization import characterization_section
 from lostmotion.report.discovery import diagnosis_section, fit_section
 from lostmotion.report.page import Section, render
 from lostmotion.report.sections import comparison_section, drive_section
 
 __all__ = [
     "Section",
+    "characterization_section",
     "comparison_section",
     "diagnosis_section",
     "drive_section",
@@ -35,7 +37,8 @@ def write_report(
     title, lead : str
         Heading of the page and the sentence beneath it.
     sections : sequence of Section
-        From `drive_section`, `comparison_section`, `diagnosis_section` or `fit_section`.
+        From `drive_section`, `characterization_section`, `comparison_section`,
+        `diagnosis_section` or `fit_section`.
     command : str
         The command line that made it.
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lostmotion.catalogue import PARTS
+from lostmotion.characterize import StandardFigures
 from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.discover.advice import count_runs
 from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
+from lostmotion.report.characterization import figures_table
 from lostmotion.report.contributions import Contributions, contributions_figure, torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
 from lostmotion.report.loops import WHERE, failures_figure, loops_figure, unit_of
@@ -283,8 +285,23 @@ def checks_table(checks: Sequence[Check]) -> Rows:
     )
 
 
-def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | Path]) -> Section:
-    """Say how well the model of a drive fits recordings, and where it fails."""
+def comparison_section(
+    drive: Drive,
+    result: Comparison,
+    files: Sequence[str | Path],
+    figures: Mapping[str, StandardFigures] | None = None,
+) -> Section:
+    """Say how well the model of a drive fits recordings, and where it fails.
+
+    Parameters
+    ----------
+    drive : Drive
+    result : Comparison
+    files : sequence of path
+        The recordings.
+    figures : mapping, optional
+        Standard figures of the measured and of the modelled loops, from `compared_figures`.
+    """
     answer = result.answer()
     unit, unit_name = unit_of(result)
 
@@ -334,6 +351,8 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
             (1, 2, 3),
         )
     )
+    if figures is not None:
+        section.blocks.append(figures_table(figures, drive.catalogue, drive.rated_torque_Nm))
     if result.failures:
         section.blocks.append(failures_figure(result, drive.name))
     c = result.base.conditions

@@ -1,0 +1,24 @@
+"""Characterization: standard figures of a drive, and a drive file, from recordings alone.
+
+Stretches of the steady loop are cut out of the recordings (`stretches`); their mean curve becomes
+three straight lines with standard errors (`three_slopes`), lost motion and hysteresis loss by the
+definitions of catalogues (`figures`) and backlash (`backlash`); all together are a
+`Characterization`, with a drive file that every command takes. `compared` finds the same figures of
+the loops of a model.
+"""
+
+from lostmotion.characterize.characterization import (
+    Characterization,
+    StandardFigures,
+    characterize,
+    standard_figures,
+)
+from lostmotion.characterize.compared import compared_figures
+
+__all__ = [
+    "Characterization",
+    "StandardFigures",
+    "characterize",
+    "compared_figures",
+    "standard_figures",
+]

@@ -1,0 +1,79 @@
+"""Backlash: a step of the mean curve about zero torque, or the size above which there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from lostmotion.characterize.figures import CONFIDENCE, Figure, figure, none
+from lostmotion.characterize.stretches import FEW_READINGS, Samples
+from lostmotion.characterize.three_slopes import CurveFit, fit_slopes
+
+TAKEUP_SHARES = (0.01, 0.02, 0.05, 0.1)
+"""Shares of the amplitude at which a step may be complete. A radial gap closes below 2 % of the
+rated torque (theory page, take-up of the radial gap); friction of the drive may hold it open for
+longer."""
+
+CLOSED = 3.0
+"""The curve beyond a gap is that of torques from so many times its take-up torque on: a gap that
+closes as a hyperbolic tangent is closed but for 0.5 % there, one that closes in a line wholly."""
+
+SOFTER = 2.0
+"""Within a dead zone the drive is at least so many times as soft as beyond it. Less is the rounding
+that every loop has about zero, not a gap."""
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """What a loop says of backlash.
+
+    Attributes
+    ----------
+    figure : Figure
+        The step from side to side, in rad; without a value where there is none.
+    none_above_rad : float or None
+        One-sided 95 % bound of the step where there is none.
+    fit : CurveFit or None
+        The curve with the step.
+    """
+
+    figure: Figure
+    none_above_rad: float | None = None
+    fit: CurveFit | None = None
+
+
+def find_backlash(samples: Samples, slopes: int) -> Backlash:
+    """Look for a step about zero in the mean curve of loops.
+
+    Parameters
+    ----------
+    samples : Samples
+    slopes : int
+        Of the curve beyond the step.
+    """
+    if not samples.two_directions:
+        return Backlash(none("the torque has one direction only: no passage through zero"))
+    if samples.readings < FEW_READINGS:
+        return Backlash(none("too few readings to tell a step from the first slope"))
+    fits = []
+    for share in TAKEUP_SHARES:
+        takeup = share * samples.amplitude_Nm
+        inside = np.count_nonzero(np.abs(samples.torque_Nm) < takeup)
+        if inside < 2 * samples.loops:
+            continue
+        fits.append(fit_slopes(samples, slopes, takeup))
+    if not fits:
+        return Backlash(none("too few samples about zero torque"))
+    best = min(fits, key=lambda fit: float(fit.residual_rad @ fit.residual_rad))
+    step, variance = best.step_rad, best.step_variance
+    significant = step > best.critical * np.sqrt(variance)
+    beyond = float(best.slopes_rad_per_Nm[0])
+    soft = beyond > 0 and step / best.takeup_Nm + beyond >= SOFTER * beyond
+    if significant and soft:
+        best = fit_slopes(samples.beyond(CLOSED * best.takeup_Nm), slopes, best.takeup_Nm)
+        step, variance = best.step_rad, best.step_variance
+        return Backlash(figure(2.0 * step, 4.0 * variance, best.dof), fit=best)
+    bound = max(step, 0.0) + float(stats.t.ppf(CONFIDENCE, best.dof)) * np.sqrt(variance)
+    return Backlash(none("no step of the mean curve about zero"), 2.0 * float(bound))

@@ -1,0 +1,194 @@
+"""Figures of a loop by the definitions of catalogues, with standard errors.
+
+Lost motion at a torque is the angle between the middles of the loop at plus and at minus that
+torque. Harmonic Drive SE states it at 4 % of the rated torque (`catalogue.REVERSAL_TORQUE_SHARE`),
+makers of cycloidal reducers at 3 % (Nabtesco, Sumitomo: middle of the hysteresis width at 3 % of
+the rated torque). Hysteresis loss is the width of the loop at zero torque after full swings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from lostmotion.catalogue import REVERSAL_TORQUE_SHARE
+from lostmotion.characterize.stretches import FEW_READINGS, Samples
+from lostmotion.characterize.three_slopes import (
+    WIDTH_NODES,
+    CurveFit,
+    centred,
+    column_sizes,
+    covariance_of,
+    hats,
+    least_squares,
+    supported,
+    width_columns,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+LOST_MOTION_SHARES = (0.03, REVERSAL_TORQUE_SHARE)
+"""Shares of the rated torque at which lost motion is stated."""
+
+WINDOW_NODES = 9
+"""Nodes of the mean curve in this window."""
+
+LOST_MOTION_WINDOW = 8.0
+"""Lost motion is read from samples up to so many times its torque, in cells of their own."""
+
+CONFIDENCE = 0.95
+"""Of every interval."""
+
+DETERMINED = 1e-6
+"""A value is determined by the samples when less than this share of it lies where they say
+nothing: rounding of the decomposition, not of the data."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure with its standard error and interval, or the reason why there is none."""
+
+    value: float | None
+    standard_error: float | None = None
+    interval: tuple[float, float] | None = None
+    reason: str = ""
+
+    def answer(self, scale: float = 1.0) -> dict[str, Any]:
+        """Return it ready for JSON, in a unit that is `scale` of its own."""
+        if self.value is None:
+            return {"value": None, "reason": self.reason}
+        error, ends = self.standard_error, self.interval
+        return {
+            "value": self.value / scale,
+            "standard_error": None if error is None else error / scale,
+            "interval_95": None
+            if ends is None
+            else [end / scale if np.isfinite(end) else None for end in ends],
+        }
+
+
+def none(reason: str) -> Figure:
+    """Make a figure that the data do not give."""
+    return Figure(None, reason=reason)
+
+
+def figure(value: float, variance: float, dof: float) -> Figure:
+    """Make a figure from its variance, with an interval by Student's t."""
+    error = float(np.sqrt(max(variance, 0.0)))
+    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, dof)) * error
+    return Figure(value, error, (value - half, value + half))
+
+
+def stiffness(slope: float, variance: float, dof: float) -> Figure:
+    """Make a stiffness from a slope: the interval is that of the slope, turned over."""
+    at = figure(slope, variance, dof)
+    assert at.interval is not None
+    assert at.standard_error is not None
+    low, high = at.interval
+    upper = 1.0 / low if low > 0 else np.inf
+    return Figure(1.0 / slope, at.standard_error / slope**2, (1.0 / high, upper))
+
+
+def curve_figures(fit: CurveFit) -> dict[str, Figure]:
+    """Slopes and kinks of a torsion curve as K1, T1, K2 ... in N m/rad and N m."""
+    found: dict[str, Figure] = {}
+    n = fit.slopes_rad_per_Nm.size
+    for i, slope in enumerate(fit.slopes_rad_per_Nm):
+        found[f"K{i + 1}"] = stiffness(float(slope), float(fit.covariance[i, i]), fit.dof)
+    for i, kink in enumerate(fit.kinks_Nm):
+        found[f"T{i + 1}"] = figure(float(kink), float(fit.covariance[n + i, n + i]), fit.dof)
+    return found
+
+
+def nodes_about(torque_Nm: float, reach_Nm: float) -> FloatArray:
+    """Nodes at zero, at a torque, closer below it for a gap, and beyond as those of the width."""
+    near = np.array([0.0, 0.25, 0.5, 1.0, 2.0]) * torque_Nm
+    reach_Nm = min(reach_Nm, LOST_MOTION_WINDOW * torque_Nm)
+    others = np.linspace(0.0, reach_Nm, WINDOW_NODES)
+    return np.concatenate((near, others[others > 3.0 * torque_Nm]))
+
+
+def loop_value(
+    samples: Samples, nodes_Nm: FloatArray, torque_Nm: float | None = None
+) -> tuple[float, float, float] | None:
+    """Value of the mean curve at a torque, or of the half width at zero torque.
+
+    The mean curve is straight between nodes here and has no other shape to follow.
+
+    Returns
+    -------
+    value, variance, dof : float
+        None where the samples do not determine it.
+    """
+    width, _ = width_columns(samples)
+    nodes = supported(samples, nodes_Nm)
+    if nodes.size < 2:
+        return None
+    curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
+    design = centred(np.column_stack([curve[:, 1:], width]), samples.loop)
+    pick = np.zeros(design.shape[1])
+    if torque_Nm is None:
+        pick[nodes.size - 1] = 1.0
+    else:
+        pick[: nodes.size - 1] = hats(np.array([torque_Nm]), nodes)[0, 1:]
+    if not determined(design, pick):
+        return None
+    angle = centred(samples.angle_rad[:, None], samples.loop)[:, 0]
+    found = least_squares(design, angle)
+    covariance, dof = covariance_of(samples, design, angle - design @ found)
+    return float(pick @ found), float(pick @ covariance @ pick), dof
+
+
+def determined(design: FloatArray, pick: FloatArray) -> bool:
+    """Whether least squares has one answer for a sum of values with these weights."""
+    size = column_sizes(design)
+    scaled = design / size
+    squares, vectors = np.linalg.eigh(scaled.T @ scaled)
+    weights = pick / size
+    nothing = vectors[:, squares <= 1e-12 * squares[-1]]
+    return float(np.sum((weights @ nothing) ** 2)) < DETERMINED * float(weights @ weights)
+
+
+def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None) -> Figure:
+    """Lost motion of a reversal at plus and minus a torque, in rad.
+
+    Few readings have none about so small a torque: there it is that of the curve's first slope.
+    """
+    if not samples.two_directions:
+        return none("the torque has one direction only: no middle of the loop on the other side")
+    if not samples.both_branches:
+        return none("one branch only: the middle of the loop needs the other")
+    if torque_Nm > samples.amplitude_Nm:
+        return none(f"the loops end at {samples.amplitude_Nm:.4g} N m")
+    if fit is not None and samples.readings < FEW_READINGS:
+        twice = 2.0 * torque_Nm
+        return figure(
+            twice * float(fit.slopes_rad_per_Nm[0]), twice**2 * float(fit.covariance[0, 0]), fit.dof
+        )
+    found = loop_value(samples, nodes_about(torque_Nm, samples.amplitude_Nm), torque_Nm)
+    if found is None:
+        return none(f"too few samples about {torque_Nm:.3g} N m on either side of zero")
+    value, variance, dof = found
+    return figure(2.0 * value, 4.0 * variance, dof)
+
+
+def hysteresis_loss(samples: Samples, fit: CurveFit | None = None) -> Figure:
+    """Width of the loop at zero torque, falling branch minus rising one, in rad.
+
+    Few readings have one width for all torques.
+    """
+    if not samples.both_branches:
+        return none("one branch only: no width")
+    if not samples.two_directions:
+        return none("the torque has one direction only: no full swing through zero")
+    if fit is not None and samples.readings < FEW_READINGS:
+        return figure(2.0 * float(fit.half_width_rad[0]), 4.0 * fit.width_variance, fit.dof)
+    found = loop_value(samples, np.array(WIDTH_NODES) * samples.amplitude_Nm)
+    if found is None:
+        return none("too few samples about zero torque")
+    value, variance, dof = found
+    return figure(2.0 * value, 4.0 * variance, dof)

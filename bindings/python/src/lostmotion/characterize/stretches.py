@@ -1,0 +1,304 @@
+"""Stretches of the steady loop: where the torque runs from one tip of a loop towards the other.
+
+Friction remembers the load history. A stretch that begins at a tip of the loop has a known history,
+whatever came before the tip, and lies on the loop; the first ramp of a recording from rest has not,
+unless the recording before it ended on the same branch. Only stretches of the loop are used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.compare.loops import REVERSAL_SHARE, directions
+from lostmotion.recordings import Campaign, Run
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+TIP_SHARE = 0.1
+"""How far from a tip, as a share of the amplitude, a stretch may begin and still lie on the loop:
+chosen as in `compare`, where runs within 5 % on either side repeat each other."""
+
+SAME_AMPLITUDE = 1.0 - TIP_SHARE
+"""Runs that reach this share of the largest amplitude are loops of one size."""
+
+ONE_DIRECTION = 0.1
+"""Below this share of the torque in the other direction a campaign has one direction only."""
+
+FEW_READINGS = 50
+"""Below this number readings were taken one by one: they are independent, and a loop has no more
+than a width, the same at every torque. The number from which `fit` has enough for the base."""
+
+NOISE_TURN = 4.0
+"""A torque turns round where it goes back by so many times its noise: one normal sample in 16,000
+does that by chance."""
+
+CELLS = 160
+"""Cells of torque in which the samples of a stretch are averaged: a dwell counts once, and every
+torque alike. Less than 1 % of the amplitude a cell."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Means of the loops' samples in cells of torque, one entry a stretch and cell.
+
+    Attributes
+    ----------
+    torque_Nm, angle_rad : ndarray
+    falling : ndarray
+        1 on the branch of falling torque, -1 on that of rising torque.
+    loop, stretch : ndarray of int
+        Number of the loop and of the stretch, from 0, in the order of recording.
+    low_Nm, high_Nm : float
+        Tips of the loops.
+    loops, runs : int
+        Loops and runs that are used.
+    left_out : int
+        Samples in runs of other amplitudes, or on stretches whose load history is not known.
+    rate_Nm_per_s : float or None
+        Median rate of the torque; None without a clock.
+    readings : int
+        Samples that went into the means.
+    cell_Nm : float
+        Width of the cells.
+    resolution_rad : float
+        Smallest difference of two readings of the angle.
+    history_known : bool
+        False where no stretch begins at a tip, and ramps from rest are used.
+    width_reach_Nm : float
+        Torque beyond which only the branch that leads to a tip is there.
+    """
+
+    torque_Nm: FloatArray
+    angle_rad: FloatArray
+    falling: FloatArray
+    loop: IntArray
+    stretch: IntArray
+    low_Nm: float
+    high_Nm: float
+    loops: int
+    runs: int
+    left_out: int
+    rate_Nm_per_s: float | None
+    readings: int
+    cell_Nm: float
+    resolution_rad: float = 0.0
+    history_known: bool = True
+    width_reach_Nm: float = np.inf
+
+    def without_transitions(self, torque_Nm: float) -> Samples:
+        """Return the samples without those that lead back from a tip to a torque."""
+        leads_back = self.falling * self.torque_Nm > torque_Nm
+        return replace(self._rows(~leads_back), width_reach_Nm=torque_Nm)
+
+    def beyond(self, torque_Nm: float) -> Samples:
+        """Return the samples from a torque on, on either side."""
+        return self._rows(np.abs(self.torque_Nm) >= torque_Nm)
+
+    def _rows(self, kept: npt.NDArray[np.bool_]) -> Samples:
+        return replace(
+            self,
+            torque_Nm=self.torque_Nm[kept],
+            angle_rad=self.angle_rad[kept],
+            falling=self.falling[kept],
+            loop=self.loop[kept],
+            stretch=self.stretch[kept],
+        )
+
+    @property
+    def two_directions(self) -> bool:
+        """Whether the loops go to either side of zero."""
+        low, high = self.low_Nm, self.high_Nm
+        return min(high, -low) > ONE_DIRECTION * max(high, -low)
+
+    @property
+    def both_branches(self) -> bool:
+        """Whether the torque was recorded rising and falling."""
+        return bool(np.any(self.falling > 0) and np.any(self.falling < 0))
+
+    @property
+    def amplitude_Nm(self) -> float:
+        """Torque that is reached on every side to which the loops go."""
+        if self.two_directions:
+            return min(self.high_Nm, -self.low_Nm)
+        return max(self.high_Nm, -self.low_Nm)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Rows of a run from one turn of the torque to the next: on which branch, and in which loop."""
+
+    run: int
+    rows: slice
+    falling: float
+    loop: int
+
+
+def collect(
+    campaign: Campaign,
+    angle_rad: Sequence[FloatArray] | None = None,
+    window_Nm: float | None = None,
+) -> Samples:
+    """Collect the loops of the largest amplitude of a campaign.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    angle_rad : sequence of ndarray, optional
+        Angles in place of the lost motion, one array a run: those of a model at these torques.
+    window_Nm : float, optional
+        Torque on either side of zero to which the samples and their cells are confined.
+    """
+    low, high = tips(campaign.runs)
+    used = loop_stretches(campaign, low, high)
+    known = bool(used)
+    if not known:
+        used = loop_stretches(campaign, low, high, any_history=True)
+    width = ((high - low) if window_Nm is None else 2.0 * window_Nm) / CELLS
+    torque, angle, rates = [], [], []
+    for stretch in used:
+        run = campaign.runs[stretch.run]
+        lost = run.lost_motion_rad if angle_rad is None else angle_rad[stretch.run]
+        x, y = cell_means(run.torque_Nm[stretch.rows], lost[stretch.rows], width)
+        if window_Nm is not None:
+            x, y = x[np.abs(x) <= window_Nm], y[np.abs(x) <= window_Nm]
+        torque.append(x)
+        angle.append(y)
+        rates += loading_rate(run, stretch.rows) if campaign.timed else []
+    sizes = [part.size for part in torque]
+    readings = sum(stretch.rows.stop - stretch.rows.start for stretch in used)
+    levels = np.diff(np.unique(np.concatenate(angle))) if angle else np.zeros(0)
+
+    def each(values: Sequence[float]) -> FloatArray:
+        return np.repeat(np.asarray(values, dtype=np.float64), sizes)
+
+    return Samples(
+        np.concatenate(torque) if torque else np.zeros(0),
+        np.concatenate(angle) if angle else np.zeros(0),
+        each([stretch.falling for stretch in used]),
+        each([stretch.loop for stretch in used]).astype(np.intp),
+        each(range(len(used))).astype(np.intp),
+        low,
+        high,
+        len({stretch.loop for stretch in used}),
+        len({stretch.run for stretch in used}),
+        campaign.rows - readings,
+        float(np.median(rates)) if rates else None,
+        readings,
+        width,
+        float(levels.min()) if levels.size else 0.0,
+        known,
+    )
+
+
+def loop_stretches(
+    campaign: Campaign, low_Nm: float, high_Nm: float, *, any_history: bool = False
+) -> list[Stretch]:
+    """Find the stretches of the loops between two tips.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    low_Nm, high_Nm : float
+        Tips, from `tips`.
+    any_history : bool
+        Also those that begin elsewhere.
+    """
+    slack = TIP_SHARE * 0.5 * (high_Nm - low_Nm)
+    used: list[Stretch] = []
+    loop = -1
+    ended: tuple[float, float] | None = None
+    for number, run in enumerate(campaign.runs):
+        torque = run.torque_Nm
+        before, ended = (None if run.begins else ended), None
+        if np.max(torque) < high_Nm - slack or np.min(torque) > low_Nm + slack:
+            continue
+        begun = fell = False
+        for order, (rows, falling) in enumerate(stretches(torque, max(high_Nm, -low_Nm))):
+            # What was read at a tip was read on the branch that led to it.
+            first = float(torque[max(rows.start - 1, 0)])
+            last = float(torque[rows.stop - 1])
+            at_tip = first >= high_Nm - slack if falling > 0 else first <= low_Nm + slack
+            goes_on = (
+                order == 0
+                and before is not None
+                and before[0] == falling
+                and abs(before[1] - first) <= slack
+            )
+            if not (at_tip or goes_on or any_history):
+                reached = last <= low_Nm + slack if falling > 0 else last >= high_Nm - slack
+                if not reached:
+                    continue
+                rows = slice(rows.stop - 1, rows.stop)  # the tip itself, whatever led to it
+            # A loop begins where the torque begins to fall, but for the ramp up to its first tip.
+            if not begun or (falling > 0 and fell):
+                loop += 1
+                fell = False
+            begun, fell = True, fell or falling > 0
+            ended = (falling, last)
+            used.append(Stretch(number, rows, falling, loop))
+    return used
+
+
+def tips(runs: Sequence[Run]) -> tuple[float, float]:
+    """Tips of the largest loops: medians over the runs of that amplitude."""
+    lows = np.array([float(np.min(run.torque_Nm)) for run in runs])
+    highs = np.array([float(np.max(run.torque_Nm)) for run in runs])
+    both = np.minimum(highs, -lows)
+    largest = max(float(highs.max()), float(-lows.min()))
+    size = both if both.max() > ONE_DIRECTION * largest else highs - lows
+    chosen = size >= SAME_AMPLITUDE * size.max()
+    return float(np.median(lows[chosen])), float(np.median(highs[chosen]))
+
+
+def stretches(torque_Nm: FloatArray, largest_Nm: float) -> list[tuple[slice, float]]:
+    """Cut a run where the torque turns round: rows from tip to tip, and 1 where it falls."""
+    smallest = max(REVERSAL_SHARE * largest_Nm, NOISE_TURN * torque_noise(torque_Nm))
+    rising, _ = directions(torque_Nm, smallest / REVERSAL_SHARE)
+    noticed = np.flatnonzero(np.diff(rising)) + 1
+    edges = [0]
+    for turn in noticed:
+        # A turn is noticed behind the tip at which it happened.
+        part = torque_Nm[edges[-1] : turn]
+        tip = int(np.argmax(part) if rising[turn - 1] else np.argmin(part))
+        edges.append(edges[-1] + tip + 1)
+    edges.append(torque_Nm.size)
+    signs = [*rising[noticed - 1], rising[-1]]
+    found: list[tuple[slice, float]] = []
+    for a, b, up in zip(edges[:-1], edges[1:], signs, strict=True):
+        sign = -1.0 if up else 1.0
+        if found and found[-1][1] == sign:  # a turn too small to have a tip of its own
+            found[-1] = (slice(found[-1][0].start, b), sign)
+        elif b > a:
+            found.append((slice(a, b), sign))
+    return found
+
+
+def torque_noise(torque_Nm: FloatArray) -> float:
+    """White noise of a torque from its second differences; 0 for few readings, which have none."""
+    if torque_Nm.size < FEW_READINGS:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(np.diff(torque_Nm, 2))) / np.sqrt(6.0))
+
+
+def cell_means(
+    torque_Nm: FloatArray, angle_rad: FloatArray, width_Nm: float
+) -> tuple[FloatArray, FloatArray]:
+    """Means of torque and angle in cells of torque; samples as they are where they are few."""
+    if torque_Nm.size <= CELLS:
+        return torque_Nm, angle_rad
+    cell = np.floor(torque_Nm / width_Nm).astype(np.intp)
+    _, cell = np.unique(cell, return_inverse=True)
+    count = np.bincount(cell)
+    return np.bincount(cell, torque_Nm) / count, np.bincount(cell, angle_rad) / count
+
+
+def loading_rate(run: Run, rows: slice) -> list[float]:
+    """Mean size of the torque's rate over a stretch; nothing where the clock stands still."""
+    time, torque = run.time_s[rows], run.torque_Nm[rows]
+    span = float(time[-1] - time[0]) if time.size > 1 else 0.0
+    return [abs(float(torque[-1] - torque[0])) / span] if span > 0 else []

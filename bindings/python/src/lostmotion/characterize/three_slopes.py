@@ -1,0 +1,440 @@
+"""The torsion curve of a loop as three straight lines, by least squares.
+
+The angle of a loop at a torque is
+
+    angle = offset + f(T) + s W(|T|),      s = 1 on the falling branch, -1 on the rising one,
+
+with the mean curve ``f``, odd and made of slopes 1/K1 up to T1, 1/K2 up to T2 and 1/K3 above, and
+half the width of the loop ``W``, even, straight between nodes. Both are estimated together: a
+branch that was recorded on one side of zero only does not shift the mean curve. Torques count alike
+(`stretches.cell_means`), and every loop has an offset of its own. With a dead zone ``f`` has a step
+about zero besides.
+
+Samples of a loop are not independent: noise of sensors is coloured, and what differs from loop to
+loop is common to all samples of one. The covariance is therefore that of the delete-one-block
+jackknife, linearised at the estimate. Blocks are whole loops where there are enough of them, and
+pieces of stretches otherwise. Readings by hand are taken one at a time: there the covariance is
+that of independent readings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy import optimize, stats
+
+from lostmotion.characterize.stretches import CELLS, FEW_READINGS, Samples
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+LOOPS_LEAST = 4
+"""Fewer loops do not tell how much loops differ: with three, Student's t has two degrees of freedom
+and a 95 % interval is 4.3 standard errors wide on either side."""
+
+PIECES = 8
+"""Blocks of a loop where loops are too few: each then holds some 40 correlated neighbours, and
+there are enough of them for a variance."""
+
+VALUES_SHARE = 0.5
+"""Of few readings at most this share is spent on values: as many are left to tell the error."""
+
+WIDTH_NODES = (*np.arange(0.0, 0.9, 0.05), 0.9, 0.925, 0.95, 0.975, 1.0)
+"""Nodes of the half width over the amplitude, closer at the tips, where it closes."""
+
+WIDTH_NODES_LEAST = 6
+"""With fewer nodes a loop has too few samples to show where it closes."""
+
+NODE_LEVELS = 2
+"""Between two nodes each branch was read at so many torques or more: a straight line has two."""
+
+DEVELOPED = 0.9
+"""A loop is developed where it is at least this share of its usual width."""
+
+TRANSITION_MOST = 0.5
+"""A loop that is developed up to this share of its amplitude has a transition behind its tips and a
+width beside it. One that closes as an ellipse is developed to a third of it."""
+
+KINKS = np.linspace(0.06, 0.94, 45)
+"""Where kinks are looked for at first, over the amplitude."""
+
+KINK_APART = 0.06
+"""Two kinks, or a kink and an end, are at least this share of the amplitude apart: a slope needs a
+stretch of torque."""
+
+KINK_WALD = 8.68
+"""A change of slope at an unknown torque is one where its Wald statistic is above this: 5 %
+critical value for one parameter, 15 % trimmed at either end (Andrews, Econometrica 71 (2003),
+p. 395)."""
+
+
+@dataclass(frozen=True)
+class CurveFit:
+    """A torsion curve with one to three slopes, and the loop around it.
+
+    Attributes
+    ----------
+    kinks_Nm : ndarray
+        Torques at which the slope changes, rising; at most two.
+    slopes_rad_per_Nm : ndarray
+        One more than kinks.
+    step_rad, takeup_Nm : float
+        Step of the curve on either side of zero, and the torque at which it is complete; 0 without.
+    half_width_rad : ndarray
+        At `nodes_Nm`; empty where only one branch was recorded.
+    covariance : ndarray
+        Of slopes, kinks, the step where there is one, and half widths, in this order.
+    dof, kink_dof : float
+        Degrees of freedom of figures, and of changes of slope, which draw on all blocks.
+    residual_rad : ndarray
+    """
+
+    kinks_Nm: FloatArray
+    slopes_rad_per_Nm: FloatArray
+    step_rad: float
+    takeup_Nm: float
+    half_width_rad: FloatArray
+    nodes_Nm: FloatArray
+    covariance: FloatArray
+    dof: float
+    kink_dof: float
+    residual_rad: FloatArray
+
+    @property
+    def rms_rad(self) -> float:
+        """What the lines and the width leave of the loop."""
+        return float(np.sqrt(np.mean(self.residual_rad**2)))
+
+    @property
+    def critical(self) -> float:
+        """Size of t from which a kink or a step is one, at these degrees of freedom."""
+        return float(stats.t.isf(stats.norm.sf(np.sqrt(KINK_WALD)), self.kink_dof))
+
+    def kinks_shown(self) -> bool:
+        """Whether every change of slope is larger than chance makes one."""
+        c = self.covariance
+        for i in range(self.kinks_Nm.size):
+            change = self.slopes_rad_per_Nm[i + 1] - self.slopes_rad_per_Nm[i]
+            variance = max(c[i, i] + c[i + 1, i + 1] - 2.0 * c[i, i + 1], 0.0)
+            if change**2 <= self.critical**2 * variance:
+                return False
+        return True
+
+    @property
+    def step_variance(self) -> float:
+        """Variance of the step."""
+        at = self.slopes_rad_per_Nm.size + self.kinks_Nm.size
+        return float(self.covariance[at, at]) if self.takeup_Nm > 0 else 0.0
+
+    @property
+    def width_variance(self) -> float:
+        """Variance of the half width at zero torque."""
+        at = self.slopes_rad_per_Nm.size + self.kinks_Nm.size + (self.takeup_Nm > 0)
+        return float(self.covariance[at, at])
+
+    def angle(self, torque_Nm: FloatArray) -> FloatArray:
+        """Mean curve in rad, with the step."""
+        columns = curve_columns(torque_Nm, self.kinks_Nm)
+        out = columns @ self.slopes_rad_per_Nm
+        if self.takeup_Nm > 0:
+            out = out + self.step_rad * step_column(torque_Nm, self.takeup_Nm)
+        return np.asarray(out)
+
+
+def curve_columns(torque_Nm: FloatArray, kinks_Nm: FloatArray) -> FloatArray:
+    """Columns of the slopes: how much of a torque lies in each stretch, with its sign."""
+    size = np.abs(torque_Nm)
+    ends = np.concatenate(([0.0], kinks_Nm, [np.inf]))
+    parts = [np.clip(size, a, b) - a for a, b in pairwise(ends)]
+    return np.asarray(np.sign(torque_Nm)[:, None] * np.column_stack(parts))
+
+
+def kink_columns(torque_Nm: FloatArray, kinks_Nm: FloatArray, slopes: FloatArray) -> FloatArray:
+    """Derivatives of the curve by the torques of its kinks."""
+    size, sign = np.abs(torque_Nm), np.sign(torque_Nm)
+    moved = np.zeros((torque_Nm.size, kinks_Nm.size))
+    for i, kink in enumerate(kinks_Nm):
+        moved[:, i] = sign * (size > kink) * (slopes[i] - slopes[i + 1])
+    return moved
+
+
+def step_column(torque_Nm: FloatArray, takeup_Nm: float) -> FloatArray:
+    """Step about zero that is complete at a torque."""
+    return np.asarray(np.clip(torque_Nm / takeup_Nm, -1.0, 1.0))
+
+
+def hats(values: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Columns of a function that is straight between nodes; constant beyond them."""
+    return np.column_stack([np.interp(values, nodes, row) for row in np.eye(nodes.size)])
+
+
+def supported(samples: Samples, nodes: FloatArray) -> FloatArray:
+    """Nodes between which there are samples enough for a straight line; the first one stays."""
+    size = np.abs(samples.torque_Nm)
+    level = np.floor(size / samples.cell_Nm)
+    branches = [
+        (size[at], level[at]) for at in (samples.falling > 0, samples.falling < 0) if np.any(at)
+    ]
+
+    def levels(low: float, high: float) -> int:
+        return min(
+            int(np.unique(cell[(torque > low) & (torque <= high)]).size)
+            for torque, cell in branches
+        )
+
+    kept = [float(nodes[0])]
+    for node in nodes[1:]:
+        if levels(kept[-1] if len(kept) > 1 else -1.0, float(node)) >= NODE_LEVELS:
+            kept.append(float(node))
+    if len(kept) > 1 and levels(kept[-1], np.inf) > 0:
+        kept[-1] = float(nodes[-1])  # what is left beyond the last one belongs to it
+    return np.asarray(kept)
+
+
+def width_columns(samples: Samples) -> tuple[FloatArray, FloatArray]:
+    """Columns of the half width of the loop, and their nodes in N m."""
+    if not samples.both_branches:
+        return np.zeros((samples.torque_Nm.size, 0)), np.zeros(0)
+    if samples.readings < FEW_READINGS:
+        return samples.falling[:, None], np.zeros(1)
+    nodes = supported(samples, np.array(WIDTH_NODES) * samples.amplitude_Nm)
+    nodes = nodes[nodes <= samples.width_reach_Nm]
+    return samples.falling[:, None] * hats(np.abs(samples.torque_Nm), nodes), nodes
+
+
+def centred(columns: FloatArray, loop: IntArray) -> FloatArray:
+    """Take the mean of each loop off: every loop has an offset of its own."""
+    count = np.maximum(np.bincount(loop), 1)
+    out = np.empty_like(columns)
+    for i, column in enumerate(columns.T):
+        out[:, i] = column - (np.bincount(loop, column) / count)[loop]
+    return out
+
+
+def least_squares(columns: FloatArray, values: FloatArray) -> FloatArray:
+    """Least squares with columns of very different sizes; the shortest answer where it is open."""
+    size = column_sizes(columns)
+    return np.asarray(np.linalg.lstsq(columns / size, values, rcond=1e-9)[0] / size)
+
+
+def column_sizes(columns: FloatArray) -> FloatArray:
+    """Norms of columns, 1 where a column is zero."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    return np.where(size > 0, size, 1.0)
+
+
+def blocks_of(samples: Samples) -> IntArray:
+    """Blocks of the jackknife: loops, or pieces of them where they are few."""
+    if samples.loops >= LOOPS_LEAST:
+        return samples.loop
+    # A piece on one side of zero leaves the other side to tell the middle of the loop.
+    _, half = np.unique(2 * samples.stretch + (samples.torque_Nm > 0), return_inverse=True)
+    order = np.argsort(half, kind="stable")
+    size = np.bincount(half)
+    place = np.empty(half.size, dtype=np.intp)
+    place[order] = np.arange(half.size) - (np.cumsum(size) - size)[half[order]]
+    each = max(1, -(-PIECES * samples.loops // size.size))
+    return np.asarray(half * each + place * each // size[half], dtype=np.intp)
+
+
+def errors_from(samples: Samples) -> str:
+    """Say what the standard errors are estimated from."""
+    if samples.readings < FEW_READINGS:
+        return "readings"
+    return "loops" if samples.loops >= LOOPS_LEAST else "pieces of loops"
+
+
+def covariance_of(
+    samples: Samples, design: FloatArray, residual: FloatArray
+) -> tuple[FloatArray, float]:
+    """Covariance of least squares and its degrees of freedom.
+
+    Of few readings that of independent errors of one size, at least what rounding makes; otherwise
+    by leaving out one block at a time, linearised.
+    """
+    scale = column_sizes(design)
+    scaled = design / scale
+    whole = scaled.T @ scaled
+    if samples.readings < FEW_READINGS:
+        left = residual.size - design.shape[1] - int(np.unique(samples.loop).size)
+        dof = float(max(left, 1))
+        variance = max(float(residual @ residual) / dof, samples.resolution_rad**2 / 12.0)
+        return variance * np.linalg.pinv(whole, rcond=1e-9) / np.outer(scale, scale), dof
+    _, blocks = np.unique(blocks_of(samples), return_inverse=True)
+    count = int(blocks.max()) + 1
+    shifts = np.zeros((count, design.shape[1]))
+    for b in range(count):
+        rows = scaled[blocks == b]
+        gradient = rows.T @ residual[blocks == b]
+        shifts[b] = -np.linalg.lstsq(whole - rows.T @ rows, gradient, rcond=1e-9)[0] / scale
+    shifts -= shifts.mean(axis=0)
+    covariance = (count - 1) / count * shifts.T @ shifts
+    if samples.loops < LOOPS_LEAST:
+        # A figure draws on the pieces about its torque: one of each branch on either side of zero.
+        count = 4 * samples.loops
+    return covariance, float(max(count - 1, 1))
+
+
+def free_loop(samples: Samples, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fit a mean curve of any shape: offset of every loop, and half widths."""
+    nodes = supported(samples, np.array(WIDTH_NODES) * samples.amplitude_Nm)
+    curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
+    columns = np.column_stack([curve[:, 1:], width])
+    angle = samples.angle_rad
+    found = least_squares(
+        centred(columns, samples.loop), centred(angle[:, None], samples.loop)[:, 0]
+    )
+    left = angle - columns @ found
+    offsets = np.bincount(samples.loop, left) / np.maximum(np.bincount(samples.loop), 1)
+    return offsets, found[nodes.size - 1 :]
+
+
+def developed(samples: Samples) -> Samples:
+    """Leave out the transitions behind the tips, where the loop is not developed.
+
+    Behind a tip the drive sticks until friction has turned round, and the middle of the loop bends
+    towards the branch that led to the tip. Where the loop has its usual width outside of these
+    transitions, the curve at the tips is that of the branch that leads there, half that width
+    apart. Where a loop closes gradually all of it is as it is.
+    """
+    width, nodes = width_columns(samples)
+    if nodes.size < WIDTH_NODES_LEAST:
+        return samples
+    _, half = free_loop(samples, width)
+    share = nodes / samples.amplitude_Nm
+    usual = float(np.median(half[share <= TRANSITION_MOST]))
+    closed = share[half < DEVELOPED * usual]
+    if usual <= 0 or closed.size == 0 or closed[0] <= TRANSITION_MOST:
+        return samples
+    return samples.without_transitions(float(nodes[share < closed[0]][-1]))
+
+
+class KinkSearch:
+    """Where the kinks of a curve lie, everything linear taken out: offsets, widths, slopes."""
+
+    def __init__(self, samples: Samples, width: FloatArray, takeup_Nm: float) -> None:
+        self.reach_Nm = samples.amplitude_Nm
+        # Loops are alike but for noise and their offset, so their mean has the same kinks.
+        if samples.readings < FEW_READINGS:
+            group = np.arange(samples.torque_Nm.size)
+            angle = centred(samples.angle_rad[:, None], samples.loop)[:, 0]
+        else:
+            cell = np.round(samples.torque_Nm / self.reach_Nm * CELLS / 2)
+            _, group = np.unique(
+                np.column_stack((samples.falling > 0, cell)), axis=0, return_inverse=True
+            )
+            group = group.ravel()
+            angle = samples.angle_rad - free_loop(samples, width)[0][samples.loop]
+        count = np.bincount(group)
+
+        def mean(values: FloatArray) -> FloatArray:
+            return np.asarray(np.bincount(group, values) / count)
+
+        self.torque = mean(samples.torque_Nm)
+        always = [np.ones(self.torque.size), *(mean(column) for column in width.T)]
+        if takeup_Nm > 0:
+            always.append(step_column(self.torque, takeup_Nm))
+        always = [column / max(float(np.linalg.norm(column)), 1e-300) for column in always]
+        left, size, _ = np.linalg.svd(np.column_stack(always), full_matrices=False)
+        self.basis = left[:, size > 1e-9 * size[0]]
+        self.target = self.rest(mean(angle)[:, None])[:, 0]
+
+    def rest(self, columns: FloatArray) -> FloatArray:
+        """Take out what offset, width and step explain."""
+        return np.asarray(columns - self.basis @ (self.basis.T @ columns))
+
+    def hinges(self, kinks_Nm: FloatArray) -> FloatArray:
+        """Columns that turn up at each torque, and the straight line."""
+        size, sign = np.abs(self.torque), np.sign(self.torque)
+        starts = np.concatenate(([0.0], kinks_Nm))
+        return self.rest(sign[:, None] * np.maximum(size[:, None] - starts, 0.0)) / self.reach_Nm
+
+    def error(self, kinks_Nm: FloatArray) -> float:
+        """Sum of squares with kinks at these torques, whatever the slopes."""
+        columns = self.hinges(kinks_Nm)
+        left = self.target - columns @ np.linalg.lstsq(columns, self.target, rcond=1e-10)[0]
+        return float(left @ left)
+
+    @cached_property
+    def grid(self) -> tuple[FloatArray, FloatArray]:
+        """Products of the columns of all kinks of the grid, with each other and with the angle."""
+        columns = self.hinges(KINKS * self.reach_Nm)
+        return columns.T @ columns, columns.T @ self.target
+
+    def allowed(self, kinks: FloatArray) -> bool:
+        """Whether every slope has a stretch of torque of its own."""
+        return bool(np.all(np.diff([0.0, *kinks, 1.0]) >= KINK_APART - 1e-9))
+
+    def best(self, count: int) -> FloatArray:
+        """Torques of so many kinks with the least error, by a grid and a simplex from its best."""
+        if count == 0:
+            return np.zeros(0)
+        chosen = np.array(
+            [k for k in combinations(range(KINKS.size), count) if self.allowed(KINKS[list(k)])]
+        )
+        index = np.column_stack((np.zeros(len(chosen), dtype=np.intp), chosen + 1))
+        products, across = self.grid
+        gram = products[index[:, :, None], index[:, None, :]]
+        gram = gram + 1e-12 * np.trace(products) * np.eye(count + 1)
+        right = across[index]
+        explained = np.sum(right * np.linalg.solve(gram, right[:, :, None])[:, :, 0], axis=1)
+        start = KINKS[chosen[int(np.argmax(explained))]]
+        scale = self.error(start * self.reach_Nm) or 1.0
+
+        def error(kinks: FloatArray) -> float:
+            return self.error(kinks * self.reach_Nm) / scale if self.allowed(kinks) else np.inf
+
+        found = optimize.minimize(
+            error, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9}
+        )
+        return np.asarray(found.x * self.reach_Nm)
+
+
+def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFit:
+    """Fit a curve of one to three slopes to the loops, with a step about zero or without.
+
+    Parameters
+    ----------
+    samples : Samples
+    slopes : int
+    takeup_Nm : float
+        Torque at which the step is complete; 0 for no step.
+    """
+    width, nodes = width_columns(samples)
+    kinks = KinkSearch(samples, width, takeup_Nm).best(slopes - 1)
+    torque, loop = samples.torque_Nm, samples.loop
+    curve = curve_columns(torque, kinks)
+    step = [step_column(torque, takeup_Nm)] if takeup_Nm > 0 else []
+    linear = centred(np.column_stack([curve, *step, width]), loop)
+    angle = centred(samples.angle_rad[:, None], loop)[:, 0]
+    found = least_squares(linear, angle)
+    residual = angle - linear @ found
+    moved = centred(kink_columns(torque, kinks, found[:slopes]), loop)
+    design = np.column_stack([linear[:, :slopes], moved, linear[:, slopes:]])
+    covariance, dof = covariance_of(samples, design, residual)
+    many = samples.readings >= FEW_READINGS
+    return CurveFit(
+        kinks,
+        found[:slopes],
+        float(found[slopes]) if step else 0.0,
+        takeup_Nm,
+        found[slopes + len(step) :],
+        nodes,
+        covariance,
+        dof,
+        max(dof, float(np.unique(blocks_of(samples)).size - 1)) if many else dof,
+        residual,
+    )
+
+
+def values_carried(samples: Samples) -> int:
+    """Most slopes that the readings carry: three, fewer where they are few."""
+    if samples.readings >= FEW_READINGS:
+        return 3
+    flat = int(np.unique(samples.loop).size) + int(samples.both_branches)
+    spare = VALUES_SHARE * samples.torque_Nm.size - flat
+    return max(0, min(3, int((spare + 1.0) // 2.0)))

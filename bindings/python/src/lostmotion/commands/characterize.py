@@ -1,0 +1,151 @@
+"""The command ``lostmotion characterize``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TextIO
+
+from lostmotion.characterize import Characterization, characterize
+from lostmotion.characterize.characterization import DRIVE_FILE, ESTIMATED_RATIO, STATED
+from lostmotion.characterize.printed import NAMES, cells, flat
+from lostmotion.characterize.ratio import needs_ratio, ratio_of_turning_runs
+from lostmotion.commands.inputs import protocol_of
+from lostmotion.drives import MOST_RATED_NM, Drive, format_toml, read_drive
+from lostmotion.errors import InputError, one_line
+from lostmotion.files import write_whole
+from lostmotion.options import number, ratio_of
+from lostmotion.recordings import Campaign, Protocol, parse_map, recording_files
+from lostmotion.recordings.protocol import FREE
+from lostmotion.sample import read_or_sample
+from lostmotion.terminal import deliver, show_findings, show_table
+from lostmotion.units import plain_number
+
+
+def run_characterize(arguments: argparse.Namespace) -> None:
+    """``lostmotion characterize``."""
+    drive, paths = split_drive(arguments.data)
+    rated = None
+    if arguments.rated_torque is not None:
+        rated = number("--rated-torque-Nm", arguments.rated_torque, MOST_RATED_NM)
+        if rated <= 0:
+            expected = "a torque above 0"
+            raise InputError("--rated-torque-Nm", "", f"'{arguments.rated_torque}'", expected)
+    mapping = {**(drive.columns if drive else {}), **parse_map(arguments.map)}
+    protocol = protocol_of(arguments, drive.protocol if drive else FREE)
+    stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
+    campaign, ratio, ratio_from = read_with_ratio(
+        paths, stated, drive, mapping, protocol, arguments.dask
+    )
+    recorded = [str(file) for file in recording_files(paths)]
+    result = characterize(
+        campaign,
+        drive=drive,
+        ratio=ratio,
+        ratio_from=ratio_from,
+        rated_torque_Nm=rated,
+        name=None if drive else Path(recorded[0]).name.split(".")[0],
+        mapping=mapping,
+        protocol=protocol,
+    )
+    answer = result.answer()
+    if arguments.output is not None:
+        write_whole(arguments.output, format_toml(result.document(arguments.output)))
+    if arguments.report is not None:
+        from lostmotion.report import characterization_section, write_report
+
+        section = characterization_section(result, recording_files(paths))
+        lead = "The standard figures of a drive from its recordings alone."
+        write_report(
+            arguments.report, "Characterized drive", lead, [section], arguments.command_line
+        )
+    deliver(answer, arguments, lambda out: show(result, answer, arguments.output, out))
+
+
+def split_drive(data: list[str]) -> tuple[Drive | None, list[str]]:
+    """Take the drive file, if there is one, out of what is to be read."""
+    files = [name for name in data if name.lower().endswith(".toml")]
+    paths = [name for name in data if name not in files]
+    if len(files) > 1:
+        raise InputError("DATA", files[1], "a second drive file", "one drive file, or none")
+    if not paths:
+        raise InputError("DATA", "", "no recording", "recordings, and a drive file beside them")
+    return (read_drive(files[0]) if files else None), paths
+
+
+def read_with_ratio(
+    paths: list[str],
+    stated: float | None,
+    drive: Drive | None,
+    mapping: Mapping[str, str],
+    protocol: Protocol,
+    dask: str | None,
+) -> tuple[Campaign, float | None, str]:
+    """Read recordings with the ratio that is stated, in the drive file, or told by their turns."""
+
+    def read(ratio: float) -> Campaign:
+        return read_or_sample(paths, ratio=ratio, mapping=mapping, protocol=protocol, dask=dask)
+
+    if stated is not None:
+        return read(stated), stated, STATED
+    if drive is not None:
+        return read(drive.ratio), drive.ratio, DRIVE_FILE
+    campaign = read(1.0)
+    if not needs_ratio(campaign, 1.0):
+        campaign.findings = [f for f in campaign.findings if f.kind != "ratio"]
+        return campaign, None, ""
+    found = None if protocol.locked else ratio_of_turning_runs(campaign)
+    if found is None:
+        raise InputError(
+            campaign.runs[0].file,
+            "input_angle_rad",
+            "an input angle that moves, no ratio, and no run that turns",
+            "the ratio: --ratio N, input turns for one output turn",
+        )
+    return read(found), found, ESTIMATED_RATIO
+
+
+def show(
+    result: Characterization, answer: Mapping[str, Any], file: str | None, out: TextIO
+) -> None:
+    """Print a characterization."""
+    rated = answer["rated_torque_Nm"]
+    print(
+        f"{one_line(result.name)}: {answer['loops']} loop{'s' * (answer['loops'] != 1)} in "
+        f"{answer['runs']} run{'s' * (answer['runs'] != 1)}, "
+        f"{answer['torque_range_Nm'][0]:.4g} to {answer['torque_range_Nm'][1]:.4g} N m, "
+        f"{answer['samples']} samples",
+        file=out,
+    )
+    rate = answer["loading_rate_Nm_per_s"]
+    print(f"rated torque {rated:.4g} N m ({answer['rated_torque_from']})", end="", file=out)
+    if answer["ratio"] is not None:
+        print(f", ratio {answer['ratio']:.6g} ({answer['ratio_from']})", end="", file=out)
+    print("" if rate is None else f", loading rate {rate:.3g} N m/s", end="\n\n", file=out)
+    figures = flat(answer)
+    sheet = answer["sheet"]
+    head = ["figure", "measured", "standard error", "95 %", *(["sheet"] if sheet else [])]
+    rows, reasons = [], []
+    for key, name in NAMES.items():
+        found = figures[key]
+        row = [name, *cells(found)]
+        if sheet:
+            value = sheet.get(key)
+            row.append("-" if value is None else plain_number(value, 4))
+        rows.append(row)
+        if found["value"] is None:
+            above = found.get("none_above")
+            more = "" if above is None else f", none above {above:.2g} arcmin"
+            reasons.append(f"{name.partition(',')[0]}: {found['reason']}{more}")
+    show_table(head, rows, out)
+    if answer["rms_arcsec"] is not None:
+        print(f"\nresidual of the loops {plain_number(answer['rms_arcsec'])} arcsec rms", file=out)
+    for reason in dict.fromkeys(reasons):
+        print(reason, file=out)
+    print("\nassumptions:", file=out)
+    for line in answer["assumptions"]:
+        print(f"  {line}", file=out)
+    show_findings(answer["findings"], out)
+    if file is not None:
+        print(f"\nwritten: {one_line(file)}", file=out)

@@ -1,0 +1,162 @@
+"""Pictures and tables of a characterization: the loops, their mean curve, the standard figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from lostmotion.catalogue import Catalogue
+from lostmotion.characterize import Characterization, StandardFigures
+from lostmotion.characterize.characterization import sheet_figures
+from lostmotion.characterize.printed import NAMES, cells, flat
+from lostmotion.report.chart import Axes, limits
+from lostmotion.report.page import Figure, Notes, Rows, Section, Table
+from lostmotion.report.sources import file_fingerprint
+from lostmotion.report.svg import ORANGE, SMALL_SIZE, SOFT, Drawing, text_width
+from lostmotion.report.wording import written
+from lostmotion.units import ARCMIN, plain_number
+
+CURVE_POINTS = 241
+"""Points of the mean curve that are drawn."""
+
+
+def characterization_section(result: Characterization, files: Sequence[str | Path]) -> Section:
+    """Say what recordings alone tell of a drive."""
+    answer = result.answer()
+    samples = result.figures.samples
+    facts = [
+        ("loops, runs", f"{samples.loops}, {samples.runs}"),
+        ("torque range", f"{written(samples.low_Nm)} to {written(samples.high_Nm)} N·m"),
+        ("rated torque", f"{written(result.rated_torque_Nm)} N·m ({result.rated_torque_from})"),
+    ]
+    if samples.rate_Nm_per_s is not None:
+        facts.append(("loading rate", f"{plain_number(samples.rate_Nm_per_s)} N·m/s"))
+    if result.ratio is not None:
+        facts.append(("ratio", f"{result.ratio:.6g} ({result.ratio_from})"))
+    sheet = None if result.drive is None else result.drive.catalogue
+    blocks: list[Notes | Rows | Figure] = []
+    if answer["findings"]:
+        blocks.append(Notes("About the data", answer["findings"]))
+    if result.figures.fit is not None:
+        blocks.append(curve_figure(result))
+    blocks.append(figures_table({"measured": result.figures}, sheet, result.rated_torque_Nm))
+    blocks.append(Notes("Assumptions", result.assumptions()))
+    sources = [(f"recording {path}", file_fingerprint(path)) for path in files]
+    if result.drive is not None:
+        drive = result.drive.file
+        sources.insert(0, (f"drive file {drive}", file_fingerprint(drive)))
+    sources.append(("numbers of the recordings as they are used", answer["data_fingerprint"]))
+    return Section(
+        f"{result.name}: from recordings alone",
+        "The mean curve of the torque loops as up to three straight lines, lost motion and "
+        "hysteresis loss by the definitions of catalogues.",
+        facts,
+        list(blocks),
+        sources,
+    )
+
+
+def figures_table(
+    figures: Mapping[str, StandardFigures], sheet: Catalogue | None, rated_torque_Nm: float
+) -> Rows:
+    """List standard figures, of one kind of loops or of several side by side."""
+    answers = {name: flat(found.answer()) for name, found in figures.items()}
+    stated = {} if sheet is None else sheet_figures(sheet, rated_torque_Nm)
+    rows = []
+    reasons: dict[str, None] = {}
+    for key, name in NAMES.items():
+        row = [name]
+        for answer in answers.values():
+            value, error, _ = cells(answer[key])
+            row += [value, error]
+            if answer[key]["value"] is None:
+                reasons[f"{name.partition(',')[0]}: {answer[key]['reason']}"] = None
+        if stated:
+            known = stated.get(key)
+            row.append("-" if known is None else plain_number(known, 4))
+        rows.append(tuple(row))
+    head = ["figure"]
+    for name in answers:
+        head += [name, "standard error"]
+    head += ["sheet"] if stated else []
+    caption = (
+        f"Lost motion between the middles of the loop at plus and minus 3 and 4 % of the rated "
+        f"torque of {written(rated_torque_Nm)} N·m; hysteresis loss at zero torque."
+    )
+    missing = "; ".join(reasons)
+    return Rows(
+        "Standard figures",
+        head,
+        rows,
+        tuple(range(1, len(head))),
+        f"{caption} Not given: {missing}." if missing else caption,
+    )
+
+
+def curve_figure(result: Characterization) -> Figure:
+    """Make the figure of the loops with their mean curve."""
+    samples = result.figures.samples
+    return Figure(
+        f"Torque loops of {result.name} and their mean curve",
+        "Means of the loops' samples in cells of torque (grey), every loop about its own middle, "
+        "and the mean curve as straight lines (orange).",
+        lambda width: draw_curve(result, width),
+        Table(
+            "loops",
+            {
+                "loop": [int(loop) for loop in samples.loop],
+                "torque_Nm": samples.torque_Nm,
+                "angle_arcmin": middled(result) / ARCMIN,
+            },
+        ),
+    )
+
+
+def middled(result: Characterization) -> np.ndarray:
+    """Angles of the loops about the mean curve's own zero, in rad."""
+    samples, fit = result.figures.samples, result.figures.fit
+    assert fit is not None
+    left = samples.angle_rad - fit.angle(samples.torque_Nm)
+    # Both branches count alike in the middle of a loop, however long each is.
+    balance = np.zeros(samples.loops)
+    for loop in range(samples.loops):
+        here = samples.loop == loop
+        means = [
+            float(left[here & (samples.falling == side)].mean())
+            for side in (1.0, -1.0)
+            if np.any(here & (samples.falling == side))
+        ]
+        balance[loop] = float(np.mean(means))
+    return samples.angle_rad - balance[samples.loop]
+
+
+def draw_curve(result: Characterization, width: float) -> str:
+    """Draw the loops and the curve."""
+    samples, fit = result.figures.samples, result.figures.fit
+    assert fit is not None
+    height = 340.0 if width > 600 else 250.0
+    drawing = Drawing(width, height + 92, f"Torque loops of {result.name} and their mean curve")
+    x = width - 14
+    for name, ink, thick in (("mean curve", ORANGE, 1.8), ("measured", SOFT, 1.4)):
+        drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")
+        x -= text_width(name, SMALL_SIZE) + 42
+        drawing.line((x, 12, x + 26, 12), ink, thick)
+        x -= 18
+    angle = middled(result) / ARCMIN
+    axes = Axes(
+        drawing,
+        (58.0, 44.0, width - 72.0, height),
+        limits([samples.low_Nm, samples.high_Nm], 0.03),
+        limits([float(angle.min()), float(angle.max())]),
+    )
+    axes.frame("torque on the output, N·m", "lost motion, arcmin")
+    axes.open()
+    for stretch in np.unique(samples.stretch):
+        at = samples.stretch == stretch
+        axes.curve(samples.torque_Nm[at], angle[at], SOFT, 1.1, opacity=0.75)
+    torque = np.linspace(samples.low_Nm, samples.high_Nm, CURVE_POINTS)
+    axes.curve(torque, fit.angle(torque) / ARCMIN, ORANGE, 1.8)
+    axes.close()
+    return drawing.render()
