@@ -18,7 +18,7 @@ from lostmotion.characterize.stretches import collect
 from lostmotion.characterize.three_slopes import developed
 from lostmotion.cli import main
 from lostmotion.compare import zero_widths
-from lostmotion.discover.threads import one_thread
+from lostmotion.threads import one_thread
 from lostmotion.drives import read_drive
 from lostmotion.recordings import Campaign, Run, read_campaign
 

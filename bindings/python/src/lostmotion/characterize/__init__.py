@@ -3,8 +3,7 @@
 Stretches of the steady loop are cut out of the recordings (`stretches`); their mean curve becomes
 three straight lines with standard errors (`three_slopes`), lost motion and hysteresis loss by the
 definitions of catalogues (`figures`) and backlash (`backlash`); all together are a
-`Characterization`, with a drive file that every command takes. `compared` finds the same figures of
-the loops of a model.
+`Characterization`, with a drive file that every command takes.
 """
 
 from lostmotion.characterize.characterization import (
@@ -13,12 +12,10 @@ from lostmotion.characterize.characterization import (
     characterize,
     standard_figures,
 )
-from lostmotion.characterize.compared import compared_figures
 
 __all__ = [
     "Characterization",
     "StandardFigures",
     "characterize",
-    "compared_figures",
     "standard_figures",
 ]

@@ -28,11 +28,11 @@ from lostmotion.characterize.three_slopes import (
     fit_slopes,
     values_carried,
 )
-from lostmotion.discover.threads import one_thread
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, given_as
 from lostmotion.recordings import Campaign, Protocol, told
 from lostmotion.recordings.protocol import FREE
+from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]

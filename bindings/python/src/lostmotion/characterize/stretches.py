@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.compare.loops import REVERSAL_SHARE, directions
+from lostmotion.branches import REVERSAL_SHARE, directions
 from lostmotion.recordings import Campaign, Run
 
 FloatArray = npt.NDArray[np.float64]

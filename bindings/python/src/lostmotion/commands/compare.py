@@ -6,7 +6,6 @@ import argparse
 from typing import TextIO
 
 from lostmotion import units
-from lostmotion.characterize import compared_figures
 from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.fit.drive_file import SAMPLES_LEAST
@@ -31,18 +30,15 @@ def run_compare(arguments: argparse.Namespace) -> None:
             seed=seed,
             progress=progress,
         )
-    figures = compared_figures(result, drive.rated_torque_Nm)
     if arguments.report is not None:
         from lostmotion.report import comparison_section, write_report
 
         lead = "Recordings against the model of their drive: where it fits and where it fails."
-        section = comparison_section(drive, result, recording_files(arguments.data), figures)
+        section = comparison_section(drive, result, recording_files(arguments.data))
         write_report(
             arguments.report, "Measured lost motion", lead, [section], arguments.command_line
         )
-    answer = result.answer()
-    answer["standard_figures"] = {name: found.answer() for name, found in figures.items()}
-    deliver(answer, arguments, lambda out: show_comparison(result, out))
+    deliver(result.answer(), arguments, lambda out: show_comparison(result, out))
 
 
 def show_comparison(result: Comparison, out: TextIO) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.backbone import Backbone
+from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Noise, noise_floor
@@ -52,6 +54,8 @@ class Comparison:
         Runs that were fitted.
     frictions : dict
         Fitted and held-out error of either form.
+    rated_torque_Nm : float
+        Of the drive, or the largest torque of the recordings where there is none.
     """
 
     campaign: Campaign
@@ -68,6 +72,7 @@ class Comparison:
     explained_share: float
     failures: list[Failure]
     not_testable: dict[str, list[str]]
+    rated_torque_Nm: float
 
     def __repr__(self) -> str:
         """Say what came out; the residuals fill screens."""
@@ -106,6 +111,19 @@ class Comparison:
         """Error over runs that the fit has not seen."""
         unseen = ~self.seen[self.run_of]
         return rms_of(self.heldout_rad[unseen] if unseen.any() else self.heldout_rad)
+
+    @cached_property
+    def standard_figures(self) -> dict[str, StandardFigures]:
+        """Standard figures of the measured and of the modelled loops, found in the same way."""
+        model = self.measured_rad - self.residual_rad
+        return {
+            name: standard_figures(
+                self.campaign,
+                self.rated_torque_Nm,
+                [angle[at] for at in self.base.conditions.slices()],
+            )
+            for name, angle in (("measured", self.measured_rad), ("model", model))
+        }
 
     def by_run(self) -> list[dict[str, Any]]:
         """Error of each run, fitted and held out, and the width of its loop at zero torque."""
@@ -185,6 +203,9 @@ class Comparison:
                 else noise.between_rad / ARCSEC,
                 "repeated_runs": noise.repeats,
             },
+            "standard_figures": {
+                name: found.answer() for name, found in self.standard_figures.items()
+            },
             "not_testable": self.not_testable,
             "findings": told(self.campaign.findings),
             "samples": self.campaign.rows,
@@ -245,7 +266,14 @@ def compare(
             base = make_base(drive, campaign, backbone, known)
     with one_thread():
         return _compare(
-            backbone, campaign, base, known, fit_on, seed, progress or (lambda *_: None)
+            backbone,
+            campaign,
+            base,
+            known,
+            fit_on,
+            seed,
+            progress or (lambda *_: None),
+            None if isinstance(drive, Backbone) else drive.rated_torque_Nm,
         )
 
 
@@ -257,6 +285,7 @@ def _compare(
     fit_on: Sequence[int | str] | None,
     seed: int,
     progress: Callable[[int, int], None],
+    rated_Nm: float | None,
 ) -> Comparison:
     steps = 4
     torque = campaign.column("torque")
@@ -305,6 +334,7 @@ def _compare(
         1.0 - float(np.sum(residual**2)) / variance if variance > 0 else 0.0,
         where_it_fails(c, residual, seed),
         closed_by_columns(effects, c),
+        float(np.max(np.abs(torque))) if rated_Nm is None else rated_Nm,
     )
     progress(steps, steps)
     return result

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.branches import directions
 from lostmotion.compare.chance import TINY, common_part, explained, explained_apart
-from lostmotion.compare.loops import BLOCKS_LEAST, branch_blocks, directions, time_under_load
+from lostmotion.compare.loops import BLOCKS_LEAST, branch_blocks, time_under_load
 from lostmotion.effects.conditions import Conditions
 
 FloatArray = npt.NDArray[np.float64]

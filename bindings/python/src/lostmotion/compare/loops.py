@@ -1,19 +1,15 @@
-"""Loops of a recording: branches, reversals, time under load, and the width at zero torque."""
+"""Loops of a recording: time under load, stretches between reversals, width at zero torque."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import run_plays
+from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
-
-REVERSAL_SHARE = 0.02
-"""A turn of the torque counts as a reversal when it goes back by this share of the largest torque,
-on either side of the noise."""
 
 BLOCKS_LEAST = 6
 """Fewer blocks cannot show anything: the smallest p is 2 / 2^blocks."""
@@ -51,29 +47,6 @@ def zero_widths(torque_Nm: FloatArray, angles: FloatArray) -> FloatArray | None:
         line = np.column_stack((np.ones(int(chosen.sum())), torque_Nm[chosen]))
         at_zero.append(np.linalg.lstsq(line, angles[chosen], rcond=None)[0][0])
     return np.asarray(at_zero[0] - at_zero[1], dtype=np.float64)
-
-
-def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray]:
-    """Direction of the torque and how far it has gone since its last reversal.
-
-    Returns
-    -------
-    direction : ndarray of int
-        1 rising, 0 falling; noise below `REVERSAL_SHARE` of the largest torque does not turn it.
-    travel : ndarray
-        Torque covered since the last reversal, signed by the direction.
-    """
-    play = torque + run_plays(np.array([REVERSAL_SHARE * largest]), torque)[:, 0]
-    move = np.sign(np.diff(play, prepend=play[0]))
-    last = np.maximum.accumulate(np.where(move != 0, np.arange(move.size), 0))
-    sign = move[last]
-    if np.any(sign != 0):
-        sign[sign == 0] = sign[np.flatnonzero(sign)[0]]
-    turned = np.flatnonzero(np.diff(sign) != 0) + 1
-    begin = np.zeros(sign.size, dtype=np.intp)
-    begin[turned] = turned
-    begin = np.maximum.accumulate(begin)
-    return (sign > 0).astype(np.intp), torque - torque[begin]
 
 
 def time_under_load(c: Conditions) -> FloatArray:

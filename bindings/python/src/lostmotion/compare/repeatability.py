@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.compare.loops import directions
+from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
 
 FloatArray = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.compare.loops import directions
+from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.chart import Axes, label, limits, nice_step
 from lostmotion.report.page import Figure, Table

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lostmotion.catalogue import PARTS
-from lostmotion.characterize import StandardFigures
 from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.discover.advice import count_runs
 from lostmotion.drives import Drive
@@ -285,23 +284,8 @@ def checks_table(checks: Sequence[Check]) -> Rows:
     )
 
 
-def comparison_section(
-    drive: Drive,
-    result: Comparison,
-    files: Sequence[str | Path],
-    figures: Mapping[str, StandardFigures] | None = None,
-) -> Section:
-    """Say how well the model of a drive fits recordings, and where it fails.
-
-    Parameters
-    ----------
-    drive : Drive
-    result : Comparison
-    files : sequence of path
-        The recordings.
-    figures : mapping, optional
-        Standard figures of the measured and of the modelled loops, from `compared_figures`.
-    """
+def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | Path]) -> Section:
+    """Say how well the model of a drive fits recordings, and where it fails."""
     answer = result.answer()
     unit, unit_name = unit_of(result)
 
@@ -351,8 +335,8 @@ def comparison_section(
             (1, 2, 3),
         )
     )
-    if figures is not None:
-        section.blocks.append(figures_table(figures, drive.catalogue, drive.rated_torque_Nm))
+    figures = result.standard_figures
+    section.blocks.append(figures_table(figures, drive.catalogue, result.rated_torque_Nm))
     if result.failures:
         section.blocks.append(failures_figure(result, drive.name))
     c = result.base.conditions

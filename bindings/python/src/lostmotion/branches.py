@@ -1,0 +1,38 @@
+"""Branches of a recording: where its torque rises, where it falls, and where it turns round."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.backbone import run_plays
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+REVERSAL_SHARE = 0.02
+"""A turn of the torque counts as a reversal when it goes back by this share of the largest torque,
+on either side of the noise."""
+
+
+def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray]:
+    """Direction of the torque and how far it has gone since its last reversal.
+
+    Returns
+    -------
+    direction : ndarray of int
+        1 rising, 0 falling; noise below `REVERSAL_SHARE` of the largest torque does not turn it.
+    travel : ndarray
+        Torque covered since the last reversal, signed by the direction.
+    """
+    play = torque + run_plays(np.array([REVERSAL_SHARE * largest]), torque)[:, 0]
+    move = np.sign(np.diff(play, prepend=play[0]))
+    last = np.maximum.accumulate(np.where(move != 0, np.arange(move.size), 0))
+    sign = move[last]
+    if np.any(sign != 0):
+        sign[sign == 0] = sign[np.flatnonzero(sign)[0]]
+    turned = np.flatnonzero(np.diff(sign) != 0) + 1
+    begin = np.zeros(sign.size, dtype=np.intp)
+    begin[turned] = turned
+    begin = np.maximum.accumulate(begin)
+    return (sign > 0).astype(np.intp), torque - torque[begin]
