@@ -757,14 +757,17 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
     exponent = base.terms[0].values[1]
     assert 0.3 < exponent < 0.7
     # By one observation a run, whatever the number of its samples.
-    places, usual, sd = base.laws_between_runs()
-    x, _, _ = base.vector()
-    assert x[places] == [exponent]
-    assert usual == [0.5]
+    block = next(block for block in base.blocks() if "wear.exponent" in block.names)
+    assert block.prior is not None
+    assert block.value[block.prior.places] == [exponent]
+    assert block.prior.mean == [0.5]
+    sd = block.prior.sd
     assert sd == pytest.approx([0.8 / (RUN_SCATTER * np.sqrt(500 * 12))])
     # Weighed against the noise: the same law in noise of half the size is held half as tightly.
     base.noise_arcsec = 0.5
-    assert base.laws_between_runs()[2] == pytest.approx(2 * sd)
+    again = next(block for block in base.blocks() if "wear.exponent" in block.names)
+    assert again.prior is not None
+    assert again.prior.sd == pytest.approx(2 * sd)
 
 
 def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():

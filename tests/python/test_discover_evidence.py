@@ -172,7 +172,7 @@ def test_what_all_runs_have_more_of_is_a_change_of_the_base_whatever_their_devia
     base.deviations[:, :2] = np.random.default_rng(4).normal(size=(base.conditions.runs, 2)) * 0.05
     point = base.at()
     step = 1e-6
-    runs, fixed = base.run_columns(point), base.fixed_columns(point)[0]
+    runs, fixed = base.run_columns(point), base.fixed_columns(point)
     more = base.copy()
     more.slopes = base.slopes * (1 + step)
     assert runs[:, 0] == pytest.approx((more.angle() - base.angle()) / step, abs=1e-3)

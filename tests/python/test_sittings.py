@@ -79,10 +79,10 @@ def test_start_states_of_every_sitting_have_their_columns(months: list[Path]) ->
     base = Base(Conditions(read_campaign(months, ratio=RATIO)), RATED_NM)
     base.first_fit()
     base.allow_outside_friction()
-    fixed, names = base.fixed_columns(base.at())
+    fixed, names = base.fixed_columns(base.at()), base.names()
     x = base.vector()[0]
     assert len(names) == x.size == fixed.shape[1]
-    places = base.start_places(x.size)
+    places = base.start_places()
     assert [names[at][0] for at in places] == ["start_0", "start_1_0", "start_2_0"]
     for k, at in enumerate(places):
         more, less = base.copy(), base.copy()

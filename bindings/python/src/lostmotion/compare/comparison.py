@@ -24,6 +24,7 @@ from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import Base
 from lostmotion.fit.drive_file import make_base
 from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_residual
+from lostmotion.fit.parameters import FILED
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, told
 from lostmotion.threads import one_thread
@@ -153,17 +154,11 @@ class Comparison:
     def parameters(self) -> dict[str, Any]:
         """Fitted values by name, with their units."""
         base = self.base
-        outside = np.zeros(base.shares.size) if base.outside is None else base.outside
-        return {
-            "knot_Nm": [float(x) for x in base.knots_Nm],
-            "slope_rad_per_Nm": [float(x) for x in base.slopes * ARCSEC],
-            "play_radius_Nm": [float(x) for x in base.radius_Nm],
-            "play_inside_share": [float(x) for x in base.shares],
-            "play_outside_rad_per_Nm": [float(x) for x in outside * ARCSEC],
-            "play_envelope_Nm": base.envelope_Nm,
-            "play_envelope_knee_Nm": base.knee_Nm,
-            "start_state": [float(x) for x in base.start[0]],
-        }
+        out: dict[str, Any] = {}
+        for filed in FILED:
+            values = filed.of(base) if filed.of(base).size else np.zeros(base.shares.size)
+            out[filed.answer] = values.tolist() if "{}" in filed.key else float(values[0])
+        return {**out, "start_state": base.start[0].tolist()}
 
     @property
     def invertible(self) -> bool:

@@ -91,7 +91,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
         evidence = gather(fixed, precision, scatter, blocks, response, how, c.starts)
         weight = 1.0 if how is noise else float(np.mean(noise.sigma)) ** 2
         evidence.precision = evidence.precision * weight
-        kept.append(without_start(evidence, base.start_places(point.size)))
+        kept.append(without_start(evidence, base.start_places()))
     return Body(
         kept[0],
         kept[1],

@@ -63,7 +63,7 @@ class Field:
     def projector(self) -> Projector:
         """What the base, with all that is in it, leaves of other columns."""
         base = self.settled.base
-        return Projector(base.fixed_columns(base.at())[0])
+        return Projector(base.fixed_columns(base.at()))
 
 
 def swing_by_run(base: Base, point: Point) -> FloatArray:

@@ -27,28 +27,20 @@ from lostmotion.discover.outliers import clean_outliers
 from lostmotion.discover.refits import term_of
 from lostmotion.drives import (
     FIT_RANGES,
-    KNOT,
-    PLAY_ENVELOPE,
-    PLAY_KNEE,
-    PLAY_OUTSIDE,
-    PLAY_RADIUS,
-    PLAY_SHARE,
-    SLOPE,
     Drive,
-    row_names,
 )
 from lostmotion.effects.columns import constant_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import PLAYS, Base, Term, start_values
+from lostmotion.fit.baseline import Base, Term, start_values
 from lostmotion.fit.drive_file import effect_table, make_base, require
 from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_rms
+from lostmotion.fit.parameters import FILED, placed
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
-from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -301,37 +293,27 @@ def table_of(
     inverse = np.linalg.inv(total[:n, :n] + np.diag(contest.ridge(index)))
     scale = evidence.scale[evidence.fixed]
     small = inverse / np.outer(scale, scale)
-    stretches = base.slopes.size
     # Start states and the common offset belong to these recordings, not to the drive.
-    place = base.first_term
-    keep = [*range(stretches + PLAYS), place - 1]
-    names = [*row_names(SLOPE, stretches), *row_names(PLAY_SHARE, PLAYS), PLAY_ENVELOPE]
-    unit = [*[ARCSEC] * stretches, *[1.0] * PLAYS, 1.0]
-    values = [*(base.slopes * ARCSEC), *base.shares, base.envelope_Nm]
-    for term in base.terms:
-        for i in term.free:
-            keep.append(place)
-            place += 1
-            names.append(f"{term.effect.name}.{term.effect.values[i].name}")
-            values.append(term.values[i])
-            unit.append(1.0)
-    if base.outside is not None:
-        keep += range(place, place + PLAYS)
-        names += row_names(PLAY_OUTSIDE, PLAYS)
-        values += [*(base.outside * ARCSEC)]
-        unit += [ARCSEC] * PLAYS
+    kept = [(block, places) for block, places in placed(base.blocks()) if block.file_keys]
+    keep = np.concatenate([np.arange(places.start, places.stop) for _, places in kept])
+    names = [name for block, _ in kept for name in block.file_keys]
+    unit = np.concatenate([np.full(block.size, block.unit) for block, _ in kept])
+    values = np.concatenate([block.value * block.unit for block, _ in kept])
     covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     correlation = covariance / np.outer(deviation, deviation)
     close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
     inseparable = [[names[i], names[j]] for i, j in close]
-    fixed_names = [*row_names(KNOT, base.knots_Nm.size), *row_names(PLAY_RADIUS, PLAYS), PLAY_KNEE]
-    fixed = np.concatenate((base.knots_Nm, base.radius_Nm, [base.knee_Nm]))
+    # The grid was chosen and not estimated.
+    estimated = {block.filed for block, _ in kept}
+    grid = [filed for filed in FILED if filed not in estimated and filed.of(base).size]
+    fixed = np.concatenate([filed.of(base) for filed in grid])
+    fixed_names = [name for filed in grid for name in filed.keys(filed.of(base).size)]
     whole = np.zeros((len(names) + fixed.size,) * 2)
     whole[: len(names), : len(names)] = covariance
     return (
         [*names, *fixed_names],
-        np.concatenate((np.array(values, dtype=np.float64), fixed)),
+        np.concatenate((values, fixed)),
         whole,
         inseparable,
     )

@@ -69,8 +69,8 @@ def columns_of(base: Base, point: Point) -> tuple[FloatArray, FloatArray, FloatA
     them anew. Scatter is about a mean: that of stiffness and gap is in the backbone, that of the
     friction's half widths and of the offset comes last of the fixed columns.
     """
-    fixed, _ = base.fixed_columns(point)
-    precision = np.append(base.precision(fixed.shape[1]), np.zeros(COMMON))
+    fixed = base.fixed_columns(point)
+    precision = np.append(base.precision(), np.zeros(COMMON))
     scatter = base.run_columns(point)
     fixed = side_by_side(fixed, scatter[:, 1], np.ones(fixed.shape[0]))
     response = base.measured - point.angle

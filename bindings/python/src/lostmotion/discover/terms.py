@@ -45,8 +45,8 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
 
 def term_places(base: Base, place: int) -> npt.NDArray[np.intp]:
     """Places of a term's free values among the fixed columns."""
-    first = base.first_term + sum(len(term.free) for term in base.terms[:place])
-    return np.arange(first, first + len(base.terms[place].free))
+    places = base.term_places(base.terms[place])
+    return np.arange(places.start, places.stop)
 
 
 def term_angle(base: Base, place: int, fixed: FloatArray) -> FloatArray:
@@ -67,6 +67,6 @@ def term_angle(base: Base, place: int, fixed: FloatArray) -> FloatArray:
 
 def term_size(base: Base, place: int) -> float:
     """Root mean square, arc seconds, of what the rest of the model leaves of a term."""
-    fixed = base.fixed_columns(base.at())[0]
+    fixed = base.fixed_columns(base.at())
     rest = Projector(np.delete(fixed, term_places(base, place), axis=1))
     return rest.size(term_angle(base, place, fixed))

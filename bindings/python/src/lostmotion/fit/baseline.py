@@ -15,18 +15,30 @@ recordings ask for it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.backbone import Backbone, run_plays
-from lostmotion.core import core
+from lostmotion.backbone import Backbone
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.effects.effect import Effect
+from lostmotion.fit.hysteresis import envelope, moved_before, operator_columns
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
+from lostmotion.fit.parameters import (
+    ENVELOPE_FILED,
+    OUTSIDE_FILED,
+    SHARES_FILED,
+    SLOPES_FILED,
+    Block,
+    Prior,
+    placed,
+    prior_rows,
+)
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -96,6 +108,9 @@ RUN_SCATTER = 0.6
 """... and each tells it as well as what it has of its own allows, over the noise, however many
 samples it has. A law through the few worn runs of a campaign is held to what is usual accordingly:
 samples that count one by one would put it through their scatter, and far off beyond them."""
+
+START = "start"
+"""What the blocks of the start states belong to: the sittings of the recordings."""
 
 RADIUS_STEP = 0.02
 """Relative step of the half widths in differences."""
@@ -240,49 +255,19 @@ class Base:
         """Slope of the plays' envelope at no torque, where it is greatest."""
         return 1.0 + self.envelope_Nm / self.knee_Nm
 
-    def envelope(self, torque: FloatArray) -> FloatArray:
-        """What the plays follow, N m."""
-        t = np.abs(torque) / self.knee_Nm
-        more = self.envelope_Nm * (1.0 - 1.0 / (1.0 + t * (1.0 + t)))
-        return np.asarray(torque + np.copysign(more, torque))
-
-    def play_columns(self, torque: FloatArray, width: FloatArray) -> FloatArray:
+    def play_columns(
+        self, torque: FloatArray, width: FloatArray, envelope_Nm: float | None = None
+    ) -> FloatArray:
         """Differences ``z_i - U`` through the whole campaign; `width` scales the half widths."""
-        c = core(64)
-        torque = self.envelope(torque)
-        out = c.zeros(torque.size, PLAYS)
-        for at in self.sittings:
-            c.lib.lm_run_plays(
-                c.pointer(c.array(self.radius_Nm)),
-                c.pointer(c.zeros(PLAYS)),
-                PLAYS,
-                c.pointer(c.array(np.full(PLAYS, torque[at.start])), write=True),
-                c.pointer(c.array(torque[at])),
-                c.pointer(c.array(width[at])),
-                at.stop - at.start,
-                c.pointer(out[at], write=True),
-            )
-        return out
+        more = self.envelope_Nm if envelope_Nm is None else envelope_Nm
+        followed = envelope(torque, more, self.knee_Nm)
+        return operator_columns(self.radius_Nm, followed, width, self.sittings)
 
-    def start_columns(self) -> Iterator[tuple[slice, FloatArray]]:
+    def start_columns(self) -> list[tuple[slice, FloatArray]]:
         """Rows of the first run of each sitting, and the plays' derivatives by where they stood."""
-        starts = self.conditions.starts
-        for sitting in self.sittings:
-            end = starts[np.searchsorted(starts, sitting.start, side="right")]
-            at = slice(sitting.start, int(end))
-            torque = self.envelope(self.conditions.torque[at])
-            out = np.zeros((torque.size, PLAYS))
-            for i, radius in enumerate(self.radius_Nm):
-                one = np.array([radius])
-                high = run_plays(one, torque, 0.5)[:, 0]
-                out[:, i] = high - run_plays(one, torque, -0.5)[:, 0]
-            yield at, out
-
-    def start_places(self, size: int) -> list[slice]:
-        """Places of each sitting's start states among `size` parameters: later ones are last."""
-        first, later = self.slopes.size + PLAYS, len(self.sittings) - 1
-        ends = [first + PLAYS, *(size - PLAYS * k for k in reversed(range(later)))]
-        return [slice(end - PLAYS, end) for end in ends]
+        c = self.conditions
+        followed = envelope(c.torque, self.envelope_Nm, self.knee_Nm)
+        return list(moved_before(followed, self.radius_Nm, self.sittings, c.starts))
 
     def ramps(self, wound: FloatArray) -> FloatArray:
         """Backbone of unit slope in each stretch, zero in the others."""
@@ -360,70 +345,178 @@ class Base:
 
     # --- derivatives -----------------------------------------------------------------------------
 
-    def fixed_names(self) -> list[str]:
-        """Names of the columns of `fixed_columns`."""
-        names = [f"slope_{i}" for i in range(self.slopes.size)]
-        names += [f"share_{i}" for i in range(PLAYS)] + [f"start_{i}" for i in range(PLAYS)]
-        names.append("envelope")
-        for term in self.terms:
-            names += [f"{term.effect.name}.{term.effect.values[i].name}" for i in term.free]
-        for shape in self.additives:
-            names += [f"{shape.name}_{i}" for i in range(shape.columns.shape[1])]
-        if self.outside is not None:
-            names += [f"outside_{i}" for i in range(PLAYS)]
-        later = range(1, len(self.sittings))
-        return [*names, *(f"start_{k}_{i}" for k in later for i in range(PLAYS))]
+    def blocks(self) -> list[Block]:
+        """Blocks of the parameter vector, in its order: everything that is stated of a parameter.
 
-    def fixed_columns(self, point: Point, more: int = 0) -> tuple[FloatArray, list[str]]:
-        """Derivatives by slopes, shares, start states and the values of the terms.
+        Weakly known beforehand: slopes are within their own size of the sheet's, start states
+        within one, the plays' envelope about the usual one. Where a value of an effect is moved by
+        one linear step, it may be anywhere between its bounds: few runs tell an exponent badly.
+        """
+        n, knee = self.slopes.size, self.knee_Nm
+        slopes_sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
+        moved = cache(self.start_columns)
+
+        def fill_slopes(point: Point, out: FloatArray) -> None:
+            stiff = (1.0 + self.deviations[:, 0])[self.conditions.run_of]
+            np.multiply(point.ramps, stiff[:, None], out=out)
+
+        def fill_shares(point: Point, out: FloatArray) -> None:
+            np.multiply(point.slope[:, None], point.plays, out=out)
+
+        def fill_start(session: int, point: Point, out: FloatArray) -> None:
+            rows, by_state = moved()[session]
+            out[:] = 0.0
+            out[rows] = (point.slope[rows, None] * by_state) * self.shares
+            if self.outside is not None:
+                out[rows] += by_state * self.outside
+
+        def fill_envelope(point: Point, out: FloatArray) -> None:
+            out[:, 0] = self.envelope_column(point)
+
+        def fill_outside(point: Point, out: FloatArray) -> None:
+            out[:] = point.plays
+            for (rows, by_state), start in zip(moved(), self.start, strict=True):
+                out[rows] += by_state * start
+
+        def start_block(session: int) -> Block:
+            name = "start" if session == 0 else f"start_{session}"
+            return Block(
+                numbered(name, PLAYS),
+                self.start[session],
+                np.full(PLAYS, -1.0),
+                np.ones(PLAYS),
+                np.ones(PLAYS),
+                partial(self.put_start, session),
+                partial(fill_start, session),
+                Prior(np.arange(PLAYS), np.zeros(PLAYS), np.ones(PLAYS)),
+                of=START,
+            )
+
+        blocks = [
+            Block(
+                numbered("slope", n),
+                self.slopes,
+                np.zeros(n),
+                np.full(n, SLOPE_MAX * self.mean_slope),
+                1.0 / slopes_sd**2,
+                partial(setattr, self, "slopes"),
+                fill_slopes,
+                Prior(np.arange(n), self.prior_slopes, slopes_sd),
+                filed=SLOPES_FILED,
+            ),
+            Block(
+                numbered("share", PLAYS),
+                self.shares,
+                np.zeros(PLAYS),
+                np.full(PLAYS, SHARE_MAX),
+                np.ones(PLAYS),
+                partial(setattr, self, "shares"),
+                fill_shares,
+                filed=SHARES_FILED,
+            ),
+            start_block(0),
+            Block(
+                ["envelope"],
+                np.array([self.envelope_Nm]),
+                np.zeros(1),
+                np.array([ENVELOPE_MAX * knee]),
+                np.array([1.0 / knee**2]),
+                self.put_envelope,
+                fill_envelope,
+                Prior(np.arange(1), np.array([USUAL_ENVELOPE * knee]), np.array([knee])),
+                filed=ENVELOPE_FILED,
+            ),
+            *(self.term_block(term) for term in self.terms),
+            *(additive_block(shape) for shape in self.additives),
+        ]
+        if self.outside is not None:
+            blocks.append(
+                Block(
+                    numbered("outside", PLAYS),
+                    self.outside,
+                    np.zeros(PLAYS),
+                    np.full(PLAYS, SLOPE_MAX * self.mean_slope),
+                    np.zeros(PLAYS),
+                    partial(setattr, self, "outside"),
+                    fill_outside,
+                    filed=OUTSIDE_FILED,
+                )
+            )
+        return [*blocks, *(start_block(session) for session in range(1, len(self.sittings)))]
+
+    def put_start(self, session: int, state: FloatArray) -> None:
+        """Take over where the plays stood before a sitting."""
+        self.start = self.start.copy()
+        self.start[session] = state
+
+    def put_envelope(self, more_Nm: FloatArray) -> None:
+        """Take over how far the plays' envelope goes."""
+        self.envelope_Nm = float(more_Nm[0])
+
+    def term_block(self, term: Term) -> Block:
+        """Free values of an effect; laws that only runs tell are about what is usual."""
+        free = [term.effect.values[i] for i in term.free]
+        low, high = (np.array([getattr(value, end) for value in free]) for end in ("low", "high"))
+        laws = np.array(
+            [k for k, v in enumerate(free) if (term.effect.name, v.name) in LAWS_BETWEEN_RUNS],
+            dtype=np.intp,
+        )
+        per_run = self.conditions.rows / self.conditions.runs
+        a_run = RUN_SCATTER * self.noise_arcsec * np.sqrt(per_run)
+        usual = np.array([free[k].typical for k in laws])
+        sd = (high - low)[laws] / np.sqrt(EVENLY) / a_run
+
+        def put(values: FloatArray) -> None:
+            term.values = term.values.copy()
+            term.values[term.free] = values
+
+        def fill(point: Point, out: FloatArray) -> None:
+            for k, i in enumerate(term.free):
+                out[:, k] = self.value_column(term, i, point)
+
+        return Block(
+            [f"{term.effect.name}.{value.name}" for value in free],
+            term.values[term.free],
+            low,
+            high,
+            EVENLY / (high - low) ** 2,
+            put,
+            fill,
+            Prior(laws, usual, sd, per_run=True) if laws.size else None,
+            keys=[f"{term.effect.name}.{value.name}" for value in free],
+            of=term,
+        )
+
+    def names(self) -> list[str]:
+        """Names of the parameters."""
+        return [name for block in self.blocks() for name in block.names]
+
+    def fixed_columns(self, point: Point, more: int = 0) -> FloatArray:
+        """Derivatives of the angle by the parameters, arc seconds per unit.
 
         Column by column in memory, with `more` empty rows at the end for whoever adds some.
         """
-        c = self.conditions
-        names = self.fixed_names()
-        whole = np.empty((c.rows + more, len(names)), order="F")
-        out = whole[: c.rows]
-        n = self.slopes.size
-        np.multiply(point.ramps, (1.0 + self.deviations[:, 0])[c.run_of][:, None], out=out[:, :n])
-        np.multiply(point.slope[:, None], point.plays, out=out[:, n : n + PLAYS])
-        at = self.first_term
-        out[:, at - 1] = self.envelope_column(point)
-        for term in self.terms:
-            for i in term.free:
-                out[:, at] = self.value_column(term, i, point)
-                at += 1
-        for shape in self.additives:
-            out[:, at : at + shape.columns.shape[1]] = shape.columns
-            at += shape.columns.shape[1]
-        if self.outside is not None:
-            outside = out[:, at : at + PLAYS]
-            outside[:] = point.plays
-        for k, (rows, moved) in enumerate(self.start_columns()):
-            column = out[:, self.start_places(len(names))[k]]
-            column[:] = 0.0
-            column[rows] = (point.slope[rows, None] * moved) * self.shares
-            if self.outside is not None:
-                column[rows] += moved * self.outside
-                outside[rows] += moved * self.start[k]
-        return whole, names
+        blocks = placed(self.blocks())
+        whole = np.empty((self.conditions.rows + more, blocks[-1][1].stop), order="F")
+        for block, places in blocks:
+            block.fill(point, whole[: self.conditions.rows, places])
+        return whole
 
-    @property
-    def first_term(self) -> int:
-        """Place of the first value of an effect among the parameters; the envelope is before it."""
-        return self.slopes.size + 2 * PLAYS + 1
+    def start_places(self) -> list[slice]:
+        """Places of each sitting's start states among the parameters."""
+        return [places for block, places in placed(self.blocks()) if block.of is START]
+
+    def term_places(self, term: Term) -> slice:
+        """Places of the free values of a term among the parameters."""
+        return next(places for block, places in placed(self.blocks()) if block.of is term)
 
     def envelope_column(self, point: Point) -> FloatArray:
         """Derivative of the angle by how far the plays' envelope goes."""
-        kept, step = self.envelope_Nm, RADIUS_STEP * self.knee_Nm
-        low = max(kept - step, 0.0)
-        try:
-            self.envelope_Nm = kept + step
-            change = self.play_columns(point.torque, point.width)
-            self.envelope_Nm = low
-            change -= self.play_columns(point.torque, point.width)
-        finally:
-            self.envelope_Nm = kept
-        change /= kept + step - low
+        step = RADIUS_STEP * self.knee_Nm
+        low, high = max(self.envelope_Nm - step, 0.0), self.envelope_Nm + step
+        change = self.play_columns(point.torque, point.width, high)
+        change -= self.play_columns(point.torque, point.width, low)
+        change /= high - low
         column = point.slope * (change @ self.shares)
         return np.asarray(column if self.outside is None else column + change @ self.outside)
 
@@ -433,25 +526,23 @@ class Base:
         size = max(abs(term.values[index]), 0.1 * abs(value.typical), 1e-12)
         # What moves the friction is not smooth on the scale of a sample's noise.
         step = (1e-3 if term.effect.kind == "angle" else RADIUS_STEP) * size
-        kept = term.values
-        low = kept.copy()
-        high = kept.copy()
-        low[index] = max(value.low, kept[index] - step)
-        high[index] = min(value.high, kept[index] + step)
+        low, high = term.values.copy(), term.values.copy()
+        low[index] = max(value.low, term.values[index] - step)
+        high[index] = min(value.high, term.values[index] + step)
         if term.effect.kind == "angle":
             c = self.conditions
             elastic = point.elastic * ARCSEC
             up = term.effect.run(high, c, point.torque, elastic, point.wound)
             down = term.effect.run(low, c, point.torque, elastic, point.wound)
             return np.asarray((up - down) / ARCSEC / (high[index] - low[index]))
-        try:
-            term.values = high
-            up = self.angle()
-            term.values = low
-            down = self.angle()
-        finally:
-            term.values = kept
+        up, down = (self.with_values(term, values).angle() for values in (high, low))
         return np.asarray((up - down) / (high[index] - low[index]))
+
+    def with_values(self, term: Term, values: FloatArray) -> Base:
+        """The same model, but for the values of one of its terms: to be evaluated, not fitted."""
+        other = copy.copy(self)
+        other.terms = [Term(t.effect, values, t.free) if t is term else t for t in self.terms]
+        return other
 
     def run_columns(self, point: Point) -> FloatArray:
         """Derivatives by what a run has of its own: stiffness, friction, gap, offset.
@@ -480,120 +571,38 @@ class Base:
 
     def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Free parameters and their bounds."""
-        x = [self.slopes, self.shares, self.start[0], np.array([self.envelope_Nm])]
-        low = [np.zeros(self.slopes.size), np.zeros(PLAYS), np.full(PLAYS, -1.0), np.zeros(1)]
-        high = [
-            np.full(self.slopes.size, SLOPE_MAX * self.mean_slope),
-            np.full(PLAYS, SHARE_MAX),
-            np.ones(PLAYS),
-            np.array([ENVELOPE_MAX * self.knee_Nm]),
-        ]
-        for term in self.terms:
-            x.append(term.values[term.free])
-            low.append(np.array([term.effect.values[i].low for i in term.free]))
-            high.append(np.array([term.effect.values[i].high for i in term.free]))
-        for shape in self.additives:
-            x.append(shape.coefficients)
-            low.append(np.full(shape.coefficients.size, -np.inf))
-            high.append(np.full(shape.coefficients.size, np.inf))
-        if self.outside is not None:
-            x.append(self.outside)
-            low.append(np.zeros(PLAYS))
-            high.append(np.full(PLAYS, SLOPE_MAX * self.mean_slope))
-        x.append(self.start[1:].ravel())
-        low.append(np.full(x[-1].size, -1.0))
-        high.append(np.ones(x[-1].size))
-        return np.concatenate(x), np.concatenate(low), np.concatenate(high)
+        blocks = self.blocks()
+        x, low, high = (
+            np.concatenate([getattr(block, what) for block in blocks])
+            for what in ("value", "low", "high")
+        )
+        return x, low, high
 
     def set_vector(self, x: FloatArray) -> None:
         """Take over free parameters."""
-        n = self.slopes.size
-        self.slopes = x[:n].copy()
-        self.shares = x[n : n + PLAYS].copy()
-        self.start = np.array([x[places] for places in self.start_places(x.size)])
-        at = self.first_term
-        self.envelope_Nm = float(x[at - 1])
+        for block, places in placed(self.blocks()):
+            block.put(x[places].copy())
         held = float(self.shares.sum()) * self.rise
         if held > SHARE_MAX:
             self.shares *= SHARE_MAX / held
-        for term in self.terms:
-            term.values = term.values.copy()
-            term.values[term.free] = x[at : at + len(term.free)]
-            at += len(term.free)
-        for shape in self.additives:
-            shape.coefficients = x[at : at + shape.coefficients.size].copy()
-            at += shape.coefficients.size
-        if self.outside is not None:
-            self.outside = x[at : at + PLAYS].copy()
 
     def prior_rows(self, x: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
-        """Weak prior: slopes within their own size of the sheet's, start states within one.
-
-        The plays' envelope is about the usual one. Laws that only runs tell are within their
-        bounds, about what is usual.
-        """
-        n, states, knee = self.slopes.size, self.start.size, self.knee_Nm
-        slopes_sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
-        sd = np.concatenate((slopes_sd, np.ones(states), [knee]))
-        starts = [np.arange(x.size)[places] for places in self.start_places(x.size)]
-        laws, usual, laws_sd = self.laws_between_runs()
-        where = np.concatenate((np.arange(n), *starts, [self.first_term - 1], laws))
-        mean = np.concatenate((self.prior_slopes, np.zeros(states), [USUAL_ENVELOPE * knee], usual))
-        weight = np.concatenate((scale / sd, 1.0 / laws_sd))
-        rows = np.zeros((where.size + 1, x.size))
-        rows[np.arange(where.size), where] = weight
-        shares, envelope = x[n : n + PLAYS], x[self.first_term - 1]
-        over = float(shares.sum()) * (1.0 + envelope / knee) - SHARE_FIRM
+        """What is known of the parameters beforehand, and that not all torque may stick."""
+        known, rows = prior_rows(self.blocks(), x, scale)
+        at = {block.filed: places for block, places in placed(self.blocks()) if block.filed}
+        shares, envelope = at[SHARES_FILED], at[ENVELOPE_FILED]
+        rise, sum_of = 1.0 + x[envelope][0] / self.knee_Nm, float(x[shares].sum())
+        over = sum_of * rise - SHARE_FIRM
+        firm = np.zeros((1, x.size))
         if over > 0:
-            rows[-1, n : n + PLAYS] = FIRMNESS * scale * (1.0 + envelope / knee)
-            rows[-1, self.first_term - 1] = FIRMNESS * scale * float(shares.sum()) / knee
+            firm[0, shares] = FIRMNESS * scale * rise
+            firm[0, envelope] = FIRMNESS * scale * sum_of / self.knee_Nm
         held = FIRMNESS * scale * max(over, 0.0)
-        return np.append(weight * (x[where] - mean), held), rows
+        return np.append(known, held), np.concatenate((rows, firm))
 
-    def laws_between_runs(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Values that only runs tell (`LAWS_BETWEEN_RUNS`), and what is usual of them.
-
-        Returns
-        -------
-        places : ndarray of int
-            Among the free parameters.
-        usual, sd : ndarray
-            The prior of a fit: its weight is that of so much noise in every sample of a run.
-        """
-        places, usual, widths = [], [], []
-        place = self.first_term
-        for term in self.terms:
-            for i in term.free:
-                value = term.effect.values[i]
-                if (term.effect.name, value.name) in LAWS_BETWEEN_RUNS:
-                    places.append(place)
-                    usual.append(value.typical)
-                    widths.append(value.high - value.low)
-                place += 1
-        per_run = self.conditions.rows / self.conditions.runs
-        a_run = RUN_SCATTER * self.noise_arcsec * np.sqrt(per_run)
-        sd = np.array(widths) / np.sqrt(EVENLY) / a_run
-        return np.array(places, dtype=np.intp), np.array(usual), sd
-
-    def precision(self, count: int) -> FloatArray:
-        """Prior precision of the columns of `fixed_columns` about where they are.
-
-        A value of an effect may be anywhere between its bounds: few runs tell an exponent badly.
-        """
-        out = np.zeros(count)
-        n = self.slopes.size
-        out[:n] = 1.0 / np.maximum(self.prior_slopes, 0.1 * self.mean_slope) ** 2
-        out[n : n + PLAYS] = 1.0
-        for places in self.start_places(count):
-            out[places] = 1.0
-        at = self.first_term
-        out[at - 1] = 1.0 / self.knee_Nm**2
-        for term in self.terms:
-            for i in term.free:
-                value = term.effect.values[i]
-                out[at] = EVENLY / (value.high - value.low) ** 2
-                at += 1
-        return out
+    def precision(self) -> FloatArray:
+        """Prior precision of the columns of `fixed_columns` about where they are."""
+        return np.concatenate([block.precision for block in self.blocks()])
 
     def fit(
         self,
@@ -632,11 +641,11 @@ class Base:
             more, more_rows = self.prior_rows(x, noise)
             residual = centre(point.angle - self.measured)
             if rows is None:
-                columns, _ = self.fixed_columns(point, more.size)
+                columns = self.fixed_columns(point, more.size)
                 centre(columns[: c.rows])
                 columns[c.rows :] = more_rows
             else:
-                columns = np.concatenate((centre(self.fixed_columns(point)[0]), more_rows))
+                columns = np.concatenate((centre(self.fixed_columns(point)), more_rows))
             return np.concatenate((residual, more)), columns
 
         x, low, high = self.vector()
@@ -652,11 +661,11 @@ class Base:
         fresh = self.fresh
         best, best_x = self.fit(steps=steps, rows=rows), self.vector()[0]
         others = zip(FIRST_SHARES[1:], FIRST_ENVELOPES[1:], strict=True) if fresh else ()
-        for share, envelope in others:
+        for share, rise in others:
             self.slopes[:] = self.mean_slope
             self.shares[:] = share
             self.start[:] = 0.0
-            self.envelope_Nm = envelope * self.knee_Nm
+            self.envelope_Nm = rise * self.knee_Nm
             found = self.fit(steps=steps, rows=rows)
             if found.cost < best.cost:
                 best, best_x = found, self.vector()[0]
@@ -682,6 +691,33 @@ class Base:
             setattr(other, name, getattr(self, name).copy())
         other.outside = None if self.outside is None else self.outside.copy()
         return other
+
+
+def additive_block(shape: Additive) -> Block:
+    """Coefficients of a frozen shape: anything may be."""
+
+    def put(coefficients: FloatArray) -> None:
+        shape.coefficients = coefficients
+
+    def fill(_: Point, out: FloatArray) -> None:
+        out[:] = shape.columns
+
+    count = shape.coefficients.size
+    return Block(
+        numbered(shape.name, count),
+        shape.coefficients,
+        np.full(count, -np.inf),
+        np.full(count, np.inf),
+        np.zeros(count),
+        put,
+        fill,
+        of=shape,
+    )
+
+
+def numbered(name: str, count: int) -> list[str]:
+    """Names of the values of a block."""
+    return [f"{name}_{i}" for i in range(count)]
 
 
 def start_values(effect: Effect, given: Sequence[tuple[str, float]]) -> FloatArray:

@@ -10,12 +10,7 @@ import numpy as np
 from lostmotion.backbone import Backbone
 from lostmotion.drives import (
     KNOT,
-    PLAY_ENVELOPE,
-    PLAY_KNEE,
-    PLAY_OUTSIDE,
     PLAY_RADIUS,
-    PLAY_SHARE,
-    SLOPE,
     Drive,
     effect_values,
 )
@@ -24,9 +19,9 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import PLAYS, Base, Term
+from lostmotion.fit.parameters import FILED
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
-from lostmotion.units import ARCSEC
 
 SAMPLES_LEAST = 50
 """The base alone has some forty numbers: slopes, plays, offsets."""
@@ -52,15 +47,14 @@ def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
     knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
     if knots.size == 0 or radii.size != PLAYS:
         return
-    base.knots_Nm, base.radius_Nm = knots, radii
-    base.slopes = fit_values(drive, SLOPE) / ARCSEC
-    base.shares = fit_values(drive, PLAY_SHARE)
     values = (drive.fit or {}).get("values", {})
-    base.envelope_Nm = float(values.get(PLAY_ENVELOPE, 0.0))
-    base.knee_Nm = float(values.get(PLAY_KNEE, base.knee_Nm))
-    outside = fit_values(drive, PLAY_OUTSIDE)
-    if outside.size:
-        base.outside = outside / ARCSEC
+    for filed in FILED:
+        if "{}" in filed.key:
+            found = fit_values(drive, filed.key) / filed.unit
+            if found.size:
+                setattr(base, filed.attribute, found)
+        elif filed.key in values or filed.absent is not None:
+            setattr(base, filed.attribute, float(values.get(filed.key, filed.absent)) / filed.unit)
     base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
 
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from lostmotion.fit.baseline import Base
 from lostmotion.fit.least_squares import solve_within
+from lostmotion.fit.parameters import placed
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -57,15 +58,16 @@ def held_out_residual(
     """
     starts = base.conditions.starts if starts is None else starts
     point = base.at()
-    fixed, _ = base.fixed_columns(point)
+    fixed = base.fixed_columns(point)
     out = base.measured - point.angle
     pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
     for at in pieces:
         fixed[at] -= fixed[at].mean(axis=0)
         out[at] -= out[at].mean()
-    known = base.precision(fixed.shape[1]) * float(np.mean(out**2))
-    laws, _, sd = base.laws_between_runs()
-    known[laws] = 1.0 / sd**2
+    known = base.precision() * float(np.mean(out**2))
+    for block, places in placed(base.blocks()):
+        if block.prior is not None and block.prior.per_run:
+            known[places.start + block.prior.places] = 1.0 / block.prior.sd**2
     x, low, high = base.vector()
     room = np.where(np.isfinite(high - low), NEAR_BOUND * (high - low), 0.0)
     free = (x > low + room) & (x < high - room)

@@ -1,0 +1,197 @@
+"""The parameter vector of the baseline model: blocks of values, and all that is known of each.
+
+A block states its values, their bounds, what is known of them beforehand, the derivatives of the
+angle by them, and what they are called in a fitted drive file and in answers. Everything else walks
+the blocks: a new parameter of the model is one more block in `Base.blocks`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.drives import (
+    KNOT,
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    SLOPE,
+    row_names,
+)
+from lostmotion.units import ARCSEC
+
+if TYPE_CHECKING:
+    from lostmotion.fit.baseline import Point
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Filed:
+    """Values of the baseline model that a fitted drive file keeps.
+
+    Attributes
+    ----------
+    attribute : str
+        Of the baseline model; a number, or an array where the key counts its entries.
+    key : str
+        In ``[fit.values]``, with its unit; ``{}`` stands for the number of an entry.
+    answer : str
+        In answers, with its unit.
+    unit : float
+        Unit of the attribute in that of the file.
+    absent : float or None
+        What it is where a file has no such key; None: it stays what it was.
+    """
+
+    attribute: str
+    key: str
+    answer: str
+    unit: float = 1.0
+    absent: float | None = None
+
+    def keys(self, count: int) -> list[str]:
+        """Keys of so many values."""
+        return row_names(self.key, count) if "{}" in self.key else [self.key]
+
+    def of(self, model: Any) -> FloatArray:
+        """Values that a model has, in the unit of the file; none where it lacks them."""
+        value = getattr(model, self.attribute)
+        return np.zeros(0) if value is None else np.atleast_1d(value) * self.unit
+
+
+KNOTS_FILED = Filed("knots_Nm", KNOT, "knot_Nm")
+SLOPES_FILED = Filed("slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
+RADII_FILED = Filed("radius_Nm", PLAY_RADIUS, "play_radius_Nm")
+SHARES_FILED = Filed("shares", PLAY_SHARE, "play_inside_share")
+OUTSIDE_FILED = Filed("outside", PLAY_OUTSIDE, "play_outside_rad_per_Nm", ARCSEC)
+ENVELOPE_FILED = Filed("envelope_Nm", PLAY_ENVELOPE, "play_envelope_Nm", absent=0.0)
+KNEE_FILED = Filed("knee_Nm", PLAY_KNEE, "play_envelope_knee_Nm")
+
+FILED = (
+    KNOTS_FILED,
+    SLOPES_FILED,
+    RADII_FILED,
+    SHARES_FILED,
+    OUTSIDE_FILED,
+    ENVELOPE_FILED,
+    KNEE_FILED,
+)
+"""All that a fitted drive file keeps of the baseline model, beside its effects."""
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of some values of a block before the recordings are seen.
+
+    Attributes
+    ----------
+    places : ndarray of int
+        Of the values, within the block.
+    mean, sd : ndarray
+    per_run : bool
+        The standard deviation is over the noise of a whole run; otherwise over that of a sample.
+    """
+
+    places: IntArray
+    mean: FloatArray
+    sd: FloatArray
+    per_run: bool = False
+
+    def weight(self, noise: float) -> FloatArray:
+        """Weight of its rows in a fit, arc seconds per unit."""
+        return np.asarray((1.0 if self.per_run else noise) / self.sd)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Values of the parameter vector that stand side by side.
+
+    Attributes
+    ----------
+    names : list of str
+    value, low, high : ndarray
+    precision : ndarray
+        Of what is known of the values where they are, for one linear step; 0: nothing.
+    put : callable
+        Takes over values.
+    fill : callable
+        ``fill(point, out)``: derivatives of the angle by the values, arc seconds per unit, into
+        ``out[row, value]``.
+    prior : Prior or None
+        In a fit.
+    filed : Filed or None
+        How a drive file keeps them; None: as `keys`.
+    keys : list of str
+        In ``[fit.values]`` of a drive file; none where the values belong to the recordings alone.
+    of : object
+        What the block belongs to, where the model has several alike: a term, the start states.
+    """
+
+    names: list[str]
+    value: FloatArray
+    low: FloatArray
+    high: FloatArray
+    precision: FloatArray
+    put: Callable[[FloatArray], None]
+    fill: Callable[[Point, FloatArray], None]
+    prior: Prior | None = None
+    filed: Filed | None = None
+    keys: Sequence[str] = ()
+    of: Any = None
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return int(self.value.size)
+
+    @property
+    def file_keys(self) -> Sequence[str]:
+        """Names of the values in ``[fit.values]``; none where a file does not keep them."""
+        return self.keys if self.filed is None else self.filed.keys(self.size)
+
+    @property
+    def unit(self) -> float:
+        """Unit of the values in that of the file."""
+        return 1.0 if self.filed is None else self.filed.unit
+
+
+def placed(blocks: Sequence[Block]) -> list[tuple[Block, slice]]:
+    """Every block with its places in the vector."""
+    out, at = [], 0
+    for block in blocks:
+        out.append((block, slice(at, at + block.size)))
+        at += block.size
+    return out
+
+
+def prior_rows(
+    blocks: Sequence[Block], x: FloatArray, noise: float
+) -> tuple[FloatArray, FloatArray]:
+    """Residuals and derivatives of what is known beforehand, arc seconds.
+
+    Parameters
+    ----------
+    noise : float
+        Noise of a sample, arc seconds, against which it counts.
+    """
+    residuals, wheres, weights = [], [], []
+    for block, places in placed(blocks):
+        prior = block.prior
+        if prior is not None:
+            where = places.start + prior.places
+            weight = prior.weight(noise)
+            residuals.append(weight * (x[where] - prior.mean))
+            wheres.append(where)
+            weights.append(weight)
+    where = np.concatenate(wheres)
+    rows = np.zeros((where.size, x.size))
+    rows[np.arange(where.size), where] = np.concatenate(weights)
+    return np.concatenate(residuals), rows
