@@ -83,6 +83,31 @@ static void every_effect_has_a_card_that_is_whole(void) {
   }
 }
 
+/* What is given is said of what; start values lie before the zeros; only what jumps by a given
+ * value and stays has a value to jump by. */
+static void every_value_says_how_it_is_fitted(void) {
+  int i;
+  int k;
+  int s;
+  for (i = 0; i < LM_EFFECT_COUNT; ++i) {
+    const lm_effect *effect = lm_effects[i];
+    int given = 0;
+    for (k = 0; k < effect->value_count; ++k) {
+      const lm_effect_value *value = &effect->card->value[k];
+      TEST_ASSERT_TRUE((value->scale >= LM_SCALE_RATIO) <= (value->role == LM_VALUE_GIVEN));
+      TEST_ASSERT_TRUE((value->role == LM_VALUE_GIVEN) <= (value->scale != LM_SCALE_NONE));
+      TEST_ASSERT_TRUE((value->traits & LM_VALUE_SIGN_OF_FIRST) == 0 || k > 0);
+      for (s = 1; s < LM_STARTS_MAX; ++s) {
+        TEST_ASSERT_TRUE(value->start[s] == 0 || value->start[s] > value->start[s - 1]);
+        TEST_ASSERT_TRUE(value->start[s] == 0 || value->start[s - 1] > 0);
+      }
+      given += value->role == LM_VALUE_GIVEN;
+    }
+    TEST_ASSERT_TRUE(!effect->card->steps || given == 1);
+    TEST_ASSERT_TRUE(effect->card->told_by == 0 || effect->card->absorbed);
+  }
+}
+
 /* Twins are named as effects of the library, never the effect itself. */
 static void twins_are_other_effects(void) {
   int i;
@@ -565,6 +590,7 @@ static void unknown_conditions_switch_the_effects_off(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(every_effect_has_a_card_that_is_whole);
+  RUN_TEST(every_value_says_how_it_is_fitted);
   RUN_TEST(twins_are_other_effects);
   RUN_TEST(without_amplitude_an_effect_is_nothing);
   RUN_TEST(linear_values_are_linear);

@@ -13,7 +13,7 @@ import pytest
 
 from conftest import needs_compiler
 from lostmotion.backbone import run_plays
-from lostmotion.candidates.tangents import form_of
+from lostmotion.candidates.forms import form_of
 from lostmotion.cli import main
 from lostmotion.discover import Value, diagnose, effect, library, selection
 from lostmotion.discover.answer import plausible

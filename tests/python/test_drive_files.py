@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from conftest import BOUGHT, DRAWN
 from lostmotion.core import core, library_effects
-from lostmotion.drives import EFFECTS, format_toml, parse_drive, read_drive, write_drive
+from lostmotion.drives import format_toml, parse_drive, read_drive, write_drive
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import make_controller
@@ -665,7 +665,7 @@ def test_a_value_in_the_keys_own_unit_keeps_every_bit(value: float) -> None:
     assert [read["length"].value, read["angle"].value] == [value, value]
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", library())
 def test_every_effect_of_the_library_can_be_exported_from_a_drive_file(
     tmp_path: Path, bought: dict[str, Any], name: str
 ) -> None:

@@ -8,6 +8,7 @@ import textwrap
 from pathlib import Path
 
 from lostmotion import cli, drives, structs
+from lostmotion.effects.library import library
 from lostmotion.keys import Key
 from lostmotion.recordings import QUANTITIES
 from lostmotion.units import describe
@@ -278,7 +279,7 @@ def drive_file_page() -> str:
         "## [fit] and [[effect]]",
         "",
         "What a fit found, and the effects at work with their parameters. Names of effects: "
-        + ", ".join(f"`{name}`" for name in drives.EFFECTS)
+        + ", ".join(f"`{name}`" for name in library())
         + ".",
         "",
     ]

@@ -100,14 +100,49 @@ typedef enum lm_effect_kind {
 typedef enum lm_value_role {
   LM_VALUE_LINEAR = 0, /* the result is proportional to it, the other linear ones held at zero */
   LM_VALUE_SHAPE = 1,  /* enters in another way */
-  LM_VALUE_GIVEN = 2   /* known of the drive (its ratio, say), not to be fitted */
+  LM_VALUE_GIVEN = 2,  /* known of the drive (its ratio, say), not to be fitted */
+  LM_VALUE_FIXED = 3   /* a limit that picks a branch: stated, and not moved by a fit */
 } lm_value_role;
+
+/* What the start values of a fit are measured by; of a given value, what it is. */
+typedef enum lm_value_scale {
+  LM_SCALE_NONE = 0,           /* by nothing: they are in the value's own unit */
+  LM_SCALE_RATED_TORQUE = 1,   /* of the drive */
+  LM_SCALE_LARGEST_TORQUE = 2, /* of the recordings */
+  LM_SCALE_LARGEST_SPEED = 3,  /* of the input, of the recordings */
+  LM_SCALE_SPEEDS = 4,         /* spread over the speeds of the input that were recorded; the value
+                                * is held to these */
+  LM_SCALE_TIMES = 5,          /* the same over the times that were recorded */
+  LM_SCALE_SAMPLE_TIME = 6,    /* the time between two samples: less of it does nothing */
+  LM_SCALE_GREATEST = 7,       /* the greatest that the value may be */
+  LM_SCALE_RATIO = 8,          /* given: the size of the drive's ratio */
+  LM_SCALE_TOOTH_ANGLE = 9 /* given: angle of a tooth, rad, two teeth more than the flexspline */
+} lm_value_scale;
+
+/* Bits of `traits`. */
+#define LM_VALUE_BETWEEN_RUNS 1u  /* how the effect depends on what is constant within a run */
+#define LM_VALUE_SIGN_OF_RATIO 2u /* it has the sign of the drive's ratio */
+#define LM_VALUE_SIGN_OF_FIRST 4u /* it has the sign of the first value, or the effect is another \
+                                   */
+#define LM_VALUE_SCALES 8u        /* it scales the effect, together with its linear values */
+
+#define LM_STARTS_MAX 4 /* start values of one value */
 
 typedef struct lm_effect_value {
   const char *name; /* with its unit as suffix */
   lm_value_role role;
   lm_real typical; /* for a size 20 drive of ratio 100 */
+  lm_value_scale scale;
+  lm_real start[LM_STARTS_MAX]; /* of a fit, over the scale, zeros behind them. None: a value in N*m
+                                 * starts from 0.02, 0.1 and 0.5 of the rated torque, any other
+                                 * from a quarter of what is typical, from that, and from four
+                                 * times it */
+  uint32_t traits;              /* LM_VALUE_ bits */
+  const char *words;            /* what it is, for a reader, where its name does not say it; or 0 */
 } lm_effect_value;
+
+/* The end of a value of which there is no more to say. */
+#define LM_VALUE_AS_USUAL LM_SCALE_NONE, {0, 0, 0, 0}, 0u, 0
 
 /* What a person wants to know of an effect. */
 typedef struct lm_effect_card {
@@ -118,7 +153,13 @@ typedef struct lm_effect_card {
   const char *confused_with; /* names of effects that look alike, separated by commas */
   const char *experiment;    /* what tells them apart */
   lm_effect_value value[LM_EFFECT_VALUES_MAX];
+  const char *absorbed; /* by which part of the baseline model, where that fits it anyway; or 0 */
+  uint32_t told_by;     /* LM_NEEDS_ bit of what tells it from that part where it varies; or 0 */
+  int32_t steps;        /* 1: the angle jumps by its given value and stays; 0: it does not */
 } lm_effect_card;
+
+/* The end of a card of an effect that is told from the baseline model and does not jump. */
+#define LM_CARD_AS_USUAL 0, 0u, 0
 
 /* Values, memory (starts at zero) and moment in, one number out. */
 typedef lm_real lm_effect_function(const lm_real *value, lm_real *memory, const lm_conditions *at);

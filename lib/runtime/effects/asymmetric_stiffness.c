@@ -18,7 +18,8 @@ static const lm_effect_card card = {
     "1 to 5 % of the elastic angle",
     "torque_offset",
     "loops of both signs with the sensor's zero checked by dead weights",
-    {{"share", LM_VALUE_LINEAR, LM_REAL(0.02)}}};
+    {{"share", LM_VALUE_LINEAR, LM_REAL(0.02), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_asymmetric_stiffness = {0xfd2b311cu,

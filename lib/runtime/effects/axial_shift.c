@@ -11,14 +11,22 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"axial_shift",
-                                    "an axial force shifts the generator along the cup",
-                                    "gap_per_N axial_force sat(torque/takeup)",
-                                    "4 arcsec for 0.1 mm",
-                                    "free_play",
-                                    "change the axial preload",
-                                    {{"gap_rad_per_N", LM_VALUE_LINEAR, LM_REAL(2e-7)},
-                                     {"takeup_Nm", LM_VALUE_SHAPE, LM_REAL(0.4)}}};
+static const lm_effect_card card = {
+    "axial_shift",
+    "an axial force shifts the generator along the cup",
+    "gap_per_N axial_force sat(torque/takeup)",
+    "4 arcsec for 0.1 mm",
+    "free_play",
+    "change the axial preload",
+    {{"gap_rad_per_N", LM_VALUE_LINEAR, LM_REAL(2e-7), LM_VALUE_AS_USUAL},
+     {"takeup_Nm",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.4),
+      LM_SCALE_RATED_TORQUE,
+      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
+      0u,
+      "take-up"}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_axial_shift = {

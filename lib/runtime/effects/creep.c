@@ -53,7 +53,9 @@ static const lm_effect_card card = {
     "0.3 to 1.5 % an e-fold, 1 to 5 arcsec; a polymer ten times that",
     "thermal_stiffness, load_dependent_friction, sensor_lag",
     "hold at both signs of rated torque for 30 min, unload, watch it come back",
-    {{"share", LM_VALUE_LINEAR, LM_REAL(0.01)}, {"onset_s", LM_VALUE_SHAPE, LM_REAL(1)}}};
+    {{"share", LM_VALUE_LINEAR, LM_REAL(0.01), LM_VALUE_AS_USUAL},
+     {"onset_s", LM_VALUE_SHAPE, LM_REAL(1), LM_SCALE_TIMES, {0, 0, 0, 0}, 0u, 0}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_creep = {0xdf157582u,

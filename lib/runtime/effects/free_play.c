@@ -18,7 +18,17 @@ static const lm_effect_card card = {
     "3.9 arcsec per um of tooth thinning",
     "input_coupling_play, wear, thermal_gap, axial_shift, soft_windup",
     "lock the wave generator itself, not the motor; shim the generator anew",
-    {{"gap_rad", LM_VALUE_LINEAR, LM_REAL(2e-5)}, {"takeup_Nm", LM_VALUE_SHAPE, LM_REAL(0.4)}}};
+    {{"gap_rad", LM_VALUE_LINEAR, LM_REAL(2e-5), LM_VALUE_AS_USUAL},
+     {"takeup_Nm",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.4),
+      LM_SCALE_RATED_TORQUE,
+      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
+      0u,
+      "take-up"}},
+    "the base finds its own characteristic",
+    0u,
+    0};
 #endif
 
 const lm_effect lm_effect_free_play = {

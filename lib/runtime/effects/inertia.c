@@ -19,7 +19,8 @@ static const lm_effect_card card = {
     "13 arcsec for 1 N*m",
     "viscous_friction, sensor_lag",
     "a run at constant speed",
-    {{"inertia_kg_m2", LM_VALUE_LINEAR, LM_REAL(1)}}};
+    {{"inertia_kg_m2", LM_VALUE_LINEAR, LM_REAL(1), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_inertia = {0xfc2a69e4u,

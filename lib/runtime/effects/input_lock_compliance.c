@@ -11,14 +11,18 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"input_lock_compliance",
-                                    "the lock that holds the input gives way",
-                                    "compliance torque / ratio^2",
-                                    "33 arcsec at 1.6 N*m for 1 N*m/rad",
-                                    "torque_scale, output_tilt",
-                                    "a second encoder on the wave generator",
-                                    {{"compliance_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(1)},
-                                     {"ratio", LM_VALUE_GIVEN, LM_REAL(100)}}};
+static const lm_effect_card card = {
+    "input_lock_compliance",
+    "the lock that holds the input gives way",
+    "compliance torque / ratio^2",
+    "33 arcsec at 1.6 N*m for 1 N*m/rad",
+    "torque_scale, output_tilt",
+    "a second encoder on the wave generator",
+    {{"compliance_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(1), LM_VALUE_AS_USUAL},
+     {"ratio", LM_VALUE_GIVEN, LM_REAL(100), LM_SCALE_RATIO, {0, 0, 0, 0}, 0u, 0}},
+    "the base finds its own compliance",
+    0u,
+    0};
 #endif
 
 const lm_effect lm_effect_input_lock_compliance = {

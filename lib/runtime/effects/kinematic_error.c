@@ -25,10 +25,11 @@ static const lm_effect_card card = {
     "stiffness_modulation, lobe_eccentricity, thermal_drift",
     "load both ways at the same generator angle: the half sum keeps it, the half difference does "
     "not",
-    {{"cosine_2_rad", LM_VALUE_LINEAR, LM_REAL(5e-5)},
-     {"sine_2_rad", LM_VALUE_LINEAR, LM_REAL(0)},
-     {"cosine_4_rad", LM_VALUE_LINEAR, LM_REAL(1e-5)},
-     {"sine_4_rad", LM_VALUE_LINEAR, LM_REAL(0)}}};
+    {{"cosine_2_rad", LM_VALUE_LINEAR, LM_REAL(5e-5), LM_VALUE_AS_USUAL},
+     {"sine_2_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL},
+     {"cosine_4_rad", LM_VALUE_LINEAR, LM_REAL(1e-5), LM_VALUE_AS_USUAL},
+     {"sine_4_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_kinematic_error = {0x3681676bu,

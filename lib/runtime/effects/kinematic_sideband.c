@@ -22,10 +22,11 @@ static const lm_effect_card card = {
     "2 to 15 arcsec",
     "kinematic_error",
     "record at least half a turn of the output: two lines beside the second order",
-    {{"upper_cosine_rad", LM_VALUE_LINEAR, LM_REAL(2e-5)},
-     {"upper_sine_rad", LM_VALUE_LINEAR, LM_REAL(0)},
-     {"lower_cosine_rad", LM_VALUE_LINEAR, LM_REAL(2e-5)},
-     {"lower_sine_rad", LM_VALUE_LINEAR, LM_REAL(0)}}};
+    {{"upper_cosine_rad", LM_VALUE_LINEAR, LM_REAL(2e-5), LM_VALUE_AS_USUAL},
+     {"upper_sine_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL},
+     {"lower_cosine_rad", LM_VALUE_LINEAR, LM_REAL(2e-5), LM_VALUE_AS_USUAL},
+     {"lower_sine_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_kinematic_sideband = {0xe35faf6cu,

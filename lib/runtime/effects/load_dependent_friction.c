@@ -20,8 +20,15 @@ static const lm_effect_card card = {
     "13 to 40 % of the radial part",
     "thermal_friction, creep, stribeck_friction, sensor_lag",
     "nested loops at 0.1, 0.3 and 1 of rated torque: the part of the width that is linear in it",
-    {{"compliance_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(1e-6)},
-     {"widening", LM_VALUE_SHAPE, LM_REAL(0.15)}}};
+    {{"compliance_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(1e-6), LM_VALUE_AS_USUAL},
+     {"widening",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.15),
+      LM_SCALE_NONE,
+      {LM_REAL(0.02), LM_REAL(0.08), LM_REAL(0.3), 0},
+      0u,
+      0}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_load_dependent_friction = {

@@ -19,7 +19,9 @@ static const lm_effect_card card = {
     "34 arcsec for 5 um on a radius of 30 mm",
     "kinematic_sideband",
     "a second read head opposite the first",
-    {{"cosine_rad", LM_VALUE_LINEAR, LM_REAL(1.6e-4)}, {"sine_rad", LM_VALUE_LINEAR, LM_REAL(0)}}};
+    {{"cosine_rad", LM_VALUE_LINEAR, LM_REAL(1.6e-4), LM_VALUE_AS_USUAL},
+     {"sine_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_output_eccentricity = {

@@ -11,13 +11,15 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"output_tilt",
-                                    "the output bearing tilts under a moment",
-                                    "tilt tilt_moment",
-                                    "5 to 30 arcsec at 20 N*m",
-                                    "input_lock_compliance",
-                                    "a pure moment without torque; read heads opposite each other",
-                                    {{"tilt_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(4e-6)}}};
+static const lm_effect_card card = {
+    "output_tilt",
+    "the output bearing tilts under a moment",
+    "tilt tilt_moment",
+    "5 to 30 arcsec at 20 N*m",
+    "input_lock_compliance",
+    "a pure moment without torque; read heads opposite each other",
+    {{"tilt_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(4e-6), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_output_tilt = {0x100f202cu,

@@ -30,8 +30,23 @@ static const lm_effect_card card = {
     "1.78 deg a tooth",
     "output_eccentricity",
     "the offset stays when the load is gone; the pattern of the kinematic error shifts",
-    {{"threshold_Nm", LM_VALUE_SHAPE, LM_REAL(240)},
-     {"tooth_angle_rad", LM_VALUE_GIVEN, LM_REAL(0.0311)}}};
+    {{"threshold_Nm",
+      LM_VALUE_FIXED,
+      LM_REAL(240),
+      LM_SCALE_LARGEST_TORQUE,
+      {LM_REAL(0.7), LM_REAL(0.95), 0, 0},
+      0u,
+      0},
+     {"tooth_angle_rad",
+      LM_VALUE_GIVEN,
+      LM_REAL(0.0311),
+      LM_SCALE_TOOTH_ANGLE,
+      {0, 0, 0, 0},
+      0u,
+      0}},
+    0,
+    0u,
+    1};
 #endif
 
 const lm_effect lm_effect_ratcheting = {

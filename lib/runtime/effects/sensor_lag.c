@@ -40,7 +40,8 @@ static const lm_effect_card card = {
     "slope of the characteristic times rate of the torque times lag",
     "viscous_friction, load_dependent_friction, creep, inertia",
     "the same loop at two rates",
-    {{"lag_s", LM_VALUE_SHAPE, LM_REAL(0.005)}}};
+    {{"lag_s", LM_VALUE_SHAPE, LM_REAL(0.005), LM_SCALE_SAMPLE_TIME, {0, 0, 0, 0}, 0u, 0}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_sensor_lag = {0xf7c267b4u,

@@ -18,7 +18,11 @@ static const lm_effect_card card = {
     "5 to 40 arcsec",
     "free_play, stiffening, torque_scale",
     "curvature up to 0.3 of rated torque; a radial gap ends at 0.01",
-    {{"windup_rad", LM_VALUE_LINEAR, LM_REAL(5e-5)}, {"torque_Nm", LM_VALUE_SHAPE, LM_REAL(2)}}};
+    {{"windup_rad", LM_VALUE_LINEAR, LM_REAL(5e-5), LM_SCALE_NONE, {0, 0, 0, 0}, 0u, "wind-up"},
+     {"torque_Nm", LM_VALUE_SHAPE, LM_REAL(2), LM_VALUE_AS_USUAL}},
+    "the base finds its own characteristic",
+    0u,
+    0};
 #endif
 
 const lm_effect lm_effect_soft_windup = {

@@ -22,10 +22,19 @@ static const lm_effect_card card = {
     "2 to 10 % of the elastic angle",
     "soft_windup, torque_scale",
     "a loop to 1.5 times rated torque or more",
-    {{"hertz_rad", LM_VALUE_LINEAR, LM_REAL(1e-5)},
-     {"preload_Nm", LM_VALUE_SHAPE, LM_REAL(5)},
-     {"cubic_rad", LM_VALUE_LINEAR, LM_REAL(1e-5)},
-     {"reference_Nm", LM_VALUE_GIVEN, LM_REAL(40)}}};
+    {{"hertz_rad",
+      LM_VALUE_LINEAR,
+      LM_REAL(1e-5),
+      LM_SCALE_NONE,
+      {0, 0, 0, 0},
+      0u,
+      "Hertzian wind-up"},
+     {"preload_Nm", LM_VALUE_SHAPE, LM_REAL(5), LM_VALUE_AS_USUAL},
+     {"cubic_rad", LM_VALUE_LINEAR, LM_REAL(1e-5), LM_VALUE_AS_USUAL},
+     {"reference_Nm", LM_VALUE_GIVEN, LM_REAL(40), LM_SCALE_RATED_TORQUE, {0, 0, 0, 0}, 0u, 0}},
+    "the base finds its own characteristic",
+    0u,
+    0};
 #endif
 
 const lm_effect lm_effect_stiffening = {0x4f51d04cu,

@@ -19,7 +19,9 @@ static const lm_effect_card card = {
     "0.5 to 4 % of the elastic angle",
     "kinematic_error, lobe_eccentricity",
     "amplitude against |torque|: it grows with the elastic angle and changes sign with it",
-    {{"cosine", LM_VALUE_LINEAR, LM_REAL(0.01)}, {"sine", LM_VALUE_LINEAR, LM_REAL(0)}}};
+    {{"cosine", LM_VALUE_LINEAR, LM_REAL(0.01), LM_VALUE_AS_USUAL},
+     {"sine", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_stiffness_modulation = {

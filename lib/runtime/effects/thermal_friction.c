@@ -11,13 +11,15 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"thermal_friction",
-                                    "grease stiffens in the cold and widens the friction loop",
-                                    "every friction band times exp(-rate (temperature - 20 C))",
-                                    "the loop 1.5 to 2 times as wide at 0 C",
-                                    "load_dependent_friction",
-                                    "loops at two temperatures",
-                                    {{"rate_per_K", LM_VALUE_SHAPE, LM_REAL(0.02)}}};
+static const lm_effect_card card = {
+    "thermal_friction",
+    "grease stiffens in the cold and widens the friction loop",
+    "every friction band times exp(-rate (temperature - 20 C))",
+    "the loop 1.5 to 2 times as wide at 0 C",
+    "load_dependent_friction",
+    "loops at two temperatures",
+    {{"rate_per_K", LM_VALUE_SHAPE, LM_REAL(0.02), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_thermal_friction = {0x8e349c01u,

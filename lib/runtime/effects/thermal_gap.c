@@ -23,9 +23,16 @@ static const lm_effect_card card = {
     "wear, thermal_stiffness, free_play",
     "soak at two temperatures or more, at low and at high torque: above the take-up it does not "
     "grow",
-    {{"gap_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6)},
-     {"gap_rad", LM_VALUE_SHAPE, LM_REAL(0.01)},
-     {"takeup_Nm", LM_VALUE_SHAPE, LM_REAL(0.4)}}};
+    {{"gap_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6), LM_VALUE_AS_USUAL},
+     {"gap_rad", LM_VALUE_FIXED, LM_REAL(0.01), LM_SCALE_GREATEST, {LM_REAL(1), 0, 0, 0}, 0u, 0},
+     {"takeup_Nm",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.4),
+      LM_SCALE_RATED_TORQUE,
+      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
+      0u,
+      "take-up"}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_thermal_gap = {

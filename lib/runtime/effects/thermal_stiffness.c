@@ -11,13 +11,15 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"thermal_stiffness",
-                                    "the elastic moduli fall as the drive warms",
-                                    "share_per_K (temperature - 20 C) elastic_angle",
-                                    "3 to 4 arcsec at rated torque and 40 K",
-                                    "thermal_gap, torque_scale, creep",
-                                    "it grows with torque, a thermal gap does not",
-                                    {{"share_per_K", LM_VALUE_LINEAR, LM_REAL(2.7e-4)}}};
+static const lm_effect_card card = {
+    "thermal_stiffness",
+    "the elastic moduli fall as the drive warms",
+    "share_per_K (temperature - 20 C) elastic_angle",
+    "3 to 4 arcsec at rated torque and 40 K",
+    "thermal_gap, torque_scale, creep",
+    "it grows with torque, a thermal gap does not",
+    {{"share_per_K", LM_VALUE_LINEAR, LM_REAL(2.7e-4), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_thermal_stiffness = {0x697e419au,

@@ -19,7 +19,8 @@ static const lm_effect_card card = {
     "1.3 arcsec for 0.1 N*m",
     "asymmetric_stiffness",
     "dead weights; the even part goes with the slope of the characteristic",
-    {{"offset_Nm", LM_VALUE_SHAPE, LM_REAL(0.1)}}};
+    {{"offset_Nm", LM_VALUE_SHAPE, LM_REAL(0.1), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_torque_offset = {0x8f507c15u,

@@ -18,7 +18,10 @@ static const lm_effect_card card = {
     "2.8 arcsec at rated torque for 1 %",
     "thermal_stiffness, input_lock_compliance, soft_windup, stiffening",
     "dead weights",
-    {{"share", LM_VALUE_SHAPE, LM_REAL(0.01)}}};
+    {{"share", LM_VALUE_SHAPE, LM_REAL(0.01), LM_VALUE_AS_USUAL}},
+    "the base finds its own compliance",
+    0u,
+    0};
 #endif
 
 const lm_effect lm_effect_torque_scale = {0x60530824u,

@@ -12,13 +12,15 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 }
 
 #if LM_EFFECT_CARDS
-static const lm_effect_card card = {"viscous_friction",
-                                    "viscous drag takes from the torque that winds the drive up",
-                                    "torque - drag input_velocity",
-                                    "30 to 40 arcsec at full speed",
-                                    "stribeck_friction, sensor_lag, inertia",
-                                    "at least four speeds both ways, extrapolated to standstill",
-                                    {{"drag_Nm_s", LM_VALUE_LINEAR, LM_REAL(0.01)}}};
+static const lm_effect_card card = {
+    "viscous_friction",
+    "viscous drag takes from the torque that winds the drive up",
+    "torque - drag input_velocity",
+    "30 to 40 arcsec at full speed",
+    "stribeck_friction, sensor_lag, inertia",
+    "at least four speeds both ways, extrapolated to standstill",
+    {{"drag_Nm_s", LM_VALUE_LINEAR, LM_REAL(0.01), LM_VALUE_AS_USUAL}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_viscous_friction = {0x633f99bcu,

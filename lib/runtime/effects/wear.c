@@ -20,9 +20,22 @@ static const lm_effect_card card = {
     "8 to 25 arcsec for 1 to 3 um",
     "free_play, input_coupling_play, thermal_gap",
     "the history of the drive; wear does not come back with temperature",
-    {{"gap_rad", LM_VALUE_LINEAR, LM_REAL(7e-5)},
-     {"exponent", LM_VALUE_SHAPE, LM_REAL(0.5)},
-     {"takeup_Nm", LM_VALUE_SHAPE, LM_REAL(0.4)}}};
+    {{"gap_rad", LM_VALUE_LINEAR, LM_REAL(7e-5), LM_VALUE_AS_USUAL},
+     {"exponent",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.5),
+      LM_SCALE_NONE,
+      {LM_REAL(0.5), LM_REAL(1), 0, 0},
+      LM_VALUE_BETWEEN_RUNS,
+      0},
+     {"takeup_Nm",
+      LM_VALUE_SHAPE,
+      LM_REAL(0.4),
+      LM_SCALE_RATED_TORQUE,
+      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
+      0u,
+      "take-up"}},
+    LM_CARD_AS_USUAL};
 #endif
 
 const lm_effect lm_effect_wear = {

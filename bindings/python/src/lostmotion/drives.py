@@ -35,37 +35,6 @@ else:
 
 LOG = logging.getLogger(__name__)
 
-EFFECTS = (
-    "kinematic_error",
-    "kinematic_sideband",
-    "stiffness_modulation",
-    "lobe_eccentricity",
-    "output_eccentricity",
-    "free_play",
-    "input_coupling_play",
-    "thermal_gap",
-    "thermal_stiffness",
-    "thermal_drift",
-    "thermal_friction",
-    "wear",
-    "creep",
-    "viscous_friction",
-    "stribeck_friction",
-    "load_dependent_friction",
-    "soft_windup",
-    "stiffening",
-    "asymmetric_stiffness",
-    "torque_offset",
-    "torque_scale",
-    "input_lock_compliance",
-    "output_tilt",
-    "axial_shift",
-    "inertia",
-    "sensor_lag",
-    "ratcheting",
-)
-"""Names of the effects that an [[effect]] table may carry."""
-
 LEAST_TORQUE_NM, MOST_TORQUE_NM = 1e-6, 1e6
 """Torques of a drive: the library's own upper bound, and a millionth of the smallest gear's."""
 
@@ -501,13 +470,15 @@ def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
     if not isinstance(tables, list):
         raise InputError(file, "effect", show(tables), "tables [[effect]]")
     seen: set[str] = set()
+    c = core()
+    known = library_effects(c)
     for index, table in enumerate(tables):
         at = f"effect[{index}]"
         if not isinstance(table, Mapping):
             raise InputError(file, at, show(table), "a table [[effect]]")
         name = table.get("name")
-        if not isinstance(name, str) or (name not in EFFECTS and name not in fitted):
-            hint = did_you_mean(name, EFFECTS) if isinstance(name, str) else ""
+        if not isinstance(name, str) or (name not in known and name not in fitted):
+            hint = did_you_mean(name, known) if isinstance(name, str) else ""
             found = "nothing" if name is None else show(name)
             raise InputError(file, f"{at}.name", found, f"the name of an effect{hint}")
         if name in seen:
@@ -516,8 +487,6 @@ def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
         for key, value in table.items():
             if key != "name":
                 _finite(file, f"{at}.{key}", value)
-    c = core()
-    known = library_effects(c)
     for index, table in enumerate(tables):
         if table["name"] in known:
             ranges = value_ranges(c, known[table["name"]])

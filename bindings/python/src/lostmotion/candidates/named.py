@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from lostmotion.candidates.candidate import Candidate
-from lostmotion.candidates.tangents import resolved, tangents_of
+from lostmotion.candidates.forms import tangents_of
+from lostmotion.candidates.tangents import resolved
 from lostmotion.effects.columns import (
     NO_COLUMN,
     constant_columns,
@@ -16,21 +17,8 @@ from lostmotion.effects.columns import (
 )
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.effects.effect import Effect
-from lostmotion.fit.baseline import Base, Point
-
-LATENT: dict[str, str] = {
-    "soft_windup": "the base finds its own characteristic",
-    "stiffening": "the base finds its own characteristic",
-    "free_play": "the base finds its own characteristic",
-    "input_coupling_play": "the base finds its own characteristic",
-    "torque_scale": "the base finds its own compliance",
-    "input_lock_compliance": "the base finds its own compliance",
-}
-"""Effects that the base takes up by construction, and why: they are part of what it fits."""
-
-SEEN_BY = {"input_coupling_play": "input_velocity_rad_s"}
-"""Columns that tell an effect from the base where they vary: the drag of turning moves the load at
-which a coupling falls over."""
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.point import Point
 
 
 def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate:
@@ -59,8 +47,8 @@ def named_candidates(
         if missing:
             closed[name] = NO_COLUMN + ", ".join(missing)
             continue
-        if name in LATENT and not varies(c, SEEN_BY.get(name)):
-            closed[name] = "not testable: " + LATENT[name]
+        if effect.absorbed and not varies(c, effect.told_by):
+            closed[name] = "not testable: " + effect.absorbed
             continue
         candidate = tangent(effect, base, point, ratio)
         flat = constant_columns(effect, c)

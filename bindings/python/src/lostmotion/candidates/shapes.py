@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.effects.conditions import Conditions, side_by_side
-from lostmotion.fit.baseline import Base, Point
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,6 +7,8 @@ peak of the load beyond one threshold and in no other.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,14 +19,16 @@ from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 
-RATCHETING = "ratcheting"
-"""Name of the effect."""
-
 WHOLE = 0.2
 """How far a jump may be from whole teeth, in teeth: the load moves the drive, too."""
 
 BESIDE = 5
 """Samples before and behind a jump whose medians say that it stays."""
+
+
+def jumping_effect(effects: Mapping[str, Effect]) -> Effect | None:
+    """The effect whose angle jumps by whole teeth and stays, where there is one."""
+    return next((effect for effect in effects.values() if effect.steps), None)
 
 
 def jumps(base: Base, tooth_arcsec: float) -> list[tuple[int, int]]:
@@ -58,8 +62,7 @@ def slipped_teeth(base: Base, effect: Effect, typical: FloatArray) -> FloatArray
         None where no teeth slipped, or where no threshold parts the peaks of the load in which they
         did from those in which they did not.
     """
-    names = [value.name for value in effect.values]
-    threshold, angle = names.index("threshold_Nm"), names.index("tooth_angle_rad")
+    (threshold,), (angle,) = effect.indices("fixed"), effect.indices("given")
     slips = jumps(base, float(typical[angle]) / ARCSEC)
     if len({abs(teeth) for _, teeth in slips}) != 1:
         return None
@@ -79,6 +82,6 @@ def slips_of(conditions: Conditions, effect: Effect, values: FloatArray) -> dict
     angle = effect.run(values, conditions, conditions.torque, np.zeros(conditions.rows))
     step = np.diff(angle, prepend=0.0)
     step[conditions.starts[:-1]] = 0.0
-    size = float(values[[value.name for value in effect.values].index("tooth_angle_rad")])
+    size = float(values[effect.indices("given")[0]])
     rows = np.flatnonzero(np.abs(step) > WHOLE * size)
     return {int(row): float(np.round(step[row] / size)) * size for row in rows}

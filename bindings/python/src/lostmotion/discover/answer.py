@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.candidates.slipped_teeth import RATCHETING, slips_of
+from lostmotion.candidates.slipped_teeth import slips_of
 from lostmotion.discover.events import (
     EVENT_NAME,
     Event,
@@ -246,7 +246,7 @@ def list_candidates(
         )
     closed = {**selection.steps[0].field.closed, **stage.field.closed}
     for name in effects:
-        if name not in shown and (name != RATCHETING or name not in present):
+        if name not in shown and not (effects[name].steps and name in present):
             out.append(
                 {
                     "name": name,

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lostmotion.candidates.candidate import Candidate
-from lostmotion.candidates.named import LATENT, tangent
+from lostmotion.candidates.named import tangent
 from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, parts_of
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.contest_round import swing_by_run
@@ -143,8 +143,8 @@ def common_candidates(
         missing = missing_columns(effect, c)
         if missing:
             closed[name] = NO_COLUMN + ", ".join(missing)
-        elif name in LATENT:
-            closed[name] = "not testable: " + LATENT[name]
+        elif effect.absorbed:
+            closed[name] = "not testable: " + effect.absorbed
         else:
             candidate = tangent(effect, base, point, ratio)
             if candidate.columns.shape[1]:

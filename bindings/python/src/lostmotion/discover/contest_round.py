@@ -20,7 +20,8 @@ from lostmotion.discover.linearise import (
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
-from lostmotion.fit.baseline import Base, Point
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
 

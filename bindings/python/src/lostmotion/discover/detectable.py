@@ -82,7 +82,7 @@ def detectable(
         if rms < least:
             amplitude *= least / max(rms, 1e-300)
             rms = least
-        places = candidate.effect.indices("linear") or candidate.effect.indices("shape")
+        places = candidate.effect.indices("linear") or candidate.effect.inner()
         value = candidate.effect.values[places[0]]
         size = amplitude / float(np.mean(scale))
         parameter, unit = split_unit(value.name)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from lostmotion.backbone import Backbone
-from lostmotion.candidates.slipped_teeth import RATCHETING, slipped_teeth
+from lostmotion.candidates.slipped_teeth import jumping_effect, slipped_teeth
 from lostmotion.candidates.tangents import at_base, given_values
 from lostmotion.discover.advice import advise, decide
 from lostmotion.discover.answer import (
@@ -158,8 +158,8 @@ def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int
 
     They would spoil every fit, and no unit of evidence shows them: they stand in one run.
     """
-    effect = effects.get(RATCHETING)
-    if effect is None or any(term.effect.name == RATCHETING for term in base.terms):
+    effect = jumping_effect(effects)
+    if effect is None or any(term.effect.steps for term in base.terms):
         return 0
     values = slipped_teeth(base, effect, start_values(effect, given_values(base, ratio)))
     if values is None:

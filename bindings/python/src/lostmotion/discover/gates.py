@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.candidates.candidate import KINDS, Candidate
-from lostmotion.candidates.tangents import form_of
+from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import Field
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import FLIP_LEVEL, Result

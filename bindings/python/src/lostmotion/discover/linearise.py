@@ -15,8 +15,9 @@ from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import DEVIATION_MAX, DEVIATIONS, Base, Point
+from lostmotion.fit.baseline import DEVIATION_MAX, DEVIATIONS, Base
 from lostmotion.fit.least_squares import solve_within
+from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from lostmotion.discover.linearise import (
     columns_of,
 )
 from lostmotion.evidence.noise import Noise, fit_noise
-from lostmotion.fit.baseline import Base, Point
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion.candidates.slipped_teeth import RATCHETING
+from lostmotion.candidates.slipped_teeth import jumping_effect
 from lostmotion.discover.advice import ASK_WHAT_DIFFERED, RUNS_LEAST, count_runs, decide
 from lostmotion.discover.answer import plausible
 from lostmotion.discover.detectable import detectable
@@ -39,7 +39,8 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     rounds = contest_of(body, candidates_of(body, effects))
     runs = body.white.runs
     slips = [event for event in body.about["events"] if "teeth" in event]
-    names = [RATCHETING] if slips else []
+    jumping = jumping_effect(effects)
+    names = [jumping.name] if slips and jumping is not None else []
     names += [one.candidate.name for one in rounds.chosen if one.candidate.named]
     taken = rounds.steps[: len(rounds.chosen)]
     twins = sorted({name for step in taken for name in step.rivals if name not in names})

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from lostmotion.candidates import shapes as shape_room
 from lostmotion.candidates.candidate import Candidate
-from lostmotion.candidates.tangents import form_of
+from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import Field, make_field
 from lostmotion.discover.gates import accepted, judge, leading
 from lostmotion.discover.linearise import WORSE, Settled, plain_rms, settle, take_step

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +20,29 @@ from lostmotion.effects.conditions import CONDITIONS, NEUTRAL, Conditions
 from lostmotion.errors import InputError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
-Role = Literal["linear", "shape", "given"]
+Role = Literal["linear", "shape", "given", "fixed"]
+Scale = Literal[
+    "",
+    "rated_torque",
+    "largest_torque",
+    "largest_speed",
+    "speeds",
+    "times",
+    "sample_time",
+    "greatest",
+    "ratio",
+    "tooth_angle",
+]
+Sign = Literal["", "ratio", "first"]
 
-ROLES: tuple[Role, ...] = ("linear", "shape", "given")
+ROLES: tuple[Role, ...] = get_args(Role)
+"""In the order of `lm_value_role`."""
+
+SCALES: tuple[Scale, ...] = get_args(Scale)
+"""In the order of `lm_value_scale`."""
+
+STARTS_MAX = 4
+"""LM_STARTS_MAX: start values of one value."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +53,28 @@ class Value:
     ----------
     name : str
         With its unit as a suffix.
-    role : {"linear", "shape", "given"}
-        The result is proportional to it; it enters in another way; or it is known of the drive.
+    role : {"linear", "shape", "given", "fixed"}
+        The result is proportional to it; it enters in another way; it is known of the drive; or it
+        is a limit that picks a branch, which is stated and which no fit moves.
     typical, low, high : float
         What to expect, and the bounds.
+    scale : str
+        What the start values are measured by: nothing, ``"rated_torque"`` of the drive,
+        ``"largest_torque"`` or ``"largest_speed"`` of the recordings, ``"greatest"`` that the value
+        may be. ``"speeds"`` and ``"times"``: spread over those that were recorded, and held to
+        them. ``"sample_time"``: less than the time between two samples does nothing. Of a given
+        value what it is: ``"ratio"``, ``"rated_torque"`` or ``"tooth_angle"``.
+    starts : tuple of float
+        Where a fit starts, over the scale. None: a value in N m starts from 0.02, 0.1 and 0.5 of
+        the rated torque, any other from a quarter of what is typical, that, and four times it.
+    sign : {"", "ratio", "first"}
+        Of the drive's ratio; or of the first value, or else the effect is another one.
+    between_runs : bool
+        How the effect depends on what is constant within a run: each run tells it once.
+    scales : bool
+        It scales the effect, together with its linear values.
+    words : str
+        What it is, for a reader, where its name does not say it.
     """
 
     name: str
@@ -44,19 +82,12 @@ class Value:
     typical: float
     low: float
     high: float
-
-
-SCALED_TOGETHER = {
-    "lobe_eccentricity": ("runout_cosine_rad", "runout_sine_rad", "compliance_rad_per_Nm"),
-}
-"""Values that scale an effect only together, with its linear ones."""
-
-FALLS_WITH_SPEED = {"stribeck_friction": ("coulomb_Nm", "breakaway_Nm")}
-"""Friction that stays, and what of it is lost with the speed: a fit in which it grows with the
-speed is one of drag, and not of this effect."""
-
-HELD = {"gap_rad", "blend_rad_s", "threshold_Nm"}
-"""Values that only pick a branch of an effect: no fit moves them."""
+    scale: Scale = ""
+    starts: tuple[float, ...] = ()
+    sign: Sign = ""
+    between_runs: bool = False
+    scales: bool = False
+    words: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,6 +115,12 @@ class Effect:
         Name of the constant in C, of an effect that came from a shared object.
     controller : cdata or None
         The ``lm_effect`` itself, of a shared object in the controller's precision.
+    absorbed : str
+        Which part of the baseline model fits it anyway, where one does ...
+    told_by : str
+        ... and the condition that tells the two apart where it varies.
+    steps : bool
+        The angle jumps by its given value and stays.
     """
 
     name: str
@@ -100,6 +137,9 @@ class Effect:
     formula: str = ""
     symbol: str = ""
     controller: Any = field(default=None, compare=False)
+    absorbed: str = ""
+    told_by: str = ""
+    steps: bool = False
 
     def __repr__(self) -> str:
         """Say what it is and what it takes; `vars` has all."""
@@ -116,6 +156,10 @@ class Effect:
                     f"{value.low:g} to {value.high:g}",
                     "low below high",
                 )
+            if len(value.starts) > STARTS_MAX:
+                found = f"{len(value.starts)} start values"
+                expected = f"at most {STARTS_MAX}"
+                raise InputError(f"effect {self.name}", value.name, found, expected)
 
     def at_bound(self, values: FloatArray) -> list[str]:
         """Names of the values that stand at the least or the most that they may be."""
@@ -127,12 +171,10 @@ class Effect:
 
     def against_its_name(self, values: FloatArray) -> int | None:
         """Place of a value that makes the effect another one, and ought to be nothing."""
-        if self.name not in FALLS_WITH_SPEED:
-            return None
-        names = [value.name for value in self.values]
-        stays, lost = (names.index(name) for name in FALLS_WITH_SPEED[self.name])
-        rises = abs(values[stays] + values[lost]) < abs(values[stays])
-        return lost if rises else None
+        for i, value in enumerate(self.values):
+            if value.sign == "first" and abs(values[0] + values[i]) < abs(values[0]):
+                return i
+        return None
 
     def run(
         self,
@@ -174,23 +216,26 @@ class Effect:
         """Name with unit, least and most of every value."""
         return [(value.name, value.low, value.high) for value in self.values]
 
-    def indices(self, role: Role) -> list[int]:
-        """Indices of the values of one role."""
-        return [i for i, value in enumerate(self.values) if value.role == role]
+    def indices(self, *roles: Role) -> list[int]:
+        """Indices of the values of some roles."""
+        return [i for i, value in enumerate(self.values) if value.role in roles]
 
     def free(self) -> list[int]:
         """Indices of the values that a fit may move: not what is given, nor what picks a branch."""
-        return [
-            i
-            for i, value in enumerate(self.values)
-            if value.role == "linear" or (value.role == "shape" and value.name not in HELD)
-        ]
+        return self.indices("linear", "shape")
+
+    def inner(self) -> list[int]:
+        """Indices of the values that shape the effect, those that no fit moves among them."""
+        return self.indices("shape", "fixed")
 
     def scaling(self) -> list[int]:
         """Indices of the values that scale the effect together, or of all that shape it."""
-        together = SCALED_TOGETHER.get(self.name, ())
-        linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.name in together]
-        return linear or self.indices("shape")
+        linear = [i for i, v in enumerate(self.values) if v.role == "linear" or v.scales]
+        return linear or self.inner()
+
+
+SAID = ("scale", "starts", "sign", "between_runs", "scales", "words")
+"""What a card says of a value where there is something to be said."""
 
 
 def card(effect: Effect) -> dict[str, Any]:
@@ -201,13 +246,21 @@ def card(effect: Effect) -> dict[str, Any]:
         "mechanism": effect.mechanism,
         "equation": effect.equation,
         "parameters": [
-            {"name": v.name, "role": v.role, "typical": v.typical, "low": v.low, "high": v.high}
+            {
+                "name": v.name,
+                "role": v.role,
+                "typical": v.typical,
+                "low": v.low,
+                "high": v.high,
+                **{name: said for name in SAID if (said := getattr(v, name))},
+            }
             for v in effect.values
         ],
         "needs": sorted(effect.needs),
         "typical_size": effect.typical_size,
         "confused_with": list(effect.confused_with),
         "separating_experiment": effect.experiment,
+        **({"absorbed": effect.absorbed} if effect.absorbed else {}),
     }
 
 
@@ -222,6 +275,9 @@ def effect(
     typical_size: str = "",
     confused_with: Sequence[str] = (),
     experiment: str = "",
+    absorbed: str = "",
+    told_by: str = "",
+    steps: bool = False,
 ) -> Callable[[Callable[[Any, Any], FloatArray]], Effect]:
     """Make an effect of a Python function ``f(p, at)``.
 
@@ -238,6 +294,8 @@ def effect(
     kind : {"torque", "width", "angle"}
     name : str, optional
         By default that of the function.
+    absorbed, told_by, steps : optional
+        See `Effect`.
     """
     unknown = [need for need in needs if need not in NEEDS]
     if unknown:
@@ -276,6 +334,9 @@ def effect(
             typical_size,
             tuple(confused_with),
             experiment,
+            absorbed=absorbed,
+            told_by=told_by,
+            steps=steps,
         )
 
     return make

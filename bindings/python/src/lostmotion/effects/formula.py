@@ -293,10 +293,9 @@ def write_c(own: Effect) -> str:
             own.experiment or "not stated",
         )
     )
-    values = ",\n     ".join(
-        f"{{{_quoted(v.name)}, LM_VALUE_{v.role.upper()}, LM_REAL({v.typical!r})}}"
-        for v in own.values
-    )
+    values = ",\n     ".join(map(_value_in_c, own.values))
+    absorbed = _quoted(own.absorbed) if own.absorbed else "0"
+    told_by = f"LM_NEEDS_{_bit(own.told_by)}" if own.told_by else "0u"
     bounds = ",\n     ".join(f"{{LM_REAL({v.low!r}), LM_REAL({v.high!r})}}" for v in own.values)
     symbol = symbol_of(own)
     comment = own.formula.replace("*/", "* /")
@@ -320,7 +319,10 @@ enum {{ {", ".join([*(name.upper() for name in names), "VALUES"])} }};
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {{
     {card},
-    {{{values}}}}};
+    {{{values}}},
+    {absorbed},
+    {told_by},
+    {int(own.steps)}}};
 #endif
 
 LM_BEGIN_DECLS
@@ -336,6 +338,23 @@ const lm_effect {symbol} = {{
     {{{bounds}}},
     LM_EFFECT_CARD(card)}};
 """
+
+
+def _value_in_c(value: Value) -> str:
+    """Initializer of a value on the card."""
+    starts = ", ".join([f"LM_REAL({start!r})" for start in value.starts] or ["0"])
+    bits = {
+        "LM_VALUE_BETWEEN_RUNS": value.between_runs,
+        "LM_VALUE_SIGN_OF_RATIO": value.sign == "ratio",
+        "LM_VALUE_SIGN_OF_FIRST": value.sign == "first",
+        "LM_VALUE_SCALES": value.scales,
+    }
+    return (
+        f"{{{_quoted(value.name)}, LM_VALUE_{value.role.upper()}, LM_REAL({value.typical!r}), "
+        f"LM_SCALE_{(value.scale or 'none').upper()}, {{{starts}}}, "
+        f"{' | '.join(bit for bit, set_ in bits.items() if set_) or '0u'}, "
+        f"{_quoted(value.words) if value.words else '0'}}}"
+    )
 
 
 def _pairs(text: str) -> bool:

@@ -11,11 +11,7 @@ import numpy.typing as npt
 
 from lostmotion.core import KINDS, NEEDS, Bits, core
 from lostmotion.effects.conditions import CONDITIONS
-from lostmotion.effects.effect import (
-    ROLES,
-    Effect,
-    Value,
-)
+from lostmotion.effects.effect import ROLES, SCALES, Effect, Value
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -61,16 +57,32 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
         return str(c.ffi.string(pointer).decode())
 
     card = effect.card
-    values = tuple(
-        Value(
-            text(card.value[i].name),
-            ROLES[int(card.value[i].role)],
-            number(card.value[i].typical),
-            number(effect.bound[i][0]),
-            number(effect.bound[i][1]),
+
+    def said(pointer: Any) -> str:
+        return text(pointer) if pointer else ""
+
+    def read(value: Any, bound: Any) -> Value:
+        traits = int(value.traits)
+        first, ratio = (
+            bool(traits & bit)
+            for bit in (c.lib.LM_VALUE_SIGN_OF_FIRST, c.lib.LM_VALUE_SIGN_OF_RATIO)
         )
-        for i in range(effect.value_count)
-    )
+        return Value(
+            text(value.name),
+            ROLES[int(value.role)],
+            number(value.typical),
+            number(bound[0]),
+            number(bound[1]),
+            SCALES[int(value.scale)],
+            tuple(number(start) for start in value.start if start),
+            "first" if first else "ratio" if ratio else "",
+            bool(traits & c.lib.LM_VALUE_BETWEEN_RUNS),
+            bool(traits & c.lib.LM_VALUE_SCALES),
+            said(value.words),
+        )
+
+    values = tuple(read(card.value[i], effect.bound[i]) for i in range(effect.value_count))
+    told_by = [name for bit, name in enumerate(NEEDS) if card.told_by >> bit & 1]
     needs = frozenset(name for bit, name in enumerate(NEEDS) if effect.covariates >> bit & 1)
     twins = tuple(name.strip() for name in text(card.confused_with).split(",") if name.strip())
     return Effect(
@@ -85,6 +97,9 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
         text(card.typical_size),
         twins,
         text(card.experiment),
+        absorbed=said(card.absorbed),
+        told_by=told_by[0] if told_by else "",
+        steps=bool(card.steps),
     )
 
 

@@ -16,7 +16,7 @@ recordings ask for it.
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from itertools import pairwise
@@ -39,6 +39,7 @@ from lostmotion.fit.parameters import (
     placed,
     prior_rows,
 )
+from lostmotion.fit.point import Point
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -101,13 +102,11 @@ TOLERANCE = 1e-6
 EVENLY = 12.0
 """What may be anywhere in a range has this precision over the range's square."""
 
-LAWS_BETWEEN_RUNS = {("wear", "exponent")}
-"""Values of how an effect hangs on what does not change within a run: only runs tell them ..."""
-
 RUN_SCATTER = 0.6
-"""... and each tells it as well as what it has of its own allows, over the noise, however many
-samples it has. A law through the few worn runs of a campaign is held to what is usual accordingly:
-samples that count one by one would put it through their scatter, and far off beyond them."""
+"""A value of how an effect hangs on what is constant within a run is told by runs alone: each tells
+it as well as what it has of its own allows, over the noise, however many samples it has. A law
+through the few worn runs of a campaign is held to what is usual accordingly: samples that count one
+by one would put it through their scatter, and far off beyond them."""
 
 START = "start"
 """What the blocks of the start states belong to: the sittings of the recordings."""
@@ -134,21 +133,6 @@ class Additive:
     coefficients: FloatArray
     covariate: str = ""
     shape: str = ""
-
-
-@dataclass
-class Point:
-    """Everything the model gives at one set of parameters, in arc seconds and N m."""
-
-    torque: FloatArray
-    width: FloatArray
-    plays: FloatArray
-    wound: FloatArray
-    ramps: FloatArray
-    slope: FloatArray
-    backbone: FloatArray
-    elastic: FloatArray
-    angle: FloatArray
 
 
 @dataclass
@@ -458,7 +442,7 @@ class Base:
         free = [term.effect.values[i] for i in term.free]
         low, high = (np.array([getattr(value, end) for value in free]) for end in ("low", "high"))
         laws = np.array(
-            [k for k, v in enumerate(free) if (term.effect.name, v.name) in LAWS_BETWEEN_RUNS],
+            [k for k, value in enumerate(free) if value.between_runs],
             dtype=np.intp,
         )
         per_run = self.conditions.rows / self.conditions.runs
@@ -720,11 +704,10 @@ def numbered(name: str, count: int) -> list[str]:
     return [f"{name}_{i}" for i in range(count)]
 
 
-def start_values(effect: Effect, given: Sequence[tuple[str, float]]) -> FloatArray:
+def start_values(effect: Effect, given: Mapping[str, float]) -> FloatArray:
     """Typical values, with what is known of the drive put in."""
     values = effect.typical.copy()
     for i, value in enumerate(effect.values):
-        for name, known in given:
-            if value.role == "given" and value.name == name:
-                values[i] = known
+        if value.role == "given" and value.scale in given:
+            values[i] = given[value.scale]
     return values

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,10 +24,8 @@ from lostmotion.drives import (
     SLOPE,
     row_names,
 )
+from lostmotion.fit.point import Point
 from lostmotion.units import ARCSEC
-
-if TYPE_CHECKING:
-    from lostmotion.fit.baseline import Point
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 
+from lostmotion.effects.library import library
 from lostmotion.report.svg import signs
 from lostmotion.units import ANGULAR_SPEED, ARCMIN, ARCSEC, plain_number, split_unit
 
@@ -33,19 +35,6 @@ SYMBOLS = {"Nm": "N·m", "mNm": "mN·m", "um": "µm", "C": "°C"}
 PEOPLE = {"stribeck": "Stribeck", "coulomb": "Coulomb", "hertz": "Hertz"}
 """Names of people among the names of effects and of their values."""
 
-PARAMETERS = {
-    "blend": "blending speed of the input",
-    "breakaway": "breakaway friction",
-    "coulomb": "Coulomb friction",
-    "hertz": "Hertzian wind-up",
-    "runout_cosine": "run-out cosine",
-    "runout_sine": "run-out sine",
-    "stribeck": "Stribeck speed of the input",
-    "takeup": "take-up",
-    "windup": "wind-up",
-}
-"""What the values of effects are called, where their name alone does not say it."""
-
 SPEEDS = {"rad_s": "rad_per_s"}
 """Suffixes of the library's effects that leave out the `per`."""
 
@@ -63,7 +52,14 @@ def words(name: str) -> str:
 
 def parameter(name: str) -> str:
     """Say what a value of an effect is, by its name without the unit."""
-    return PARAMETERS.get(name) or words(name)
+    return parameter_words().get(name) or words(name)
+
+
+@cache
+def parameter_words() -> dict[str, str]:
+    """What the cards call values whose names alone do not say what they are."""
+    values = [value for effect in library().values() for value in effect.values]
+    return {split_unit(value.name)[0]: value.words for value in values if value.words}
 
 
 def written(value: float, digits: int = 3) -> str:

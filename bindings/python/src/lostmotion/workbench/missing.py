@@ -169,10 +169,11 @@ class AlikePanel(Panel):
         """Take the diagnosis's own rivals, or the strongest and what it is confused with."""
         found = self.bench.diagnosis
         ranked = [c for c in found.candidates if c["testable"]] if found is not None else []
-        first = ranked[0]["name"] if ranked else "thermal_gap"
+        names = [name for name, effect in self.bench.effects.items() if not effect.absorbed]
+        first = ranked[0]["name"] if ranked else names[0]
         others = [*(ranked[0]["confused_with"] if ranked else ())]
         others += [*self.bench.effects[first].confused_with, *(c["name"] for c in ranked[1:])]
-        others += ["wear", "creep"]
+        others += names
         return [first, next(one for one in others if one != first and one in self.bench.effects)]
 
     def put(self, place: int, name: str) -> None:

@@ -1,0 +1,183 @@
+"""Forms of effects: how one is linearised, and what a coefficient says of its values.
+
+The columns of all starts together stand for the effect in the screening; the joint refit comes
+afterwards. An effect with a form of its own has a file in `own_forms`, under its name.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.candidates.own_forms import own_forms
+from lostmotion.candidates.slipped_teeth import slipped_teeth
+from lostmotion.candidates.tangents import (
+    Tangents,
+    at_base,
+    difference,
+    distinct,
+    start_points,
+    thresholds,
+    unit_size,
+    wound_up,
+)
+from lostmotion.effects.effect import Effect
+from lostmotion.fit.baseline import Base
+from lostmotion.fit.point import Point
+
+FloatArray = npt.NDArray[np.float64]
+
+HALF_A_TOOTH = 0.5
+"""Least multiple of a slipped tooth that is not taken for something else."""
+
+
+class Starts(Protocol):
+    """Values about which columns were taken, and the place of those of each column."""
+
+    starts: list[FloatArray]
+    start_of: list[int]
+
+
+class Form(Protocol):
+    """How effects of one form are linearised, and what coefficients say of their values."""
+
+    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+        """Take the columns of an effect at a fitted base."""
+        ...
+
+    def values(
+        self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
+    ) -> FloatArray:
+        """Values of the effect that coefficients of the columns of one start stand for."""
+        ...
+
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """Whether these coefficients are those of the start, and not of another."""
+        ...
+
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """Whether the effect can have these coefficients at all."""
+        ...
+
+
+class Linear:
+    """Values to which the effect is proportional, over starts of the inner ones."""
+
+    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+        """See `Form`."""
+        made = Tangents([], start_points(effect, base, ratio), [])
+        linear = effect.indices("linear")
+        units: list[tuple[FloatArray, int]] = []
+        for number, values in enumerate(made.starts):
+            for i in linear:
+                unit = values.copy()
+                unit[linear] = 0.0
+                unit[i] = unit_size(effect, i)
+                made.columns.append(at_base(effect, unit, base, point) / unit[i])
+                made.start_of.append(number)
+                units.append((unit, i))
+        if effect.kind != "angle":
+            # What acts on the torque winds up the drive: through its friction, where it is soft.
+            kept = distinct(made.columns)
+            made.start_of = [made.start_of[k] for k in kept]
+            made.columns = [wound_up(effect, base, *units[k], made.columns[k]) for k in kept]
+        return made
+
+    def values(
+        self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
+    ) -> FloatArray:
+        """See `Form`: columns follow the linear values; multiples of earlier ones are gone."""
+        values = of.starts[start].copy()
+        linear = effect.indices("linear")
+        if of.start_of.count(start) == len(linear):
+            values[linear] = coefficients
+        elif of.start_of.count(0) == len(linear):
+            values[linear[-coefficients.size :]] = coefficients
+        return values
+
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`: friction and creep take, they never give."""
+        linear = [effect.values[i] for i in effect.indices("linear")]
+        return len(linear) > 1 or bool(linear[0].low < 0.0 or coefficients[0] > 0.0)
+
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return self.right_way(effect, coefficients)
+
+
+class Differenced:
+    """Values that all enter in another way: derivatives at nothing."""
+
+    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+        """See `Form`."""
+        values = start_points(effect, base, ratio)[0]
+        shape = effect.inner()
+        columns = [difference(effect, i, base, point, values) for i in shape]
+        return Tangents(columns, [values], [0] * len(shape))
+
+    def values(
+        self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
+    ) -> FloatArray:
+        """See `Form`."""
+        values = of.starts[start].copy()
+        shape = effect.inner()
+        values[shape] = 0.0
+        values[shape[: coefficients.size]] = coefficients
+        return values
+
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return True
+
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return True
+
+
+class WholeTeeth:
+    """Teeth that slipped, at the threshold that meets them, or from some: whole teeth for each."""
+
+    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+        """See `Form`."""
+        made = Tangents([], [], [])
+        values = start_points(effect, base, ratio)[0]
+        met = slipped_teeth(base, effect, values)
+        for slipped in thresholds(effect, base, values) if met is None else [met]:
+            made.start_of.append(len(made.starts))
+            made.starts.append(slipped)
+            made.columns.append(at_base(effect, slipped, base, point))
+        return made
+
+    def values(
+        self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
+    ) -> FloatArray:
+        """See `Form`: the teeth are whole whatever the coefficient."""
+        return of.starts[start].copy()
+
+    def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`."""
+        return True
+
+    def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
+        """See `Form`: there is no part of a tooth."""
+        return float(np.max(np.abs(coefficients))) >= HALF_A_TOOTH
+
+
+def form_of(effect: Effect) -> Form:
+    """Return how an effect is linearised."""
+    own: Form | None = own_forms().get(effect.name)
+    if own is not None:
+        return own
+    if effect.steps:
+        return WholeTeeth()
+    return Linear() if effect.indices("linear") else Differenced()
+
+
+def tangents_of(effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+    """Columns of a `resolved` effect that is not in the model yet, no multiples of one another."""
+    made = form_of(effect).linearise(effect, base, point, ratio)
+    kept = distinct(made.columns)
+    columns = [made.columns[k] for k in kept]
+    return Tangents(columns, made.starts, [made.start_of[k] for k in kept])
