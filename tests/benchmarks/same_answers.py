@@ -169,14 +169,19 @@ def first_difference(one: Path, other: Path) -> str:
 
 
 def different_key(a: Any, b: Any, at: str = "") -> str:
-    """Path of the first value of two answers that differs, with both."""
-    if isinstance(a, dict) and isinstance(b, dict) and a.keys() == b.keys():
-        parts = ((f"{at}.{key}", a[key], b[key]) for key in a)
+    """Path of the first value that differs, with both; keys that one alone has come last."""
+    lacking = ""
+    if isinstance(a, dict) and isinstance(b, dict):
+        parts = [(f"{at}.{key}", a[key], b[key]) for key in a if key in b]
+        alone = sorted(a.keys() ^ b.keys())
+        lacking = f"{at}: {', '.join(alone)} in one alone" if alone else ""
     elif isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
-        parts = ((f"{at}[{k}]", x, y) for k, (x, y) in enumerate(zip(a, b, strict=True)))
+        parts = [(f"{at}[{k}]", x, y) for k, (x, y) in enumerate(zip(a, b, strict=True))]
     else:
         return "" if a == b else f"{at}: {str(a)[:100]} / {str(b)[:100]}"
-    return next((found for where, x, y in parts if (found := different_key(x, y, where))), "")
+    found = [said for where, x, y in parts if (said := different_key(x, y, where))]
+    values = [said for said in found if not said.endswith("in one alone")]
+    return next(iter(values or [*found, lacking]))
 
 
 def main() -> int:

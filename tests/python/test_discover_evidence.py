@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from test_discover import RATED_NM, RATIO, campaign, torque_of
 
+from lostmotion import rules
 from lostmotion.backbone import run_plays
-from lostmotion.candidates.between_runs import SIDE_LEAST, levels, partings, run_drifts, scan
+from lostmotion.candidates.between_runs import levels, partings, run_drifts, scan
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.shapes import waves
@@ -63,7 +64,7 @@ def best_step(contest: Contest):
 def test_partings_leave_runs_on_either_side():
     found = partings(np.array([0.0, 0.0, 5.0, 5.0, 5.0, 9.0]))
     assert [np.count_nonzero(beyond) for _, beyond in found] == [4]
-    assert all(SIDE_LEAST <= np.count_nonzero(b) <= 6 - SIDE_LEAST for _, b in found)
+    assert all(rules.SIDE_LEAST <= np.count_nonzero(b) <= 6 - rules.SIDE_LEAST for _, b in found)
     assert found[0][0] == 2.5
 
 

@@ -8,14 +8,8 @@ from nulls import fewest, most, ramps, white
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.gates import (
-    PAIRED_T,
-    SIGNED_RANK,
-    accepted,
-    paired_t,
-    signed_rank,
-    told_apart,
-)
+from lostmotion import rules
+from lostmotion.discover.gates import accepted, paired_t, signed_rank, told_apart
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import fit_noise
@@ -116,8 +110,8 @@ def test_intervals_from_the_covariance_hold_the_truth_as_often_as_they_say(size:
 def test_equal_effects_are_seldom_told_apart_by_chance() -> None:
     rng = np.random.default_rng(5)
     trials = 2000
-    told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= PAIRED_T for _ in range(trials))
-    level = float(stats.t.sf(PAIRED_T, RUNS - 1))
+    told = sum(paired_t(*rng.normal(size=(2, RUNS))) >= rules.PAIRED_T for _ in range(trials))
+    level = float(stats.t.sf(rules.PAIRED_T, RUNS - 1))
     assert fewest(trials, level) <= told <= most(trials, level)
 
 
@@ -126,9 +120,9 @@ def test_signed_ranks_tell_equal_effects_apart_as_seldom_as_they_say(tail: int) 
     rng = np.random.default_rng(6)
     trials = 4000
     pairs = rng.standard_t(tail, size=(trials, 2, RUNS))
-    told = sum(signed_rank(*pair) >= SIGNED_RANK for pair in pairs)
+    told = sum(signed_rank(*pair) >= rules.SIGNED_RANK for pair in pairs)
     # So few runs have fewer large ranks than the normal distribution has.
-    assert 0 < told <= most(trials, float(stats.norm.sf(SIGNED_RANK)))
+    assert 0 < told <= most(trials, float(stats.norm.sf(rules.SIGNED_RANK)))
 
 
 def test_signed_ranks_of_four_runs() -> None:
@@ -141,7 +135,7 @@ def test_signed_ranks_of_four_runs() -> None:
 def test_a_run_that_says_most_does_not_hide_what_all_the_others_say() -> None:
     ahead = np.abs(np.random.default_rng(8).normal(size=RUNS)) + 0.1
     ahead[3] = 1000.0
-    assert paired_t(ahead, np.zeros(RUNS)) < PAIRED_T
+    assert paired_t(ahead, np.zeros(RUNS)) < rules.PAIRED_T
     assert told_apart(ahead, np.zeros(RUNS))
     assert not told_apart(np.zeros(RUNS), ahead)
     assert not told_apart(np.where(np.arange(RUNS) == 3, 1000.0, 0.0), np.zeros(RUNS))

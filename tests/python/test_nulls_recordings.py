@@ -8,11 +8,12 @@ from nulls import most
 from scipy import stats
 from scipy.signal import lfilter
 
-from lostmotion.discover.events import SCORE_LEAST, scan_run
+from lostmotion import rules
+from lostmotion.discover.events import scan_run
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.discover.recording_check import check
 from lostmotion.effects.conditions import Conditions
-from lostmotion.evidence.noise import PERSISTENCE_MAX, Noise, fit_noise
+from lostmotion.evidence.noise import Noise, fit_noise
 from lostmotion.fit.baseline import Base
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.encoders import unwrap
@@ -129,7 +130,7 @@ def test_p_of_a_step_is_what_it_says_where_there_is_none(colour: float) -> None:
         scores.append(scan_run(base, noise, 0, columns, y).score)
     p = np.minimum(1.0, 2 * stats.norm.sf(scores) * rows)
     assert np.count_nonzero(p <= 0.05) <= most(trials, 0.05)
-    assert max(scores) < SCORE_LEAST
+    assert max(scores) < rules.EVENT_SCORE_LEAST
 
 
 def wild_run(step: float) -> tuple[Base, Noise, np.ndarray, np.ndarray]:
@@ -147,7 +148,7 @@ def wild_run(step: float) -> tuple[Base, Noise, np.ndarray, np.ndarray]:
 
 def test_wild_samples_are_no_step_and_hide_none() -> None:
     base, noise, columns, y = wild_run(0.0)
-    assert scan_run(base, noise, 0, columns, y).score < SCORE_LEAST
+    assert scan_run(base, noise, 0, columns, y).score < rules.EVENT_SCORE_LEAST
     base, noise, columns, y = wild_run(4.0)
     found = scan_run(base, noise, 0, columns, y)
     assert abs(found.row - 400) <= 2
@@ -173,4 +174,4 @@ def test_noise_that_stays_is_not_held_to_be_a_drift() -> None:
         for _ in range(20):
             x = lfilter([1.0], [1.0, -colour], rng.normal(size=4000))
             noise = fit_noise(x, np.arange(4000) * 0.05, np.array([0, 4000]), 0)
-            assert noise.phi[0].sum() < PERSISTENCE_MAX
+            assert noise.phi[0].sum() < rules.PERSISTENCE_MAX

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.shapes import usual_rates
 from lostmotion.evidence.contest import Contest, reduce
@@ -22,13 +23,6 @@ from lostmotion.fit.baseline import DEVIATIONS, Base
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-
-SIDE_LEAST = 2
-"""Runs on either side: what a single run does no other run can confirm."""
-
-SAME_RATE = 1.25
-"""Runs whose load changes as quickly within this factor are of one rate: the noise of the torque
-makes each a little different, and no cause sets in between them."""
 
 STANDING = 1e-3
 """Share of the quickest rate below which a load stands still."""
@@ -46,7 +40,7 @@ def run_channels(base: Base) -> dict[str, tuple[FloatArray, str]]:
 def levels(rates: FloatArray) -> FloatArray:
     """Rates with those that are the same in practice made the same, by their geometric mean."""
     floored = np.maximum(rates, STANDING * max(float(rates.max(initial=0.0)), 1e-300))
-    group = group_within(floored, SAME_RATE)
+    group = group_within(floored, rules.SAME_RATE)
     sums = np.bincount(group, weights=np.log(floored))
     return np.asarray(np.exp(sums / np.bincount(group))[group])
 
@@ -57,7 +51,7 @@ def partings(values: FloatArray) -> list[tuple[float, Mask]]:
     out = []
     for below, above in pairwise(found.tolist()):
         beyond = values >= above
-        if SIDE_LEAST <= np.count_nonzero(beyond) <= values.size - SIDE_LEAST:
+        if rules.SIDE_LEAST <= np.count_nonzero(beyond) <= values.size - rules.SIDE_LEAST:
             out.append((float(0.5 * (below + above)), beyond))
     return out
 

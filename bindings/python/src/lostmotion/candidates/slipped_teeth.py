@@ -12,15 +12,13 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import Base
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
-
-WHOLE = 0.2
-"""How far a jump may be from whole teeth, in teeth: the load moves the drive, too."""
 
 BESIDE = 5
 """Samples before and behind a jump whose medians say that it stays."""
@@ -36,11 +34,11 @@ def jumps(base: Base, tooth_arcsec: float) -> list[tuple[int, int]]:
     found = []
     for at in base.conditions.slices():
         x = base.measured[at] / tooth_arcsec
-        for k in np.flatnonzero(np.abs(np.diff(x)) > 1.0 - WHOLE) + 1:
+        for k in np.flatnonzero(np.abs(np.diff(x)) > 1.0 - rules.WHOLE_TOOTH) + 1:
             before, behind = x[max(k - BESIDE, 0) : k], x[k : k + BESIDE]
             teeth = round(float(x[k] - x[k - 1]))
             change = float(np.median(behind) - np.median(before))
-            if max(abs(change - teeth), abs(float(x[k] - x[k - 1]) - teeth)) <= WHOLE:
+            if max(abs(change - teeth), abs(float(x[k] - x[k - 1]) - teeth)) <= rules.WHOLE_TOOTH:
                 found.append((int(at.start + k), teeth))
     return found
 
@@ -83,5 +81,5 @@ def slips_of(conditions: Conditions, effect: Effect, values: FloatArray) -> dict
     step = np.diff(angle, prepend=0.0)
     step[conditions.starts[:-1]] = 0.0
     size = float(values[effect.indices("given")[0]])
-    rows = np.flatnonzero(np.abs(step) > WHOLE * size)
+    rows = np.flatnonzero(np.abs(step) > rules.WHOLE_TOOTH * size)
     return {int(row): float(np.round(step[row] / size)) * size for row in rows}

@@ -10,8 +10,9 @@ from typing import Any, TextIO
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.commands.inputs import protocol_of, read_inputs
-from lostmotion.discover.advice import RUNS_LEAST, count_runs
+from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.common_columns import gather_body
 from lostmotion.discover.diagnosis import count_pieces, diagnose
@@ -349,7 +350,7 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
 def show_runs_lacking(answer: Mapping[str, Any], out: TextIO) -> None:
     """Say it where there are too few runs to name anything."""
     if not answer["enough_runs"]:
-        print(f"fewer than {RUNS_LEAST} runs: diagnose can name no effect", file=out)
+        print(f"fewer than {rules.RUNS_LEAST} runs: diagnose can name no effect", file=out)
 
 
 def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
@@ -23,7 +24,7 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import Base
 from lostmotion.fit.drive_file import make_base
-from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_residual
+from lostmotion.fit.held_out import Friction, held_out_residual
 from lostmotion.fit.parameters import FILED
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, told
@@ -306,7 +307,7 @@ def _compare(
         frictions["both"] = (rms_of(both.residual()), rms_of(other))
         # By error on runs that were fitted, one at a time held out: the others are for the answer.
         judged = slice(None) if rows is None else rows
-        if rms_of(other[judged]) < CLEARLY_BETTER * rms_of(heldout[judged]):
+        if rms_of(other[judged]) < rules.CLEARLY_BETTER * rms_of(heldout[judged]):
             best, friction, heldout = both, "both", other
     else:
         friction = "both"

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from lostmotion import rules
 from lostmotion.discover.contest_round import Field
 from lostmotion.discover.odd_runs import OddRuns
 from lostmotion.effects.columns import NO_COLUMN
 from lostmotion.effects.effect import Effect
-
-RUNS_LEAST = 6
-"""With fewer runs the smallest p of sign flips is above 0.05: no names."""
 
 ASK_WHAT_DIFFERED = (
     "Find out what was different in these runs (temperature, cycles, mounting), record it as a "
@@ -30,7 +28,7 @@ def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tu
     nameless : bool
         Whether a shape or an event without a name was found, too.
     """
-    if runs < RUNS_LEAST:
+    if runs < rules.RUNS_LEAST:
         return ("unexplained" if names or nameless else "complete"), []
     if nameless:
         return "unexplained", names
@@ -54,10 +52,9 @@ def advise(
     odd: OddRuns | None,
 ) -> str:
     """Say what to do next."""
-    if runs < RUNS_LEAST:
-        return (
-            f"{count_runs(runs)} cannot carry a name: repeat the plan, {RUNS_LEAST} runs or more."
-        )
+    if runs < rules.RUNS_LEAST:
+        least = f"{rules.RUNS_LEAST} runs or more"
+        return f"{count_runs(runs)} cannot carry a name: repeat the plan, {least}."
     if odd is not None:
         return ASK_WHAT_DIFFERED
     if verdict == "ambiguous":

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import slips_of
 from lostmotion.discover.events import (
     EVENT_NAME,
@@ -31,9 +32,6 @@ from lostmotion.fit.held_out import held_out_rms
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
-
-IMPLAUSIBLE = 100.0
-"""A value this many times the typical one is marked."""
 
 
 @dataclass
@@ -276,7 +274,11 @@ def plausible(effect: Effect, values: FloatArray) -> bool:
         if value.role == "given":
             continue
         at_bound = value.role == "linear" and (x <= value.low or x >= value.high)
-        far = value.role == "linear" and value.typical and abs(x) > IMPLAUSIBLE * abs(value.typical)
+        far = (
+            value.role == "linear"
+            and value.typical
+            and abs(x) > rules.IMPLAUSIBLE * abs(value.typical)
+        )
         if at_bound or far:
             return False
     return True

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates import shapes
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
@@ -43,12 +44,6 @@ class Projector:
         return float(np.sqrt(np.mean((column - taken) ** 2)))
 
 
-FORM_SHARE = 0.0025
-"""How exactly the base has the form of a drive, over the rms of its lost motion: a characteristic
-of straight pieces and a few plays on the torque are no drive's springs and friction. What hangs on
-the load alone and is smaller is not told from that."""
-
-
 @dataclass
 class Field:
     """All candidates over a settled base."""
@@ -58,7 +53,7 @@ class Field:
     candidates: dict[str, Candidate]
     closed: dict[str, str]
     form_arcsec: float
-    """What the form of the base is wrong by at best (`FORM_SHARE`)."""
+    """What the form of the base is wrong by at best (`rules.FORM_SHARE`)."""
 
     @cached_property
     def projector(self) -> Projector:
@@ -76,7 +71,7 @@ def swing_by_run(base: Base, point: Point) -> FloatArray:
 
 def form_size(swing: FloatArray, rows: FloatArray) -> float:
     """What the form of a base is wrong by at best, from its swing in runs of so many samples."""
-    return FORM_SHARE * float(np.sqrt(np.average(swing**2, weights=rows)))
+    return rules.FORM_SHARE * float(np.sqrt(np.average(swing**2, weights=rows)))
 
 
 def make_candidates(

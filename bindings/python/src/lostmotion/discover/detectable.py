@@ -9,18 +9,12 @@ import numpy as np
 from scipy import special
 from scipy.optimize import brentq
 
+from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.contest_round import Field
-from lostmotion.discover.gates import (
-    P_LIMIT,
-    count_tests,
-)
-from lostmotion.discover.selection import SIZE_LEAST
+from lostmotion.discover.gates import count_tests
 from lostmotion.units import ARCSEC, split_unit
-
-POWER = 0.8
-"""Chance with which the smallest detectable size would be found."""
 
 NONCENTRALITY_MIN = 1e-2
 """Least noncentrality that is told: a tenth of a standard error."""
@@ -29,14 +23,11 @@ NONCENTRALITY_MAX = 4e8
 """Largest noncentrality that is looked for: 20,000 standard errors. Beyond it the distribution
 function of scipy (Boost) gives no number, and no drive an effect."""
 
-TWIN_DEG = 10.0
-"""Effects within this angle look alike with this plan."""
-
 
 def detectable(
     stage: Field, within: float, form: float = 0.0
 ) -> tuple[dict[str, Any], dict[str, str]]:
-    """Smallest size of each effect that would be found with probability `POWER`.
+    """Smallest size of each effect that would be found with probability `rules.POWER`.
 
     Parameters
     ----------
@@ -61,7 +52,7 @@ def detectable(
         information = contest.projected([block])
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
         rank = information.shape[0]
-        needed = noncentrality(rank, contest.runs - 2 - rank, P_LIMIT / count)
+        needed = noncentrality(rank, contest.runs - 2 - rank, rules.P_LIMIT / count)
         info = float(np.mean(np.diag(information)))
         if not info > 1e-12:
             continue
@@ -76,7 +67,7 @@ def detectable(
         rms = amplitude * float(
             np.mean(np.sqrt(np.mean(columns**2, axis=0)) / scale[: columns.shape[1]])
         )
-        least = SIZE_LEAST * within
+        least = rules.SIZE_LEAST * within
         if candidate.hangs_on_load_alone:
             least = max(least, form)
         if rms < least:
@@ -112,7 +103,7 @@ def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
 
     def lacking(log_size: float) -> float:
         power = 1.0 - special.ncfdtr(rank, freedom, math.exp(log_size), limit)
-        return float(power) - POWER
+        return float(power) - rules.POWER
 
     low, high = math.log(NONCENTRALITY_MIN), math.log(10.0 * NONCENTRALITY_MIN)
     if lacking(low) >= 0:

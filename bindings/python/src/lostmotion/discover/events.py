@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import special
 
+from lostmotion import rules
 from lostmotion.discover.linearise import columns_of
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.noise import Noise
@@ -19,28 +20,11 @@ from lostmotion.units import ARCSEC, plain_number
 
 FloatArray = npt.NDArray[np.float64]
 
-SCORE_LEAST = 10.0
-"""Least score of a step, in standard deviations: Gaussian noise alone reaches 5 in 1e5 samples, and
-what is left of an effect or of the base, whose form is not exactly right, a little over 8 ..."""
-
-TAIL_FACTOR = 1.5
-"""... and over the largest score that the other runs reach, where the noise has long tails."""
-
-SIZE_LEAST = 0.5
-"""Least size of a step over the noise within runs."""
-
 WILD_MAX = 12
 """Times that a run is searched anew, wild samples set aside."""
 
 WILD_REACH = 2
 """Samples that are set aside with a wild one, before it and behind it."""
-
-SEEN_SHARE = 0.5
-"""Share of a step by which the medians before and behind it must differ: one wild sample, or a few
-that steer the run's own curve, make a step in the fit, but none that can be seen ..."""
-
-SEEN_ROWS = 100.0
-"""... over so many samples times (noise / step)^2, so that noise does not hide it."""
 
 EDGE = 5
 """Samples at either end of a run where a step cannot be told from the offset."""
@@ -49,10 +33,6 @@ EVENTS_MAX = 20
 
 EVENT_NAME = "step in run "
 """How the names of the shapes begin that stand for events."""
-
-LOST = 6.0
-"""Least jump of the input's encoder that is looked at, seen at the output, over the scatter of the
-lost motion from sample to sample."""
 
 
 @dataclass
@@ -114,7 +94,7 @@ def scan_run(
         beside = np.hstack([white, noise.whiten(pulses, run)])
         z, sizes, rest = scores(beside, y, noise, run)
         k = int(np.argmax(np.abs(z)))
-        if abs(z[k]) < SCORE_LEAST or seen(
+        if abs(z[k]) < rules.EVENT_SCORE_LEAST or seen(
             response[at], k + noise.lags, float(sizes[k]), noise.spread(run)
         ):
             break
@@ -129,10 +109,10 @@ def scan_run(
 
 def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
     """Whether the residual lies otherwise before a row than from it on, without its outliers."""
-    reach = int(np.clip(SEEN_ROWS * (spread / size) ** 2, 2 * EDGE, residual.size))
+    reach = int(np.clip(rules.EVENT_SEEN_ROWS * (spread / size) ** 2, 2 * EDGE, residual.size))
     before, behind = residual[max(row - reach, 0) : row], residual[row : row + reach]
     change = float(np.median(behind) - np.median(before))
-    return bool(change * np.sign(size) >= SEEN_SHARE * abs(size))
+    return bool(change * np.sign(size) >= rules.EVENT_SEEN_SHARE * abs(size))
 
 
 def scores(
@@ -187,8 +167,8 @@ def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:
         others = np.delete(scores, event.run)
         usual = float(np.median(others)) if others.size else 0.0
         if (
-            event.score >= max(SCORE_LEAST, TAIL_FACTOR * usual)
-            and abs(event.size_arcsec) >= SIZE_LEAST * within_arcsec
+            event.score >= max(rules.EVENT_SCORE_LEAST, rules.EVENT_TAIL_FACTOR * usual)
+            and abs(event.size_arcsec) >= rules.EVENT_SIZE_LEAST * within_arcsec
         ):
             found.append(event)
     found.sort(key=lambda e: e.row)
@@ -211,10 +191,15 @@ def lost_counts(base: Base, ratio: float) -> list[Event]:
             continue
         turned, moved = sudden(angle[at] / (ratio * ARCSEC)), sudden(base.measured[at])
         noise = spread_of(moved)
-        for k in np.flatnonzero(np.abs(turned) > SCORE_LEAST * spread_of(turned) + LOST * noise):
+        for k in np.flatnonzero(
+            np.abs(turned)
+            > rules.EVENT_SCORE_LEAST * spread_of(turned) + rules.LOST_COUNTS_LEAST * noise
+        ):
             size = -float(turned[k])
-            stays = abs(float(turned[k : k + EDGE].sum()) + size) <= SEEN_SHARE * abs(size)
-            if stays and abs(float(moved[k]) - size) <= SEEN_SHARE * abs(size):
+            stays = abs(float(turned[k : k + EDGE].sum()) + size) <= rules.EVENT_SEEN_SHARE * abs(
+                size
+            )
+            if stays and abs(float(moved[k]) - size) <= rules.EVENT_SEEN_SHARE * abs(size):
                 row = int(at.start + k + 1)
                 score = abs(size) / max(noise, 1e-300)
                 found.append(Event(run, row, float(c.time_s[row]), size, score))

@@ -12,27 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.discover.contest_round import Field, form_size
-from lostmotion.discover.gates import (
-    KINDS,
-    RIVAL_SHARE,
-    accepted,
-    judge_all,
-    large_enough,
-    paid_by_kind,
-)
+from lostmotion.discover.gates import accepted, judge_all, large_enough, paid_by_kind
 from lostmotion.discover.refits import Contender, term_of
-from lostmotion.discover.selection import (
-    NAMED_SHARE,
-    NESTED_DEG,
-    RUNS_PER_TERM,
-    SHAPE_AFTER_NAMED,
-    TERMS_MAX,
-    Step,
-    least_size,
-    rivals,
-)
+from lostmotion.discover.selection import Step, least_size, rivals
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.evidence.contest import Contest, Result
@@ -162,7 +147,7 @@ def contest_of(body: Body, candidates: Sequence[Candidate]) -> Rounds:
     chosen: list[Contender] = []
     steps: list[Step] = []
     ladder = [rung([], errors(body, np.zeros(0, dtype=np.intp)))]
-    limit = max(1, min(TERMS_MAX, body.white.runs // RUNS_PER_TERM))
+    limit = max(1, min(rules.TERMS_MAX, body.white.runs // rules.RUNS_PER_TERM))
     while True:
         stage = stage_of(body, white, left)
         step = choose(body, stage, judge_all(stage), within, steps)
@@ -263,7 +248,7 @@ def choose(
         if not accepted(result, paid[candidate.kind]):
             continue
         size = size_beside_base(body, stage.contest.evidence.blocks[result.block], result)
-        limit = max(least, SHAPE_AFTER_NAMED * within) if named_before else least
+        limit = max(least, rules.SHAPE_AFTER_NAMED * within) if named_before else least
         if large_enough(stage, result, size, least if candidate.named else limit):
             contenders.append(
                 Contender(result, candidate, None, result.gain, result.gain_by_run, size)
@@ -271,9 +256,9 @@ def choose(
     named = next((c for c in contenders if c.candidate.named), None)
     shape = next((c for c in contenders if not c.candidate.named), None)
     chosen = named or shape
-    if named is not None and shape is not None and named.gain < NAMED_SHARE * shape.gain:
+    if named is not None and shape is not None and named.gain < rules.NAMED_SHARE * shape.gain:
         angles = stage.contest.angles(named.result.name, shape.result.name, named.result.omega)
-        if not (angles.size and float(angles[0]) < NESTED_DEG):
+        if not (angles.size and float(angles[0]) < rules.NESTED_DEG):
             chosen = shape
     step = Step(stage, results, chosen, contenders)
     if chosen is not None and chosen.candidate.named:
@@ -295,5 +280,5 @@ def needed_beside(stage: Field, chosen: Contender, rival: str, results: Sequence
     return (
         beside is not None
         and accepted(beside, paid_by_kind(stage)["effect"])
-        and beside.gain >= RIVAL_SHARE * chosen.gain
+        and beside.gain >= rules.RIVAL_SHARE * chosen.gain
     )

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
@@ -36,7 +37,7 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import Base, Term, start_values
 from lostmotion.fit.drive_file import effect_table, make_base, require
-from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_rms
+from lostmotion.fit.held_out import Friction, held_out_rms
 from lostmotion.fit.parameters import FILED, placed
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
@@ -245,7 +246,7 @@ def fit_model(
     if base.outside is None and friction != "inside":
         both = with_outside_friction(base)
         found = rung(both)
-        best = CLEARLY_BETTER * ladder[-1]["rms_heldout_arcsec"]
+        best = rules.CLEARLY_BETTER * ladder[-1]["rms_heldout_arcsec"]
         if friction == "both" or found["rms_heldout_arcsec"] < best:
             base = both
             ladder.append({**found, "friction": "both"})

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.candidates.named import named_candidates
-from lostmotion.discover.advice import RUNS_LEAST
 from lostmotion.discover.contest_round import make_field
-from lostmotion.discover.detectable import TWIN_DEG, detectable
+from lostmotion.discover.detectable import detectable
 from lostmotion.discover.linearise import noise_rms, settle
 from lostmotion.drives import Drive
 from lostmotion.effects.conditions import Conditions
@@ -30,9 +30,6 @@ USUAL_PHI = (0.5,)
 
 USUAL_SCATTER = (0.003, 0.02, 0.2, 2.0)
 """Scatter from run to run: stiffness, friction (relative), gap and offset (arc seconds)."""
-
-WARN_DEG = 30.0
-"""Effects within this angle are hard to tell apart."""
 
 
 def usual_noise(runs: int) -> Noise:
@@ -72,14 +69,16 @@ def forecast(
     pairs = []
     for a, b in combinations(found, 2):
         angle = float(contest.angles(a, b)[0])
-        if angle < WARN_DEG:
-            pairs.append({"effects": [a, b], "angle_deg": angle, "separable": angle >= TWIN_DEG})
+        if angle < rules.WARN_DEG:
+            pairs.append(
+                {"effects": [a, b], "angle_deg": angle, "separable": angle >= rules.TWIN_DEG}
+            )
     pairs.sort(key=lambda p: (p["angle_deg"], p["effects"]))
     return {
         "schema": "lostmotion.forecast/1",
         "runs": base.conditions.runs,
         "samples": base.conditions.rows,
-        "enough_runs": base.conditions.runs >= RUNS_LEAST,
+        "enough_runs": base.conditions.runs >= rules.RUNS_LEAST,
         "effects": rows,
         "confusable": pairs,
         "assumed": {

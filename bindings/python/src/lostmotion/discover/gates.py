@@ -9,31 +9,14 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import Field
 from lostmotion.effects.effect import Effect
-from lostmotion.evidence.contest import FLIP_LEVEL, Result
+from lostmotion.evidence.contest import Result
 
 FloatArray = npt.NDArray[np.float64]
-
-P_LIMIT = 0.01
-"""Of the F test, over all candidates; the sign flips have their own level. It is shared evenly
-among the kinds of candidates, and within a kind among its tests (Bonferroni): a hundred ripples,
-each of which shows within every run, do not drown the few ways in which runs may differ."""
-
-GAIN_LEAST = 2.0
-"""Least leave-one-run-out gain, nats."""
-
-PAIRED_T = 2.0
-"""Paired t over runs below which two effects are not told apart ..."""
-
-SIGNED_RANK = 2.6
-"""... nor by the signed ranks of the runs, in standard deviations: where one run says most, t is
-about 1 whatever the others say ..."""
-
-RIVAL_SHARE = 0.5
-"""... provided that the weaker one gains this share of the stronger one."""
 
 
 def judge_all(stage: Field) -> list[Result]:
@@ -90,10 +73,10 @@ def accepted(result: Result, count: int) -> bool:
 
     `count` is how many tests the candidate pays for (`paid_by_kind`).
     """
-    share = FLIP_LEVEL / result.flip_limit
-    spread = result.flip_p <= FLIP_LEVEL and result.p * count <= P_LIMIT
-    few = result.flip_p <= result.flip_limit and result.p * count <= P_LIMIT * share
-    return (spread or few) and result.gain >= GAIN_LEAST
+    share = rules.FLIP_LEVEL / result.flip_limit
+    spread = result.flip_p <= rules.FLIP_LEVEL and result.p * count <= rules.P_LIMIT
+    few = result.flip_p <= result.flip_limit and result.p * count <= rules.P_LIMIT * share
+    return (spread or few) and result.gain >= rules.GAIN_LEAST
 
 
 def count_tests(stage: Field) -> Counter[str]:
@@ -162,4 +145,4 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
 
 def told_apart(a: FloatArray, b: FloatArray) -> bool:
     """Whether the runs tell the first of two candidates from the second."""
-    return paired_t(a, b) >= PAIRED_T or signed_rank(a, b) >= SIGNED_RANK
+    return paired_t(a, b) >= rules.PAIRED_T or signed_rank(a, b) >= rules.SIGNED_RANK

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
@@ -29,9 +30,6 @@ WIDEN_MAX = 0.3
 
 ROUNDS = 4
 """Most linearisations at the predicted deviations of the runs."""
-
-WORSE = 1.2
-"""A step that lets the plain residual grow by more than this has left what is known."""
 
 SETTLED = 0.5
 """Fall of the restricted log likelihood below which the linearisation point stays."""
@@ -106,7 +104,7 @@ def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
         take_step(moved, best.evidence.scale, step, own, share)
         if not step.any():
             moved.fit(noise=float(np.median(noise.sigma)), steps=FOLLOW_STEPS)
-        if plain_rms(moved) >= WORSE * least_rms:
+        if plain_rms(moved) >= rules.WORSE * least_rms:
             return None
         contest = contest_at(moved, noise)
         return (moved, contest) if contest.null_objective < best.null_objective else None

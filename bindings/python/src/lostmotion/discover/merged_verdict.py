@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import jumping_effect
-from lostmotion.discover.advice import ASK_WHAT_DIFFERED, RUNS_LEAST, count_runs, decide
+from lostmotion.discover.advice import ASK_WHAT_DIFFERED, count_runs, decide
 from lostmotion.discover.answer import plausible
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import dependence
@@ -22,7 +23,6 @@ from lostmotion.discover.evidence_selection import (
 )
 from lostmotion.discover.gates import family_p
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
-from lostmotion.discover.selection import SIZE_LEAST
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.file import Body
 from lostmotion.fit.baseline import DEVIATIONS
@@ -51,7 +51,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     swing = np.array(body.about["swing_arcsec"])
     contest = rounds.steps[-1].field.contest
     apart = find_odd_runs(contest, swing) if verdict == "complete" else None
-    if apart is not None and size_of_odd(body, apart) >= SIZE_LEAST * rounds.within:
+    if apart is not None and size_of_odd(body, apart) >= rules.SIZE_LEAST * rounds.within:
         verdict = "unexplained"
     else:
         apart = None
@@ -168,8 +168,9 @@ def advice(
     verdict: str, runs: int, shown: Sequence[str], alone: Sequence[Mapping[str, Any]]
 ) -> str:
     """Say what to do next."""
-    if runs < RUNS_LEAST:
-        return f"{count_runs(runs)} cannot carry a name: add evidence, {RUNS_LEAST} runs or more."
+    if runs < rules.RUNS_LEAST:
+        least = f"{rules.RUNS_LEAST} runs or more"
+        return f"{count_runs(runs)} cannot carry a name: add evidence, {least}."
     said = {name for one in alone for name in one["effects"]}
     new = [name for name in shown if name not in said]
     left = verdict == "unexplained" and all(one["verdict"] != verdict for one in alone)

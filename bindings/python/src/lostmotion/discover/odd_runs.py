@@ -16,38 +16,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
+from lostmotion import rules
 from lostmotion.evidence.contest import Contest, without_scatter
 from lostmotion.fit.baseline import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-LEVEL = 0.002
-"""Chance that a campaign of nothing but scatter has runs that are said to stand apart."""
-
-TESTED_LEAST = 15
-"""With fewer runs the test does not keep its level (Rosner)."""
-
-SHARE_MOST = 0.2
-"""More than this share of the runs does not stand apart from the others."""
-
 RUN_NEEDS = {"temperature_C", "cycles"}
 """Conditions in which runs differ from each other, as far as they are recorded."""
-
-ALIKE_LEAST = 3
-"""So many runs that stand apart and are just those of one load hang on the load, which is recorded:
-what the form of the base does not meet there is no unknown cause."""
-
-FAR_LOAD = 2.0
-"""Runs whose load is so many times as large as any smaller one, and any larger one so many times
-theirs, are alone in telling how the drive acts there: even two that all lean to one side do ..."""
-
-LEANS = 1.0
-"""... by at least this of the spread, those beside the ones that stand apart."""
-
-TOLD_LEAST = 0.1
-"""Least share of a part's variance that a run's recordings must tell: a run that never reverses
-says nothing of friction."""
 
 
 @dataclass
@@ -103,10 +80,10 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
     share = share_told(contest)
     best: OddRuns | None = None
     for place, part in enumerate(DEVIATIONS):
-        there = np.flatnonzero(share[:, place] >= TOLD_LEAST)
+        there = np.flatnonzero(share[:, place] >= rules.ODD_RUNS_TOLD_LEAST)
         # What is predicted from little shrinks to nothing: it spreads less than what it predicts.
         spread = np.sqrt(omega[place] * share[there, place])
-        odd, p = apart(own[there, place] / spread, LEVEL / len(DEVIATIONS))
+        odd, p = apart(own[there, place] / spread, rules.ODD_RUNS_LEVEL / len(DEVIATIONS))
         p = min(1.0, p * len(DEVIATIONS))
         if odd and parted_by(load[there], odd, leaning(own[there, place] / spread, odd)):
             continue
@@ -120,7 +97,7 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
 def leaning(values: FloatArray, odd: Sequence[int]) -> Mask:
     """Which values lean to the side of those that stand apart; none where these are on both."""
     off = (values - np.median(values)) * np.sign(values[list(odd)].mean())
-    return np.asarray((off >= LEANS) & bool(np.all(off[list(odd)] > 0)))
+    return np.asarray((off >= rules.ODD_RUNS_LEANS) & bool(np.all(off[list(odd)] > 0)))
 
 
 def parted_by(load: FloatArray, odd: Sequence[int], leans: Mask) -> bool:
@@ -130,10 +107,12 @@ def parted_by(load: FloatArray, odd: Sequence[int], leans: Mask) -> bool:
     """
     own, others = load[list(odd)], np.delete(load, list(odd))
     between = (others >= own.min()) & (others <= own.max())
-    if len(odd) >= ALIKE_LEAST and not between.any():
+    if len(odd) >= rules.ODD_RUNS_ALIKE_LEAST and not between.any():
         return True
-    near = (load > own.min() / FAR_LOAD) & (load < own.max() * FAR_LOAD)
-    alone = np.count_nonzero(near) >= 2 and own.max() < own.min() * FAR_LOAD
+    near = (load > own.min() / rules.ODD_RUNS_FAR_LOAD) & (
+        load < own.max() * rules.ODD_RUNS_FAR_LOAD
+    )
+    alone = np.count_nonzero(near) >= 2 and own.max() < own.min() * rules.ODD_RUNS_FAR_LOAD
     return bool(alone and leans[near].all())
 
 
@@ -155,12 +134,12 @@ def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
     level : float
         Chance of any where there are none.
     """
-    if values.size < TESTED_LEAST:
+    if values.size < rules.ODD_RUNS_TESTED_LEAST:
         return [], 1.0
     left = np.arange(values.size)
     taken: list[int] = []
     many, least = 0, 1.0
-    for _ in range(int(SHARE_MOST * values.size)):
+    for _ in range(int(rules.ODD_RUNS_SHARE_MOST * values.size)):
         rest = values[left]
         off = np.abs(rest - rest.mean())
         worst = int(np.argmax(off))

@@ -5,21 +5,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.fit.baseline import Base
 
 FloatArray = npt.NDArray[np.float64]
-
-OUTLIERS_ALONE = 5
-"""Outliers that a run may have when the others have none."""
 
 JUMP = 6.0
 """Change of the torque from sample to sample, over the median of the run, that is a jump."""
 
 JUMP_REACH = 2
 """Samples on either side of a jump that belong to it."""
-
-OUTLIER = 7.0
-"""A single sample that is this many deviations off its neighbours is an outlier."""
 
 
 def clean_outliers(base: Base) -> int:
@@ -42,7 +37,7 @@ def clean_outliers(base: Base) -> int:
             five = x[:5] if i >= 0 else x[-5:]
             off[i] = x[i] - np.median(np.delete(five, i))
         scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
-        found[at] = (np.abs(off) > OUTLIER * scale) & ~jumping(base.conditions.torque[at])
+        found[at] = (np.abs(off) > rules.OUTLIER * scale) & ~jumping(base.conditions.torque[at])
     # Where many lie side by side it is no outlier but a structure.
     crowd = np.convolve(found, np.ones(7))[3:-3]
     found &= crowd <= 3
@@ -52,7 +47,7 @@ def clean_outliers(base: Base) -> int:
         # Glitches fall anywhere. Where one run has many more it is something that the model lacks.
         usual = float(np.median(np.delete(counts / rows, r))) if counts.size > 1 else 0.0
         expected = usual * float(rows[r])
-        if counts[r] > OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):
+        if counts[r] > rules.OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):
             found[at] = False
     if found.any():
         point = base.at()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.advice import RUNS_LEAST
+from lostmotion import rules
 from lostmotion.effects.columns import DERIVED, missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
@@ -83,7 +83,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "findings": told(campaign.findings),
         "runs": conditions.runs,
         "samples": conditions.rows,
-        "enough_runs": conditions.runs >= RUNS_LEAST,
+        "enough_runs": conditions.runs >= rules.RUNS_LEAST,
         "constant": constant,
         "begin_elsewhere": begin_elsewhere(campaign),
         "aliased": aliased,

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates import shapes as shape_room
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover.contest_round import Field, make_field
 from lostmotion.discover.gates import accepted, judge, leading
-from lostmotion.discover.linearise import WORSE, Settled, plain_rms, settle, take_step
+from lostmotion.discover.linearise import Settled, plain_rms, settle, take_step
 from lostmotion.discover.terms import contest_of_term
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
@@ -25,9 +26,6 @@ REFIT_STEPS = 12
 
 APART_STEPS, APART_TOLERANCE = 20, 1e-7
 """A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
-
-PROMISE_KEPT = 0.5
-"""Share of the gain in the contest below which a refit has gone astray."""
 
 
 @dataclass
@@ -171,10 +169,10 @@ def _refit(stage: Field, result: Result, reference: Settled | None) -> Contender
     step_to(base, stage, result)
     put_in(base, stage, candidate, start, own)
     base.fit(noise=sigma, steps=REFIT_STEPS)
-    if plain_rms(base) > WORSE * plain_rms(settled.base):
+    if plain_rms(base) > rules.WORSE * plain_rms(settled.base):
         return from_base()
     stepped = settled_from(base)
-    if stepped.gain >= PROMISE_KEPT * result.gain:
+    if stepped.gain >= rules.PROMISE_KEPT * result.gain:
         return stepped
     return max(stepped, from_base(), key=lambda c: c.gain)
 

@@ -8,15 +8,13 @@ from dataclasses import field as made
 
 import numpy as np
 
+from lostmotion import rules
 from lostmotion.candidates import shapes as shape_room
 from lostmotion.candidates.between_runs import between_runs
 from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.contest_round import Field, make_candidates, make_field
 from lostmotion.discover.gates import (
-    GAIN_LEAST,
-    P_LIMIT,
-    RIVAL_SHARE,
     accepted,
     judge_all,
     large_enough,
@@ -43,70 +41,6 @@ from lostmotion.fit.baseline import Base
 from lostmotion.fit.held_out import held_out_rms
 from lostmotion.threads import in_parallel
 
-SIZE_LEAST = 0.1
-"""Least size of what is called missing, rms over the noise: a model that is off by a tenth of the
-noise is as good as recordings can tell in practice."""
-
-TAKEN_UP = 1 / 3
-"""An effect of this share of the least size may be larger than it looks where the runs' own
-stiffness and gap have taken it up: it is refitted, and the error of all runs together tells."""
-
-P_SURE = 1e-3
-"""A shape whose p over all candidates is larger must also lower the error on unseen runs."""
-
-REFITS_NAMED, REFITS_SHAPES = 3, 2
-"""How many of the strongest are refitted."""
-
-STRAYED = 0.1
-"""A run whose friction deviates by more than this share may hide an effect in it: candidates are
-then judged from the base without deviations as well."""
-
-REFIT_SHARE = 0.25
-"""Share of the best gain below which a candidate is not refitted."""
-
-CLEAR_SHARE = 0.6
-"""A shape with less than this share of the leading named effect's gain is not refitted."""
-
-SHAPE_AFTER_NAMED = 0.25
-"""Least size over the noise of a shape that is called missing beside a named effect: below it the
-named effect explains the misfit, only not in every detail."""
-
-LEFTOVER_SHARE = 0.12
-"""What is left of a named effect because its form is not exactly right counts as missing from this
-share of its size on."""
-
-TWIN_SHARE = 0.3
-"""The same share for an effect that is known to be confused with one in the model ..."""
-
-ALIKE_SHARE = 0.25
-"""... and of which that one could do this share here: a plan may show well apart what others do
-not, as orders 2 and 2.02 of a turn over a whole turn of the output."""
-
-SIMPLER_SHARE = 0.97
-"""An effect, or a shape, with fewer values that reaches this share of the best one's gain is the
-answer."""
-
-NAMED_SHARE = 0.75
-"""A named effect that reaches this share of the best shape's gain is the answer: a real effect
-never has exactly the form of the library."""
-
-NESTED_DEG = 5.0
-"""A shape within this angle of a named effect contains it."""
-
-FAR = 3.0
-"""Times its tangent's gain from which on a refit tells more than the tangents of its rivals."""
-
-TERMS_MAX = 4
-
-RUNS_PER_TERM = 4
-
-WANDERING = 2.0
-"""Noise whose spread is this many times its innovations wanders so slowly that it may be a
-missing effect: the strongest candidates are then refitted before the noise is believed."""
-
-CALMER = 0.9
-"""Share of the spread below which the noise after such a refit is the one that is believed."""
-
 
 @dataclass
 class Lead:
@@ -117,7 +51,7 @@ class Lead:
     size: float | None
     """Arc seconds; None where the tangent says nothing of it and only the refit tells."""
     taken_up: bool = False
-    """Whether it may be larger than it looks (`TAKEN_UP`)."""
+    """Whether it may be larger than it looks (`rules.TAKEN_UP`)."""
 
 
 @dataclass
@@ -187,7 +121,7 @@ def choose(
         if contender is None:
             return None
         contender.size = fitted_size(stage, contender) if lead.size is None else lead.size
-        contender.passes = contender.gain >= GAIN_LEAST and (
+        contender.passes = contender.gain >= rules.GAIN_LEAST and (
             not contender.candidate.named or stands(contender, paid["effect"])
         )
         if contender.passes and lead.taken_up and not counts(lead, contender.size):
@@ -221,7 +155,7 @@ def choose(
             contenders.append(sharper)
             best_shape = max(best_shape, sharper, key=lambda c: c.gain)
         # What single runs have of their own can be spelled out by a shape that no other confirms.
-        unsure = best_shape.result.p * paid[best_shape.candidate.kind] > P_SURE
+        unsure = best_shape.result.p * paid[best_shape.candidate.kind] > rules.P_SURE
         if unsure and held_out_fall(stage, best_shape) < 0:
             best_shape = None
     chosen = best_named or best_shape
@@ -235,8 +169,8 @@ def choose(
                 if best_shape.result.name in stage.candidates
                 else np.zeros(0)
             )
-            nested = angles.size > 0 and float(angles[0]) < NESTED_DEG
-        if best_named.gain < NAMED_SHARE * best_shape.gain and not nested:
+            nested = angles.size > 0 and float(angles[0]) < rules.NESTED_DEG
+        if best_named.gain < rules.NAMED_SHARE * best_shape.gain and not nested:
             chosen = best_shape
     step = Step(stage, results, chosen, contenders, least_arcsec=least)
     if chosen is not None and chosen.candidate.named:
@@ -267,7 +201,7 @@ def of_use(stage: Field, fit: list[Contender]) -> tuple[list[Contender], list[Co
     -------
     fit, idle : list of Contender
     """
-    least = SIZE_LEAST * noise_rms(stage.settled.noise, stage.settled.base)
+    least = rules.SIZE_LEAST * noise_rms(stage.settled.noise, stage.settled.base)
     left, idle = list(fit), list[Contender]()
     for named in (True, False):
         while best := simplest([c for c in left if c.candidate.named is named]):
@@ -317,7 +251,7 @@ def simplest(contenders: list[Contender]) -> Contender | None:
     best = max(contenders, key=lambda c: c.gain, default=None)
     if best is None:
         return None
-    enough = min(best.gain - GAIN_LEAST, SIMPLER_SHARE * best.gain)
+    enough = min(best.gain - rules.GAIN_LEAST, rules.SIMPLER_SHARE * best.gain)
     near = [c for c in contenders if c.gain >= enough]
     return min(near, key=lambda c: (free_count(c), -c.gain))
 
@@ -341,10 +275,10 @@ def least_beside(stage: Field, result: Result, kept: Mapping[str, tuple[Effect, 
     for place, term in enumerate(base.terms):
         other, size = kept.get(term.effect.name, (term.effect, 0.0))
         twins = other.name in effect.confused_with or effect.name in other.confused_with
-        if twins and TWIN_SHARE * size > least:
+        if twins and rules.TWIN_SHARE * size > least:
             own = contest.evidence.fixed[term_places(base, place)]
-            if contest.taken_up(result.block, result.coefficients, own) >= ALIKE_SHARE:
-                least = TWIN_SHARE * size
+            if contest.taken_up(result.block, result.coefficients, own) >= rules.ALIKE_SHARE:
+                least = rules.TWIN_SHARE * size
     return least
 
 
@@ -364,7 +298,7 @@ def find_leads(
             limit = least_shape if least_shape is not None and not candidate.named else least
             if large_enough(stage, result, size, limit):
                 passed.append(Lead(stage, result, size))
-            elif candidate.named and large_enough(stage, result, size, TAKEN_UP * limit):
+            elif candidate.named and large_enough(stage, result, size, rules.TAKEN_UP * limit):
                 passed.append(Lead(stage, result, None, taken_up=True))
     return passed
 
@@ -373,11 +307,15 @@ def strongest(passed: list[Lead]) -> list[Lead]:
     """Find the leads whose gain is near the greatest: they are refitted first."""
     if not passed:
         return []
-    near = [lead for lead in passed if lead.result.gain >= REFIT_SHARE * passed[0].result.gain]
-    effects = [x for x in near if x.stage.candidates[x.result.name].named][:REFITS_NAMED]
-    shapes = [x for x in near if not x.stage.candidates[x.result.name].named][:REFITS_SHAPES]
+    near = [
+        lead for lead in passed if lead.result.gain >= rules.REFIT_SHARE * passed[0].result.gain
+    ]
+    effects = [x for x in near if x.stage.candidates[x.result.name].named][: rules.REFITS_NAMED]
+    shapes = [x for x in near if not x.stage.candidates[x.result.name].named][: rules.REFITS_SHAPES]
     if effects and near[0] is effects[0] and shapes:
-        shapes = [x for x in shapes[:1] if x.result.gain > CLEAR_SHARE * effects[0].result.gain]
+        shapes = [
+            x for x in shapes[:1] if x.result.gain > rules.CLEAR_SHARE * effects[0].result.gain
+        ]
     return [*effects, *shapes]
 
 
@@ -410,9 +348,13 @@ def add_leads(leads: list[Lead], plain: Field, results: list[Result], count: int
     Whether they stand, and how large they are, is judged later, where the model with them is: this
     only finds them. One that was found already gets a second start.
     """
-    strong = sorted((r for r in results if r.p * count <= P_LIMIT), key=lambda r: (-r.wald, r.name))
+    strong = sorted(
+        (r for r in results if r.p * count <= rules.P_LIMIT), key=lambda r: (-r.wald, r.name)
+    )
     known = {lead.result.name for lead in leads}
-    found = strong[:REFITS_NAMED] + [r for r in strong[REFITS_NAMED:] if r.name in known]
+    found = strong[: rules.REFITS_NAMED] + [
+        r for r in strong[rules.REFITS_NAMED :] if r.name in known
+    ]
     return leads + [Lead(plain, result, None) for result in found]
 
 
@@ -437,7 +379,7 @@ def rivals(
         name = result.name
         if name == chosen.result.name or not stage.candidates[name].named:
             continue
-        if result.gain < GAIN_LEAST:
+        if result.gain < rules.GAIN_LEAST:
             continue
         if name in own:
             gain, by_run = own[name].gain, own[name].gain_by_run
@@ -445,10 +387,10 @@ def rivals(
         else:
             gain, by_run = result.gain, result.gain_by_run
             ahead, ahead_by_run = chosen.result.gain, chosen.result.gain_by_run
-            if chosen.gain > FAR * ahead:
+            if chosen.gain > rules.FAR * ahead:
                 ahead, ahead_by_run = chosen.gain, chosen.gain_by_run
-        close = gain >= RIVAL_SHARE * ahead and not told_apart(ahead_by_run, by_run)
-        if ahead - gain < GAIN_LEAST or close:
+        close = gain >= rules.RIVAL_SHARE * ahead and not told_apart(ahead_by_run, by_run)
+        if ahead - gain < rules.GAIN_LEAST or close:
             out.append(name)
     return out
 
@@ -467,7 +409,7 @@ def select(
             progress(what)
 
     runs = base.conditions.runs
-    limit = max(1, min(TERMS_MAX, runs // RUNS_PER_TERM))
+    limit = max(1, min(rules.TERMS_MAX, runs // rules.RUNS_PER_TERM))
     waves = shape_room.waves(base)
     candidates, closed = make_candidates(base, effects, ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
@@ -485,7 +427,7 @@ def select(
         if steps:
             noise = estimate_noise(settled.base, [c.columns for c in candidates])
         stage, results = contest_under(settled.base, noise, candidates, closed)
-        if noise_rms(noise, base) > WANDERING * float(np.mean(noise.sigma)):
+        if noise_rms(noise, base) > rules.WANDERING * float(np.mean(noise.sigma)):
             calmer = calmer_noise(stage, results, effects, ratio, waves)
             if calmer is not None:
                 noise = calmer
@@ -501,7 +443,7 @@ def select(
         }
         sizes = [*(one.size for one in taken), *(size for _, size in given.values())]
         least = least_size(noise_rms(noise, base), max(sizes, default=0.0))
-        shape = max(least, SHAPE_AFTER_NAMED * noise_rms(noise, base)) if kept else least
+        shape = max(least, rules.SHAPE_AFTER_NAMED * noise_rms(noise, base)) if kept else least
         plain = contest_of_plain(settled, effects, ratio)
         step = choose(stage, results, least, shape, plain, kept)
         steps.append(step)
@@ -520,14 +462,14 @@ def select(
 
 def least_size(within: float, largest: float) -> float:
     """Least size of what is called missing, beside effects of which the largest has this size."""
-    return max(SIZE_LEAST * within, LEFTOVER_SHARE * largest)
+    return max(rules.SIZE_LEAST * within, rules.LEFTOVER_SHARE * largest)
 
 
 def contest_of_plain(
     settled: Settled, effects: Mapping[str, Effect], ratio: float
 ) -> tuple[Field, list[Result]] | None:
     """Judge the named candidates where all runs are alike; None where they nearly are."""
-    if float(np.max(np.abs(settled.base.deviations[:, :2]))) < STRAYED:
+    if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
         return None
     plain = plain_of(settled)
     candidates, closed = named_candidates(effects, plain, plain.at(), ratio)
@@ -568,9 +510,9 @@ def calmer_noise(
 ) -> Noise | None:
     """Noise of the largest model about the refit of a strong candidate, where that is calmer."""
     best: Noise | None = None
-    least = CALMER * noise_rms(stage.settled.noise, stage.settled.base)
+    least = rules.CALMER * noise_rms(stage.settled.noise, stage.settled.base)
     named = [r for r in results if stage.candidates[r.name].named and r.gain > 0]
-    for result in named[:REFITS_NAMED]:
+    for result in named[: rules.REFITS_NAMED]:
         contender = refit(stage, result)
         if contender is None:
             continue

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy import special
 from scipy.optimize import minimize
 
+from lostmotion import rules
 from lostmotion.evidence.gram import Evidence
 
 FloatArray = npt.NDArray[np.float64]
@@ -53,13 +54,6 @@ FLIPS = 4095
 ALL_FLIPS_RUNS = 12
 
 SEED = 20
-
-FLIP_LEVEL = 0.05
-"""Level of the sign flips where many runs carry a candidate ..."""
-
-FLIP_ROOM = 2.0
-"""... and its limit over what the flips could reach at best, where the plan lets few runs show it:
-three runs that wear could be seen in have eight patterns of signs, whatever they say."""
 
 
 @dataclass
@@ -375,7 +369,7 @@ class Contest:
         # Runs that show next to nothing have their signs from the noise: a deviation of the whole.
         least = max(1.0 - 1.0 / np.sqrt(max(wald, 1.0)), 0.0) ** 2
         best = float(np.mean(reach >= reach[0] * least * (1 - 1e-9)))
-        flip_limit = float(np.clip(FLIP_ROOM * best, FLIP_LEVEL, 1.0))
+        flip_limit = float(np.clip(rules.FLIP_ROOM * best, rules.FLIP_LEVEL, 1.0))
         # Under REML every direction of a candidate costs the variances a run.
         freedom = max(self.runs - 2 - rank, 1)
         p = float(special.fdtrc(rank, freedom, max(wald, 0.0) / rank))

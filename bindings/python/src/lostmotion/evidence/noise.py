@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_toeplitz
 
+from lostmotion import rules
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
@@ -20,10 +22,6 @@ RATE_TOLERANCE = 1.25
 
 GROUP_ROWS_LEAST = 2000
 """Fewer rows than this do not tell a noise model; the pooled one is used."""
-
-PERSISTENCE_MAX = 0.95
-"""Largest sum of the coefficients: noise that lasts longer is a drift, and counts as something that
-is missing from the model. It would also let the fit wander, because nothing slow would count."""
 
 NOISE_LEAST_ARCSEC = 1e-6
 """Least noise: 5e-12 rad, which no encoder resolves. What is less is the rounding of a fit with as
@@ -141,8 +139,8 @@ def autoregression(covariance: FloatArray, rows: int) -> tuple[FloatArray, float
             best = (score, phi, variance)
     assert best is not None
     _, phi, variance = best
-    if phi.sum() > PERSISTENCE_MAX:
-        phi = phi * (PERSISTENCE_MAX / phi.sum())
+    if phi.sum() > rules.PERSISTENCE_MAX:
+        phi = phi * (rules.PERSISTENCE_MAX / phi.sum())
         reach = np.concatenate(([1.0], -phi))
         lags = np.abs(np.subtract.outer(np.arange(reach.size), np.arange(reach.size)))
         variance = float(reach @ covariance[lags] @ reach)

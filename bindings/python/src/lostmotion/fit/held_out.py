@@ -23,11 +23,6 @@ IntArray = npt.NDArray[np.intp]
 
 Friction = Literal["inside", "both"]
 
-CLEARLY_BETTER = 0.7
-"""Friction outside the elasticity as well must bring the held-out error below this share of what it
-is with friction inside alone: less may be an effect that is missing (load-dependent friction takes
-away a quarter on campaigns of the rig), which `diagnose` tells apart."""
-
 DOUBTFUL = 1.1
 """Error of a run after the step, over that under the fit to all, from which the others are fitted
 in truth."""

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lostmotion.discover.advice import RUNS_LEAST, count_runs
+from lostmotion import rules
+from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
@@ -45,11 +46,11 @@ VALUES_SHOWN = 3
 def verdict_sentence(answer: Mapping[str, Any]) -> str:
     """Say in one sentence what a diagnosis found."""
     names = ", ".join(answer["effects"])
-    runs = int(answer.get("runs", RUNS_LEAST))
+    runs = int(answer.get("runs", rules.RUNS_LEAST))
     sentence = {
         "complete": "Nothing is missing beyond the noise."
-        if runs >= RUNS_LEAST
-        else f"Nothing is missing that {count_runs(runs)} can show: fewer than {RUNS_LEAST} "
+        if runs >= rules.RUNS_LEAST
+        else f"Nothing is missing that {count_runs(runs)} can show: fewer than {rules.RUNS_LEAST} "
         "cannot carry the name of an effect.",
         "missing-effect": f"Missing: {names}.",
         "ambiguous": f"These data cannot tell apart: {names}.",

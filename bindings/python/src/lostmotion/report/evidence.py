@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.candidates.shapes import channels
-from lostmotion.discover.detectable import TWIN_DEG
 from lostmotion.discover.selection import Selection, Step
 from lostmotion.report.chart import Axes, limits
 from lostmotion.report.page import Figure, Table
@@ -133,7 +133,7 @@ def alike_figure(step: Step, name: str) -> Figure | None:
     return Figure(
         "Which effects look alike in these runs",
         "Angle in degrees between what two effects add, after the base and the scatter between "
-        f"runs have taken their part: 90 is nothing in common, below {TWIN_DEG:g} these runs "
+        f"runs have taken their part: 90 is nothing in common, below {rules.TWIN_DEG:g} these runs "
         "cannot tell them apart, whatever their number. The strongest "
         f"{len(chosen)} are shown.",
         lambda width: draw_alike([words(n) for n in chosen], angle, width, name),
@@ -165,7 +165,7 @@ def draw_alike(names: Sequence[str], angle: Array, width: float, name: str) -> s
         for j in range(i):
             x = left + cell * j
             share = 1.0 - min(angle[i, j], 90.0) / 90.0
-            close = angle[i, j] < TWIN_DEG
+            close = angle[i, j] < rules.TWIN_DEG
             fill = ORANGE if close else _mix(share)
             drawing.rectangle(x + 1, y + 1, cell - 2, tall - 2, fill)
             drawing.text(

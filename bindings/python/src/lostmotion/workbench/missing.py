@@ -10,8 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
-from lostmotion.discover.detectable import TWIN_DEG
-from lostmotion.discover.forecast import WARN_DEG
+from lostmotion import rules
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure
@@ -194,9 +193,9 @@ class AlikePanel(Panel):
         if rivals.angle_deg is not None:
             alike = (
                 "these recordings cannot separate them"
-                if rivals.angle_deg < TWIN_DEG
+                if rivals.angle_deg < rules.TWIN_DEG
                 else "hard to separate"
-                if rivals.angle_deg < WARN_DEG
+                if rivals.angle_deg < rules.WARN_DEG
                 else "well apart"
             )
             self.html(
