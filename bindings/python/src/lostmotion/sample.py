@@ -40,6 +40,7 @@ from lostmotion.recordings.bags import is_bag
 from lostmotion.recordings.columns import ColumnName, check_map, resolve_columns
 from lostmotion.recordings.conversion import Numbers, in_si, indices_of, integers, read_numbers
 from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
+from lostmotion.recordings.joined import check_joined
 from lostmotion.recordings.joining import Join
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.parquet import ParquetTable, is_parquet, open_parquet
@@ -398,6 +399,7 @@ def sample_campaign(
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
+    check_joined(campaign)
     if max(strides.values()) > 1:
         note_sample(campaign)
     return campaign

@@ -94,8 +94,10 @@ def fixed(value: float | None, digits: int = 3) -> str:
 
 
 def show_findings(findings: Sequence[str], out: TextIO) -> None:
-    """Print what is odd about the data."""
-    if findings:
-        print("\nabout the data:", file=out)
+    """Print what was found in the data, before the numbers that it bears on."""
+    if not findings:
+        return
+    print("about the data:", file=out)
     for finding in findings:
         print(f"  {finding}", file=out)
+    print(file=out)

@@ -44,6 +44,7 @@ def run_compare(arguments: argparse.Namespace) -> None:
 def show_comparison(result: Comparison, out: TextIO) -> None:
     """Print a comparison."""
     answer = result.answer()
+    show_findings(answer["findings"], out)
     unit = "arcsec" if answer["unfitted_rms_arcsec"] < 600 else "arcmin"
     scale = 1.0 if unit == "arcsec" else units.ARCSEC / units.ARCMIN
 
@@ -99,4 +100,3 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         for column, effects in answer["not_testable"].items():
             name = QUANTITIES[column].column if column in QUANTITIES else column
             print(f"  without {name}: {', '.join(effects)}", file=out)
-    show_findings(answer["findings"], out)

@@ -217,6 +217,7 @@ def run_next(arguments: argparse.Namespace) -> None:
 
 def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a diagnosis."""
+    show_findings(answer.get("findings", []), out)
     print(verdict_sentence(answer), file=out)
     within = answer["noise"]["within_runs_arcsec"]
     print(
@@ -269,11 +270,11 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
                 known = ""
             print(f"  {candidate['name']}.{name} = {size:.4g}{known}", file=out)
     print(f"\nnext: {answer['next_experiment']}", file=out)
-    show_findings(answer.get("findings", []), out)
 
 
 def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
     """Print how the error fell."""
+    show_findings(told(model.base.conditions.campaign.findings), out)
     for rung in model.ladder:
         outside = ["friction outside"] if rung.get("friction") == "both" else []
         what = " + ".join(["base", *rung["effects"], *outside])
@@ -298,7 +299,6 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
-    show_findings(told(model.base.conditions.campaign.findings), out)
     print(f"\nwritten: {file}", file=out)
 
 
@@ -323,7 +323,7 @@ def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
 def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print what is odd about recordings, and what they cannot show."""
     print(f"{count_runs(answer['runs'])}, {answer['samples']} samples", file=out)
-    for finding in answer["findings"] or ["nothing odd"]:
+    for finding in answer["findings"] or ["no findings"]:
         print(f"  {finding}", file=out)
     if not answer["ratio_known"]:
         print("the sign of the lost motion was not looked at: state --ratio", file=out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
@@ -10,7 +11,10 @@ from lostmotion.errors import InputError
 from lostmotion.model import make_backbone
 from lostmotion.options import number
 from lostmotion.recordings import Campaign, Protocol, check_scale, parse_map
+from lostmotion.recordings.columns import resolve_columns
+from lostmotion.recordings.gate import check_gate
 from lostmotion.recordings.protocol import FREE
+from lostmotion.recordings.tables import header_of
 from lostmotion.sample import read_or_sample
 
 TORQUE_CONSTANT_MAX = 1e3
@@ -32,15 +36,28 @@ def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Proto
 def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
     """Read the drive and the recordings that the arguments name, and hold one against the other."""
     drive = read_drive(arguments.drive)
+    mapping = {**drive.columns, **parse_map(arguments.map)}
+    protocol = protocol_of(arguments, drive.protocol)
     campaign = read_or_sample(
         arguments.data,
         ratio=drive.ratio,
-        mapping={**drive.columns, **parse_map(arguments.map)},
-        protocol=protocol_of(arguments, drive.protocol),
+        mapping=mapping,
+        protocol=protocol,
         join=arguments.join,
         dask=arguments.dask,
     )
     campaign.require_variation()
+    file = campaign.runs[0].file
+    chosen, _ = resolve_columns(file, header_of(Path(file)), mapping, protocol)
+    check_gate(
+        campaign,
+        lambda largest: make_backbone(drive, largest),
+        drive_file=drive.file,
+        ratio=drive.ratio,
+        rated_torque_Nm=drive.rated_torque_Nm,
+        chosen=chosen,
+        catalogue=drive.document.get("catalogue", {}),
+    )
     backbone = make_backbone(drive, campaign.largest_torque_Nm)
     check_scale(campaign, backbone)
     return drive, campaign, backbone

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 UNUSED = "not used"
 """What is done about a column that names nothing known."""
 
+DOUBTFUL = ("ratio", "scale", "sign", "stuck", "jump", "repeats", "lag")
+"""Kinds that make the numbers of an answer doubtful."""
+
 RUNS_LISTED = 8
 """More runs than this are not listed one by one."""
 
@@ -24,7 +27,7 @@ class Finding:
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``jump``, ``gap``,
         ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``,
-        ``sampled``, ``locked``, ``motor_torque``, ``untimed``.
+        ``sampled``, ``repeats``, ``lag``, ``locked``, ``motor_torque``, ``untimed``.
     file, column : str
         Where.
     run : int or str or None
@@ -63,12 +66,13 @@ class Finding:
 
 
 def told(findings: Iterable[Finding]) -> list[str]:
-    """Say findings in as few sentences as there are things to say: runs and columns together."""
+    """Say findings in as few sentences as there are things to say, doubtful numbers first."""
     groups: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:
         column = "" if finding.action == UNUSED else finding.column
         groups.setdefault((finding.kind, column, finding.action), []).append(finding)
-    return [_told(group) for group in groups.values()]
+    ordered = sorted(groups.values(), key=lambda group: group[0].kind not in DOUBTFUL)
+    return [_told(group) for group in ordered]
 
 
 def _told(group: Sequence[Finding]) -> str:

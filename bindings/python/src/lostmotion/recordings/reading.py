@@ -35,6 +35,7 @@ from lostmotion.recordings.conversion import read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.in_memory import MemoryTable
+from lostmotion.recordings.joined import check_joined
 from lostmotion.recordings.joining import Join, join_channels
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -171,6 +172,7 @@ def read_campaign(
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
+    check_joined(campaign)
     for finding in findings:
         LOG.info("%s", finding)
     return campaign

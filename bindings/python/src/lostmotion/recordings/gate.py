@@ -1,0 +1,429 @@
+"""The gate: recordings and drive file that contradict each other are refused before any fit.
+
+One mistake is looked for that a single correction repairs: a sign, a factor of the ratio, two
+angles changed over, a unit, a torque of the motor's shaft. A reading of the files is consistent
+where the angles turn in the stated ratio, where the lost motion rises with the torque, and where it
+has about the size that the drive file says. What is stated is kept unless one of the three is
+beyond doubt wrong; then every correction that makes all three right is named, ready to paste.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import units
+from lostmotion.drives import WIND_UP_MAX_RAD
+from lostmotion.errors import InputError
+from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.columns import ColumnName
+from lostmotion.recordings.scale import SCALE_DOUBT, SCALE_SHARE
+from lostmotion.recordings.soundness import STUCK_TURN_RAD
+
+FloatArray = npt.NDArray[np.float64]
+Curve = Callable[[FloatArray], FloatArray]
+
+SIZE_FACTOR = 3.0
+"""Drives give way by up to so many times their sheet, or as little: run in, printed, preloaded."""
+
+UNIT_FACTOR = 30.0
+"""A drive file that is a guess may be wrong by ten; by more than this it is another unit."""
+
+LOADS = (0.02, 6.0)
+"""Largest torque of a campaign over the rated one: a mesh ratchets at some five times."""
+
+RATIO_TOLERANCE = 5e-3
+"""Share by which the turns of two encoders may be off the ratio, kinematic error included."""
+
+RATIO_TIMES = 5.0
+"""A wrong ratio makes a lost motion so many times as large as that of the drive file."""
+
+TURNING_SHARE = 0.98
+"""Share of the input's motion that the output must explain for its ratio to be known."""
+
+JUMP = 10.0
+"""Steps of an angle above so many times its 90 % quantile are wraps, not motion."""
+
+STEPS_LEAST = 10
+"""Fewest samples of a run that turns."""
+
+ANGLES = ("rad", "mrad", "deg", "arcmin", "arcsec", "rev")
+TORQUES = ("Nm", "mNm", "Nmm", "Ncm", "kNm", "lbfin", "lbfft", "kgfm")
+STIFFNESSES = ("Nm_per_rad", "Nm_per_deg", "Nm_per_arcmin", "Nmm_per_rad")
+"""Units that are taken for each other."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read the files: what is changed, and how it is written.
+
+    Attributes
+    ----------
+    what, paste : str
+    input_by, output_by, torque_by, curve_by : float
+        Factors of the columns, and of the lost motion that the drive file says.
+    swapped : bool
+        Whether the angles change over.
+    ratio : float
+    """
+
+    what: str
+    paste: str
+    ratio: float
+    input_by: float = 1.0
+    output_by: float = 1.0
+    torque_by: float = 1.0
+    curve_by: float = 1.0
+    swapped: bool = False
+
+    @property
+    def size(self) -> float:
+        """Factor by which the lost motion over that of the drive file changes."""
+        factor = self.output_by / (self.torque_by * self.curve_by)
+        return max(abs(factor), 1 / abs(factor))
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """How a reading stands.
+
+    Attributes
+    ----------
+    turning : float or None
+        Turns of the input for one of the output over the ratio; None where nothing turns.
+    times : float
+        Lost motion over that of the drive file.
+    share : float
+        Share of the lost motion that its curve explains, negative where it falls with the torque.
+    load : float
+        Largest torque over the rated one.
+    """
+
+    turning: float | None
+    times: float
+    share: float
+    load: float
+
+    @property
+    def turns_right(self) -> bool:
+        """Whether the angles turn in the ratio, as far as they turn."""
+        return self.turning is None or abs(self.turning - 1) <= RATIO_TOLERANCE
+
+    @property
+    def right(self) -> bool:
+        """Whether nothing contradicts the reading."""
+        if not self.turns_right:
+            return False
+        if abs(self.share) < SCALE_SHARE:
+            return True
+        sized = 1 / SIZE_FACTOR <= self.times <= SIZE_FACTOR
+        return self.share > 0 and sized and LOADS[0] <= self.load <= LOADS[1]
+
+
+class Gate:
+    """A campaign held against its drive file."""
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        curve_for: Callable[[float], Curve],
+        rated_torque_Nm: float,
+        ratio: float,
+    ) -> None:
+        self.campaign = campaign
+        self.curve_for = curve_for
+        self.rated_torque_Nm = rated_torque_Nm
+        self.ratio = ratio
+        self.turns = [measured_ratio(run) for run in campaign.runs]
+        self.torque_Nm = np.concatenate([run.torque_Nm for run in campaign.runs])
+
+    def consistency(self, reading: Reading) -> Consistency:
+        """Say how a reading stands."""
+        turns = self.ratio_by(reading)
+        turning = None if turns is None else turns / reading.ratio
+        torque = reading.torque_by * self.torque_Nm
+        largest = float(np.quantile(np.abs(torque), 0.999))
+        curve = reading.curve_by * self.curve_for(largest)(np.clip(torque, -largest, largest))
+        lost = np.concatenate([self.lost_motion(run, reading) for run in self.campaign.runs])
+        starts = self.campaign.starts
+        model = curve - np.repeat(means(curve, starts), np.diff(starts))
+        measured = lost - np.repeat(means(lost, starts), np.diff(starts))
+        both, across, up = (
+            float(a @ b) for a, b in ((model, measured), (model,) * 2, (measured,) * 2)
+        )
+        share = both * abs(both) / (across * up) if across > 0 and up > 0 else 0.0
+        times = both / across if across > 0 else 0.0
+        return Consistency(turning, times, share, largest / self.rated_torque_Nm)
+
+    def ratio_by(self, reading: Reading) -> float | None:
+        """Turns of the input for one of the output, by the runs that turn; None where none does."""
+        found = []
+        for turns in self.turns:
+            if turns is None:
+                continue
+            swing_in, swing_out = (
+                turns.swing_in * reading.input_by,
+                turns.swing_out * reading.output_by,
+            )
+            slope = turns.slope * reading.input_by / reading.output_by
+            if reading.swapped:
+                swing_in, swing_out = turns.swing_out, turns.swing_in
+                slope = 1 / turns.slope
+            if min(swing_in, swing_out) >= STUCK_TURN_RAD:
+                found.append(slope)
+        return float(np.median(found)) if found else None
+
+    def lost_motion(self, run: Run, reading: Reading) -> FloatArray:
+        """Lost motion of a run as a reading has it."""
+        if not {"input_angle", "output_angle"} <= run.columns.keys():
+            return reading.output_by * run.lost_motion_rad
+        put_in, out = run.columns["input_angle"], run.columns["output_angle"]
+        if reading.swapped:
+            put_in, out = out, put_in
+        return reading.output_by * out - reading.input_by * put_in / reading.ratio
+
+
+def means(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
+    """Mean of every run."""
+    return np.asarray(np.add.reduceat(values, starts[:-1]) / np.diff(starts))
+
+
+@dataclass(frozen=True)
+class Turns:
+    """How far the angles of a run turn, in rad, and how far the input for the output's way."""
+
+    slope: float
+    swing_in: float
+    swing_out: float
+
+
+def measured_ratio(run: Run) -> Turns | None:
+    """Measure the ratio at which the angles of a run turn together; None where they do not.
+
+    Wraps that were not put back, because the ratio is wrong, are steps that do not count.
+    """
+    if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STEPS_LEAST:
+        return None
+    step_in, step_out = (np.diff(run.columns[q]) for q in ("input_angle", "output_angle"))
+    calm = np.ones(step_in.size, dtype=bool)
+    for step in (step_in, step_out):
+        calm &= np.abs(step) <= JUMP * float(np.quantile(np.abs(step), 0.9))
+    x, y = np.cumsum(step_out[calm]), np.cumsum(step_in[calm])
+    x, y = x - x.mean(), y - y.mean()
+    both, across, up = float(x @ y), float(x @ x), float(y @ y)
+    if both == 0 or both**2 < TURNING_SHARE * across * up:
+        return None
+    return Turns(both / across, float(np.ptp(y)), float(np.ptp(x)))
+
+
+def check_gate(
+    campaign: Campaign,
+    curve_for: Callable[[float], Curve],
+    *,
+    drive_file: str,
+    ratio: float,
+    rated_torque_Nm: float,
+    chosen: Mapping[str, tuple[str, ColumnName]],
+    catalogue: Mapping[str, object],
+) -> None:
+    """Refuse recordings that contradict the drive file, with what would repair it.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    curve_for : callable
+        From the largest torque in N m to a function of torques that gives the lost motion in rad.
+    drive_file : str
+        Its name.
+    ratio, rated_torque_Nm : float
+        What it says.
+    chosen : mapping
+        Which column is which quantity in the recordings.
+    catalogue : mapping
+        Keys of the drive file with their values, whose stiffnesses may have another unit.
+
+    Raises
+    ------
+    InputError
+        Names what contradicts, and every correction that makes all of it right.
+    """
+    gate = Gate(campaign, curve_for, rated_torque_Nm, ratio)
+    stated = Reading("", "", ratio)
+    stands = gate.consistency(stated)
+    found = contradiction(gate, stands)
+    if found is None:
+        return
+    column, text, decisive = found
+    judged = [(r, gate.consistency(r)) for r in readings(gate, drive_file, chosen, catalogue)]
+    judged = [(reading, how) for reading, how in judged if how.right]
+    # Where one reading has the drive turning, in its ratio, one that has it still is a chance.
+    # So is one without a torsion curve, where there is one in another.
+    turning = any(how.turning is not None for _, how in judged)
+    curved = not decisive or any(how.share >= SCALE_SHARE for _, how in judged)
+    fitting = [
+        reading
+        for reading, how in judged
+        if (how.turning is not None or not turning) and (how.share >= SCALE_SHARE or not curved)
+    ]
+    if not decisive:
+        surely = not LOADS[0] <= stands.load <= LOADS[1]
+        fitting = [r for r in fitting if r.size >= UNIT_FACTOR or (surely and r.torque_by != 1.0)]
+        if not fitting:
+            return
+    if stands.turns_right or any(abs(r.ratio - ratio) == 0 for r in fitting):
+        # A ratio of its own would fit any angles: it is named only where nothing else does.
+        fitting = [r for r in fitting if r.ratio in (ratio, -ratio)] or fitting
+    if not fitting:
+        return
+    expected = "; or, ".join(f"{reading.what}: {reading.paste}" for reading in fitting)
+    raise InputError(campaign.runs[0].file, column, text, expected)
+
+
+def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | None:
+    """Say what contradicts the drive file: column, what was found, and whether it is decisive."""
+    if not stands.turns_right and stands.turning is not None:
+        curve = gate.curve_for(gate.campaign.largest_torque_Nm)(gate.torque_Nm)
+        out = max(
+            float(np.ptp(run.columns.get("output_angle", np.zeros(1))))
+            for run in gate.campaign.runs
+        )
+        if abs(stands.turning - 1) * out > RATIO_TIMES * float(np.ptp(curve)):
+            turns = (
+                f"{stands.turning * gate.ratio:.6g} input turns for one output turn by the angles"
+            )
+            return "input_angle_rad", f"{turns}, {gate.ratio:.6g} by the drive file", True
+        return None
+    if stands.share <= -SCALE_SHARE:
+        return "lost_motion_rad", "a lost motion that falls with growing torque", True
+    if stands.share >= SCALE_SHARE and not 1 / SCALE_DOUBT < stands.times < SCALE_DOUBT:
+        text = (
+            f"a lost motion {stands.times:.3g} times what the drive file says, at torques up to "
+            f"{stands.load:.3g} times the rated one"
+        )
+        return "lost_motion_rad", text, False
+    return None
+
+
+def readings(
+    gate: Gate,
+    drive_file: str,
+    chosen: Mapping[str, tuple[str, ColumnName]],
+    catalogue: Mapping[str, object],
+) -> Iterator[Reading]:
+    """List the corrections of one mistake."""
+    stated = Reading("", "", gate.ratio)
+    both = {"input_angle", "output_angle"} <= chosen.keys()
+    if both:
+        yield replace(
+            stated,
+            what="the sign of the ratio",
+            paste=f"ratio = {-gate.ratio:.6g} in {drive_file}",
+            ratio=-gate.ratio,
+        )
+        yield replace(
+            stated,
+            what="the angles are the other way about",
+            paste=" ".join(
+                as_map(chosen, one, to=other)
+                for one, other in (("input_angle", "output_angle"), ("output_angle", "input_angle"))
+            ),
+            swapped=True,
+        )
+        for names in (("input_angle",), ("output_angle",), ("input_angle", "output_angle")):
+            for unit, by in other_units(chosen, names, ANGLES):
+                yield replace(
+                    stated,
+                    what=f"the angles are in {unit}",
+                    paste=" ".join(as_map(chosen, name, unit=unit) for name in names),
+                    input_by=by if "input_angle" in names else 1.0,
+                    output_by=by if "output_angle" in names else 1.0,
+                )
+    else:
+        angle = "lost_motion" if "lost_motion" in chosen else "output_angle"
+        for unit, by in other_units(chosen, (angle,), ANGLES):
+            paste = as_map(chosen, angle, unit=unit)
+            yield replace(stated, what=f"the angle is in {unit}", paste=paste, output_by=by)
+    turns = gate.ratio_by(stated)
+    if turns is not None and abs(turns) >= 1:
+        ratio = rounded(turns)
+        paste = f"ratio = {ratio:.7g} in {drive_file}"
+        yield replace(stated, what="another ratio", paste=paste, ratio=ratio)
+    if "torque" in chosen:
+        paste = as_map(chosen, "torque", by=-1.0)
+        yield replace(stated, what="the sign of the torque", paste=paste, torque_by=-1.0)
+        for unit, by in other_units(chosen, ("torque",), TORQUES):
+            paste = as_map(chosen, "torque", unit=unit)
+            yield replace(stated, what=f"the torque is in {unit}", paste=paste, torque_by=by)
+        for by in (gate.ratio, -gate.ratio):
+            paste = as_map(chosen, "torque", by=by)
+            yield replace(stated, what="the torque is the motor's", paste=paste, torque_by=by)
+    rated = gate.rated_torque_Nm
+    wound = float(gate.curve_for(rated)(np.array([rated]))[0])
+    for unit, by in stiffness_units(catalogue):
+        if wound * by > WIND_UP_MAX_RAD:
+            continue
+        keys = ", ".join(
+            f"{key.split('_')[0]}_{unit} = {value:.6g}"
+            for key, value in catalogue.items()
+            if isinstance(value, (int, float)) and stiffness_unit(key) is not None
+        )
+        paste = f"{keys} in [catalogue] of {drive_file}"
+        yield replace(stated, what=f"the stiffness is in {unit}", paste=paste, curve_by=by)
+
+
+def rounded(ratio: float) -> float:
+    """Whole ratio within what the angles tell, else as measured."""
+    whole = round(ratio)
+    return float(whole) if abs(ratio / whole - 1) <= 0.2 * RATIO_TOLERANCE else ratio
+
+
+def as_map(
+    chosen: Mapping[str, tuple[str, ColumnName]],
+    name: str,
+    *,
+    to: str | None = None,
+    unit: str | None = None,
+    by: float = 1.0,
+) -> str:
+    """Write the option that reads a column in another way."""
+    column, meaning = chosen[name]
+    symbol = unit or (meaning.unit.symbol if meaning.unit else meaning.quantity.unit)
+    factor = meaning.factor * by
+    sign = "-" if factor < 0 else ""
+    divided = "" if abs(factor) == 1.0 else f"/{1 / abs(factor):.10g}"
+    option = f"--map {column}={sign}{to or name}_{symbol}{divided}"
+    return option if " " not in column else f"--map '{option.removeprefix('--map ')}'"
+
+
+def other_units(
+    chosen: Mapping[str, tuple[str, ColumnName]], names: tuple[str, ...], symbols: tuple[str, ...]
+) -> Iterator[tuple[str, float]]:
+    """Yield the units that columns of one unit may have instead, and the factor that this makes."""
+    read = [unit for name in names if (unit := chosen[name][1].unit) is not None]
+    if len({unit.symbol for unit in read}) != 1:
+        return
+    for symbol in symbols:
+        by = units.unit(symbol).scale / read[0].scale
+        if not math.isclose(by, 1.0):
+            yield symbol, by
+
+
+def stiffness_unit(key: str) -> units.Unit | None:
+    """Unit of a key of a catalogue that is a torsional stiffness; None of another key."""
+    _, unit = units.split_unit(key)
+    return unit if unit is not None and unit.dimension == units.TORSIONAL_STIFFNESS else None
+
+
+def stiffness_units(catalogue: Mapping[str, object]) -> Iterator[tuple[str, float]]:
+    """Yield the units that the stiffnesses of a sheet may have, and the lost motion's factor."""
+    written = [unit for key in catalogue if (unit := stiffness_unit(key)) is not None]
+    if len({unit.symbol for unit in written}) != 1:
+        return
+    for symbol in STIFFNESSES:
+        by = written[0].scale / units.unit(symbol).scale
+        if not math.isclose(by, 1.0):
+            yield symbol, by

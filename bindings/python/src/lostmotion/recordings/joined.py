@@ -1,0 +1,106 @@
+"""Joined topics: channels of several clocks that were put into one table row by row.
+
+A channel that was joined by its last value repeats it until the next one comes. Where one angle is
+older than the other, the lost motion follows the speed instead of the torque.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.quantities import QUANTITIES
+from lostmotion.recordings.soundness import STUCK_TURN_RAD
+
+FloatArray = npt.NDArray[np.float64]
+
+REPEATED = ("torque", "input_angle", "output_angle", "lost_motion")
+"""Channels that move together."""
+
+REGULAR_SHARE = 0.8
+"""Least share of the stretches without a new value that have the usual length, or one sample more
+or less, where a clock makes them; those of coarse counts are as long as the motion is slow."""
+
+SPREAD = 2.0
+"""Least ratio of the usual step between two values to the tenth smallest: counts are all alike."""
+
+STRETCHES_LEAST = 10
+"""Fewest stretches of a run that tell a clock."""
+
+LAG_SHARE = 0.95
+"""Least share of the lost motion that the speed explains ..."""
+
+LAG_OVER_SIGN = 0.05
+"""... and by how much more than the sense of turning alone does, as friction would ..."""
+
+LAG_STEPS = 0.5
+"""... for a lag of so many samples at least: viscous friction over stiffness is some 0.1 ms."""
+
+
+def check_joined(campaign: Campaign) -> None:
+    """Note channels that repeat their values, and angles that are not of one moment."""
+    for run in campaign.runs:
+        clocks = {name: clock_of(run.columns[name]) for name in REPEATED if name in run.columns}
+        quickest = min((length for length in clocks.values() if length), default=0)
+        for name, length in clocks.items():
+            if length > max(quickest, 1) and name != "lost_motion":
+                column, other = QUANTITIES[name].column, quickest
+                action = (
+                    f"a new value every {length} rows, of others every {other}: joined by its last "
+                    "value; keep the rows in which it is new, or join by interpolation"
+                )
+                finding = Finding("repeats", run.file, column, run.label, len(run), action)
+                campaign.findings.append(finding)
+    lags = [(run, lag) for run in campaign.runs if (lag := lag_of(run)) is not None]
+    for run, lag in lags:
+        action = (
+            f"follows the speed as if the output's angle were {1e3 * lag:.3g} ms later than the "
+            "input's: join the two on their own time stamps"
+        )
+        column = QUANTITIES["lost_motion"].column
+        campaign.findings.append(Finding("lag", run.file, column, run.label, len(run), action))
+
+
+def clock_of(values: FloatArray) -> int:
+    """Rows from one new value to the next; 0 where no clock is seen."""
+    step = np.diff(values)
+    new = np.flatnonzero(step)
+    if new.size < STRETCHES_LEAST:
+        return 0
+    lengths = np.diff(new)
+    usual = int(np.median(lengths))
+    regular = float(np.mean(np.abs(lengths - usual) <= (1 if usual > 1 else 0)))
+    size = np.abs(step[new])
+    if usual == 1:
+        return 1 if regular >= REGULAR_SHARE else 0
+    alike = float(np.median(size)) < SPREAD * float(np.quantile(size, 0.1))
+    return usual if regular >= REGULAR_SHARE and not alike else 0
+
+
+def lag_of(run: Run) -> float | None:
+    """Time in s by which the output's angle is later than the input's; None where nothing says so.
+
+    An angle that is older by a time is off by that time times the speed.
+    """
+    if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STRETCHES_LEAST:
+        return None
+    angle, time_s = run.columns["output_angle"], run.time_s
+    if np.ptp(angle) < STUCK_TURN_RAD or np.any(np.diff(time_s) <= 0):
+        return None
+    speed = np.gradient(angle, time_s)
+    lost = run.lost_motion_rad
+    share, slope = explained(speed, lost)
+    if share < LAG_SHARE or share < explained(np.sign(speed), lost)[0] + LAG_OVER_SIGN:
+        return None
+    return -slope if abs(slope) >= LAG_STEPS * float(np.median(np.diff(time_s))) else None
+
+
+def explained(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Share of one column that another explains, and the slope."""
+    x, y = x - x.mean(), y - y.mean()
+    across, up = float(x @ x), float(y @ y)
+    if across == 0 or up == 0:
+        return 0.0, 0.0
+    return float(x @ y) ** 2 / (across * up), float(x @ y) / across

@@ -1,0 +1,57 @@
+"""Joined topics: a channel that repeats its values, and an angle that is older than the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lostmotion.recordings import Campaign, Run
+from lostmotion.recordings.joined import check_joined
+
+
+def turning(lag_s: float, every: int) -> Campaign:
+    """Two runs that turn to and fro; the output is joined late, or by its last value."""
+    runs = []
+    for label in (1, 2):
+        time = np.arange(1500) * 0.01
+
+        def output(at: np.ndarray) -> np.ndarray:
+            return 0.9 * np.sin(0.7 * at)
+
+        torque = 20 * np.sin(2.9 * time + label)
+        out = output(time - lag_s) + torque * 5e-5
+        noise = 2e-6 * np.random.default_rng(label).normal(size=1500)
+        out = (out + noise)[np.arange(1500) // every * every]
+        put_in = 100 * output(time)
+        columns = {"time": time, "torque": torque, "input_angle": put_in, "output_angle": out}
+        columns["lost_motion"] = out - put_in / 100
+        runs.append(Run(label, "a.csv", columns))
+    return Campaign(runs)
+
+
+@pytest.mark.parametrize("every", [3, 5, 20])
+def test_a_channel_that_repeats_its_last_value_is_named(every: int) -> None:
+    data = turning(0.0, every)
+    check_joined(data)
+    found = [f for f in data.findings if f.kind == "repeats"]
+    assert [(f.run, f.column) for f in found] == [(1, "output_angle_rad"), (2, "output_angle_rad")]
+    assert f"a new value every {every} rows" in found[0].action
+
+
+@pytest.mark.parametrize("lag_s", [0.03, -0.05])
+def test_an_angle_that_is_older_than_the_other_is_named_with_its_age(lag_s: float) -> None:
+    data = turning(lag_s, 1)
+    check_joined(data)
+    found = [f for f in data.findings if f.kind == "lag"]
+    assert [f.run for f in found] == [1, 2]
+    assert f"{1e3 * lag_s:.3g} ms" in found[0].action
+
+
+@pytest.mark.parametrize("count", [1e-5, 1e-3])
+def test_angles_of_one_moment_and_coarse_counts_are_no_findings(count: float) -> None:
+    data = turning(0.0, 1)
+    for run in data.runs:
+        for name in ("input_angle", "output_angle"):
+            run.columns[name] = count * np.round(run.columns[name] / count)
+    check_joined(data)
+    assert data.findings == []
