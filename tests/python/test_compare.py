@@ -402,3 +402,19 @@ def test_a_backbone_goes_on_beyond_its_knots() -> None:
     curve = backbone()
     far: Any = np.array([-100.0, 100.0])
     np.testing.assert_allclose(curve(far), SHEET.angle(far), rtol=1e-12)
+
+
+def test_a_zero_that_moved_inside_a_run_is_found_where_and_when_it_did() -> None:
+    campaign = read_campaign(DATA / "joint" / "joint.csv.gz", ratio=100)
+    drive = read_drive(DATA / "joint" / "joint.toml")
+    kept = Campaign(campaign.runs[:8])
+    for run in kept.runs:
+        run.columns = {name: values[::4] for name, values in run.columns.items()}
+    assert compare(drive, kept).events == []
+    moved = kept.runs[3]
+    moved.columns["lost_motion"] = moved.lost_motion_rad.copy()
+    moved.columns["lost_motion"][140:] += 40 * ARCSEC
+    (event,) = compare(drive, kept).answer()["events"]
+    assert event["run"] == moved.label
+    assert event["time_s"] == pytest.approx(moved.time_s[140], abs=3 * moved.time_s[1])
+    assert event["size_arcsec"] == pytest.approx(40, rel=0.15)

@@ -95,6 +95,12 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         for failure in answer["where_it_fails"]
     ]
     show_table(["covariate", "share", "p"], rows, out)
+    for event in answer["events"]:
+        print(
+            f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
+            f"{units.plain_number(event['size_arcsec'])} arcsec",
+            file=out,
+        )
     if answer["not_testable"]:
         print("\nnot testable with these columns:", file=out)
         for column, effects in answer["not_testable"].items():

@@ -16,6 +16,9 @@ from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Noise, noise_floor
+from lostmotion.discover.events import Event, find_events
+from lostmotion.discover.linearise import noise_rms
+from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.drives import Drive
 from lostmotion.effects.columns import closed_by_columns
 from lostmotion.effects.conditions import Conditions
@@ -26,6 +29,8 @@ from lostmotion.fit.baseline import Base
 from lostmotion.fit.drive_file import make_base
 from lostmotion.fit.held_out import Friction, held_out_residual
 from lostmotion.fit.parameters import FILED
+from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
+from lostmotion.fit.held_out import CLEARLY_BETTER, Friction, held_out_residual
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, told
 from lostmotion.threads import one_thread
@@ -58,6 +63,8 @@ class Comparison:
         Fitted and held-out error of either form.
     rated_torque_Nm : float
         Of the drive, or the largest torque of the recordings where there is none.
+    events : list of Event
+        Steps of the lost motion inside a run: slips, lost counts, zeros that moved.
     """
 
     campaign: Campaign
@@ -75,6 +82,7 @@ class Comparison:
     failures: list[Failure]
     not_testable: dict[str, list[str]]
     rated_torque_Nm: float
+    events: list[Event]
 
     def __repr__(self) -> str:
         """Say what came out; the residuals fill screens."""
@@ -203,6 +211,7 @@ class Comparison:
                 name: found.answer() for name, found in self.standard_figures.items()
             },
             "not_testable": self.not_testable,
+            "events": [event.told(self.base.conditions.labels) for event in self.events],
             "findings": told(self.campaign.findings),
             "samples": self.campaign.rows,
             "data_fingerprint": self.campaign.fingerprint(),
@@ -331,9 +340,18 @@ def _compare(
         where_it_fails(c, residual, seed),
         closed_by_columns(effects, c),
         float(np.max(np.abs(torque))) if rated_Nm is None else rated_Nm,
+        events_of(best),
     )
     progress(steps, steps)
     return result
+
+
+def events_of(base: Base) -> list[Event]:
+    """Find the steps inside runs that the fitted model leaves, as a diagnosis does."""
+    if base.conditions.rows < SAMPLES_LEAST:
+        return []
+    noise = estimate_noise(base, ())
+    return find_events(base, noise, noise_rms(noise, base))
 
 
 def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.NDArray[np.bool_]:
