@@ -46,7 +46,7 @@ def written(folder: Path, columns: Columns, drive: dict[str, Any]) -> tuple[str,
 def read(drive: str, data: str, maps: list[str] | None = None) -> Campaign:
     """Read as the commands do."""
     words = {"drive": drive, "data": [data], "map": maps or [], "dask": None}
-    arguments = argparse.Namespace(**words, locked=None, torque_constant=None)
+    arguments = argparse.Namespace(**words, locked=None, torque_constant=None, join=None)
     return read_inputs(arguments)[1]
 
 

@@ -36,11 +36,11 @@ from lostmotion.recordings import (
     read_campaign,
     recording_files,
 )
+from lostmotion.recordings.asynchronous import check_asynchronous
 from lostmotion.recordings.bags import is_bag
 from lostmotion.recordings.columns import ColumnName, check_map, resolve_columns
 from lostmotion.recordings.conversion import Numbers, in_si, indices_of, integers, read_numbers
 from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
-from lostmotion.recordings.joined import check_joined
 from lostmotion.recordings.joining import Join
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.parquet import ParquetTable, is_parquet, open_parquet
@@ -399,7 +399,7 @@ def sample_campaign(
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
-    check_joined(campaign)
+    check_asynchronous(campaign)
     if max(strides.values()) > 1:
         note_sample(campaign)
     return campaign
@@ -484,7 +484,7 @@ def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
     ):
         keep = kept_rows(run.torque_Nm, 0, stride, TURN_SHARE * largest)
         columns = {name: values[keep] for name, values in run.columns.items()}
-        runs.append(Run(run.label, run.file, columns, run.begins))
+        runs.append(Run(run.label, run.file, columns, run.begins, sources=run.sources))
     thinned = Campaign(runs, list(campaign.findings), campaign.rows)
     note_sample(thinned)
     return thinned

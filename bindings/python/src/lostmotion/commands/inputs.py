@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
@@ -11,10 +10,8 @@ from lostmotion.errors import InputError
 from lostmotion.model import make_backbone
 from lostmotion.options import number
 from lostmotion.recordings import Campaign, Protocol, check_scale, parse_map
-from lostmotion.recordings.columns import resolve_columns
 from lostmotion.recordings.gate import check_gate
 from lostmotion.recordings.protocol import FREE
-from lostmotion.recordings.tables import header_of
 from lostmotion.sample import read_or_sample
 
 TORQUE_CONSTANT_MAX = 1e3
@@ -47,15 +44,12 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
         dask=arguments.dask,
     )
     campaign.require_variation()
-    file = campaign.runs[0].file
-    chosen, _ = resolve_columns(file, header_of(Path(file)), mapping, protocol)
     check_gate(
         campaign,
         lambda largest: make_backbone(drive, largest),
         drive_file=drive.file,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,
-        chosen=chosen,
         catalogue=drive.document.get("catalogue", {}),
     )
     backbone = make_backbone(drive, campaign.largest_torque_Nm)

@@ -50,6 +50,8 @@ class Run:
     columns: dict[str, FloatArray]
     begins: bool = False
     """Whether a sitting begins here: what the drive did since the run before is not known."""
+    sources: dict[str, Any] = field(default_factory=dict)
+    """From a quantity to its column in the file and how that was read, where a file was read."""
     log: Log | None = field(default=None, repr=False, compare=False)
     """The recording itself, where the run was read from one."""
 

@@ -21,6 +21,7 @@ from lostmotion.drives import WIND_UP_MAX_RAD
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import ColumnName
+from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.scale import SCALE_DOUBT, SCALE_SHARE
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
 
@@ -227,7 +228,6 @@ def check_gate(
     drive_file: str,
     ratio: float,
     rated_torque_Nm: float,
-    chosen: Mapping[str, tuple[str, ColumnName]],
     catalogue: Mapping[str, object],
 ) -> None:
     """Refuse recordings that contradict the drive file, with what would repair it.
@@ -241,8 +241,6 @@ def check_gate(
         Its name.
     ratio, rated_torque_Nm : float
         What it says.
-    chosen : mapping
-        Which column is which quantity in the recordings.
     catalogue : mapping
         Keys of the drive file with their values, whose stiffnesses may have another unit.
 
@@ -258,6 +256,8 @@ def check_gate(
     if found is None:
         return
     column, text, decisive = found
+    run = campaign.runs[0]
+    chosen = run.sources or sources_of(run)
     judged = [(r, gate.consistency(r)) for r in readings(gate, drive_file, chosen, catalogue)]
     judged = [(reading, how) for reading, how in judged if how.right]
     # Where one reading has the drive turning, in its ratio, one that has it still is a chance.
@@ -280,7 +280,13 @@ def check_gate(
     if not fitting:
         return
     expected = "; or, ".join(f"{reading.what}: {reading.paste}" for reading in fitting)
-    raise InputError(campaign.runs[0].file, column, text, expected)
+    raise InputError(run.file, column, text, expected)
+
+
+def sources_of(run: Run) -> dict[str, tuple[str, ColumnName]]:
+    """Columns of a run under the names that they have in a file of SI units."""
+    named = [QUANTITIES[name] for name in run.columns]
+    return {q.name: (q.column, ColumnName(q, units.parse_unit(q.unit))) for q in named}
 
 
 def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | None:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError, shorten
 from lostmotion.files import reason
+from lostmotion.recordings.asynchronous import check_asynchronous
 from lostmotion.recordings.bags import (
     HEADER_STAMP,
     RECEIVE_TIME,
@@ -35,7 +36,6 @@ from lostmotion.recordings.conversion import read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.in_memory import MemoryTable
-from lostmotion.recordings.joined import check_joined
 from lostmotion.recordings.joining import Join, join_channels
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -172,7 +172,7 @@ def read_campaign(
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
     check_sign(campaign)
-    check_joined(campaign)
+    check_asynchronous(campaign)
     for finding in findings:
         LOG.info("%s", finding)
     return campaign
@@ -246,6 +246,7 @@ def read_runs(
         columns = {quantity: values[index] for quantity, values in numbers.items()}
         run = sound_run(name, label, columns, ratio, findings, counters)
         if run is not None:
+            run.sources = dict(chosen)
             runs.append(run)
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")

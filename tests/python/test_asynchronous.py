@@ -1,4 +1,4 @@
-"""Joined topics: a channel that repeats its values, and an angle that is older than the other."""
+"""Asynchronous channels: one that repeats its values, and an angle that is older than the other."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lostmotion.recordings import Campaign, Run
-from lostmotion.recordings.joined import check_joined
+from lostmotion.recordings.asynchronous import check_asynchronous
 
 
 def turning(lag_s: float, every: int) -> Campaign:
@@ -32,7 +32,7 @@ def turning(lag_s: float, every: int) -> Campaign:
 @pytest.mark.parametrize("every", [3, 5, 20])
 def test_a_channel_that_repeats_its_last_value_is_named(every: int) -> None:
     data = turning(0.0, every)
-    check_joined(data)
+    check_asynchronous(data)
     found = [f for f in data.findings if f.kind == "repeats"]
     assert [(f.run, f.column) for f in found] == [(1, "output_angle_rad"), (2, "output_angle_rad")]
     assert f"a new value every {every} rows" in found[0].action
@@ -41,7 +41,7 @@ def test_a_channel_that_repeats_its_last_value_is_named(every: int) -> None:
 @pytest.mark.parametrize("lag_s", [0.03, -0.05])
 def test_an_angle_that_is_older_than_the_other_is_named_with_its_age(lag_s: float) -> None:
     data = turning(lag_s, 1)
-    check_joined(data)
+    check_asynchronous(data)
     found = [f for f in data.findings if f.kind == "lag"]
     assert [f.run for f in found] == [1, 2]
     age = float(found[0].action.split("were ")[1].split(" ms")[0])
@@ -54,5 +54,5 @@ def test_angles_of_one_moment_and_coarse_counts_are_no_findings(count: float) ->
     for run in data.runs:
         for name in ("input_angle", "output_angle"):
             run.columns[name] = count * np.round(run.columns[name] / count)
-    check_joined(data)
+    check_asynchronous(data)
     assert data.findings == []

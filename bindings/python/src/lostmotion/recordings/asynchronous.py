@@ -1,4 +1,4 @@
-"""Joined topics: channels of several clocks that were put into one table row by row.
+"""Asynchronous channels: those of several clocks that were put into one table row by row.
 
 A channel that was joined by its last value repeats it until the next one comes. Where one angle is
 older than the other, the lost motion follows the speed instead of the torque.
@@ -39,7 +39,7 @@ LAG_STEPS = 0.5
 """... for a lag of so many samples at least: viscous friction over stiffness is some 0.1 ms."""
 
 
-def check_joined(campaign: Campaign) -> None:
+def check_asynchronous(campaign: Campaign) -> None:
     """Note channels that repeat their values, and angles that are not of one moment."""
     for run in campaign.runs:
         clocks = {name: clock_of(run.columns[name]) for name in REPEATED if name in run.columns}
