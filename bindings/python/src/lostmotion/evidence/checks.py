@@ -117,7 +117,7 @@ def is_gram(matrix: npt.NDArray[np.float64]) -> bool:
     )
 
 
-# --- what is told beside the numbers ---------------------------------------------------------------
+# --- what is told beside the numbers -------------------------------------------------------------
 
 Check = Callable[[Any], bool]
 
