@@ -305,8 +305,11 @@ lm_status lm_accept_answer(lm_search *search, const lm_answer *answer) {
   if (search == NULL || answer == NULL) {
     return LM_NULL;
   }
+  if (answer->id < 0) {
+    return LM_OUT_OF_RANGE;
+  }
   place = answer->id - search->batch_first;
-  if (answer->id < 0 || place >= search->batch_count ||
+  if (place >= search->batch_count ||
       (place >= 0 && answer->combination != search->batch[place].combination)) {
     return LM_OUT_OF_RANGE;
   }

@@ -1,7 +1,5 @@
 #include "sound_answer.h"
 
-#include <limits.h>
-
 static int is_count(int value, int most) {
   return value >= 0 && value <= most;
 }
@@ -49,5 +47,5 @@ int lm_is_sound_answer(const lm_problem *problem, int combinations, const lm_ans
 }
 
 int lm_add_count(int a, int b) {
-  return b > INT_MAX - a ? INT_MAX : a + b;
+  return b > LM_COUNTED_MAX - a ? LM_COUNTED_MAX : a + b;
 }

@@ -16,7 +16,8 @@ extern "C" {
  * by lm_count_combinations(). */
 int lm_is_sound_answer(const lm_problem *problem, int combinations, const lm_answer *answer);
 
-/* a + b, at most the largest int; both >= 0. */
+/* a + b, at most LM_COUNTED_MAX, so that a budget more is still an int; both 0 .. LM_COUNTED_MAX.
+ */
 int lm_add_count(int a, int b);
 
 #ifdef __cplusplus

@@ -1,9 +1,9 @@
 #include "task.h"
 
-#include <limits.h>
 #include <math.h>
 
 #include "points.h"
+#include "sound_answer.h"
 
 void lm_scalarise_first(lm_scalarisation *scalar) {
   int j;
@@ -19,7 +19,7 @@ int lm_charge_of(const lm_problem *problem, const lm_answer *answer) {
   const int64_t charge =
       answer->plain + (int64_t)answer->slopes * lm_slope_charge(problem) +
       ((int64_t)answer->tolerance_only + LM_LOOKS_CHARGED - 1) / LM_LOOKS_CHARGED;
-  return charge < INT_MAX ? (int)charge : INT_MAX;
+  return charge < LM_COUNTED_MAX ? (int)charge : LM_COUNTED_MAX;
 }
 
 double lm_scalarised_value(const lm_problem *problem, const lm_scalarisation *scalar,
