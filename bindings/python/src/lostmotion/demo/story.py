@@ -20,7 +20,7 @@ from lostmotion.demo.controller import (
     replay_here,
 )
 from lostmotion.demo.drives import OtherDrives, look_at_drives
-from lostmotion.demo.inputs import copy_inputs
+from lostmotion.demo.inputs import copy_inputs, input_names
 from lostmotion.demo.sections import (
     controller_section,
     design_section,
@@ -33,6 +33,7 @@ from lostmotion.discover.fitted_model import FittedModel, fit_model
 from lostmotion.drives import Drive, format_toml, read_drive
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.files import write_whole
+from lostmotion.own_folder import claim, release
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.report import Section, comparison_section, write_report
 from lostmotion.report.discovery import diagnosis_section
@@ -51,6 +52,9 @@ LEAD = (
     "the model fails, which effect it is, the error with it added, and the exported parameters on "
     "the controller. Then three design searches, and four other drives."
 )
+
+RESULTS = ("base.toml", "fitted.toml", "params.h", "params.bin", "report.html")
+"""What is written beside the inputs."""
 
 STEPS = 8
 
@@ -133,8 +137,8 @@ def demonstrate(
         When the folder cannot be made or written to.
     """
     folder = Path(folder)
+    claim(folder, [*input_names(), *RESULTS])
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         copy_inputs(folder)
     except OSError as error:
         raise InputError(folder, "", error.strerror or "an error", "a folder to write to") from None
@@ -172,6 +176,7 @@ def demonstrate(
     ]
     report = folder / "report.html"
     write_report(report, TITLE, LEAD, sections, command)
+    release(folder)
     step()
     return Demonstration(
         drive, result, found, model, plain, scores, emulated, designs, others, report

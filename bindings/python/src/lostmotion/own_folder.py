@@ -1,0 +1,85 @@
+"""A folder that a command fills: it replaces there only what it wrote itself.
+
+A list in the folder says what that is: the SHA-256 of each file, or nothing while a command is at
+work, so that one that was killed can begin again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from lostmotion.errors import InputError
+from lostmotion.files import read_bytes, reason, write_whole
+
+LIST = ".lostmotion-files"
+"""Name of the list: lines as of ``sha256sum``, a name behind its sum."""
+
+AT_WORK = "-" * 64
+"""In place of a sum while a command is at work."""
+
+
+def claim(folder: str | Path, names: Iterable[str]) -> None:
+    """Make a folder, and refuse it where a file stands that the command did not write.
+
+    Parameters
+    ----------
+    folder : str or Path
+    names : iterable of str
+        What is going to be written, relative to the folder.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be made or written to, or names the first such file.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise InputError(folder, "", reason(error), "a folder to write to") from None
+    known = read_list(folder)
+    names = sorted(names)
+    for name in names:
+        file = folder / name
+        if os.path.lexists(file) and not is_own(file, known.get(name)):
+            found = "a file that this command did not write, or that was changed since"
+            raise InputError(file, "", found, "another folder, or a file of another name")
+    write_list(folder, {**known, **dict.fromkeys(names, AT_WORK)})
+
+
+def release(folder: str | Path) -> None:
+    """Note the sums of what was written, so that later changes of it are seen."""
+    folder = Path(folder)
+    known = read_list(folder)
+    kept = (name for name in known if (folder / name).is_file())
+    write_list(folder, {name: sum_of(folder / name) for name in kept})
+
+
+def is_own(file: Path, known: str | None) -> bool:
+    """Whether a file is one that the command wrote: no link, and with the sum that is known."""
+    if file.is_symlink() or not file.is_file():
+        return False
+    return known == AT_WORK or known == sum_of(file)
+
+
+def sum_of(file: Path) -> str:
+    """Sum of a file."""
+    return hashlib.sha256(read_bytes(file, "a file")).hexdigest()
+
+
+def read_list(folder: Path) -> dict[str, str]:
+    """Sum of each file by its name; nothing where there is no list."""
+    if not (folder / LIST).is_file():
+        return {}
+    text = read_bytes(folder / LIST, "a list of files").decode(errors="replace")
+    lines = (line.partition("  ") for line in text.splitlines())
+    return {name: known for known, _, name in lines if name}
+
+
+def write_list(folder: Path, known: dict[str, str]) -> None:
+    """Write the list whole."""
+    lines = [f"{known[name]}  {name}\n" for name in sorted(known)]
+    write_whole(folder / LIST, "".join(lines))
