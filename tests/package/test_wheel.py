@@ -204,7 +204,7 @@ def workbench(program: Path, environment: dict[str, str], folder: Path) -> Itera
             assert address is not None
             for _ in range(100):
                 with contextlib.suppress(urllib.error.URLError):
-                    with urllib.request.urlopen(address[0], timeout=10) as page:
+                    with urllib.request.urlopen(address[0], timeout=10) as page:  # its token
                         yield page.read().decode()
                     return
                 time.sleep(0.1)

@@ -64,38 +64,37 @@ class Guard:
         local = is_local(headers)
         if local and is_opening(scope) and self.is_secret(token_of(scope)):
             cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Lax"
-            more = [(b"location", b"/"), (b"set-cookie", cookie.encode())]
-            await answer(with_headers(send), 303, more, b"")
+            added = with_headers(send, (b"set-cookie", cookie.encode()))
+            await self.app({**scope, "query_string": b""}, receive, added)
         elif local and self.is_secret(cookie_of(headers, self.cookie)):
             await self.app(scope, receive, with_headers(send))
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
-            await answer(with_headers(send), 403, [], REFUSED)
+            await refuse(with_headers(send))
 
     def is_secret(self, given: str) -> bool:
         """Whether this is the token; how long that takes tells nothing about it."""
         return hmac.compare_digest(given.encode(), self.token.encode())
 
 
-async def answer(send: Send, status: int, headers: list[tuple[bytes, bytes]], body: bytes) -> None:
-    """Send a whole answer."""
+async def refuse(send: Send) -> None:
+    """Answer that the token is missing."""
     headers = [
         (b"content-type", b"text/plain; charset=utf-8"),
-        (b"content-length", str(len(body)).encode()),
+        (b"content-length", str(len(REFUSED)).encode()),
         (b"cache-control", b"no-store"),
-        *headers,
     ]
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
+    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.body", "body": REFUSED})
 
 
-def with_headers(send: Send) -> Send:
-    """Add `HEADERS` to an answer."""
+def with_headers(send: Send, *more: tuple[bytes, bytes]) -> Send:
+    """Add `HEADERS` and more to an answer."""
 
     async def added(message: Message) -> None:
         if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", ()), *HEADERS]
+            message["headers"] = [*message.get("headers", ()), *HEADERS, *more]
         await send(message)
 
     return added

@@ -29,6 +29,9 @@ from lostmotion.workbench.work import Work
 
 STYLE = Path(__file__).with_name("style.css")
 
+WITHOUT_TOKEN = "<script>history.replaceState(null, '', '/')</script>"
+"""Takes the token out of the address bar and the history: the cookie carries it from here."""
+
 LOOK_S = 0.2
 """How often the page looks for news of the bench."""
 
@@ -76,6 +79,7 @@ class Page:
         """Make the page."""
         ui.colors(primary="#0077bb")
         ui.add_css(STYLE)
+        ui.add_head_html(WITHOUT_TOKEN)
         ui.page_title("lostmotion workbench")
         with ui.element("header").classes("top"):
             ui.label("lostmotion workbench").classes("brand")
