@@ -10,6 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 from .judge import COMMANDS, Verdict
 from .table import names, verdict
+from .two_encoders_judge import two_encoders_table
 from .walled import hostile_table
 
 
@@ -20,6 +21,7 @@ def main() -> int:
     parser.add_argument("--commands", default=",".join(COMMANDS), help="these, with commas")
     parser.add_argument("--wrong", action="store_true", help="print what is wrong only")
     parser.add_argument("--hostile", action="store_true", help="hostile files instead")
+    parser.add_argument("--two-encoders", type=int, metavar="N", help="N generated logs instead")
     parser.add_argument("--alone", action="store_true", help="each command in a process of its own")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
@@ -30,6 +32,8 @@ def main() -> int:
     ]
     if arguments.hostile:
         return hostile_table(arguments.words)
+    if arguments.two_encoders:
+        return two_encoders_table(arguments.two_encoders)
     count = wrong = 0
     for line in _verdicts(wanted, arguments):
         count += 1

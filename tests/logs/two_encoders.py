@@ -36,8 +36,8 @@ class TwoEncoders:
     torque_Nm: Array
     input_angle_rad: Array
     output_angle_rad: Array
-    count_rad: float = 0.0
-    """What a count of the input is worth, where it was rounded anew."""
+    per_turn: float = 0.0
+    """Counts a turn of the input, where the log holds counts of it."""
 
     @property
     def lost_motion_rad(self) -> Array:
@@ -45,11 +45,19 @@ class TwoEncoders:
         lost: Array = self.output_angle_rad - self.input_angle_rad / self.ratio
         return lost
 
+    @property
+    def mapping(self) -> dict[str, str]:
+        """What the owner says of the column of counts."""
+        return {"ENC": f"input_angle_rev/{self.per_turn:g}"} if self.per_turn else {}
+
     def csv(self) -> str:
         """The log as a file with all digits."""
         names = ("run", "time_s", "torque_Nm", "input_angle_rad", "output_angle_rad")
         columns = [getattr(self, name).tolist() for name in names]
         columns[0] = [int(label) for label in columns[0]]
+        if self.per_turn:
+            names = tuple(name.replace("input_angle_rad", "ENC") for name in names)
+            columns[3] = np.rint(self.input_angle_rad * self.per_turn / TURN).astype(int).tolist()
         rows = [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
         return ",".join(names) + "\n" + "\n".join(rows) + "\n"
 
@@ -145,8 +153,6 @@ def _run(chance: np.random.Generator, ratio: float, motion: str) -> tuple[Array,
     output = angle / ratio + lost
     if chance.random() < 0.5:
         output = np.round(output, 7)
-    if chance.random() < 0.3:
-        output = output + chance.uniform(-3, 3)
     return torque, angle, output
 
 
@@ -160,6 +166,8 @@ def continuous(seed: int) -> TwoEncoders:
     parts = [_run(chance, ratio, motion) for _ in range(int(chance.integers(1, 4)))]
     lengths = [len(part[0]) for part in parts]
     torque, angle, output = (np.concatenate(column) for column in zip(*parts, strict=True))
+    if chance.random() < 0.3:  # one mounting, one zero
+        output = output + chance.uniform(-3, 3)
     time = start + step * np.arange(sum(lengths))
     return TwoEncoders(
         f"seed {seed}: {motion}, ratio {ratio:g}, {step:g} s, {len(parts)} runs",
@@ -173,12 +181,15 @@ def continuous(seed: int) -> TwoEncoders:
 
 
 def wrapped(seed: int) -> TwoEncoders:
-    """Deal the same log with encoders that wrap at a turn, or counters that pass their end."""
+    """Deal the same log with encoders that wrap at a turn, or counters that pass their end.
+
+    Counters come as counts, and the owner says how many a turn has, not where they end.
+    """
     log = continuous(seed)
     chance = np.random.default_rng([32, seed])
     kind = str(chance.choice(["input turn", "output turn", "both turns", "input counter"]))
     low = float(chance.choice([0.0, -np.pi]))
-    angle, output, count_rad = log.input_angle_rad, log.output_angle_rad, 0.0
+    angle, output, per_turn = log.input_angle_rad, log.output_angle_rad, 0.0
     if kind in ("input turn", "both turns"):
         angle = low + np.mod(angle - low, TURN)
     if kind in ("output turn", "both turns"):
@@ -189,17 +200,18 @@ def wrapped(seed: int) -> TwoEncoders:
         counts = np.round(angle / TURN * per_turn)
         kind = f"counter of {bits} bits, {per_turn:g} counts a turn"
         angle = (np.mod(counts + 2.0 ** (bits - 1), 2.0**bits) - 2.0 ** (bits - 1)) * TURN
-        angle, count_rad = angle / per_turn, TURN / per_turn
+        angle = angle / per_turn
     return replace(
         log,
         about=f"{log.about}; {kind}",
         input_angle_rad=angle,
         output_angle_rad=output,
-        count_rad=count_rad,
+        per_turn=per_turn,
     )
 
 
 def is_wrapped(log: TwoEncoders, clean: TwoEncoders) -> bool:
     """Whether any reading passed an end: the lost motion jumps within a run."""
     shift = log.lost_motion_rad - clean.lost_motion_rad
-    return any(np.ptp(shift[log.run == label]) > 1e-3 for label in np.unique(log.run))
+    rounded = TURN / log.per_turn / abs(log.ratio) if log.per_turn else 0.0
+    return any(np.ptp(shift[log.run == label]) > 1e-3 + rounded for label in np.unique(log.run))

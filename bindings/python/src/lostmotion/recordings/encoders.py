@@ -33,6 +33,10 @@ WRAP_SLACK = 0.25
 FOLLOWED_SLACK = WRAP_SLACK / 4
 """The same for the median of many jumps: a wrong ratio, or another shaft, is further off."""
 
+ALIKE = 0.01
+"""Difference of the way of the lost motion, in what a turn of the input makes of it, up to which two
+repairs are alike. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
+
 STILL = 1 / 16
 """Step of the input in moduli, beyond that of its neighbours, from which it has moved by itself."""
 
@@ -195,10 +199,11 @@ def put_back(
             found = follow(input_rad, output_rad, ratio, end_in, end_out)
             left = change_of(found)
             # What two moduli leave alike is the same repair, or none: the likelier one stands.
-            if left < change * (1 - 1e-6):
+            if left < change - ALIKE * TURN / abs(ratio):
                 best, change = found, left
-    if held_within(input_rad, TURN):
-        best.undecided = jumps_left(best, ratio, TURN / abs(ratio))
+    held = [end.size_rad for end in ends_in if end is not None and end.held]
+    if held:
+        best.undecided = jumps_left(best, ratio, min(held) / abs(ratio))
     elif held_within(output_rad, TURN):
         best.undecided = jumps_left(best, ratio, TURN)
     return best
