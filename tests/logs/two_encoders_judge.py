@@ -49,14 +49,19 @@ def misread(seed: int, folder: Path) -> str | None:
     except InputError as error:
         return "" if "angle" in str(error) else f"{log.about}: refused: {error}"
     kinds = {finding.kind for finding in campaign.findings}
+    open_runs = {finding.run for finding in campaign.findings if "either" in finding.action}
     if campaign.rows != len(log.run):
+        short = {
+            run.label for run in campaign.runs if len(run) != np.count_nonzero(log.run == run.label)
+        }
+        if short <= open_runs:
+            return ""
         return f"{log.about}: {len(log.run) - campaign.rows} rows fewer; {_said(campaign)}"
     shift = campaign.column("lost_motion") - clean.lost_motion_rad
     count_rad = TURN / log.per_turn if log.per_turn else 0.0
     rounded = 1.001 * max(count_rad / abs(log.ratio), 1e-9 * TURN)
     wrong = {label for label in np.unique(log.run) if np.ptp(shift[log.run == label]) > rounded}
     right = not wrong
-    open_runs = {finding.run for finding in campaign.findings if "either" in finding.action}
     if wrong <= open_runs and (wrong or "wrap" in kinds):
         return ""
     return f"{log.about}: {'nothing said' if right else 'wrong'}; {_said(campaign)}"
