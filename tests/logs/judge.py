@@ -23,7 +23,7 @@ from .clean import DRIVE, HIDDEN, RATIO, Sheet, clean
 from .dress import EITHER, REFUSED, SAME
 
 WITHIN = 0.02
-"""How far an rms may lie from the clean copy's, in shares of that of the first rung: with the effect
+"""How far an rms may lie from the clean copy's, in shares of the first rung: with the effect
 in it the fit is down at the noise, and one row fewer moves that by some percent."""
 COMMANDS = ("check", "compare", "diagnose", "fit")
 BAD_INPUT = 2
