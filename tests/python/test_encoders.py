@@ -5,11 +5,14 @@ Thousands of logs are made here, each from a motion of the output, a lost motion
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lostmotion.cli import main
 from lostmotion.recordings.encoders import TURN, Counter, count_rad, put_back
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.soundness import sound_run
@@ -124,6 +127,34 @@ def test_thousands_of_logs(part: int) -> None:
             repaired += 1
     assert repaired > 0.15 * LOGS / 6
     assert open_logs < 0.02 * LOGS / 6
+
+
+@pytest.mark.parametrize("ratio", [100.0, -50.0])
+@pytest.mark.parametrize("single_in", [False, True])
+@pytest.mark.parametrize("single_out", [False, True])
+def test_check_needs_no_ratio_to_see_what_encoders_lost(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    ratio: float,
+    single_in: bool,
+    single_out: bool,
+) -> None:
+    i = np.arange(2000)
+    lost = 3 * ARCMIN * np.sin(i / 40) + 1e-6 * np.random.default_rng(1).normal(size=2000)
+    out = 1.2 * np.sin(i / 200) + 1
+    log = Log(ratio, "", 20 * np.sin(i / 40), ratio * out, out + lost, lost, single_in, single_out)
+    rows = zip(i * 0.01, log.torque, *log.read, strict=True)
+    head = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n"
+    (tmp_path / "a.csv").write_text(
+        head + "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in rows)
+    )
+    assert main(["check", str(tmp_path / "a.csv"), "--json", "-"]) == 0
+    said = json.loads(capsys.readouterr().out)["findings"]
+    columns = [name for name, single in (("input", single_in), ("output", single_out)) if single]
+    assert len(said) == len(columns)
+    for name, finding in zip(columns, said, strict=True):
+        assert f"{name}_angle_rad" in finding
+        assert "whole turns put back" in finding
 
 
 @pytest.mark.parametrize("single_in", [False, True])

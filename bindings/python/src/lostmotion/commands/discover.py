@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
@@ -35,6 +36,7 @@ from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import Campaign, Finding, parse_map, read_campaign, recording_files, told
 from lostmotion.recordings.findings import RUNS_LISTED
+from lostmotion.recordings.gate import measured_ratio
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
@@ -141,7 +143,8 @@ def run_check(arguments: argparse.Namespace) -> None:
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
     paths, mapping = arguments.data, parse_map(arguments.map)
     protocol = protocol_of(arguments)
-    ratio = 1.0 if stated is None else stated
+    # Of an infinite ratio the input says nothing: no encoder is held against the other.
+    ratio = math.inf if stated is None else stated
     campaign = read_campaign(
         paths, ratio=ratio, mapping=mapping, protocol=protocol, join=arguments.join
     )
@@ -164,14 +167,11 @@ def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
 
 
 def estimate_ratio(campaign: Campaign) -> float | None:
-    """Ratio by the runs that turn, near enough to see a dead encoder; None where none turns."""
-    found = [
-        np.ptp(run.columns["input_angle"]) / np.ptp(run.columns["output_angle"])
-        for run in campaign.runs
-        if {"input_angle", "output_angle"} <= run.columns.keys()
-        and np.ptp(run.columns["output_angle"]) >= STUCK_TURN_RAD
-    ]
-    return max(float(np.median(found)), 1.0) if found else None
+    """Ratio by the runs that turn, near enough to check the encoders; None where none turns."""
+    found = [turns for run in campaign.runs if (turns := measured_ratio(run)) is not None]
+    slopes = [turns.slope for turns in found if turns.swing_out >= STUCK_TURN_RAD]
+    ratio = float(np.median(slopes)) if slopes else 0.0
+    return ratio if abs(ratio) >= 1.0 else None
 
 
 def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:

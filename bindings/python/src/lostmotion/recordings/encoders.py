@@ -12,6 +12,7 @@ how much of that a jump may miss, and when the input's own reading must confirm 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -415,7 +416,11 @@ def bring_together(campaign: Campaign, ratio: float | None) -> None:
     counts turns does not, and there each run keeps its zero; so does a run whose lost motion was
     recorded and not taken from the angles, and one that is not whole turns apart.
     """
-    if ratio is None or any(f.kind in ("stuck", "ratio") for f in campaign.findings):
+    if (
+        ratio is None
+        or math.isinf(ratio)
+        or any(f.kind in ("stuck", "ratio") for f in campaign.findings)
+    ):
         return
     unit = TURN / abs(ratio)
     runs = [

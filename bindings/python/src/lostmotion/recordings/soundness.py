@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -130,7 +131,7 @@ def complete_angles(
     angles = [name for name in ("input_angle", "output_angle") if name in columns]
     wraps: dict[str, tuple[int, str]] = {}
     opened = {name: open_steps(columns[name]) for name in angles}
-    if ratio is not None and len(angles) == 2:
+    if ratio is not None and math.isfinite(ratio) and len(angles) == 2:
         known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
         found = put_back(
             columns["input_angle"][known], columns["output_angle"][known], ratio, counters
@@ -178,7 +179,8 @@ def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dic
             quantity = "output_angle" if stood >= count else quantity
         if count:
             found[quantity] = count
-    if ratio is not None and {"input_angle", "output_angle"} <= columns.keys():
+    both = {"input_angle", "output_angle"} <= columns.keys()
+    if both and ratio is not None and math.isfinite(ratio):
         turns = {
             "input_angle": columns["input_angle"] / ratio,
             "output_angle": columns["output_angle"],
@@ -216,7 +218,11 @@ RATIO_DOUBT_RAD = 5e-3
 
 def check_ratio(campaign: Campaign, ratio: float | None) -> None:
     """Note a campaign whose angles, where the drive turns, have another ratio than was stated."""
-    if ratio is None or any(finding.kind == "stuck" for finding in campaign.findings):
+    if (
+        ratio is None
+        or math.isinf(ratio)
+        or any(finding.kind == "stuck" for finding in campaign.findings)
+    ):
         return
     measured, swing = [], []
     for run in campaign.runs:
