@@ -406,6 +406,7 @@ def test_the_commands_take_a_bag(tmp_path: Path, capsys: pytest.CaptureFixture[s
         ["diagnose", drive, str(bag), "--map", *words],
         ["fit", drive, str(bag), "-o", fitted, "--map", *words],
         ["replay", drive, str(bag), "--map", *words],
+        ["characterize", str(bag), "--ratio", "100", "--map", *words],
     ):
         assert main([*command, "--json", "-"]) == 0, capsys.readouterr().err
         json.loads(capsys.readouterr().out)

@@ -17,6 +17,7 @@ from lostmotion.errors import InputError, one_line
 from lostmotion.files import write_whole
 from lostmotion.options import number, ratio_of
 from lostmotion.recordings import Campaign, Protocol, parse_map, recording_files
+from lostmotion.recordings.joining import Join
 from lostmotion.recordings.protocol import FREE
 from lostmotion.sample import read_or_sample
 from lostmotion.terminal import deliver, show_findings, show_table
@@ -36,7 +37,7 @@ def run_characterize(arguments: argparse.Namespace) -> None:
     protocol = protocol_of(arguments, drive.protocol if drive else FREE)
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
     campaign, ratio, ratio_from = read_with_ratio(
-        paths, stated, drive, mapping, protocol, arguments.dask
+        paths, stated, drive, mapping, protocol, arguments.join, arguments.dask
     )
     recorded = [str(file) for file in recording_files(paths)]
     result = characterize(
@@ -80,12 +81,15 @@ def read_with_ratio(
     drive: Drive | None,
     mapping: Mapping[str, str],
     protocol: Protocol,
+    join: Join | None,
     dask: str | None,
 ) -> tuple[Campaign, float | None, str]:
     """Read recordings with the ratio that is stated, in the drive file, or told by their turns."""
 
     def read(ratio: float) -> Campaign:
-        return read_or_sample(paths, ratio=ratio, mapping=mapping, protocol=protocol, dask=dask)
+        return read_or_sample(
+            paths, ratio=ratio, mapping=mapping, protocol=protocol, join=join, dask=dask
+        )
 
     if stated is not None:
         return read(stated), stated, STATED

@@ -348,6 +348,7 @@ def add_workbench(command: Command) -> None:
         help="where design searches may write; repeat it for several (default: this folder)",
     )
     add_map(added)
+    add_join(added)
     add_effects(added)
 
 

@@ -24,6 +24,7 @@ def run_workbench(arguments: argparse.Namespace) -> None:
         arguments.drive,
         arguments.data,
         arguments.map,
+        join=arguments.join,
         effects=effects_of(arguments),
         port=port,
         show=not arguments.no_browser,

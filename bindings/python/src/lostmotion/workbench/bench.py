@@ -26,6 +26,7 @@ from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import check_plain, write_whole
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, recording_files
+from lostmotion.recordings.joining import Join
 from lostmotion.report import comparison_section, drive_section
 from lostmotion.report.maps import Residuals, collect_residuals
 from lostmotion.report.wording import NOISE_FLOOR
@@ -76,6 +77,7 @@ class Bench:
     drive_page: Rendered = field(default_factory=Rendered)
     paths: list[Path] = field(default_factory=list)
     mapping: list[str] = field(default_factory=list)
+    join: Join | None = None
     campaign: Campaign | None = None
     comparison: Comparison | None = None
     comparison_page: Rendered = field(default_factory=Rendered)
@@ -108,7 +110,11 @@ class Bench:
         drive = self.need_drive() if file is None else read_drive(file)
         names = {**drive.columns, **parse_map(mapping)}
         campaign = read_campaign(
-            list(paths), ratio=drive.ratio, mapping=names, protocol=drive.protocol
+            list(paths),
+            ratio=drive.ratio,
+            mapping=names,
+            protocol=drive.protocol,
+            join=self.join,
         )
         backbone = make_backbone(drive, campaign.largest_torque_Nm)
         check_scale(campaign, backbone)

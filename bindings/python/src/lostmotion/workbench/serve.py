@@ -17,6 +17,7 @@ from starlette.responses import PlainTextResponse, Response
 
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
+from lostmotion.recordings.joining import Join
 from lostmotion.terminal import ending_in_order
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.designs import Search
@@ -58,6 +59,7 @@ def serve(
     mapping: Sequence[str],
     *,
     effects: Mapping[str, Effect],
+    join: Join | None = None,
     port: int | None = None,
     show: bool = True,
     quiet: bool = False,
@@ -71,6 +73,8 @@ def serve(
         What to load at once; what cannot be read is refused before the page opens.
     effects : mapping
         Effects that may be missing: those of the library, and the user's own.
+    join : {"nearest", "linear"}, optional
+        How columns of a ROS 2 bag with other stamps become rows.
     port : int, optional
         By default the first free one from `FIRST_PORT` on.
     show : bool
@@ -90,7 +94,8 @@ def serve(
     address = f"http://{HOST}:{place}/?{TOKEN}={token}"
     with ending_in_order(), contextlib.ExitStack() as stack:
         stack.enter_context(hangup_as_termination())
-        bench, work, search = Bench(effects=dict(effects)), Work(), Search(roots or (".",))
+        bench = Bench(effects=dict(effects), join=join)
+        work, search = Work(), Search(roots or (".",))
         for close in (bench.close, work.close, search.close):
             stack.callback(close)
         if drive is not None:
