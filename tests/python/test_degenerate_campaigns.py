@@ -163,8 +163,12 @@ def test_no_size_is_told_where_none_would_be_found(
 ) -> None:
     rng = np.random.default_rng(SEED)
     file = write(tmp_path, [one(rng, 200, temperature_C=np.linspace(99, 20, 200))])
-    assert main(["diagnose", str(DRIVE), str(file), "--json", "-"]) == 0
+    report = tmp_path / "report.html"
+    words = ["diagnose", str(DRIVE), str(file), "--json", "-", "--report", str(report)]
+    assert main(words) == 0
     answer = json.loads(capsys.readouterr().out)
+    assert "thermal gap" in report.read_text()
+    assert "no size would be found: 1 run leaves its test" in report.read_text()
     assert answer["smallest_detectable"] == {}
     reasons = answer["not_detectable"]
     assert reasons["thermal_gap"].startswith("no size would be found: 1 run leaves its test")

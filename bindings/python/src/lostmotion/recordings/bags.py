@@ -331,7 +331,7 @@ def _stores(readers: list[Any]) -> dict[str, Any]:
 
     def register(types: dict[str, Any]) -> Any:
         for kind, (constants, parts) in types.items():
-            refuse_odd_names((kind, [constant[:2] for constant in constants], parts))
+            require_identifiers((kind, [constant[:2] for constant in constants], parts))
         own = get_typestore(Stores.EMPTY)
         own.register(types)
         return own
@@ -345,7 +345,7 @@ def _stores(readers: list[Any]) -> dict[str, Any]:
             if kind in shipped.fielddefs:
                 found[kind] = shipped
             elif held.format is MessageDefinitionFormat.MSG:
-                refuse_odd_names(kind)
+                require_identifiers(kind)
                 found[kind] = register(get_types_from_msg(held.data, kind))
             elif held.format is MessageDefinitionFormat.IDL:
                 types: dict[str, Any] = {}
@@ -355,8 +355,8 @@ def _stores(readers: list[Any]) -> dict[str, Any]:
     return found
 
 
-def refuse_odd_names(part: Any) -> None:
-    """Refuse names in a definition of messages that are none in a program.
+def require_identifiers(part: Any) -> None:
+    """Refuse a definition of messages whose names are no identifiers.
 
     Raises
     ------
@@ -368,7 +368,7 @@ def refuse_odd_names(part: Any) -> None:
             raise ValueError(f"the name {part!r} in a definition of messages")
     elif isinstance(part, (list, tuple)):
         for inner in part:
-            refuse_odd_names(inner)
+            require_identifiers(inner)
 
 
 def numbers_in(message: Any, path: str, labels: list[str]) -> Iterator[tuple[str, float]]:

@@ -27,7 +27,8 @@ class Finding:
     kind : str
         ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``jump``, ``gap``,
         ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``,
-        ``sampled``, ``repeats``, ``lag``, ``locked``, ``motor_torque``, ``untimed``.
+        ``sampled``, ``repeats``, ``lag``, ``locked``, ``motor_torque``, ``untimed``; of topics
+        that were joined ``joined``, ``outside``, ``clock``, ``delay``.
     file, column : str
         Where.
     run : int or str or None

@@ -171,12 +171,18 @@ def detectable_rows(answer: Mapping[str, Any]) -> Rows:
         (words(name), *sized(one), f"{one['rms_arcsec']:.2f}")
         for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
     ]
+    said = "Size of each effect that these runs would show with a chance of 80 %."
+    without: dict[str, list[str]] = {}
+    for name, why in answer.get("not_detectable", {}).items():
+        without.setdefault(why, []).append(words(name))
+    for why, names in without.items():
+        said += f" {', '.join(names)}: {why}."
     return Rows(
         "The smallest that would have been found",
         ("effect", "parameter", "smallest size", "", "rms, arcsec"),
         rows,
         (2, 4),
-        "Size of each effect that these runs would show with a chance of 80 %.",
+        said,
     )
 
 
