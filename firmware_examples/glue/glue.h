@@ -23,8 +23,8 @@ typedef struct foc_joint {
   float correction_rad; /* in the angle that the shaft was last sent to */
 } foc_joint;
 
-/* Anything but LM_OK: the loop must not run. */
-lm_status foc_start(foc_joint *joint, const lm_parameters *parameters);
+/* Power-up with this torque on the output. Anything but LM_OK: the loop must not run. */
+lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, float torque_Nm);
 void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s);
 float foc_output(const foc_joint *joint);
 
@@ -51,9 +51,10 @@ typedef struct servo {
   lm_correction correction;
 } servo;
 
-/* Anything but LM_OK: the interrupt must not run. LM_INCONSISTENT: parameters exported for another
- * period than the interrupt's. */
-lm_status servo_start(servo *drive, const lm_parameters *parameters, float period_s);
+/* Power-up, stopped, with this torque on the output. Anything but LM_OK: the interrupt must not
+ * run. LM_INCONSISTENT: parameters exported for another period than the interrupt's. */
+lm_status servo_start(servo *drive, const lm_parameters *parameters, float torque_Nm,
+                      float period_s);
 /* The torque for the current loop. */
 float servo_interrupt(servo *drive, const servo_command *command);
 

@@ -20,7 +20,7 @@ static float wind_up(void) {
   static lm_memory memory;
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = LOAD_NM;
-  lm_start_model(&memory, 0);
+  lm_start_model(&memory, LOAD_NM);
   lm_settle_model(&joint_parameters, &memory);
   return lm_step_model(&joint_parameters, &memory, &at);
 }
@@ -28,7 +28,7 @@ static float wind_up(void) {
 static int check_foc(void) {
   static foc_joint joint;
   int tick;
-  if (foc_start(&joint, &joint_parameters) != LM_OK) {
+  if (foc_start(&joint, &joint_parameters, LOAD_NM) != LM_OK) {
     return 1;
   }
   for (tick = 0; tick < TICKS; ++tick) {
@@ -51,10 +51,10 @@ static void run_servo(servo *drive, const servo_command *command, int ticks) {
 static int check_servo(void) {
   static servo drive;
   servo_command command = {SERVO_POSITION, COMMAND_RAD / TURN_RAD, 0.5f, 2.0f, -LOAD_NM};
-  if (servo_start(&drive, &joint_parameters, 2 * PERIOD_S) != LM_INCONSISTENT) {
+  if (servo_start(&drive, &joint_parameters, LOAD_NM, 2 * PERIOD_S) != LM_INCONSISTENT) {
     return 7;
   }
-  if (servo_start(&drive, &joint_parameters, PERIOD_S) != LM_OK) {
+  if (servo_start(&drive, &joint_parameters, LOAD_NM, PERIOD_S) != LM_OK) {
     return 4;
   }
   run_servo(&drive, &command, TICKS / 10);

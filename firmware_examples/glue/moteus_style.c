@@ -6,15 +6,22 @@
 #define POSITION_GAIN 4000.0f /* N*m/rev */
 #define VELOCITY_GAIN 40.0f   /* N*m*s/rev */
 
-lm_status servo_start(servo *drive, const lm_parameters *parameters, float period_s) {
+lm_status servo_start(servo *drive, const lm_parameters *parameters, float torque_Nm,
+                      float period_s) {
   lm_status status;
   memset(drive, 0, sizeof *drive);
   drive->period_s = period_s;
-  status = lm_start_compensator(&drive->compensator, parameters, 0, 0);
+  status = lm_start_compensator(&drive->compensator, parameters, torque_Nm, 0);
   if (status == LM_OK) {
     /* The limits of the correction hold for the period that the parameters were made for. */
     float ratio = period_s / parameters->limits.period_s;
     status = ratio > 0.99f && ratio < 1.01f ? LM_OK : LM_INCONSISTENT;
+  }
+  if (status == LM_OK) {
+    /* The drive is stopped: the correction settles before the loop closes on it. */
+    lm_conditions at = LM_CONDITIONS_UNKNOWN;
+    at.torque_Nm = torque_Nm;
+    drive->correction = lm_settle_compensator(&drive->compensator, &at);
   }
   return status;
 }

@@ -11,11 +11,18 @@ static void move(foc_motor *motor, float target_rad, float period_s) {
   motor->shaft_angle_rad += motor->shaft_velocity_rad_s * period_s;
 }
 
-lm_status foc_start(foc_joint *joint, const lm_parameters *parameters) {
+lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, float torque_Nm) {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
+  lm_status status;
   memset(joint, 0, sizeof *joint);
   joint->motor.velocity_limit_rad_s = 200;
   joint->motor.position_gain = 100;
-  return lm_start_compensator(&joint->compensator, parameters, 0, 0);
+  status = lm_start_compensator(&joint->compensator, parameters, torque_Nm, 0);
+  /* Settled before the first move: foc_output then is where the output is, and where the user's
+   * target has to begin. */
+  at.torque_Nm = torque_Nm;
+  joint->correction_rad = lm_settle_compensator(&joint->compensator, &at).correction_rad;
+  return status;
 }
 
 void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s) {

@@ -45,6 +45,7 @@ static float gravity_torque(const loop *joint, const motion *command) {
 
 int loop_start(loop *joint, method how, torque_source source, const lm_parameters *parameters,
                plant_load load, float constant_half_rad, int32_t counts, const motion *now) {
+  lm_conditions at = LM_CONDITIONS_UNKNOWN;
   joint->how = how;
   joint->source = source;
   joint->load.gravity_Nm = load.gravity_Nm * LOAD_KNOWN;
@@ -75,8 +76,17 @@ int loop_start(loop *joint, method how, torque_source source, const lm_parameter
   joint->correction.acceleration_rad_s2 = 0;
   joint->correction.lost_motion_rad = 0;
   joint->correction.status = 0;
-  return lm_start_compensator(&joint->compensator, parameters, gravity_torque(joint, now), 0) !=
-         LM_OK;
+  at.torque_Nm = gravity_torque(joint, now);
+  if (lm_start_compensator(&joint->compensator, parameters, at.torque_Nm, 0) != LM_OK) {
+    return 1;
+  }
+  /* Settled before the loop closes; the command begins at the reported angle. */
+  if (how == METHOD_MODEL) {
+    joint->correction = lm_settle_compensator(&joint->compensator, &at);
+    joint->due_off_rad = joint->correction.correction_rad;
+    joint->off_rad = joint->due_off_rad;
+  }
+  return 0;
 }
 
 /* Torque on the output that the commanded motion takes. */

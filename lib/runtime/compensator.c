@@ -58,27 +58,22 @@
  * under those: its response stays, and the acceleration is at least what it has now,
  * A'' = max(|a|, 2 r |v|), with 8 r A'' of jerk. Neither is more than the limits it was made under
  * let it have. In position it may go out as far as those let it. */
-static int fits_side(const lm_limits *limits, lm_real most_rad_s, lm_real room_rad, lm_real v,
-                     lm_real a) {
-  lm_real r = limits->response_per_s;
-  return a <= 8 * r * (most_rad_s - v) && v <= 2 * r * room_rad &&
-         a <= 8 * r * (LM_REAL(1.5) * r * room_rad - v);
+NOINLINE static int fits_side(const lm_compensator *c, lm_real x, lm_real v, lm_real a) {
+  lm_real twice_per_s = 2 * c->parameters->limits.response_per_s;
+  lm_real room_rad = ROUNDING * c->parameters->limits.correction_rad - x;
+  lm_real room_rad_s = ROUNDING * c->limit_rad_s - v;
+  lm_real way_rad_s = LM_REAL(0.75) * twice_per_s * room_rad - v;
+  return room_rad >= 0 && room_rad_s >= 0 && v <= twice_per_s * room_rad &&
+         a <= STAGE_RATIO * twice_per_s * least(room_rad_s, way_rad_s);
 }
 
 static int fits(const lm_compensator *c, lm_real acceleration_rad_s2) {
-  const lm_limits *limits = &c->parameters->limits;
-  lm_real twice_per_s = 2 * limits->response_per_s;
-  lm_real most_rad_s2 =
-      least(limits->acceleration_rad_s2, limits->jerk_rad_s3 / (STAGE_RATIO * twice_per_s));
-  lm_real most_rad_s = ROUNDING * least(limits->velocity_rad_s, most_rad_s2 / twice_per_s);
-  lm_real most_rad = ROUNDING * limits->correction_rad;
-  lm_real x = c->correction_rad;
   lm_real v = c->velocity_rad_s;
   lm_real a = c->acceleration_rad_s2;
-  lm_real needed_rad_s2 = greatest(absolute(a), twice_per_s * absolute(v));
-  return needed_rad_s2 <= ROUNDING * acceleration_rad_s2 && absolute(v) <= most_rad_s &&
-         absolute(x) <= most_rad && fits_side(limits, most_rad_s, most_rad - x, v, a) &&
-         fits_side(limits, most_rad_s, most_rad + x, -v, -a);
+  lm_real needed_rad_s2 =
+      greatest(absolute(a), 2 * c->parameters->limits.response_per_s * absolute(v));
+  return needed_rad_s2 <= ROUNDING * acceleration_rad_s2 && fits_side(c, c->correction_rad, v, a) &&
+         fits_side(c, -c->correction_rad, -v, -a);
 }
 
 static void set_rates(lm_compensator *c, lm_real response_per_s) {
@@ -90,7 +85,7 @@ static void set_rates(lm_compensator *c, lm_real response_per_s) {
 }
 
 /* The bounds in force, from the parameters' limits, the headroom and the motion at hand. */
-static void set_bounds(lm_compensator *c) {
+NOINLINE static void set_bounds(lm_compensator *c) {
   const lm_limits *limits = &c->parameters->limits;
   lm_real jerk_rad_s3 = least(limits->jerk_rad_s3, c->room.jerk_rad_s3);
   lm_real acceleration_rad_s2 = least(limits->acceleration_rad_s2, c->room.acceleration_rad_s2);
@@ -153,6 +148,11 @@ static void prepare(lm_compensator *compensator) {
       valid_Nm > 0 ? least(valid_Nm, parameters->torque_limit_Nm) : parameters->torque_limit_Nm;
   compensator->settled_rad_s = limits->response_per_s * greatest(parameters->watch.noise_rad,
                                                                  RESTING * limits->correction_rad);
+  compensator->limit_rad_s2 =
+      least(limits->acceleration_rad_s2,
+            limits->jerk_rad_s3 / (2 * STAGE_RATIO * limits->response_per_s));
+  compensator->limit_rad_s =
+      least(limits->velocity_rad_s, compensator->limit_rad_s2 / (2 * limits->response_per_s));
   listen(compensator);
   lm_set_headroom(compensator, 0);
 }

@@ -92,11 +92,10 @@ NOINLINE static void read_rare(lm_conditions *at, const lm_parameters *parameter
 lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
                         const lm_conditions *given, lm_real input, lm_real untimed_s,
                         uint32_t *status) {
-  static const lm_conditions nothing = NOTHING_KNOWN;
   const lm_effect_use *use = parameters->effect;
   const lm_effect_use *end = use + parameters->effect_count;
   uint32_t needs = needs_of(parameters);
-  lm_conditions at = nothing;
+  lm_conditions at;
   lm_real *own;
   lm_real torque_Nm = input;
   lm_real angle_rad;
@@ -106,6 +105,16 @@ lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
 #else
   own = 0;
 #endif
+  /* One by one: a copy of a constant becomes a call of memset. */
+  at.input_angle_rad = 0;
+  at.output_angle_rad = 0;
+  at.input_velocity_rad_s = 0;
+  at.output_acceleration_rad_s2 = 0;
+  at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
+  at.cycles = 0;
+  at.tilt_moment_Nm = 0;
+  at.axial_force_N = 0;
+  at.elastic_rad = 0;
   if (needs & LM_NEEDS_TEMPERATURE) {
     at.temperature_C = judge_range(given->temperature_C, parameters->valid.temperature_C,
                                    LM_REFERENCE_TEMPERATURE_C, status);
@@ -137,7 +146,7 @@ lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
     memory->width_scale = greatest(memory->width_scale, width_scale);
     sum = lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
   } else {
-    sum = lm_advance_plays(&parameters->plays, &memory->plays, torque_Nm);
+    sum = advance_plays(&parameters->plays, &memory->plays, torque_Nm);
   }
   at.wound_Nm = torque_Nm + sum.inside_Nm;
   angle_rad = evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;

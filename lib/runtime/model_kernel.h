@@ -58,8 +58,7 @@ static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32
 /* The same within the range that was fitted. */
 static inline lm_real judge_range(lm_real value, const lm_real *range, lm_real unknown,
                                   uint32_t *status) {
-  if (is_greater(range[0], value) || !is_within(value, CONDITION_MAX) ||
-      is_greater(value, range[1])) {
+  if (!(value >= range[0] && value <= range[1])) {
     value = judge(value, CONDITION_MAX, unknown, status);
     if (range[0] != 0 || range[1] != 0) {
       lm_real held = clamp(value, range[0], range[1]);

@@ -3,6 +3,7 @@ watch makes of 1000 hours of duty."""
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -22,7 +23,8 @@ def main() -> int:
         print(table)
         faults, said = plant_table.run(program, "duty", [blobs[0].partition("=")[2], "1000"])
         print(said)
-    return status or faults
+        gap = subprocess.run([plant_table.build(folder, "GAP")], check=False)
+    return status or faults or gap.returncode
 
 
 if __name__ == "__main__":

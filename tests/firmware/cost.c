@@ -1,6 +1,7 @@
 /* Instructions of one step, counted by a QEMU plugin between mark_begin and mark_end, and the stack
  * it uses. MEASURE: 0 nothing (what the marks themselves cost), 1 the model (curve and plays), 2
- * the whole compensator with limiter and status, 3 the change to parameters with another band. */
+ * the whole compensator with limiter and status, 3 the change to parameters with another band, 4 as
+ * 2, with the steps that end a motion under limits that were narrowed meanwhile. */
 #include "drive.h"
 #include "target.h"
 
@@ -63,12 +64,19 @@ int main(void) {
     int32_t used;
     at.torque_Nm = next_torque(&seed, k);
     at.output_angle_rad = at.torque_Nm * LM_REAL(1e-4);
+    at.temperature_C = draw_number(&seed, 0, 60);
     next_headroom(k);
+#if MEASURE == 2
+    /* A step that ends a motion under earlier limits is MEASURE 4's. */
+    while (compensator.standing & LM_STATE_HEADROOM_SHORT) {
+      (void)lm_step_compensator(&compensator, &at);
+    }
+#endif
     sp = target_paint_stack();
     mark_begin();
 #if MEASURE == 1
     sink = lm_step_model(&parameters, &memory, &at);
-#elif MEASURE == 2
+#elif MEASURE == 2 || MEASURE == 4
     sink = lm_step_compensator(&compensator, &at).correction_rad;
 #elif MEASURE == 3
     refused |= lm_change_parameters(&compensator, (k & 1) ? &parameters : &others, 0) != LM_OK;

@@ -4,6 +4,9 @@
 
 #include "runtime/as_written.h"
 
+#ifndef DRIVE_EFFECTS
+#define DRIVE_EFFECTS 0 /* 1: thermal_gap at work; 2: creep as well */
+#endif
 #ifndef DRIVE_ENVELOPE
 #define DRIVE_ENVELOPE 0 /* 1: the plays follow an envelope */
 #endif
@@ -60,6 +63,24 @@ static int make_curve(lm_parameters *parameters) {
 }
 #endif
 
+#if DRIVE_EFFECTS > 0
+/* The effects that temperature and time have most often: the gap opens, the flexspline creeps. */
+static void use_effects(lm_parameters *parameters) {
+  parameters->effect[0].effect = &lm_effect_thermal_gap;
+  parameters->effect[0].value[0] = LM_REAL(5e-6);
+  parameters->effect[0].value[1] = LM_REAL(0.01);
+  parameters->effect[0].value[2] = LM_REAL(0.4);
+#if DRIVE_EFFECTS > 1
+  parameters->effect[1].effect = &lm_effect_creep;
+  parameters->effect[1].value[0] = LM_REAL(0.01);
+  parameters->effect[1].value[1] = 1;
+#endif
+  parameters->effect_count = DRIVE_EFFECTS;
+  parameters->valid.temperature_C[0] = 10;
+  parameters->valid.temperature_C[1] = 50;
+}
+#endif
+
 int make_drive(lm_parameters *parameters) {
   int failed;
   memset(parameters, 0, sizeof *parameters);
@@ -81,6 +102,9 @@ int make_drive(lm_parameters *parameters) {
 #endif
 #if DRIVE_ENVELOPE
   failed |= lm_set_envelope(&parameters->plays, 6, 20, 0) != LM_OK;
+#endif
+#if DRIVE_EFFECTS > 0
+  use_effects(parameters);
 #endif
   return failed || lm_check_parameters(parameters, 0) != LM_OK;
 }

@@ -144,37 +144,50 @@ ALL = [
     Target("PowerPC big-endian", "powerpc-linux-gnu-gcc", ("-static",), "qemu-ppc"),
 ]
 
+ENVELOPE = "-DDRIVE_ENVELOPE=1"
+ONE = ("-DLM_EFFECTS_MAX=1", "-DDRIVE_EFFECTS=1")
+TWO = ("-DLM_EFFECTS_MAX=2", "-DLM_EFFECT_MEMORY_MAX=6", "-DDRIVE_EFFECTS=2")
 PROFILES = {
     "gap only": ("GAP", "-DLM_PROFILE=LM_PROFILE_GAP"),
-    "standard": ("STANDARD", "-DLM_PROFILE=LM_PROFILE_STANDARD"),
-    "with envelope": ("STANDARD", "-DLM_PROFILE=LM_PROFILE_STANDARD", "-DLM_ENVELOPE=1"),
+    "standard": ("STANDARD", "-DLM_PROFILE=LM_PROFILE_STANDARD", ENVELOPE),
+    "no envelope": ("STANDARD", "-DLM_PROFILE=LM_PROFILE_STANDARD", "-DLM_ENVELOPE=0"),
+    "one effect": ("EFFECTS", "-DLM_PROFILE=LM_PROFILE_STANDARD", ENVELOPE, *ONE),
+    "two effects": ("EFFECTS", "-DLM_PROFILE=LM_PROFILE_STANDARD", ENVELOPE, *TWO),
     "full": ("FULL", "-DLM_PROFILE=LM_PROFILE_FULL"),
 }
-"""The library's profile of each row of the table, and the options that it is compiled with."""
+"""The sources of each row of the table, and the options that they are compiled with."""
+
+EFFECTS_OF = {"one effect": ["thermal_gap"], "two effects": ["thermal_gap", "creep"]}
+"""Effects at work, which are linked because the parameters name them."""
+
+AXES = 6
+"""Of a robot: what the table gives beside one axis."""
 
 Options = tuple[str, ...]
 
 STACK_MAX = 128
 RAM_MAX = 256
 RATIO_MAX = 1.5
-FLASH_MAX = 4096
+FLASH_MAX = 6144
 INSTRUCTIONS_MAX = {
-    ("Cortex-M4F", "standard"): (200, 320),
-    ("Cortex-M4F", "gap only"): (50, None),
-    ("Cortex-M0+", "standard"): (4500, None),
+    ("Cortex-M4F", "standard"): (225, 405),
+    ("Cortex-M4F", "one effect"): (390, 565),
+    ("Cortex-M4F", "gap only"): (55, 240),
+    ("Cortex-M0+", "standard"): (5600, None),
 }
 """Most instructions of the model alone and of the whole step, by target and profile."""
 CORE = ["lm_start_compensator", "lm_step_compensator", "lm_set_mode", "lm_set_headroom"]
 """What every controller calls, the check of the parameters included."""
 EVERYTHING = [
     *CORE,
+    "lm_settle_compensator",
     "lm_bound_uncertainty",
     "lm_change_parameters",
     "lm_watch_output",
     "lm_save_compensator",
     "lm_restore_compensator",
 ]
-MODEL, STEP, CHANGE = 1, 2, 3
+MODEL, STEP, CHANGE, ENDING = 1, 2, 3, 4
 """What cost.c runs between the marks; 0 is nothing."""
 WINDOWS = 4000
 """Steps that cost.c makes."""
@@ -190,10 +203,11 @@ def run(command: list[object]) -> str:
 
 
 def library_of(profile: str) -> list[Path]:
-    """Sources that a profile compiles; only the full one holds effects."""
-    effects = [ROOT / "lib" / "runtime" / "effects_table.c"]
-    effects += [file for file in LIBRARY if file.parent.name == "effects"]
-    return [file for file in LIBRARY if profile == "FULL" or file not in effects]
+    """Sources that a profile compiles; the table of all effects links every one of them."""
+    table = ROOT / "lib" / "runtime" / "effects_table.c"
+    effects = [file for file in LIBRARY if file.parent.name == "effects"]
+    left_out = {"FULL": [], "EFFECTS": [table]}.get(profile, [table, *effects])
+    return [file for file in LIBRARY if file not in left_out]
 
 
 def build(target: Target, sources: list[Path], options: list[str], program: Path) -> None:
@@ -309,13 +323,20 @@ MARKS = ("begin", "end")
 
 
 def measure_flash(
-    target: Target, objects: list[Path], called: list[str], folder: Path
+    target: Target, objects: list[Path], called: list[str], folder: Path, *, whole: bool = False
 ) -> dict[str, int]:
-    """Bytes by section of what some functions need, linked without start file and C library."""
+    """Bytes by section of what some functions need, linked without start file.
+
+    Parameters
+    ----------
+    whole : bool
+        With soft float and whatever else the linker takes from the compiler's and the C library.
+    """
     table = run([target.compiler.replace("gcc", "nm"), "--defined-only", *objects])
     # Some carry the library's sizes (names_sized.h).
     roots = [re.search(rf"\b{name}(_\d+)*_f32$", table, re.MULTILINE)[0] for name in called]
-    alone = ["-nostdlib", "-Wl,--gc-sections", "-Wl,--unresolved-symbols=ignore-all"]
+    alone = ["-nostdlib", "-Wl,--gc-sections"]
+    behind = ["-lc", "-lgcc"] if whole else ["-Wl,--unresolved-symbols=ignore-all"]
     entry = f"-Wl,-e,{roots[0]}"
     program = folder / "runtime.elf"
     run(
@@ -326,6 +347,7 @@ def measure_flash(
             *(f"-Wl,-u,{name}" for name in roots),
             entry,
             *objects,
+            *behind,
             "-o",
             program,
         ]
@@ -366,12 +388,14 @@ class Row:
     target: Target
     profile: str
     flash: tuple[int, int]
+    linked: int
     parameters: int
     ram: int
     variables: int
     stack: int
     model: tuple[int, int]
     step: tuple[int, int]
+    ending: int
     change: int
     foreign: list[str]
 
@@ -388,7 +412,7 @@ class Row:
             ("greatest over least, step", self.step[1] / self.step[0], RATIO_MAX),
             ("bytes of .data and .bss", self.variables, 0),
         ]
-        if self.profile != "full":
+        if self.profile not in ("full", *EFFECTS_OF):
             limited += [
                 ("bytes of stack", self.stack, STACK_MAX),
                 ("bytes of RAM", self.ram, RAM_MAX),
@@ -402,6 +426,10 @@ class Row:
             if most is not None and value > most
         ]
 
+    def six_axes(self) -> str:
+        """Flash and RAM of a robot: the code once, parameters and instance for each axis."""
+        return f"{self.linked + AXES * self.parameters} + {AXES * self.ram}"
+
     def cells(self) -> str:
         """Line of the table."""
         names = [name for name in self.foreign if not helper(name)]
@@ -410,16 +438,17 @@ class Row:
         spans = (f"{a} to {b} | {b / a:.2f}" for a, b in (self.model, self.step))
         return (
             f"| {self.target.name} | {self.profile} | {self.flash[0]} | {self.flash[1]} |"
-            f" {self.parameters} | {self.ram} | {self.variables} | {self.stack} |"
-            f" {' | '.join(spans)} | {self.change} | {', '.join(names) or 'none'} |"
+            f" {self.linked} | {self.parameters} | {self.ram} | {self.six_axes()} |"
+            f" {self.variables} | {self.stack} | {' | '.join(spans)} | {self.ending} |"
+            f" {self.change} | {', '.join(names) or 'none'} |"
         )
 
 
 HEAD = """\
-| target | profile | flash | with the rest | parameters | RAM | .data + .bss | stack | model \
-| ratio | step | ratio | change | symbols |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
+| target | profile | flash | with the rest | linked | parameters | RAM | six axes | .data + .bss \
+| stack | model | ratio | step | ratio | ending | change | symbols |
 """
+HEAD += "|" + 17 * " --- |" + "\n"
 
 
 def helper(name: str) -> bool:
@@ -437,19 +466,26 @@ def measure_row(target: Target, name: str, plugin: Path, folder: Path) -> Row:
         small = compile_library(target, profile, sizes, "-Os", place / "small")
         marks, *_ = count(target, sizes, 0, fast, plugin, place)
         spans = [count(target, sizes, what, fast, plugin, place) for what in (MODEL, STEP)]
+        ending = count(target, sizes, ENDING, fast, plugin, place)
         change = count(target, sizes, CHANGE, fast, plugin, place)
-        flash = [measure_flash(target, small, called, place) for called in (CORE, EVERYTHING)]
+        used = [f"lm_effect_{effect}" for effect in EFFECTS_OF.get(name, [])]
+        flash = [
+            measure_flash(target, small, [*called, *used], place) for called in (CORE, EVERYTHING)
+        ]
+        linked = measure_flash(target, small, [*EVERYTHING, *used], place, whole=True)
         bytes_of = sizes_of(target, sizes, place)
         return Row(
             target,
             name,
             (flash[0]["text"] + flash[0]["rodata"], flash[1]["text"] + flash[1]["rodata"]),
+            linked["text"] + linked["rodata"],
             bytes_of["parameters"],
             bytes_of["instance"],
             flash[1]["data"] + flash[1]["bss"],
-            max(stack for *_, stack in spans),
+            max(stack for *_, stack in (*spans, ending)),
             (spans[0][0] - marks, spans[0][1] - marks),
             (spans[1][0] - marks, spans[1][1] - marks),
+            ending[1] - marks,
             change[1] - marks,
             foreign_symbols(target, small),
         )
@@ -468,30 +504,39 @@ def version_of(program: str) -> str:
     return run([program, "--version"]).splitlines()[0]
 
 
+MODEL_MAX, STEP_MAX = INSTRUCTIONS_MAX["Cortex-M4F", "standard"]
+MODEL_EFFECT_MAX, STEP_EFFECT_MAX = INSTRUCTIONS_MAX["Cortex-M4F", "one effect"]
+MODEL_SOFT_MAX, _ = INSTRUCTIONS_MAX["Cortex-M0+", "standard"]
 INTRODUCTION = f"""\
 # What it costs
 
-Made by `tests/firmware/measure.py cost --write`; the tests measure everything again and fail where
-a figure passes its limit.
+Made by `tests/firmware/measure.py cost --write`; the tests measure everything again and fail
+where a figure passes its limit.
 
-Instructions are counted in QEMU, from the least to the most of {WINDOWS} steps that reverse, jump,
-rest, leave the limits and bind every limit of the correction, at `-O2`. *model* is the curve and
-the plays (`lm_step_model`), *step* all of `lm_step_compensator` with limits and status, *change*
-the most of as many calls of `lm_change_parameters`, which checks what it is given. The stack is
-what one step overwrites, the compiler's soft-float helpers included. Flash is at `-Os`: check of
-the parameters, start, step, mode and headroom; *with the rest* adds the uncertainty, the watch,
-change of parameters, save and restore. *parameters* is their constant struct, in flash as well;
-*RAM* one instance. All sizes are in bytes. *symbols* are what the objects want from elsewhere.
+Instructions, not cycles, are counted in QEMU, from the least to the most of {WINDOWS} steps that
+reverse, jump, rest, leave the limits and the fitted range and bind every limit of the correction,
+at `-O2`. *model* is the curve and the plays (`lm_step_model`), *step* all of
+`lm_step_compensator` with limits and status, *ending* the most of a step where the headroom was
+narrowed in the midst of a motion, *change* the most of as many calls of `lm_change_parameters`,
+which checks what it is given. The stack is what one step overwrites, the compiler's soft-float
+helpers included. Flash is at `-Os`: check of the parameters, start, step, mode and headroom;
+*with the rest* adds settling, the uncertainty, the watch, change of parameters, save and restore;
+*linked* is that with everything that the linker takes from the compiler's and the C library, soft
+float above all. *parameters* is their constant struct, in flash as well; *RAM* one instance; *six
+axes* flash and RAM of a robot, the code linked once. All sizes are in bytes. *symbols* are what
+the objects want from elsewhere.
 
-*with envelope* is the standard profile built with `LM_ENVELOPE`, its plays on an envelope of the
-torque: what the parameters of a fit want. The full profile is measured without an effect and
-without an envelope at work. Its 64 knots, 16 plays and 32 numbers of
-effect memory are beyond the limits that the others are held to.
+*standard* is the default build, its plays on an envelope of the torque as a fit has them; *no
+envelope* is built with `LM_ENVELOPE=0`; *one effect* has `thermal_gap` at work, *two effects*
+`creep` as well. The full profile is measured without an effect and without an envelope at work.
+Its 64 knots, 16 plays and 32 numbers of effect memory are beyond the limits that the others are
+held to.
 
-Limits: model and step on the Cortex-M4F at most 200 and 320 instructions (gap only: model 50),
-model on the Cortex-M0+ at most 4500; most over least at most {RATIO_MAX}; flash on the Cortex-M4F
-at most {FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX}, `.data` and `.bss` none;
-symbols none on the Cortex-M4F, on the others soft float and memcpy.
+Limits: model and step on the Cortex-M4F at most {MODEL_MAX} and {STEP_MAX} instructions (one
+effect: {MODEL_EFFECT_MAX} and {STEP_EFFECT_MAX}), model on the Cortex-M0+ at most
+{MODEL_SOFT_MAX}; most over least at most {RATIO_MAX}; flash on the Cortex-M4F at most
+{FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX} without effects, `.data` and `.bss`
+none; symbols none on the Cortex-M4F, on the others soft float and memcpy.
 
 """
 

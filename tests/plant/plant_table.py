@@ -50,7 +50,9 @@ def build(folder: Path, profile: str = "FULL") -> Path:
     """Compile the plant with the run-time code of a profile."""
     program = folder / f"plant_{profile.lower()}"
     main_file = HERE / ("gap.c" if profile == "GAP" else "main.c")
-    sources = [main_file, HERE / "plant.c", HERE / "loop.c", HERE / "duty.c", *LIBRARY]
+    sources = [main_file, HERE / "plant.c", HERE / "loop.c", *LIBRARY]
+    if profile != "GAP":
+        sources.append(HERE / "duty.c")
     options = [*FLAGS, f"-DLM_PROFILE=LM_PROFILE_{profile}"]
     subprocess.run(["cc", *options, *map(str, sources), "-lm", "-o", program], check=True)
     return program

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -31,6 +32,12 @@ def test_watch_leaves_ordinary_duty_alone_and_finds_misuse(made: tuple[Path, str
     program, blob = made
     status, said = plant_table.run(program, "duty", [blob.partition("=")[2], "20"])
     assert status == 0, said
+
+
+def test_gap_profile_is_no_worse_than_a_constant_width(tmp_path: Path) -> None:
+    program = plant_table.build(tmp_path, "GAP")
+    done = subprocess.run([program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def test_plant_shares_no_formula_with_the_library() -> None:

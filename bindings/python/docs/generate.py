@@ -27,8 +27,8 @@ GROUPS = {
         ),
     ),
     "Runtime: what a motor controller links": (
-        *("runtime", "compensator", "model", "parameters", "curve", "play", "effects", "torque"),
-        *("elementary", "profile"),
+        *("runtime", "compensator", "state", "model", "parameters", "curve", "play", "effects"),
+        *("torque", "elementary", "profile"),
     ),
 }
 """Headers in the order in which one reads them."""

@@ -121,6 +121,8 @@ typedef struct lm_compensator {
   lm_real acceleration_max_rad_s2;
   lm_real jerk_step_rad_s2; /* change of the acceleration in one tick */
   lm_headroom room;         /* as it was set */
+  lm_real limit_rad_s2;     /* the parameters' own, with what their jerk leaves */
+  lm_real limit_rad_s;      /* with what that leaves */
   /* rates of the limiter's stages */
   lm_real lead_ticks;         /* 1 / (response * period) */
   lm_real velocity_per_s;     /* position to velocity: response */
@@ -220,11 +222,12 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
  *
  * Compares, over the watch's window, the power of the measured lost motion with that of what the
  * model leaves of it, both about their means: the offset of the two encoders is not known.
- * Where the first is less than the second by more than misfit_rad^2, the correction does harm: once it has done so for window_s in all, it fades out over fade_s. It fades
- * in again when it would have taken half the power away for five times as long. A standing axis
- * tells nothing: while the model's own swing is below 2 noise_rad or below a quarter of its level,
- * the gain stays what it is. So a model that fits is not faded for a small error at rest, and a
- * wrong sign, a wrong drive or a drive that compensates already is found in the first moves.
+ * Where the first is less than the second by more than misfit_rad^2, the correction does harm: once
+ * it has done so for window_s in all, it fades out over fade_s. It fades in again when it would
+ * have taken half the power away for five times as long. A standing axis tells nothing: while the
+ * model's own swing is below 2 noise_rad or below a quarter of its level, the gain stays what it
+ * is. So a model that fits is not faded for a small error at rest, and a wrong sign, a wrong drive
+ * or a drive that compensates already is found in the first moves.
  *
  * A fade moves a standing axis by at most creep_rad_s; while the model moves, it may add that much
  * again. LM_STATE_MISFIT: the residual's rms is above misfit_rad. That, with a measured lost motion

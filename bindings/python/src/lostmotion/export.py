@@ -91,14 +91,14 @@ CROSSING_S = 0.05
 NOISE_RAD = 2 * ARCSEC
 """Noise of an output encoder of 20 bits, where no fit has told it."""
 
-DEAD_BAND_SHARE = 0.25
-"""Dead band of the gap profile over the gap: the correction has changed sides a quarter of the gap
-after a reversal. Chosen between a command's unrest, which should stay below it, and the error that
-a short motion within it leaves (tests/plant)."""
+DEAD_BAND_SHARE = 0.05
+"""Dead band of the gap profile over the gap: the correction has changed sides so soon after a
+reversal. Chosen in tests/plant/gap.c: no scenario is more than an arc second, the encoder's step,
+behind a constant width that turns round at once; wider bands begin their crossings later."""
 
 MISFIT_SHARE = 0.04
 """Error over the largest correction from which the watch reports that the model does not fit, and
-by which it has to do harm before it is faded out: about 8 % of the deflection at rated torque, since
+by which it has to do harm before it is faded out: about 8 % of the deflection at rated torque, as
 the largest correction is that of twice the torque and a quarter more. Chosen on simulated duty
 (tests/plant/duty.c): at 2 % the torque's noise about no load makes false alarms, at 5 % another
 drive's parameters are found later."""
@@ -530,7 +530,8 @@ def _defaults(
     correction = given.get("correction", correction_rad)
     velocity = given.get("velocity", correction / CROSSING_S)
     resonance = given.get("resonance", RESONANCE_HZ)
-    response = min(RESPONSE_PER_HZ * resonance, fastest)
+    # Without a torque, in the gap profile, there is no loop that a resonance could close.
+    response = min(RESPONSE_PER_HZ * resonance, fastest) if torque_Nm.size else fastest
     noise_Nm = given.get("torque_noise", 0.0)
     if noise_Nm > 0 and torque_Nm.size:
         # White noise of the torque makes 64 response^2 slope noise of acceleration (compensator.h),
