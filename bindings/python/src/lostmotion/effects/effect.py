@@ -195,6 +195,16 @@ class Effect:
         fresh = "elapsed_s" in self.needs
         pieces = conditions.slices() if fresh or self.memory else [slice(0, conditions.rows)]
         wrapped = conditions.wrapped_rad
+        sweep = getattr(self.function, "sweep", None)
+        if sweep is not None:
+            whole = dict(conditions.columns)
+            if wrapped is not None:
+                whole["input_angle_rad"] = wrapped
+            whole["torque_Nm"], whole["elastic_rad"] = torque_Nm, elastic_rad
+            whole["wound_Nm"] = torque_Nm if wound_Nm is None else wound_Nm
+            # A memory that goes on makes one recording of all runs.
+            starts = conditions.starts.tolist() if fresh else [0, conditions.rows]
+            return np.asarray(sweep(values, whole, memory, starts, fresh=fresh))
         for at in pieces:
             if fresh:
                 memory[:] = 0.0

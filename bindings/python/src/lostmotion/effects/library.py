@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,25 +24,41 @@ def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
     def function(
         values: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
+        return sweep(values, run, memory, [0, run["torque_Nm"].size], fresh=False)
+
+    def sweep(
+        values: FloatArray,
+        campaign: Mapping[str, FloatArray],
+        memory: FloatArray,
+        starts: Sequence[int],
+        *,
+        fresh: bool,
+    ) -> FloatArray:
+        """Evaluate over runs that lie end to end, with a memory that each begins anew or takes on.
+
+        The columns are handed over once: a run is a part of them, not a copy.
+        """
         recording = c.ffi.new("lm_recording *")
-        recording.count = run["torque_Nm"].size
-        keep = []
-        for name in (*CONDITIONS, "elastic_rad", "wound_Nm"):
-            if name in run:
-                keep.append(c.pointer(c.array(run[name])))
-                setattr(recording, name, keep[-1])
-        out = c.zeros(run["torque_Nm"].size)
+        columns = {
+            name: c.pointer(c.array(campaign[name]))
+            for name in (*CONDITIONS, "elastic_rad", "wound_Nm")
+            if name in campaign
+        }
+        out = c.zeros(starts[-1])
+        result = c.pointer(out, write=True)
         state = c.array(memory).copy()
-        c.lib.lm_run_effect(
-            effect,
-            c.pointer(c.array(values)),
-            c.pointer(state, write=True),
-            recording,
-            c.pointer(out, write=True),
-        )
+        value, remembered = c.pointer(c.array(values)), c.pointer(state, write=True)
+        for begin, end in pairwise(starts):
+            if fresh:
+                state[:] = 0.0
+            recording.count = end - begin
+            for name, column in columns.items():
+                setattr(recording, name, column + begin)
+            c.lib.lm_run_effect(effect, value, remembered, recording, result + begin)
         memory[:] = state
         return np.asarray(out, dtype=np.float64)
 
+    function.sweep = sweep  # type: ignore[attr-defined]
     return function
 
 
