@@ -199,8 +199,12 @@ def put_back(
                 continue
             found = follow(input_rad, output_rad, ratio, end_in, end_out)
             left = change_of(found)
-            # What two moduli leave alike is the same repair, or none: the likelier one stands.
-            if left < change - ALIKE * TURN / abs(ratio):
+            # What two moduli leave alike is the same repair, or none: the likelier one stands,
+            # but for a turn of the output less, which whole turns of the input hide.
+            less = change - left
+            alike = ALIKE * TURN / abs(ratio)
+            shorter = way(found.output_rad) < way(best.output_rad) - 0.5 * TURN
+            if less > alike or (abs(less) <= alike and shorter and best is not unchanged):
                 best, change = found, left
     held = [end.size_rad for end in ends_in if end is not None and end.held]
     if held:
@@ -208,6 +212,11 @@ def put_back(
     elif held_within(output_rad, TURN):
         best.undecided = jumps_left(best, ratio, TURN)
     return best
+
+
+def way(angle_rad: FloatArray) -> float:
+    """Sum of the steps of an angle."""
+    return float(np.abs(np.diff(angle_rad)).sum())
 
 
 def jumps_left(found: PutBack, ratio: float, unit: float) -> IntArray:
