@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.protocol import FREE
+from lostmotion.recordings.protocol import Protocol as Locked
 from lostmotion.recordings.quantities import QUANTITIES
 
 FloatArray = npt.NDArray[np.float64]
@@ -97,6 +100,30 @@ class Run:
         return self.columns["lost_motion"]
 
 
+class TableReader(Protocol):
+    """What makes a campaign of data in memory; the reader of files is built on this module."""
+
+    def __call__(
+        self,
+        data: Any,
+        *,
+        ratio: float | None,
+        mapping: Mapping[str, str] | None,
+        protocol: Locked,
+        name: str,
+    ) -> Campaign:
+        """Read data."""
+        ...
+
+
+_TABLE_READERS: list[TableReader] = []
+
+
+def set_table_reader(reader: TableReader) -> None:
+    """State what `Campaign.from_table` calls."""
+    _TABLE_READERS[:] = [reader]
+
+
 @dataclass
 class Campaign:
     """All recordings of one comparison, in the order in which they were made."""
@@ -105,6 +132,52 @@ class Campaign:
     findings: list[Finding] = field(default_factory=list)
     recorded_rows: int | None = None
     """Rows that were recorded, where the runs hold a sample of them."""
+
+    @classmethod
+    def from_table(
+        cls,
+        data: Any,
+        *,
+        ratio: float | None = None,
+        mapping: Mapping[str, str] | None = None,
+        protocol: Locked = FREE,
+        name: str = "table",
+    ) -> Campaign:
+        """Make a campaign of data in memory, with the checks and findings of `read_campaign`.
+
+        Parameters
+        ----------
+        data : object with columns
+            A data frame of pandas or polars, a table or record batch of Arrow, a dictionary of
+            arrays or lists, a structured array, or what gives its columns by the Arrow stream
+            interface. The columns are named as in a file, one row a sample, and a column ``run``
+            numbers the recordings. They are of one length; None, NaN and NA are missing; columns of
+            date and time are time stamps.
+        ratio, mapping, protocol
+            As of `read_campaign`.
+        name : str, optional
+            What messages and findings call the data; also the label of the run where no column
+            has any.
+
+        Returns
+        -------
+        Campaign
+
+        Raises
+        ------
+        InputError
+            Names the data, column, what was found and what was expected.
+
+        Examples
+        --------
+        >>> from lostmotion.recordings import Campaign
+        >>> angle_rad = [0, 1e-4, 2e-4]
+        >>> table = {"time_s": [0, 1, 2], "torque_Nm": [0, 5, 9], "lost_motion_rad": angle_rad}
+        >>> Campaign.from_table(table, name="bench")
+        <Campaign: 3 samples in 1 runs, 0 findings>
+        """
+        (read,) = _TABLE_READERS
+        return read(data, ratio=ratio, mapping=mapping, protocol=protocol, name=name)
 
     def __repr__(self) -> str:
         """Say what it is; the numbers of a campaign fill screens."""

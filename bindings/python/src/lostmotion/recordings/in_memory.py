@@ -135,6 +135,8 @@ def simple(name: str, label: str, column: Any) -> Any:
         raise InputError(name, label, f"values of type {kind}", "one value for every row")
     if pa.types.is_dictionary(kind):
         return column.cast(kind.value_type)
+    if pa.types.is_decimal(kind):
+        return column.cast(pa.string())  # to float64 Arrow rounds twice
     return column
 
 

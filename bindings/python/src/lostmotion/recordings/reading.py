@@ -24,11 +24,12 @@ from lostmotion.recordings.bags import (
     list_columns,
     read_channels,
 )
-from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.campaign import Campaign, Run, set_table_reader
 from lostmotion.recordings.columns import (
     ColumnName,
     check_map,
     counters_of,
+    refuse_unmapped,
     resolve_columns,
     unused,
 )
@@ -165,6 +166,28 @@ def read_campaign(
         found = _read_file(file, dict(mapping or {}), ratio, findings, protocol, join)
         LOG.info("read %s: %d rows in %d runs", file, sum(map(len, found)), len(found))
         runs.extend(found)
+    return judged(runs, findings, ratio)
+
+
+def read_table(
+    data: Any,
+    *,
+    ratio: float | None = None,
+    mapping: Mapping[str, str] | None = None,
+    protocol: Protocol = FREE,
+    name: str = "table",
+) -> Campaign:
+    """Make a campaign of data in memory, as `Campaign.from_table` says."""
+    names = dict(mapping or {})
+    table = MemoryTable(name, data)
+    refuse_unmapped([table.header], 1, names)
+    findings: list[Finding] = []
+    runs = read_runs(table, Path(name).name.split(".")[0], names, ratio, findings, protocol)
+    return judged(runs, findings, ratio)
+
+
+def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Campaign:
+    """Make a campaign of runs, and note what is odd about them together."""
     name_apart(runs)
     campaign = Campaign(runs, findings)
     note_missing(campaign)
@@ -176,6 +199,9 @@ def read_campaign(
     for finding in findings:
         LOG.info("%s", finding)
     return campaign
+
+
+set_table_reader(read_table)
 
 
 def _read_file(
