@@ -186,7 +186,9 @@ def batches(
     for numbers in pieces:
         if numbers.run is not None:
             column = chosen["run"][0]
-            codes, labels = run_codes(piece.file, column, numbers.run, numbers.place)
+            codes, labels = run_codes(
+                piece.file, column, numbers.run, numbers.place, numbers.findings
+            )
         else:
             rows = numbers.quantities["torque"].size
             codes, labels = np.zeros(rows, dtype=np.intp), [file.name.split(".")[0]]

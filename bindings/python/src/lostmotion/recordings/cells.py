@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from lostmotion.units import is_unit
+
 MISSING = (
     "", "na", "n/a", "#n/a", "<na>", "#na", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "nat",
     "null", "none", "nil", "missing", "-", "--", "---", "*", "****", "?", ".", "...",
@@ -37,6 +39,9 @@ DATE = r"[0-9]{1,4}[-./][0-9]{1,2}[-./][0-9]{1,4}\.?|[0-9]{8}"
 STAMP = rf"(?:{DATE})(?:[T ,]+{CLOCK}|T[0-9]{{6}}(?:[.,][0-9]*)?Z?)?|{CLOCK}"
 """A date, a time of day, or both."""
 
+MEASURED = re.compile(rf"(?:{NUMBER}|{COMMA_NUMBER})\s*([^\s0-9.,;:+-][^\s0-9;:]{{0,9}})")
+"""A number and what stands behind it."""
+
 VALUE = re.compile(rf"{NUMBER}|{COMMA_NUMBER}|{GROUPED}|{STAMP}")
 
 
@@ -51,8 +56,15 @@ def is_missing(text: str) -> bool:
 
 
 def is_value(text: str) -> bool:
-    """Whether a cell holds a number or a time stamp, however it is written."""
-    return VALUE.fullmatch(plain(text)) is not None
+    """Whether a cell holds a number, with its unit or without, or a time stamp."""
+    cell = plain(text)
+    return VALUE.fullmatch(cell) is not None or unit_behind(cell) != ""
+
+
+def unit_behind(cell: str) -> str:
+    """Return the unit that stands behind the number of a cell; nothing where there is none."""
+    found = MEASURED.fullmatch(cell)
+    return found[1] if found is not None and is_unit(found[1]) else ""
 
 
 MISSING_SET = frozenset(MISSING)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from lostmotion import units
 from lostmotion.errors import InputError, did_you_mean, shorten
-from lostmotion.recordings.cells import is_missing, is_value
+from lostmotion.recordings.cells import is_missing, is_value, plain, unit_behind
 from lostmotion.recordings.clocks import EPOCH_RANGE_S, UNITS_NS, stamped
 from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
@@ -87,6 +87,9 @@ class ColumnName:
 
     index: int = -1
     """Number of the column in its table."""
+
+    behind: str = ""
+    """Unit that stands behind every number of the column."""
 
     fraction: tuple[int, str] | None = None
     """Column of the fractions of a second of a clock in two columns, and their unit."""
@@ -175,7 +178,8 @@ def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnN
     found = split_label(name)
     if found is None:
         return None
-    quantity, suffix = QUANTITIES[found[0]], found[1] or beside
+    quantity = QUANTITIES[found[0]]
+    suffix = found[1] or (beside if quantity.unit else "")
     shown = shorten(column)
     if quantity.name == "time" and suffix.lower() in TEXT_STAMP:
         return ColumnName(quantity, None, factor)
@@ -250,7 +254,8 @@ def choose_columns(
     for index in places:
         column = header.names[index]
         mapped = column in mapping
-        beside = header.units[index] or (unit_in(column) if mapped else "")
+        behind = unit_of_cells(header.cells(index))
+        beside = behind or header.units[index] or (unit_in(column) if mapped else "")
         try:
             name = parse_column(file, column, mapping.get(column, column), beside)
         except InputError as error:
@@ -270,7 +275,9 @@ def choose_columns(
                 )
             ignored.append(column)
             continue
-        name = replace(name, index=index)
+        name = replace(name, index=index, behind=behind)
+        if name.unit is not None and beside and not mapped:
+            refuse_two_units(file, column, name, beside)
         if not mapped and name.quantity.name not in NEEDED and holds_text(header.cells(index)):
             ignored.append(column)
         elif name.quantity.name in chosen:
@@ -300,6 +307,25 @@ def choose_columns(
         elif index != chosen[quantity][1].index:
             ignored.append(header.names[index])
     return chosen, [column for column in ignored if column], doubts
+
+
+def unit_of_cells(cells: Sequence[str]) -> str:
+    """Return the unit that stands behind the number of every cell; nothing where there is none."""
+    stated = [cell for cell in cells if not is_missing(cell)]
+    found = {unit_behind(plain(cell)) for cell in stated}
+    return found.pop() if len(found) == 1 else ""
+
+
+def refuse_two_units(file: str, column: str, name: ColumnName, beside: str) -> None:
+    """Refuse a column whose name has another unit than the row of units, or than its numbers."""
+    other = read_suffix(beside, name.quantity.dimension)
+    if other is None or name.unit is None or other.dimension != name.quantity.dimension:
+        return
+    if (other.scale, other.offset) != (name.unit.scale, name.unit.offset):
+        found = f"{name.unit.symbol} in the name and {beside} beside it"
+        columns = [f"{name.quantity.name}_{unit.symbol}" for unit in (name.unit, other)]
+        maps = " or ".join(f"--map {shorten(column)}={one}" for one in columns)
+        raise InputError(file, column, found, f"one unit: {maps}")
 
 
 NEEDED = ("run", "time", "torque", "input_angle", "output_angle", "lost_motion")

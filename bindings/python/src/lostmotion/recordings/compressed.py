@@ -10,8 +10,8 @@ from lostmotion.errors import InputError
 GZIP = b"\x1f\x8b"
 """What a gzip begins with."""
 
-INFLATED_LEAST = 1 << 26
-"""Text up to which no gzip is refused, however small: 64 MiB, about a million rows."""
+INFLATED_LEAST = 1 << 25
+"""Text up to which no gzip is refused, however small: 32 MiB, about half a million rows."""
 
 INFLATION_MAX = 16
 """How many times its size a gzip may hold beyond that. Numbers from sensors shrink to a fifth or a

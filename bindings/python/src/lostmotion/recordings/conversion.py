@@ -14,7 +14,14 @@ from lostmotion.errors import InputError
 from lostmotion.recordings import clocks
 from lostmotion.recordings.columns import ColumnName
 from lostmotion.recordings.findings import Finding
-from lostmotion.recordings.numerals import Reading, Texts, decide, note_text, refuse_text
+from lostmotion.recordings.numerals import (
+    TEXT_SHARE,
+    Reading,
+    Texts,
+    decide,
+    note_text,
+    refuse_text,
+)
 from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import Quantity
 from lostmotion.recordings.tables import Rows, Table
@@ -99,7 +106,9 @@ def needs_text(rows: Rows, chosen: Chosen) -> bool:
         if not str(column.type).startswith(("float", "double")):
             continue
         values = np.abs(np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64))
-        if values.size and grouped_by_points(values):
+        if grouped_by_points(values):
+            return True
+        if quantity == "time" and np.any(values[:1] > clocks.EPOCH_S):
             return True
     return False
 
@@ -129,12 +138,14 @@ def in_si(
     """
     findings = list(rows.findings)
     texts = {
-        label: Texts(rows.columns[name.index])
+        label: Texts(rows.columns[name.index], name.behind)
         for quantity, (label, name) in chosen.items()
         if quantity not in ("run", "time") and not is_number(rows.columns[name.index])
     }
-    if "time" in chosen and writes_numbers(rows.columns[chosen["time"][1].index]):
-        texts[chosen["time"][0]] = Texts(rows.columns[chosen["time"][1].index])
+    if "time" in chosen:
+        label, name = chosen["time"]
+        if writes_numbers(rows.columns[name.index]):
+            texts[label] = Texts(rows.columns[name.index], name.behind)
     readings = decide(file, texts, rows.place)
     found: dict[str, FloatArray] = {}
     bad: dict[str, npt.NDArray[np.bool_]] = {}
@@ -169,7 +180,8 @@ def in_si(
             values = name.factor * values
             if name.unit is not None:
                 values = units.convert(values, name.unit.symbol, name.quantity.unit)
-        check_range(file, label, values, name.quantity, place)
+        values, beyond = within_range(file, label, values, name.quantity, place)
+        findings += beyond
         found[quantity] = np.ascontiguousarray(values)
     run = rows.columns[chosen["run"][1].index] if "run" in chosen else None
     if run is not None and keep is not None:
@@ -190,18 +202,18 @@ def set_aside_text(
 ) -> npt.NDArray[np.bool_] | None:
     """Note what is text in place of numbers; return the rows to keep, None where that is all.
 
-    A row without one number, and with text, is none: a header that comes again, a message. Where
-    a row has numbers too, its text is a number that is missing.
+    A row without one number, and with text or without a label, is none: a header that comes again,
+    a message, separators alone. Where a row has numbers too, its text is a number that is missing.
 
     Raises
     ------
     InputError
         Where a column holds more text than damage leaves.
     """
-    if not any(np.any(mask) for mask in bad.values()):
+    numberless = ~np.any([np.isfinite(values) for values in found.values()], axis=0)
+    if not np.any(numberless) and not any(np.any(mask) for mask in bad.values()):
         return None
-    rowless = ~np.any([np.isfinite(values) for values in found.values()], axis=0)
-    rowless &= np.any(list(bad.values()), axis=0)
+    rowless = numberless & (np.any(list(bad.values()), axis=0) | without_label(rows, chosen))
     left = rows.count - int(np.count_nonzero(rowless))
     for quantity, mask in bad.items():
         label = chosen[quantity][0]
@@ -216,11 +228,25 @@ def set_aside_text(
         return None
     at = np.flatnonzero(rowless)
     more = f", and {at.size - 1} more" if at.size > 1 else ""
-    action = f"no numbers in {rows.place(int(at[0]))}{more}, as in a header that comes again"
+    action = f"no numbers in {rows.place(int(at[0]))}{more}"
     findings.append(
         Finding("set_aside", file, "all columns", None, int(at.size), f"{action}; left out")
     )
     return np.asarray(~rowless)
+
+
+def without_label(rows: Rows, chosen: Chosen) -> npt.NDArray[np.bool_]:
+    """Mark the rows that have nothing where the label of their run stands."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if "run" not in chosen:
+        return np.zeros(rows.count, dtype=np.bool_)
+    column = rows.columns[chosen["run"][1].index]
+    lost = column.is_null()
+    if is_text(column):
+        lost = pc.or_(lost, pc.fill_null(pc.equal(column.cast(pa.string()), ""), False))
+    return np.asarray(lost.to_numpy(zero_copy_only=False), dtype=np.bool_)
 
 
 class Clock:
@@ -328,6 +354,14 @@ class Clock:
 
         numbers = texts.numbers(reading.mark, reading.grouped)
         self.bad = np.isnan(numbers) & ~texts.missing
+        stated = self.name.unit is None or self.name.unit.symbol == "s"
+        if stated and not reading.grouped and np.any(numbers[:1] > clocks.EPOCH_S):
+            exact = texts.billionths()
+            if exact is not None:
+                self.of_numbers(
+                    pa.array(numbers, from_pandas=True)
+                )  # refuses what is no epoch in s
+                return self.from_zero(*exact, 1)
         whole = texts.whole_numbers()
         if whole is not None and bool(np.all(texts.integer | self.bad | texts.missing)):
             return self.of_numbers(whole)
@@ -382,21 +416,27 @@ def integers(column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]
     return np.asarray(values.to_numpy(zero_copy_only=False), dtype=np.int64), known
 
 
-def check_range(
+def within_range(
     file: str,
     column: str,
     values: FloatArray,
     quantity: Quantity,
     place: Callable[[int], str],
-) -> None:
-    """Refuse numbers that this quantity cannot have; what is not finite is counted elsewhere."""
+) -> tuple[FloatArray, list[Finding]]:
+    """Take out numbers that this quantity cannot have; refuse a column that has more than a few.
+
+    What is not finite is counted elsewhere.
+    """
     beyond = np.isfinite(values) & ~((values >= quantity.low) & (values <= quantity.high))
-    if np.any(beyond):
-        row = int(np.flatnonzero(beyond)[0])
-        unit = f" {quantity.unit}" if quantity.unit else ""
-        raise InputError(
-            file,
-            column,
-            f"{values[row]:.6g}{unit} in {place(row)}",
-            f"{quantity.low:g} to {quantity.high:g}{unit}",
-        )
+    count = int(np.count_nonzero(beyond))
+    if count == 0:
+        return values, []
+    row = int(np.flatnonzero(beyond)[0])
+    unit = f" {quantity.unit}" if quantity.unit else ""
+    found = f"{values[row]:.6g}{unit} in {place(row)}"
+    allowed = f"{quantity.low:g} to {quantity.high:g}{unit}"
+    if count > TEXT_SHARE * values.size:
+        raise InputError(file, column, found, allowed)
+    more = f", and {count - 1} more" if count > 1 else ""
+    action = f"{found}{more}: outside {allowed}; counted as missing"
+    return np.where(beyond, np.nan, values), [Finding("range", file, column, None, count, action)]

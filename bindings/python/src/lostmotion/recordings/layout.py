@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from lostmotion.errors import InputError
@@ -68,6 +69,15 @@ TYPES = frozenset(
 )
 """Names of types, of which some programs write a line below the header."""
 
+OTHER_UNITS = frozenset(
+    (
+        *("v", "mv", "uv", "kv", "volt", "volts", "w", "mw", "kw", "ohm", "hz", "khz", "mhz", "db"),
+        *("bar", "mbar", "psi", "rpm", "counts", "count", "cnt", "lsb", "inc", "ticks", "bool"),
+        *("m/s", "m/s^2", "m/s2", "g", "rad/s", "deg/s", "°/s", "1/min", "kg", "t", "l/min"),
+    )
+)
+"""Units of what is not read here, in small letters, which stand in a line of units too."""
+
 NO_UNIT = frozenset(("", "-", "--", "1", "none", "n/a", "[]", "()", "[-]", "(-)", "%"))
 """What stands in a line of units where there is none."""
 
@@ -113,11 +123,15 @@ def without_brackets(cell: str) -> str:
     return found[1] if found else cell
 
 
-def are_units(cells: Sequence[str]) -> bool:
-    """Whether cells are units, or say that there is none, for the most part."""
-    stated = [without_brackets(cell) for cell in cells if cell.lower() not in NO_UNIT]
-    known = sum(is_unit(cell) for cell in stated)
-    return known > 0 and 2 * known >= len(stated)
+def are_units(cells: Sequence[str], share: float = 0.5) -> bool:
+    """Whether cells are units, or say that there is none, at least this share of them."""
+    stated = [cell for cell in cells if cell.lower() not in NO_UNIT]
+    if stated and all(without_brackets(cell) != cell for cell in stated):
+        return True
+    bare = [without_brackets(cell) for cell in stated]
+    known = sum(is_unit(cell) for cell in bare)
+    alike = sum(is_unit(cell) or cell.lower() in OTHER_UNITS for cell in bare)
+    return known > 0 and alike >= share * len(bare)
 
 
 def known_names(cells: Sequence[str], wanted: Collection[str]) -> int:
@@ -202,12 +216,21 @@ class Trial:
             if len(names) < self.width and self.empty_from(len(names)):
                 names += [""] * (self.width - len(names))
             stated = [name for name in names if name]
-            if len(names) != self.width or len(stated) < 2 or any(map(is_value, stated)):
+            if len(names) == self.width - 1 and self.counts_rows():
+                names = ["", *names]  # as R writes row names
+            named = not any(map(is_value, stated)) or any(name in self.wanted for name in stated)
+            if len(names) != self.width or len(stated) < 2 or not named:
                 continue
             score = known_names(names, self.wanted)
             if best is None or score > best[0]:
                 best = score, tuple(names)
         return best[1] if best else None
+
+    def counts_rows(self) -> bool:
+        """Whether the first field of the rows is their number."""
+        first = [cells[0].strip().strip('"') for cells in self.cells if len(cells) == self.width]
+        numbers = [cell for cell in first if cell.isdecimal()]
+        return len(numbers) > 1 and all(int(b) == int(a) + 1 for a, b in pairwise(numbers))
 
     def empty_from(self, column: int) -> bool:
         """Whether the rows have nothing from a column on."""
@@ -228,7 +251,9 @@ class Trial:
         _, place, names = max(titles)
         units: tuple[str, ...] = ("",) * self.width
         for _, other, cells in found:
-            if abs(other - place) == 1 and cells != names and are_units(cells):
+            # Above the names stands more than units; below them next to nothing else.
+            share = 1.0 if other < place else 0.5
+            if abs(other - place) == 1 and cells != names and are_units(cells, share):
                 units = tuple("" if c.lower() in NO_UNIT else without_brackets(c) for c in cells)
         return Heading(names, units, place, end - 1)
 
@@ -269,7 +294,7 @@ def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str
         candidates = [Separator(stated[1])] if stated else CANDIDATES
         trials = trials_of(file, candidates, some, wanted)
         best = max(trials, key=Trial.score, default=None)
-        if best is not None and sum(best.is_row) >= min(AGREEING, len(lines)):
+        if best and best.heading and sum(best.is_row) >= min(AGREEING, len(lines)):
             break
     if best is None or best.score()[0] == 0.0:
         return without_rows(file, lines, [best.separator] if best and stated else CANDIDATES)

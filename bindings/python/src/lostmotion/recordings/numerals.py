@@ -8,6 +8,7 @@ other, both readings are told and the file is refused.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,6 +34,11 @@ few; where every tenth cell is one, the column holds something else than numbers
 JUMP_RATIO = 2.0
 """How many times larger the largest step of the wrong reading is at least. At 999 to 1.000 it jumps
 by half the range of the wrong reading or more; a channel that is sampled steps by far less."""
+
+BILLION = 1_000_000_000
+
+DIGITS_OF_STAMP = r"^(?P<whole>[0-9]{1,10})(?:[.,](?P<rest>[0-9]{1,9}))?$"
+"""Seconds since an epoch, which with nine decimals fit into 64 bits."""
 
 POINT_EXPECTED = "a number with a decimal point"
 
@@ -62,9 +68,9 @@ OTHER_MARK = {".": ",", ",": "."}
 
 
 class Texts:
-    """The cells of a column of text."""
+    """The cells of a column of text, without the unit that stands behind every number."""
 
-    def __init__(self, column: Any) -> None:
+    def __init__(self, column: Any, behind: str = "") -> None:
         import pyarrow as pa
         import pyarrow.compute as pc
 
@@ -72,6 +78,8 @@ class Texts:
             column = column.combine_chunks()
         text = pc.fill_null(column.cast(pa.string()), "")
         self.text = pc.replace_substring(pc.utf8_trim_whitespace(text), "−", "-")
+        if behind:
+            self.text = pc.replace_substring_regex(self.text, rf"\s*{re.escape(behind)}$", "")
         self.pc, self.pa = pc, pa
         self.missing = self.mask(
             pc.is_in(pc.utf8_lower(self.text), value_set=pa.array(MISSING, self.text.type))
@@ -135,6 +143,20 @@ class Texts:
             return self.pc.replace_substring_regex(good, "^[+]", "").cast(self.pa.int64())
         except self.pa.ArrowInvalid:
             return None
+
+    def billionths(self) -> tuple[npt.NDArray[np.int64], Mask] | None:
+        """Read all cells as integers of a billionth; None where one has more digits."""
+        pc, pa = self.pc, self.pa
+        parts = pc.extract_regex(self.text, DIGITS_OF_STAMP)
+        known = self.mask(pc.is_valid(parts))
+        if not bool(np.all(known | self.missing)):
+            return None
+        whole = pc.fill_null(pc.struct_field(parts, [0]), "0")
+        rest = pc.utf8_rpad(pc.fill_null(pc.struct_field(parts, [1]), ""), 9, "0")
+        ones, billionths = (
+            t.cast(pa.int64()).to_numpy(zero_copy_only=False) for t in (whole, rest)
+        )
+        return np.asarray(ones * BILLION + billionths, dtype=np.int64), known
 
 
 @dataclass(frozen=True)

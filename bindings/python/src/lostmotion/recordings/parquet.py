@@ -13,10 +13,10 @@ from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows, shown
 VALUE_BYTES = 8
 """Bytes of a number in memory."""
 
-INFLATED_LEAST = 1 << 28
-"""Numbers in bytes, 256 MiB, up to which no Parquet file is refused, however small it is."""
+INFLATED_LEAST = 1 << 27
+"""Numbers in bytes, 128 MiB, up to which no Parquet file is refused, however small it is."""
 
-INFLATION_MAX = 64
+INFLATION_MAX = 32
 """How many times its size a Parquet file may hold beyond that: columns that never change cost
 nothing there, and others not less than a byte for a number of eight."""
 

@@ -25,6 +25,7 @@ from lostmotion.recordings.bags import (
     read_channels,
 )
 from lostmotion.recordings.campaign import Campaign, Run, set_table_reader
+from lostmotion.recordings.cells import MISSING
 from lostmotion.recordings.columns import (
     ColumnName,
     check_map,
@@ -50,14 +51,16 @@ LOG = logging.getLogger(__name__)
 SUFFIXES = (".csv", ".csv.gz", ".parquet", *STORAGES)
 """File names that are read as recordings, also out of a folder."""
 
-TEXT_SUFFIXES = (".tsv", ".txt", ".dat", ".asc", ".lvm", ".log")
-"""File names that are read as texts where they are given, with ``.gz`` behind them or not."""
+OTHER_SUFFIXES = (
+    *(".xlsx", ".xls", ".xlsm", ".ods", ".toml", ".json", ".yaml", ".yml", ".xml", ".html", ".htm"),
+    *(".npz", ".npy", ".mat", ".h5", ".hdf5", ".tdms", ".mf4", ".mdf", ".pdf", ".png", ".jpg"),
+    *(".zip", ".7z", ".tar", ".tgz", ".rar", ".svg", ".py", ".c", ".h", ".bin", ".so", ".exe"),
+)
+"""File names that are no texts with separators; others are read where they are given by name."""
 
-NAMED_SUFFIXES = (*SUFFIXES, *TEXT_SUFFIXES, *(f"{suffix}.gz" for suffix in TEXT_SUFFIXES))
-
-RUNS_MAX = 10_000
-"""Runs of a file at most. Chosen: a week of loops of a minute; a column with more labels counts
-something else, and every run is judged alone."""
+RUNS_MAX = 2_000
+"""Runs of a file at most. Chosen: a day and more of loops of a minute; a column with more labels
+counts something else, and every run is judged alone."""
 
 LABEL_MAX = 200
 """Characters of the label of a run."""
@@ -109,7 +112,7 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
         elif not regular:
             what = "something that is no file" if there and str(given) else "no such file"
             raise InputError(given, "", what, "a recording or a folder of them")
-        elif not path.name.lower().endswith(NAMED_SUFFIXES):
+        elif path.name.lower().endswith(OTHER_SUFFIXES):
             raise InputError(path, "", f"a file '{path.name}'", "a name in " + ", ".join(SUFFIXES))
         else:
             found.append(path)
@@ -258,7 +261,8 @@ def read_runs(
         raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 
     if read.run is not None:
-        codes, labels = run_codes(name, chosen["run"][0], read.run, read.place)
+        column = chosen["run"][0]
+        codes, labels = run_codes(name, column, read.run, read.place, findings)
     else:
         codes, labels = np.zeros(rows, dtype=np.intp), [only]
     counters = counters_of(chosen)
@@ -342,7 +346,11 @@ def name_apart(runs: Sequence[Run]) -> None:
 
 
 def run_codes(
-    file: str, column: str, values: Any, place: Callable[[int], str]
+    file: str,
+    column: str,
+    values: Any,
+    place: Callable[[int], str],
+    findings: list[Finding] | None = None,
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
     """Number the runs in the order of their first appearance.
 
@@ -354,11 +362,13 @@ def run_codes(
         What stands in the column.
     place : callable
         Where a row stands.
+    findings : list of Finding, optional
+        Takes the rows without a label that stand within a run, and belong to it.
 
     Raises
     ------
     InputError
-        For a row without a label, and for more or longer labels than runs have.
+        For other rows without a label, and for more or longer labels than runs have.
     """
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -371,8 +381,19 @@ def run_codes(
         values = pc.if_else(pc.is_nan(values), pa.scalar(None, values.type), values)
     elif not pa.types.is_integer(values.type):
         texts = values if pa.types.is_string(values.type) else as_text(values)
-        values = pc.utf8_trim_whitespace(texts)
-        values = pc.if_else(pc.equal(values, ""), pa.scalar(None, values.type), values)
+        texts = pc.utf8_trim_whitespace(texts)
+        values = pc.if_else(pc.equal(texts, ""), pa.scalar(None, texts.type), texts)
+        lost = pc.is_in(pc.utf8_lower(texts), value_set=pa.array(MISSING, texts.type))
+        known = pc.if_else(lost, pa.scalar(None, texts.type), texts)
+        if inside_runs(known):  # else they are names of runs
+            values = known
+    if values.null_count:
+        row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
+        if findings is not None and inside_runs(values):
+            count, values = values.null_count, pc.fill_null_forward(values)
+            action = f"no label in {place(row)}; taken for that of the rows around"
+            run = whole_labels([values[row].as_py()])[0]
+            findings.append(Finding("label", file, column, run, count, action))
     coded = values.dictionary_encode()
     if coded.null_count:
         row = int(np.flatnonzero(values.is_null().to_numpy(zero_copy_only=False))[0])
@@ -391,6 +412,14 @@ def run_codes(
     unique = {label: i for i, label in enumerate(dict.fromkeys(labels))}
     same = np.array([unique[label] for label in labels], dtype=np.intp)
     return (same[codes] if same.size else codes), list(unique)
+
+
+def inside_runs(labels: Any) -> bool:
+    """Whether the rows without a label all stand between rows of one run."""
+    import pyarrow.compute as pc
+
+    before, after = pc.fill_null_forward(labels), pc.fill_null_backward(labels)
+    return bool(pc.all(pc.fill_null(pc.equal(before, after), False), min_count=0).as_py())
 
 
 def as_text(values: Any) -> Any:

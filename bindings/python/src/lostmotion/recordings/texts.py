@@ -8,6 +8,7 @@ lines looked at one by one.
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,21 @@ LINES_SHARE = 0.5
 BLOCK_BYTES = 1 << 20
 """Text that Arrow reads at a time, at least; a line must fit."""
 
+WRAPPED_LINES = 8
+"""Lines at the beginning that tell whether something stands round every line."""
+
+QUOTED_LINE = re.compile(rb'"(?:[^"]|"")*[,;\t|](?:[^"]|"")*"')
+"""A row in quotes: a table that was saved as one of a single column."""
+
+STAMPED_LINE = re.compile(rb"(?m)^\[?[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?\]? ?-> ?")
+"""A time of day and an arrow, as monitors of serial lines put them before every line."""
+
+LINES_KEPT = 1000
+"""Lines that do not fit of which the text is kept; beyond them most are looked for no further."""
+
+NUL_CELL = "NUL"
+"""What stands for a cell that holds NULs."""
+
 JOINED_MAX = 8
 """Lines that a field in quotes may go over."""
 
@@ -55,7 +71,7 @@ class TextTable:
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw)
-        text = as_utf8(file, raw)
+        text = bare_lines(as_utf8(file, raw))
         return cls(str(file), text, layout_of(file, text, wanted))
 
     @classmethod
@@ -64,7 +80,7 @@ class TextTable:
         raw = read_bytes(file, "a text with separators")
         if raw.startswith(GZIP) or file.name.lower().endswith(".gz"):
             raw = inflate(file, raw, HEAD_BYTES)
-        text = as_utf8(file, raw)
+        text = bare_lines(as_utf8(file, raw))
         return header_from(str(file), layout_of(file, text, wanted), text)
 
     @property
@@ -151,43 +167,66 @@ class TextTable:
         torn: list[tuple[int, str]] = []
         lines = self.body.split(b"\n")
         at = 0
+        sign, count = separator.read_as.encode(), 0
         while at < len(lines):
             number, line = self.layout.last_line + at + 1, lines[at]
             at += 1
+            plain = b'"' not in line and b"\0" not in line and separator.sign != " "
+            if plain and line.count(sign) == self.width - 1:
+                if line.strip():
+                    kept.append(line)
+                    numbers.append(number)
+                continue
             if not line.strip():
                 continue
-            fields = fields_of(separator, line)
+            torn_off = plain and line.count(sign) + 1 < named
+            fields = [] if torn_off else fields_of(separator, line)
             if line.count(b'"') % 2:
-                for more in range(1, min(JOINED_MAX, len(lines) - at) + 1):
-                    joined = b"\n".join(lines[at - 1 : at + more])
-                    if joined.count(b'"') % 2 == 0:
-                        over = fields_of(separator, joined)
-                        if len(over) == self.width:
-                            at, fields, line = at + more, over, joined.replace(b"\n", b" ")
-                        break
-            fields = fitted(fields, named, self.width)
-            if not fields or b"\0" in line or line.count(b'"') % 2:
-                torn.append((number, line.decode("utf-8", "backslashreplace")))
+                at, fields, line = self.over_lines(lines, at, fields)
+            fields = without_nuls(fitted(fields, named, self.width), line)
+            if not fields or line.count(b'"') % 2:
+                count += 1
+                if count <= LINES_KEPT:
+                    torn.append((number, line.decode("utf-8", "backslashreplace")))
+                if count > max(LINES_KEPT, LINES_SHARE * (count + len(kept) + len(lines) - at)):
+                    break
                 continue
             kept.append(written(fields, separator.read_as))
             numbers.append(number)
-        if len(torn) > LINES_SHARE * (len(torn) + len(kept)):
+        if count > LINES_SHARE * (count + len(kept)):
             number, first = torn[0]
-            count = len(fields_of(separator, first.encode()))
-            raise InputError(
-                self.file,
-                "",
-                f"{count} field{'s' if count != 1 else ''} in line {number}",
-                f"{self.width}"
-                + (
-                    f", as in the header (line {self.layout.header_line})"
-                    if self.layout.header_line
-                    else ", as in most lines"
-                ),
-            )
+            wide = len(fields_of(separator, first.encode()))
+            where = self.layout.header_line
+            expected = f", as in the header (line {where})" if where else ", as in most lines"
+            found = f"{wide} field{'s' if wide != 1 else ''} in line {number}"
+            raise InputError(self.file, "", found, f"{self.width}{expected}")
         if torn:
-            self.findings.append(set_aside(self.file, torn))
+            self.findings.append(set_aside(self.file, torn, count))
         self.body, self.lines = b"\n".join(kept), np.array(numbers, dtype=np.int64)
+
+    def over_lines(
+        self, lines: Sequence[bytes], at: int, fields: list[str]
+    ) -> tuple[int, list[str], bytes]:
+        """Join a line whose quotes stay open with those behind it, if that makes a row."""
+        line = lines[at - 1]
+        for more in range(1, min(JOINED_MAX, len(lines) - at) + 1):
+            joined = b"\n".join(lines[at - 1 : at + more])
+            if joined.count(b'"') % 2 == 0:
+                over = fields_of(self.layout.separator, joined)
+                if len(over) == self.width:
+                    return at + more, over, joined.replace(b"\n", b" ")
+                break
+        return at, fields, line
+
+
+def bare_lines(text: bytes) -> bytes:
+    """Take off what a program put round every line: quotes, or a time of day and an arrow."""
+    head = [line for line in text[:HEAD_BYTES].split(b"\n", WRAPPED_LINES)[:WRAPPED_LINES] if line]
+    if len(head) > 1 and all(QUOTED_LINE.fullmatch(line) for line in head):
+        return re.sub(rb'(?m)^"(.*)"$', rb"\1", text).replace(b'""', b'"')
+    if len(head) > 1 and all(STAMPED_LINE.match(line) for line in head):
+        return STAMPED_LINE.sub(b"", text)
+    return text
 
 
 def layout_of(file: Path, text: bytes, wanted: Collection[str]) -> Layout:
@@ -220,14 +259,14 @@ def noted_before(file: str, layout: Layout) -> list[Finding]:
     return [Finding("set_aside", file, "all columns", None, len(layout.before), action)]
 
 
-def set_aside(file: str, torn: Sequence[tuple[int, str]]) -> Finding:
-    """Note lines that are left out."""
+def set_aside(file: str, torn: Sequence[tuple[int, str]], count: int) -> Finding:
+    """Note lines that are left out, of which the first few are at hand."""
     number, line = torn[0]
     shown = one_line(shorten(line.replace("\0", "").strip() or "NUL bytes"))[:60]
-    others = ", ".join(str(n) for n, _ in torn[1:4]) + (" ..." if len(torn) > 4 else "")
+    others = ", ".join(str(n) for n, _ in torn[1:4]) + (" ..." if count > 4 else "")
     more = f", and line{'s' if len(torn) > 2 else ''} {others}" if len(torn) > 1 else ""
     action = f"line {number} ('{shown}'){more} does not fit the header; left out"
-    return Finding("set_aside", file, "all columns", None, len(torn), action)
+    return Finding("set_aside", file, "all columns", None, count, action)
 
 
 def fields_of(separator: Separator, line: bytes) -> list[str]:
@@ -246,6 +285,16 @@ def fitted(fields: list[str], named: int, width: int) -> list[str]:
     if named <= len(fields) < width:
         fields = fields + [""] * (width - len(fields))
     return fields if len(fields) == width else []
+
+
+def without_nuls(fields: list[str], line: bytes) -> list[str]:
+    """Mark the cell of a row that holds NULs; where more than one does, the row is none."""
+    if b"\0" not in line:
+        return fields
+    holding = [i for i, field in enumerate(fields) if "\0" in field]
+    if len(holding) != 1:
+        return []
+    return [NUL_CELL if i == holding[0] else field for i, field in enumerate(fields)]
 
 
 def written(fields: Sequence[str], sign: str) -> bytes:
