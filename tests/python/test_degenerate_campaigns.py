@@ -141,6 +141,8 @@ def test_every_command_answers_or_refuses_in_one_line(
         ["fit", drive, file, "--report", report, "-o", fitted],
         ["fit", drive, file, "--add", "thermal_gap", "creep", "-o", str(tmp_path / "two.toml")],
         ["compare", fitted, file],
+        ["characterize", file, "--ratio", "100", "-o", str(tmp_path / "own.toml")],
+        ["characterize", drive, file, "--report", report],
         ["forecast", drive, file],
         ["next", drive, file, "--plan", file],
         ["replay", drive, file],

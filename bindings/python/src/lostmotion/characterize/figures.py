@@ -84,7 +84,12 @@ def figure(value: float, variance: float, dof: float) -> Figure:
 
 
 def stiffness(slope: float, variance: float, dof: float) -> Figure:
-    """Make a stiffness from a slope: the interval is that of the slope, turned over."""
+    """Make a stiffness from a slope: the interval is that of the slope, turned over.
+
+    None where the angle does not rise with the torque.
+    """
+    if not slope > 0:
+        return none("the angle does not rise with the torque")
     at = figure(slope, variance, dof)
     assert at.interval is not None
     assert at.standard_error is not None

@@ -154,9 +154,10 @@ def collect(
         Torque on either side of zero to which the samples and their cells are confined.
     """
     low, high = tips(campaign.runs)
-    used = loop_stretches(campaign, low, high)
+    moves = high > low  # a torque that stands still makes no loop
+    used = loop_stretches(campaign, low, high) if moves else []
     known = bool(used)
-    if not known:
+    if moves and not known:
         used = loop_stretches(campaign, low, high, any_history=True)
     width = ((high - low) if window_Nm is None else 2.0 * window_Nm) / CELLS
     torque, angle, rates = [], [], []
