@@ -16,6 +16,7 @@ from conftest import needs_compiler
 from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.own_forms import own_forms
 from lostmotion.candidates.tangents import given_values, grid, resolved
+from lostmotion.core import NEEDS, core
 from lostmotion.discover import Effect, Value, effect, include_folder, library, load
 from lostmotion.effects.conditions import CONDITIONS, Conditions
 from lostmotion.effects.formula import formula, write_c
@@ -27,7 +28,10 @@ PACKAGE = Path(lostmotion.__file__).parent
 OTHER_THINGS = {
     "kinematic_error": ("design/spec.py",),  # an objective of the design search
     "creep": ("export.py",),  # a setting of the controller's watch
-    "gap_rad": ("model.py",),  # a clearance between teeth
+    "gap_rad": ("model.py", "characterize/characterization.py"),  # a clearance between teeth
+    # A dead zone that was characterized is written into a drive file as this effect.
+    "free_play": ("characterize/characterization.py",),
+    "takeup_Nm": ("characterize/characterization.py",),
 }
 """Words that mean something else in a file as well."""
 
@@ -60,6 +64,13 @@ def test_no_file_names_an_effect_or_one_of_its_values() -> None:
         for word in said_in(file) & names
     }
     assert {(file, word) for file, word in named if file not in OTHER_THINGS.get(word, ())} == set()
+
+
+def test_conditions_are_the_fields_that_the_library_has() -> None:
+    assert set(CONDITIONS) == set(NEEDS)
+    fields = {name for name, _ in core(64).ffi.typeof("lm_conditions").fields}
+    assert fields == {*NEEDS, "elastic_rad", "wound_Nm"}
+    assert fields | {"count"} == {n for n, _ in core(64).ffi.typeof("lm_recording").fields}
 
 
 def test_forms_of_their_own_belong_to_effects() -> None:

@@ -20,6 +20,7 @@ FLOORS = (
     "candidates",
     "discover",
     "compare",
+    "characterize",
     "export",
     "report",
     "replay",

@@ -25,10 +25,9 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import FILED, Base
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.held_out import Friction, held_out_residual
-from lostmotion.fit.parameters import FILED
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, told
 from lostmotion.threads import one_thread

@@ -35,10 +35,10 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import Base, Term, start_values
+from lostmotion.fit.baseline import FILED, Base, Term, start_values
 from lostmotion.fit.drive_file import effect_table, make_base, require
 from lostmotion.fit.held_out import Friction, held_out_rms
-from lostmotion.fit.parameters import FILED, placed
+from lostmotion.fit.parameters import placed
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread

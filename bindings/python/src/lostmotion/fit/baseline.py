@@ -25,20 +25,20 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.backbone import Backbone
+from lostmotion.drives import (
+    KNOT,
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    SLOPE,
+)
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.hysteresis import envelope, moved_before, operator_columns
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
-from lostmotion.fit.parameters import (
-    ENVELOPE_FILED,
-    OUTSIDE_FILED,
-    SHARES_FILED,
-    SLOPES_FILED,
-    Block,
-    Prior,
-    placed,
-    prior_rows,
-)
+from lostmotion.fit.parameters import Block, Filed, Prior, placed, prior_rows
 from lostmotion.fit.point import Point
 from lostmotion.units import ARCSEC
 
@@ -107,6 +107,25 @@ RUN_SCATTER = 0.6
 it as well as what it has of its own allows, over the noise, however many samples it has. A law
 through the few worn runs of a campaign is held to what is usual accordingly: samples that count one
 by one would put it through their scatter, and far off beyond them."""
+
+KNOTS_FILED = Filed("knots_Nm", KNOT, "knot_Nm")
+SLOPES_FILED = Filed("slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
+RADII_FILED = Filed("radius_Nm", PLAY_RADIUS, "play_radius_Nm")
+SHARES_FILED = Filed("shares", PLAY_SHARE, "play_inside_share")
+OUTSIDE_FILED = Filed("outside", PLAY_OUTSIDE, "play_outside_rad_per_Nm", ARCSEC)
+ENVELOPE_FILED = Filed("envelope_Nm", PLAY_ENVELOPE, "play_envelope_Nm", absent=0.0)
+KNEE_FILED = Filed("knee_Nm", PLAY_KNEE, "play_envelope_knee_Nm")
+
+FILED = (
+    KNOTS_FILED,
+    SLOPES_FILED,
+    RADII_FILED,
+    SHARES_FILED,
+    OUTSIDE_FILED,
+    ENVELOPE_FILED,
+    KNEE_FILED,
+)
+"""All that a fitted drive file keeps of the baseline model, beside its effects."""
 
 START = "start"
 """What the blocks of the start states belong to: the sittings of the recordings."""
@@ -664,7 +683,7 @@ class Base:
 
     def copy(self) -> Base:
         """A base that can be fitted apart from this one."""
-        other = object.__new__(Base)
+        other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
         other.terms = [Term(t.effect, t.values.copy(), list(t.free)) for t in self.terms]
         other.additives = [

@@ -18,8 +18,7 @@ from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.errors import InputError
-from lostmotion.fit.baseline import PLAYS, Base, Term
-from lostmotion.fit.parameters import FILED
+from lostmotion.fit.baseline import FILED, PLAYS, Base, Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
 

@@ -14,18 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.drives import (
-    KNOT,
-    PLAY_ENVELOPE,
-    PLAY_KNEE,
-    PLAY_OUTSIDE,
-    PLAY_RADIUS,
-    PLAY_SHARE,
-    SLOPE,
-    row_names,
-)
+from lostmotion.drives import row_names
 from lostmotion.fit.point import Point
-from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -63,26 +53,6 @@ class Filed:
         """Values that a model has, in the unit of the file; none where it lacks them."""
         value = getattr(model, self.attribute)
         return np.zeros(0) if value is None else np.atleast_1d(value) * self.unit
-
-
-KNOTS_FILED = Filed("knots_Nm", KNOT, "knot_Nm")
-SLOPES_FILED = Filed("slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
-RADII_FILED = Filed("radius_Nm", PLAY_RADIUS, "play_radius_Nm")
-SHARES_FILED = Filed("shares", PLAY_SHARE, "play_inside_share")
-OUTSIDE_FILED = Filed("outside", PLAY_OUTSIDE, "play_outside_rad_per_Nm", ARCSEC)
-ENVELOPE_FILED = Filed("envelope_Nm", PLAY_ENVELOPE, "play_envelope_Nm", absent=0.0)
-KNEE_FILED = Filed("knee_Nm", PLAY_KNEE, "play_envelope_knee_Nm")
-
-FILED = (
-    KNOTS_FILED,
-    SLOPES_FILED,
-    RADII_FILED,
-    SHARES_FILED,
-    OUTSIDE_FILED,
-    ENVELOPE_FILED,
-    KNEE_FILED,
-)
-"""All that a fitted drive file keeps of the baseline model, beside its effects."""
 
 
 @dataclass(frozen=True)

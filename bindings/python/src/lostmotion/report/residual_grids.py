@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.compare.loops import branch_blocks, directions
+from lostmotion.branches import directions
+from lostmotion.compare.loops import branch_blocks
 from lostmotion.effects.conditions import Conditions
 from lostmotion.report.page import Figure, Table
 from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
