@@ -1,4 +1,4 @@
-"""Run-to-run scatter by REML against the mixed model of statsmodels, which shares no code with it."""
+"""Run-to-run scatter by REML against the mixed linear model of statsmodels."""
 
 from __future__ import annotations
 
