@@ -11,8 +11,8 @@ import lostmotion
 PACKAGE = Path(lostmotion.__file__).parent
 
 FLOORS = (
-    "recordings",
     "drives",
+    "recordings",
     "model",
     "effects",
     "fit",
