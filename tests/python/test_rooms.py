@@ -11,8 +11,8 @@ import lostmotion
 PACKAGE = Path(lostmotion.__file__).parent
 
 FLOORS = (
-    "drives",
     "recordings",
+    "drives",
     "model",
     "effects",
     "fit",

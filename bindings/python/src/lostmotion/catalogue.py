@@ -30,6 +30,9 @@ TOOTH_SHARE = 0.01
 RADIAL_SHARE = 1.0 - TORSION_SHARE - TOOTH_SHARE
 """The rest of the linear part: the radial chain."""
 
+WIND_UP_MAX_RAD = 0.5
+"""Wind-up at rated torque that no strain-wave drive has: theirs are some thousandths."""
+
 REVERSAL_TORQUE_SHARE = 0.04
 """Share of the rated torque at which makers state lost motion."""
 

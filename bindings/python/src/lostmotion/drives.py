@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion import structs, units
-from lostmotion.catalogue import Catalogue
+from lostmotion.catalogue import WIND_UP_MAX_RAD, Catalogue
 from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
@@ -46,9 +46,6 @@ DRIVE_KEYS = (
     Key("ratio", required=True, low=-1000, high=1000),
     Key("rated_torque", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_RATED_NM),
 )
-
-WIND_UP_MAX_RAD = 0.5
-"""Wind-up at rated torque that no strain-wave drive has: theirs are some thousandths."""
 
 CATALOGUE_KEYS = (
     Key("T1", "Nm", required=True, low=LEAST_TORQUE_NM, high=MOST_TORQUE_NM),

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import units
-from lostmotion.drives import WIND_UP_MAX_RAD
+from lostmotion.catalogue import WIND_UP_MAX_RAD
 from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import ColumnName
