@@ -618,3 +618,24 @@ def test_the_extract_of_real_recordings_reads_with_the_map_of_its_drive() -> Non
     # Half the loop of the 40 N m cycles spans about 290 arcmin either way.
     swing = np.ptp(campaign.runs[-1].lost_motion_rad) / ARCMIN
     assert swing == pytest.approx(574, abs=5)
+
+
+@pytest.mark.parametrize("label", ["", "0", "nan", "15", "ovf"])
+def test_a_few_rows_of_another_label_amid_a_run_are_rows_of_that_run(
+    tmp_path: Path, label: str
+) -> None:
+    lines = ["run,time_s,torque_Nm,lost_motion_rad"]
+    lines += [f"{1 + i // 40},{i},{i % 9},{(i % 9) * 1e-5}" for i in range(80)]
+    lines[21] = lines[21].replace("1", label, 1)
+    lines[60:63] = [line.replace("2", label, 1) for line in lines[60:63]]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    campaign = read_campaign(tmp_path / "a.csv")
+    assert [(run.label, len(run)) for run in campaign.runs] == [(1, 40), (2, 40)]
+    assert sum(f.count for f in campaign.findings if f.column == "run") == 4
+
+
+def test_recordings_that_take_turns_row_by_row_stay_apart(tmp_path: Path) -> None:
+    lines = ["run,time_s,torque_Nm,lost_motion_rad"]
+    lines += [f"{1 + i % 2},{i},{i % 9},{(i % 9) * 1e-5}" for i in range(80)]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    assert [len(run) for run in read_campaign(tmp_path / "a.csv").runs] == [40, 40]

@@ -6,6 +6,7 @@ import logging
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,7 @@ from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import Header, Table
-from lostmotion.recordings.wild import set_wild_aside
+from lostmotion.recordings.wild import BURST, set_wild_aside
 
 LOG = logging.getLogger(__name__)
 
@@ -401,8 +402,15 @@ def run_codes(
     if len(coded.dictionary) > RUNS_MAX:
         found = f"{len(coded.dictionary)} labels in {len(values)} rows"
         raise InputError(file, column, found, f"the recording of every row, {RUNS_MAX} at most")
-    codes = np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.intp)
-    labels = whole_labels(coded.dictionary.to_pylist())
+    read = np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.intp)
+    taken = with_stray_labels_taken_in(read)
+    present, codes = np.unique(taken, return_inverse=True)
+    labels = whole_labels([coded.dictionary[int(code)].as_py() for code in present])
+    if findings is not None:
+        for code in np.unique(codes[taken != read]):
+            rows = np.flatnonzero((codes == code) & (taken != read))
+            action = f"another label in {place(int(rows[0]))}; taken for that of the rows around"
+            findings.append(Finding("label", file, column, labels[code], rows.size, action))
     for code, label in enumerate(labels):
         if isinstance(label, str) and len(label) > LABEL_MAX:
             row = int(np.flatnonzero(codes == code)[0])
@@ -412,6 +420,23 @@ def run_codes(
     unique = {label: i for i, label in enumerate(dict.fromkeys(labels))}
     same = np.array([unique[label] for label in labels], dtype=np.intp)
     return (same[codes] if same.size else codes), list(unique)
+
+
+def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+    """Return codes of runs in which a burst of other labels amid a run has that run's.
+
+    A run is what stands on both sides for longer than a burst: recordings that take turns row by
+    row are left as they are.
+    """
+    begins = np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))
+    sizes = np.diff(begins, append=codes.size)
+    (long,) = np.nonzero(sizes > BURST)
+    taken = codes.copy()
+    for before, behind in pairwise(long):
+        first, last = begins[before] + sizes[before], begins[behind]
+        if 0 < last - first <= BURST and codes[first - 1] == codes[last]:
+            taken[first:last] = codes[last]
+    return taken
 
 
 def inside_runs(labels: Any) -> bool:
