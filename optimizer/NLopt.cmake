@@ -1,5 +1,7 @@
 # Gives the target NLopt::nlopt: the system's NLopt (Debian: libnlopt-dev), else a pinned release
-# built as a static library. Set FETCHCONTENT_SOURCE_DIR_NLOPT to build from a tree of your own.
+# built as a static library. Set FETCHCONTENT_SOURCE_DIR_NLOPT to build from a tree of your own, as by
+# nlopt_from_debian.sh. What is built here is under permissive licences alone: the part of NLopt under
+# the LGPL (luksan) is left out.
 if(NOT LM_BUNDLE_NLOPT)
   find_package(NLopt 2.7.1 QUIET CONFIG)
 endif()
@@ -28,10 +30,29 @@ function(lm_build_nlopt)
   foreach(part CXX FORTRAN PYTHON OCTAVE MATLAB GUILE JAVA SWIG LUKSAN TESTS)
     set(NLOPT_${part} OFF)
   endforeach()
+  set(CMAKE_POLICY_DEFAULT_CMP0063 NEW) # hidden, where the project around it says so
   set(BUILD_SHARED_LIBS OFF)
   set(CMAKE_POSITION_INDEPENDENT_CODE ON)
   # EXCLUDE_FROM_ALL keeps NLopt's own install rules out of ours.
   add_subdirectory(${nlopt_SOURCE_DIR} ${nlopt_BINARY_DIR} EXCLUDE_FROM_ALL)
+  # Its assertions name their files: not where these lay when it was built.
+  if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+    target_compile_options(nlopt PRIVATE -ffile-prefix-map=${nlopt_SOURCE_DIR}=nlopt)
+  endif()
+  # Before 2.8 there is no option that leaves luksan out. Its sources go, and its algorithms, of which
+  # the search uses none, answer that they are not there.
+  get_target_property(sources nlopt SOURCES)
+  if(sources MATCHES "luksan")
+    list(FILTER sources EXCLUDE REGEX "/luksan/[^/]*\\.c$")
+    set(absent ${nlopt_BINARY_DIR}/absent.c)
+    file(WRITE ${absent} "")
+    foreach(name plis plip pnet)
+      target_compile_definitions(nlopt PRIVATE luksan_${name}=lm_absent_${name})
+      file(APPEND ${absent} "int lm_absent_${name}(void);\n"
+        "int lm_absent_${name}(void) { return -2; /* NLOPT_INVALID_ARGS */ }\n")
+    endforeach()
+    set_target_properties(nlopt PROPERTIES SOURCES "${sources};${absent}")
+  endif()
 endfunction()
 lm_build_nlopt()
 if(NOT TARGET NLopt::nlopt)

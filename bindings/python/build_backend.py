@@ -2,22 +2,27 @@
 
 In a checkout the package builds the library two folders up. An sdist has no such place, so the
 parts of the checkout that a build reads go into it under ``checkout/``, and the one path in
-pyproject.toml that points out of this folder is turned to them. Everything else is left to
+pyproject.toml that points out of this folder is turned to them. Sdist and wheel hold a list of what
+they are made of (CycloneDX), and the same sources give the same bytes. Everything else is left to
 scikit-build-core.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import json
 import os
+import re
 import shutil
 import tempfile
+import zipfile
 from pathlib import Path
 from typing import Any
 
 from scikit_build_core import build as backend
 from scikit_build_core.build import (
     build_editable,
-    build_wheel,
     get_requires_for_build_editable,
     get_requires_for_build_sdist,
     get_requires_for_build_wheel,
@@ -39,6 +44,7 @@ __all__ = [
 PACKAGE = (
     "CMakeLists.txt",
     "LICENSE",
+    "LICENSES",
     "README.md",
     "build_backend.py",
     "docs",
@@ -56,18 +62,140 @@ LEFT_OUT = shutil.ignore_patterns(
 )
 
 
+EPOCH = "315532800"
+"""Time of every file in an archive, unless SOURCE_DATE_EPOCH says another: 1980-01-01, where ZIP
+begins. When something was packed is not part of what it is."""
+
+SBOM = "lostmotion.cdx.json"
+"""What an archive is made of."""
+
+
+def build_wheel(
+    wheel_directory: str,
+    config_settings: dict[str, Any] | None = None,
+    metadata_directory: str | None = None,
+) -> str:
+    """Build a wheel, and put the list of what it is made of into it (PEP 770)."""
+    os.environ.setdefault("SOURCE_DATE_EPOCH", EPOCH)
+    name: str = backend.build_wheel(wheel_directory, config_settings, metadata_directory)
+    wheel = Path(wheel_directory) / name
+    with zipfile.ZipFile(wheel) as archive:
+        entries = [(info, archive.read(info)) for info in archive.infolist()]
+    search = [data for info, data in entries if "/_search." in info.filename]
+    bundled = bool(search) and b"libnlopt.so" not in search[0]
+    record = next(info for info, _ in entries if info.filename.endswith(".dist-info/RECORD"))
+    place = record.filename.replace("RECORD", f"sboms/{SBOM}")
+    made = sbom(nlopt_version(config_settings or {}) if bundled else None)
+    digest = base64.urlsafe_b64encode(hashlib.sha256(made).digest()).rstrip(b"=").decode()
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
+        for info, data in entries:
+            if info is record:
+                added = zipfile.ZipInfo(place, record.date_time)
+                added.compress_type, added.external_attr = (
+                    record.compress_type,
+                    record.external_attr,
+                )
+                archive.writestr(added, made)
+                data += f"{place},sha256={digest},{len(made)}\n".encode()
+            archive.writestr(info, data)
+    return name
+
+
+def nlopt_version(config_settings: dict[str, Any]) -> str:
+    """Version of the NLopt that is built into a wheel: of a stated source, or the pinned one."""
+    stated = config_settings.get("cmake.define.FETCHCONTENT_SOURCE_DIR_NLOPT")
+    if stated:
+        text = (Path(stated) / "CMakeLists.txt").read_text(encoding="utf-8")
+        parts = [
+            re.search(rf'NLOPT_{part}_VERSION "?(\d+)', text)
+            for part in ("MAJOR", "MINOR", "BUGFIX")
+        ]
+        return ".".join(part[1] for part in parts if part)
+    text = (sources() / "optimizer" / "NLopt.cmake").read_text(encoding="utf-8")
+    found = re.search(r"tags/v([\d.]+)\.tar", text)
+    return found[1] if found else ""
+
+
+def sources() -> Path:
+    """Find the folder with the library: in an sdist that was unpacked, or the checkout."""
+    inside = Path.cwd() / "checkout"
+    return inside if inside.is_dir() else Path.cwd().parents[1]
+
+
+def sbom(nlopt: str | None) -> bytes:
+    """List what an archive is made of and needs, as CycloneDX 1.5.
+
+    Parameters
+    ----------
+    nlopt : str, optional
+        Version of the NLopt that is part of it.
+    """
+    project = Path("pyproject.toml").read_text(encoding="utf-8")
+    listed = re.search(r"^dependencies = \[(.*?)^\]", project, re.DOTALL | re.MULTILINE)
+    needed = (
+        re.findall(r'^\s*"([A-Za-z0-9_.-]+)([^"]*)"', listed[1], re.MULTILINE) if listed else []
+    )
+    stated = (sources() / "CMakeLists.txt").read_text(encoding="utf-8")
+    found = re.search(r"project\(\s*lostmotion\s+VERSION\s+([0-9.]+)", stated)
+    version = found[1] if found else ""
+    own = f"pkg:pypi/lostmotion@{version}"
+    components: list[dict[str, Any]] = []
+    for name, bound in needed:
+        components.append(
+            {
+                "type": "library",
+                "bom-ref": f"pkg:pypi/{name}",
+                "name": name,
+                "purl": f"pkg:pypi/{name}",
+                "scope": "required",
+                "properties": [{"name": "lostmotion:required", "value": bound.strip()}],
+            }
+        )
+    if nlopt is not None:
+        components.append(
+            {
+                "type": "library",
+                "bom-ref": f"pkg:github/stevengj/nlopt@v{nlopt}",
+                "name": "nlopt",
+                "version": nlopt,
+                "purl": f"pkg:github/stevengj/nlopt@v{nlopt}",
+                "licenses": [{"license": {"name": "permissive, see LICENSES/NLopt.txt"}}],
+                "description": "built in, without its directory luksan (LGPL)",
+            }
+        )
+    document = {
+        "$schema": "http://cyclonedx.org/schema/bom-1.5.schema.json",
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.5",
+        "version": 1,
+        "metadata": {
+            "component": {
+                "type": "library",
+                "bom-ref": own,
+                "name": "lostmotion",
+                "version": version,
+                "purl": own,
+                "licenses": [{"license": {"id": "MIT"}}],
+            }
+        },
+        "components": components,
+        "dependencies": [{"ref": own, "dependsOn": [one["bom-ref"] for one in components]}],
+    }
+    return (json.dumps(document, indent=1) + "\n").encode()
+
+
 def build_sdist(sdist_directory: str, config_settings: dict[str, Any] | None = None) -> str:
     """Make an sdist from a copy of this folder that holds the library too."""
+    os.environ.setdefault("SOURCE_DATE_EPOCH", EPOCH)
     here = Path.cwd()
-    checkout = here / "checkout"  # an sdist that was unpacked, and now is packed again
-    if not checkout.is_dir():
-        checkout = here.parents[1]
+    checkout = sources()
     with tempfile.TemporaryDirectory() as folder:
         stage = Path(folder)
         for name in PACKAGE:
             copy(here / name, stage / name)
         for name in CHECKOUT:
             copy(checkout / name, stage / "checkout" / name)
+        (stage / SBOM).write_bytes(sbom(None))
         project = stage / "pyproject.toml"
         text = project.read_text(encoding="utf-8")
         project.write_text(text.replace("../../", "checkout/"), encoding="utf-8")

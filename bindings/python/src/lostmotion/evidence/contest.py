@@ -133,6 +133,8 @@ def without_scatter(
     log_det : ndarray, (runs,)
     """
     k = np.eye(omega.size) + gram * omega
+    # One right side for all runs is spread out: NumPy 1 took (n, m) for vectors of n runs.
+    sides = np.broadcast_to(sides, (*k.shape[:-2], *sides.shape[-2:]))
     try:
         return np.asarray(np.linalg.solve(k, sides)), np.asarray(np.linalg.slogdet(k)[1])
     except np.linalg.LinAlgError:
