@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from lostmotion.characterize.figures import CONFIDENCE, Figure, figure, none
+from lostmotion.characterize.figures import Figure, figure, none
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
-from lostmotion.characterize.three_slopes import CurveFit, fit_slopes
+from lostmotion.characterize.three_slopes import CONFIDENCE, CurveFit, fit_slopes
 
 TAKEUP_SHARES = (0.01, 0.02, 0.05, 0.1)
 """Shares of the amplitude at which a step may be complete. A radial gap closes below 2 % of the

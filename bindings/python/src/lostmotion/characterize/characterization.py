@@ -20,11 +20,12 @@ from lostmotion.characterize.figures import (
     lost_motion,
     none,
 )
-from lostmotion.characterize.stretches import Samples, collect
+from lostmotion.characterize.stretches import FEW_READINGS, Samples, collect
 from lostmotion.characterize.three_slopes import (
     CurveFit,
     developed,
     errors_from,
+    falls_enough,
     fit_slopes,
     values_carried,
 )
@@ -189,6 +190,13 @@ def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Figure]]
         return None, dict.fromkeys(CURVE, why)
     steady = developed(samples)
     fit = fit_slopes(steady, 1)
+    if samples.readings < FEW_READINGS:
+        for slopes in range(2, most + 1):
+            found = fit_slopes(steady, slopes)
+            if not falls_enough(steady, fit, found):
+                break
+            fit = found
+        return fit, named_curve(fit, samples)
     for slopes in range(most, 1, -1):
         found = fit_slopes(steady, slopes)
         if found.kinks_shown():

@@ -8,7 +8,7 @@ the rated torque). Hysteresis loss is the width of the loop at zero torque after
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy import stats
 from lostmotion.catalogue import REVERSAL_TORQUE_SHARE
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
 from lostmotion.characterize.three_slopes import (
+    CONFIDENCE,
     WIDTH_NODES,
     CurveFit,
     centred,
@@ -39,9 +40,6 @@ WINDOW_NODES = 9
 
 LOST_MOTION_WINDOW = 8.0
 """Lost motion is read from samples up to so many times its torque, in cells of their own."""
-
-CONFIDENCE = 0.95
-"""Of every interval."""
 
 DETERMINED = 1e-6
 """A value is determined by the samples when less than this share of it lies where they say
@@ -105,7 +103,10 @@ def curve_figures(fit: CurveFit) -> dict[str, Figure]:
     for i, slope in enumerate(fit.slopes_rad_per_Nm):
         found[f"K{i + 1}"] = stiffness(float(slope), float(fit.covariance[i, i]), fit.dof)
     for i, kink in enumerate(fit.kinks_Nm):
-        found[f"T{i + 1}"] = figure(float(kink), float(fit.covariance[n + i, n + i]), fit.dof)
+        at = figure(float(kink), float(fit.covariance[n + i, n + i]), fit.dof)
+        if fit.kink_intervals_Nm:
+            at = replace(at, interval=fit.kink_intervals_Nm[i])
+        found[f"T{i + 1}"] = at
     return found
 
 

@@ -66,7 +66,9 @@ class Samples:
     cell_Nm : float
         Width of the cells.
     resolution_rad : float
-        Smallest difference of two readings of the angle.
+        Step of the readings of the angle; 0 where it does not show.
+    rows : ndarray of int
+        Rows of the campaign on these stretches, in their order.
     history_known : bool
         False where no stretch begins at a tip, and ramps from rest are used.
     width_reach_Nm : float
@@ -86,7 +88,8 @@ class Samples:
     rate_Nm_per_s: float | None
     readings: int
     cell_Nm: float
-    resolution_rad: float = 0.0
+    resolution_rad: float
+    rows: IntArray
     history_known: bool = True
     width_reach_Nm: float = np.inf
 
@@ -172,7 +175,8 @@ def collect(
         rates += loading_rate(run, stretch.rows) if campaign.timed else []
     sizes = [part.size for part in torque]
     readings = sum(stretch.rows.stop - stretch.rows.start for stretch in used)
-    levels = np.diff(np.unique(np.concatenate(angle))) if angle else np.zeros(0)
+    starts = campaign.starts
+    rows = [np.arange(s.rows.start, s.rows.stop) + starts[s.run] for s in used]
 
     def each(values: Sequence[float]) -> FloatArray:
         return np.repeat(np.asarray(values, dtype=np.float64), sizes)
@@ -191,7 +195,8 @@ def collect(
         float(np.median(rates)) if rates else None,
         readings,
         width,
-        float(levels.min()) if levels.size else 0.0,
+        reading_step(np.concatenate(angle)) if angle else 0.0,
+        np.concatenate(rows).astype(np.intp) if rows else np.zeros(0, dtype=np.intp),
         known,
     )
 
@@ -265,8 +270,9 @@ def stretches(torque_Nm: FloatArray, largest_Nm: float) -> list[tuple[slice, flo
     for turn in noticed:
         # A turn is noticed behind the tip at which it happened.
         part = torque_Nm[edges[-1] : turn]
-        tip = int(np.argmax(part) if rising[turn - 1] else np.argmin(part))
-        edges.append(edges[-1] + tip + 1)
+        backwards = part[::-1] if rising[turn - 1] else -part[::-1]
+        # Readings that repeat a tip were read before the turn.
+        edges.append(edges[-1] + part.size - int(np.argmax(backwards)))
     edges.append(torque_Nm.size)
     signs = [*rising[noticed - 1], rising[-1]]
     found: list[tuple[slice, float]] = []
@@ -284,6 +290,20 @@ def torque_noise(torque_Nm: FloatArray) -> float:
     if torque_Nm.size < FEW_READINGS:
         return 0.0
     return float(1.4826 * np.median(np.abs(np.diff(torque_Nm, 2))) / np.sqrt(6.0))
+
+
+STEP_SLACK = 0.05
+"""How far from whole steps, in steps, readings may differ that were rounded to steps."""
+
+
+def reading_step(angle_rad: FloatArray) -> float:
+    """Step to which readings were rounded; 0 where their differences are no multiples of one."""
+    steps = np.diff(np.unique(angle_rad))
+    if steps.size == 0:
+        return 0.0
+    least = float(steps.min())
+    off = np.abs(steps / least - np.round(steps / least))
+    return least if float(off.max()) < STEP_SLACK else 0.0
 
 
 def cell_means(

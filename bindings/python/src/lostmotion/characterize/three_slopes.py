@@ -19,8 +19,8 @@ that of independent readings.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -40,8 +40,9 @@ PIECES = 8
 """Blocks of a loop where loops are too few: each then holds some 40 correlated neighbours, and
 there are enough of them for a variance."""
 
-VALUES_SHARE = 0.5
-"""Of few readings at most this share is spent on values: as many are left to tell the error."""
+VALUES_SHARE = 0.6
+"""Of few readings at most this share is spent on values, the rest tells their error: five carry an
+offset, a slope and a width."""
 
 WIDTH_NODES = (*np.arange(0.0, 0.9, 0.05), 0.9, 0.925, 0.95, 0.975, 1.0)
 """Nodes of the half width over the amplitude, closer at the tips, where it closes."""
@@ -58,6 +59,9 @@ DEVELOPED = 0.9
 TRANSITION_MOST = 0.5
 """A loop that is developed up to this share of its amplitude has a transition behind its tips and a
 width beside it. One that closes as an ellipse is developed to a third of it."""
+
+CONFIDENCE = 0.95
+"""Of every interval."""
 
 KINKS = np.linspace(0.06, 0.94, 45)
 """Where kinks are looked for at first, over the amplitude."""
@@ -91,6 +95,8 @@ class CurveFit:
     dof, kink_dof : float
         Degrees of freedom of figures, and of changes of slope, which draw on all blocks.
     residual_rad : ndarray
+    kink_intervals_Nm : list of tuple
+        Of kinks between few readings, by their profile likelihood; else empty.
     """
 
     kinks_Nm: FloatArray
@@ -103,6 +109,7 @@ class CurveFit:
     dof: float
     kink_dof: float
     residual_rad: FloatArray
+    kink_intervals_Nm: list[tuple[float, float]] = field(default_factory=list)
 
     @property
     def rms_rad(self) -> float:
@@ -313,6 +320,17 @@ def developed(samples: Samples) -> Samples:
     return samples.without_transitions(float(nodes[share < closed[0]][-1]))
 
 
+def apart(kinks: FloatArray) -> bool:
+    """Whether every slope has a stretch of torque of its own; kinks over the amplitude."""
+    return bool(np.all(np.diff([0.0, *kinks, 1.0]) >= KINK_APART - 1e-9))
+
+
+@cache
+def kink_choices(count: int) -> IntArray:
+    """Places on the grid of so many kinks, one row a choice."""
+    return np.array([k for k in combinations(range(KINKS.size), count) if apart(KINKS[list(k)])])
+
+
 class KinkSearch:
     """Where the kinks of a curve lie, everything linear taken out: offsets, widths, slopes."""
 
@@ -365,33 +383,62 @@ class KinkSearch:
         columns = self.hinges(KINKS * self.reach_Nm)
         return columns.T @ columns, columns.T @ self.target
 
-    def allowed(self, kinks: FloatArray) -> bool:
-        """Whether every slope has a stretch of torque of its own."""
-        return bool(np.all(np.diff([0.0, *kinks, 1.0]) >= KINK_APART - 1e-9))
-
-    def best(self, count: int) -> FloatArray:
-        """Torques of so many kinks with the least error, by a grid and a simplex from its best."""
-        if count == 0:
-            return np.zeros(0)
-        chosen = np.array(
-            [k for k in combinations(range(KINKS.size), count) if self.allowed(KINKS[list(k)])]
-        )
+    def errors(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Kinks of the grid, one row a choice of so many, and the sum of squares with them."""
+        chosen = kink_choices(count)
         index = np.column_stack((np.zeros(len(chosen), dtype=np.intp), chosen + 1))
         products, across = self.grid
         gram = products[index[:, :, None], index[:, None, :]]
         gram = gram + 1e-12 * np.trace(products) * np.eye(count + 1)
         right = across[index]
         explained = np.sum(right * np.linalg.solve(gram, right[:, :, None])[:, :, 0], axis=1)
-        start = KINKS[chosen[int(np.argmax(explained))]]
+        return KINKS[chosen], float(self.target @ self.target) - explained
+
+    def best(self, count: int) -> FloatArray:
+        """Torques of so many kinks with the least error, by a grid and a simplex from its best."""
+        if count == 0:
+            return np.zeros(0)
+        choices, squares = self.errors(count)
+        start = choices[int(np.argmin(squares))]
         scale = self.error(start * self.reach_Nm) or 1.0
 
         def error(kinks: FloatArray) -> float:
-            return self.error(kinks * self.reach_Nm) / scale if self.allowed(kinks) else np.inf
+            return self.error(kinks * self.reach_Nm) / scale if apart(kinks) else np.inf
 
         found = optimize.minimize(
             error, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9}
         )
         return np.asarray(found.x * self.reach_Nm)
+
+    def intervals(
+        self, kinks_Nm: FloatArray, dof: float, least: float
+    ) -> list[tuple[float, float]]:
+        """Intervals of kinks by their profile likelihood, on the grid and rounded outwards.
+
+        Between readings that are far apart a kink is not where a straight line would put its error.
+
+        Parameters
+        ----------
+        kinks_Nm : ndarray
+            The best ones.
+        dof : float
+            Degrees of freedom of the error.
+        least : float
+            Least variance of a reading.
+        """
+        if kinks_Nm.size == 0:
+            return []
+        choices, squares = self.errors(kinks_Nm.size)
+        best = min(self.error(kinks_Nm), float(squares.min()))
+        t = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, dof))
+        within = choices[squares <= best + t**2 * max(best / dof, least)]
+        step = float(KINKS[1] - KINKS[0])
+        found = []
+        for i, kink in enumerate(kinks_Nm / self.reach_Nm):
+            low = min([*(within[:, i] - step), kink])
+            high = max([*(within[:, i] + step), kink])
+            found.append((max(low, 0.0) * self.reach_Nm, min(high, 1.0) * self.reach_Nm))
+        return found
 
 
 def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFit:
@@ -405,7 +452,8 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
         Torque at which the step is complete; 0 for no step.
     """
     width, nodes = width_columns(samples)
-    kinks = KinkSearch(samples, width, takeup_Nm).best(slopes - 1)
+    search = KinkSearch(samples, width, takeup_Nm)
+    kinks = search.best(slopes - 1)
     torque, loop = samples.torque_Nm, samples.loop
     curve = curve_columns(torque, kinks)
     step = [step_column(torque, takeup_Nm)] if takeup_Nm > 0 else []
@@ -417,6 +465,7 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
     design = np.column_stack([linear[:, :slopes], moved, linear[:, slopes:]])
     covariance, dof = covariance_of(samples, design, residual)
     many = samples.readings >= FEW_READINGS
+    least = samples.resolution_rad**2 / 12.0
     return CurveFit(
         kinks,
         found[:slopes],
@@ -428,7 +477,35 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
         dof,
         max(dof, float(np.unique(blocks_of(samples)).size - 1)) if many else dof,
         residual,
+        [] if many else search.intervals(kinks, dof, least),
     )
+
+
+FEW_KINK_WALD = 11.72
+"""The same for a slope and its torque together, two parameters: of few readings the fall of the
+sum of squares is tested, for a kink between readings has no error of a straight line."""
+
+
+def falls_enough(samples: Samples, fewer: CurveFit, more: CurveFit) -> bool:
+    """Whether one more slope lowers the error of few readings by more than chance would."""
+    before, after = (float(fit.residual_rad @ fit.residual_rad) for fit in (fewer, more))
+    variance = max(after / more.dof, samples.resolution_rad**2 / 12.0)
+    limit = float(stats.f.isf(stats.chi2.sf(FEW_KINK_WALD, 2), 2, more.dof))
+    return before - after > 2.0 * limit * variance
+
+
+def left_out(samples: Samples, fit: CurveFit) -> FloatArray:
+    """Residual of every sample under a fit without it, in rad; the fit is linearised."""
+    width, _ = width_columns(samples)
+    torque = samples.torque_Nm
+    offsets = np.eye(int(samples.loop.max()) + 1)[samples.loop]
+    curve = curve_columns(torque, fit.kinks_Nm)
+    moved = kink_columns(torque, fit.kinks_Nm, fit.slopes_rad_per_Nm)
+    design = np.column_stack([offsets, curve, moved, width])
+    vectors, size, _ = np.linalg.svd(design / column_sizes(design), full_matrices=False)
+    vectors = vectors[:, size > 1e-9 * size[0]]
+    weight = np.sum(vectors**2, axis=1)
+    return np.asarray(fit.residual_rad / np.maximum(1.0 - weight, 1e-9))
 
 
 def values_carried(samples: Samples) -> int:

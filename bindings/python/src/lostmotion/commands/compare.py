@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from typing import TextIO
+from typing import Any, TextIO
 
 from lostmotion import units
+from lostmotion.characterize.printed import NAMES, cells, flat
 from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import QUANTITIES, recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table
+from lostmotion.units import plain_number
 
 SEED_MAX = 2**63 - 1
 """Largest seed of anything random."""
@@ -52,6 +54,9 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         return f"{value * scale:.2f} {unit}"
 
     print(f"drive as it stands  {shown(answer['unfitted_rms_arcsec'])}", file=out)
+    if answer["samples"] < SAMPLES_LEAST:
+        show_few(result, answer, scale, unit, out)
+        return
     share = answer["explained_share"]
     explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
     print(
@@ -67,9 +72,6 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         f"{REPEATABILITY:<19} {shown(answer['noise_floor_arcsec'])}  ({result.noise.parts})",
         file=out,
     )
-    if answer["samples"] < SAMPLES_LEAST:
-        few = f"{answer['samples']} sample{'s' if answer['samples'] > 1 else ''}"
-        print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; the first line holds", file=out)
     place = {"inside": "inside", "both": "inside and outside"}[answer["friction"]]
     print(f"\nfriction {place} the elasticity; held out:", end="", file=out)
     for name, errors in answer["frictions"].items():
@@ -106,3 +108,34 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         for column, effects in answer["not_testable"].items():
             name = QUANTITIES[column].column if column in QUANTITIES else column
             print(f"  without {name}: {', '.join(effects)}", file=out)
+
+
+def show_few(
+    result: Comparison, answer: dict[str, Any], scale: float, unit: str, out: TextIO
+) -> None:
+    """Print a comparison of few readings: the values that they carry, with their intervals."""
+
+    def shown(arcsec: float) -> str:
+        return f"{plain_number(arcsec * scale, 2)} {unit}"
+
+    samples = answer["samples"]
+    if result.few is None:
+        few = f"{samples} sample{'s' if samples > 1 else ''}"
+        print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; the first line holds", file=out)
+    else:
+        print(
+            f"fitted              {shown(answer['rms_arcsec'])}  "
+            f"({answer['values']} values from {samples} readings)",
+            file=out,
+        )
+        print(f"held out by reading {shown(answer['heldout_rms_arcsec'])}", file=out)
+        print(f"error of a reading  {shown(answer['noise_floor_arcsec'])}", file=out)
+        print("  (standard deviation, by what the values leave)\n", file=out)
+        figures = flat(answer["standard_figures"]["measured"])
+        rows = [
+            [NAMES[key], *cells(found)]
+            for key, found in figures.items()
+            if found["value"] is not None
+        ]
+        show_table(["figure", "measured", "standard error", "95 %"], rows, out)
+    print("\nToo few samples to say where the model fails.", file=out)

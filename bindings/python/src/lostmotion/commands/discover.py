@@ -63,6 +63,9 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
             arguments.report, "Diagnosis of lost motion", lead, [section], arguments.command_line
         )
     if arguments.save_evidence is not None:
+        if result.selection is None:
+            found, expected = f"{result.details['samples']} readings", "evidence of a log, in runs"
+            raise InputError(arguments.data[0], "--save-evidence", found, expected)
         with one_thread():
             body = gather_body(result, effects_of(arguments), drive.ratio)
         body.save(arguments.save_evidence)

@@ -27,6 +27,7 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import FILED, Base
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
+from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_residual
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, told
@@ -58,6 +59,8 @@ class Comparison:
         Runs that were fitted.
     frictions : dict
         Fitted and held-out error of either form.
+    few : FewReadings or None
+        The values of few readings, in place of a fit to a log.
     rated_torque_Nm : float
         Of the drive, or the largest torque of the recordings where there is none.
     events : list of Event
@@ -80,6 +83,7 @@ class Comparison:
     not_testable: dict[str, list[str]]
     rated_torque_Nm: float
     events: list[Event]
+    few: FewReadings | None = None
 
     def __repr__(self) -> str:
         """Say what came out; the residuals fill screens."""
@@ -211,6 +215,7 @@ class Comparison:
             "events": [event.told(self.base.conditions.labels) for event in self.events],
             "findings": told(self.campaign.findings),
             "samples": self.campaign.rows,
+            "values": None if self.few is None else self.few.values,
             "data_fingerprint": self.campaign.fingerprint(),
         }
 
@@ -299,6 +304,8 @@ def _compare(
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]
 
+    if campaign.rows < SAMPLES_LEAST:
+        return _compare_few(inside, stands, seen, effects, rated_Nm)
     inside.first_fit(steps=STEPS, rows=rows)
     progress(1, steps)
     heldout = held_out(inside, rows)
@@ -349,6 +356,46 @@ def events_of(base: Base) -> list[Event]:
         return []
     noise = estimate_noise(base, ())
     return find_events(base, noise, noise_rms(noise, base))
+
+
+def _compare_few(
+    base: Base,
+    stands: FloatArray,
+    seen: npt.NDArray[np.bool_],
+    effects: Mapping[str, Effect],
+    rated_Nm: float | None,
+) -> Comparison:
+    """Compare few readings: as many values as they carry, each reading left out once."""
+    c = base.conditions
+    few = fit_few_readings(base) if seen.all() else None
+    residual = base.residual() if few is not None else stands
+    heldout = few.heldout() if few is not None else stands
+    measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
+    variance = float(np.sum(measured**2))
+    rms = (rms_of(residual) * ARCSEC, rms_of(heldout) * ARCSEC)
+    # The residual is all that tells the error of a reading: values have used up a part of it.
+    error = few.error_arcsec if few is not None else rms_of(residual)
+    return Comparison(
+        c.campaign,
+        base,
+        "both" if few is not None else "inside",
+        c.run_mean(c.lost_motion - residual) * ARCSEC
+        if few is None
+        else c.run_mean(base.measured - base.at().angle) * ARCSEC,
+        residual * ARCSEC,
+        heldout * ARCSEC,
+        "reading",
+        seen,
+        {"both" if few is not None else "inside": rms},
+        rms_of(stands) * ARCSEC,
+        Noise(error * ARCSEC, None),
+        1.0 - float(np.sum(heldout**2)) / variance if variance > 0 else 0.0,
+        [],
+        closed_by_columns(effects, c),
+        c.campaign.largest_torque_Nm if rated_Nm is None else rated_Nm,
+        [],
+        few,
+    )
 
 
 def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.NDArray[np.bool_]:

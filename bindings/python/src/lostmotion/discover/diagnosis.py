@@ -29,6 +29,7 @@ from lostmotion.discover.events import (
     lost_counts,
     with_steps,
 )
+from lostmotion.discover.few_readings import few_readings_diagnosis
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
@@ -41,7 +42,8 @@ from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import DEVIATIONS, Base, Term, start_values
-from lostmotion.fit.drive_file import make_base, require_samples
+from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
+from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
@@ -102,7 +104,9 @@ def diagnose(
     Diagnosis
     """
     given_as("diagnose", "campaign", campaign, Campaign)
-    require_samples(campaign)
+    if campaign.rows >= SAMPLES_LEAST:
+        require_samples(campaign)
+    campaign.require_variation()
     chosen_from = dict(library() if effects is None else effects)
     if drive is not None:
         given_as("diagnose", "drive", drive, Drive)
@@ -115,6 +119,11 @@ def diagnose(
         expected = "a Drive, or ratio= and rated_torque_Nm="
         raise InputError("diagnose", "drive", "nothing", expected)
     base = base or Base(Conditions(campaign), rated_torque_Nm, backbone)
+    if campaign.rows < SAMPLES_LEAST:
+        few = fit_few_readings(base)
+        if few is not None:
+            return few_readings_diagnosis(few, chosen_from)
+        require_samples(campaign)
     return _diagnose(base, chosen_from, ratio, progress)
 
 

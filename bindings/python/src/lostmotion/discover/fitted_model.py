@@ -36,7 +36,14 @@ from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import FILED, Base, Term, start_values
-from lostmotion.fit.drive_file import effect_table, make_base, require
+from lostmotion.fit.drive_file import (
+    SAMPLES_LEAST,
+    effect_table,
+    make_base,
+    require,
+    require_samples,
+)
+from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_rms
 from lostmotion.fit.parameters import placed
 from lostmotion.model import make_backbone
@@ -205,6 +212,8 @@ def fit_model(
         backbone = make_backbone(drive, campaign.largest_torque_Nm)
     chosen = [find_effect(name, effects) for name in ([add] if isinstance(add, str) else add)]
     base = make_base(drive, campaign, backbone, effects)
+    if campaign.rows < SAMPLES_LEAST:
+        return few_readings_model(base, chosen)
     if friction == "inside":
         base.outside = None
     present = {term.effect.name for term in base.terms}
@@ -268,6 +277,25 @@ def fit_model(
         covariance,
         inseparable,
     )
+
+
+def few_readings_model(base: Base, add: Sequence[Effect]) -> FittedModel:
+    """Fit as many values as few readings carry; they carry no effect."""
+    campaign = base.conditions.campaign
+    few = None if add else fit_few_readings(base)
+    if few is None:
+        require_samples(campaign)
+        raise AssertionError("few readings are fewer than a fit needs")
+    names, values, covariance = few.table()
+    heldout = few.heldout()
+    rung = {
+        "effects": [],
+        "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
+        "rms_heldout_arcsec": float(np.sqrt(np.mean(heldout**2))),
+    }
+    error = few.error_arcsec
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return FittedModel(base, [rung], error, error, names, values, errors, covariance, [])
 
 
 def with_outside_friction(base: Base) -> Base:

@@ -61,7 +61,7 @@ def make_base(
     drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
 ) -> Base:
     """Make the base of a drive over a campaign, with what the file says of it already."""
-    require_samples(campaign)
+    campaign.require_variation()
     base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
     restore(drive, base, effects)
     for term in base.terms:

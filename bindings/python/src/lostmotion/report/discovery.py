@@ -9,6 +9,7 @@ from typing import Any
 from lostmotion import rules
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.few_readings import INCONCLUSIVE
 from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
 from lostmotion.recordings import told
@@ -48,6 +49,7 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
     names = ", ".join(answer["effects"])
     runs = int(answer.get("runs", rules.RUNS_LEAST))
     sentence = {
+        INCONCLUSIVE: "Inconclusive: too few readings to identify an effect.",
         "complete": "Nothing is missing beyond the noise."
         if runs >= rules.RUNS_LEAST
         else f"Nothing is missing that {count_runs(runs)} can show: fewer than {rules.RUNS_LEAST} "
@@ -64,7 +66,6 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     """Say what a diagnosis found, on what it rests, and what to do next."""
     answer = found.answer()
     selection = found.selection
-    assert selection is not None
     before, after = found.models[0], found.models[-1]
     added = len(found.models) > 1
     floor = found.noise_floor_arcsec
@@ -97,6 +98,8 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         blocks.append(Notes("About the data", findings))
     blocks.append(ladder_figure(answer["ladder"], floor, drive.name))
     blocks.append(overlay_figure(before, after, floor, drive.name))
+    if selection is None:  # few readings: nothing was tested
+        return section
     residuals = [("base", before.residual())]
     if added:
         residuals.append(("added", after.residual()))

@@ -1,0 +1,61 @@
+"""What few readings can tell of a missing effect: nothing, and what would."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lostmotion import rules
+from lostmotion.discover.advice import count_runs
+from lostmotion.discover.answer import Diagnosis
+from lostmotion.effects.effect import Effect
+from lostmotion.fit.drive_file import SAMPLES_LEAST
+from lostmotion.fit.few_readings import FewReadings
+
+INCONCLUSIVE = "inconclusive"
+"""Verdict where there is too little data for any other."""
+
+
+def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> Diagnosis:
+    """Say that few readings are inconclusive, what they do tell, and what is lacking."""
+    base = few.base
+    c = base.conditions
+    error = few.error_arcsec
+    why = f"not testable: {c.rows} readings carry {few.values} values and no effect beside them"
+    heldout = few.heldout()
+    lacking = (
+        f"{c.rows} readings in {count_runs(c.runs)} carry a torsion curve and the width of its "
+        f"loop, and no effect: record the torque loop as a log of {SAMPLES_LEAST} samples or more, "
+        f"and repeat it in {rules.RUNS_LEAST} runs or more that vary temperature, angle and "
+        "amplitude one at a time."
+    )
+    return Diagnosis(
+        INCONCLUSIVE,
+        [],
+        error,
+        [
+            {
+                "effects": [],
+                "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
+                "rms_heldout_arcsec": float(np.sqrt(np.mean(heldout**2))),
+            }
+        ],
+        [],
+        [],
+        {},
+        {"share": 0.0, "depends_on": []},
+        lacking,
+        {
+            "noise": {"within_runs_arcsec": error, "scatter": {}},
+            "runs": c.runs,
+            "samples": c.rows,
+            "not_testable": dict.fromkeys(sorted(effects), why),
+            "not_detectable": {},
+            "left_over": [],
+            "data_fingerprint": c.campaign.fingerprint(),
+        },
+        base,
+        None,
+        [base],
+    )
