@@ -105,7 +105,9 @@ def curve_figures(fit: CurveFit) -> dict[str, Figure]:
     for i, kink in enumerate(fit.kinks_Nm):
         at = figure(float(kink), float(fit.covariance[n + i, n + i]), fit.dof)
         if fit.kink_intervals_Nm:
-            at = replace(at, interval=fit.kink_intervals_Nm[i])
+            assert at.interval is not None
+            lows, highs = zip(at.interval, fit.kink_intervals_Nm[i], strict=True)
+            at = replace(at, interval=(min(lows), max(highs)))
         found[f"T{i + 1}"] = at
     return found
 
