@@ -120,6 +120,9 @@ def show_few(
 
     samples = answer["samples"]
     if result.few is None:
+        share = answer["explained_share"]
+        explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
+        print(f"  (explains {explains} of the variance)", file=out)
         few = f"{samples} sample{'s' if samples > 1 else ''}"
         print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; the first line holds", file=out)
     else:
