@@ -915,6 +915,150 @@ static void a_change_of_the_period_is_refused(void) {
   TEST_ASSERT_EQUAL_MEMORY(&kept, &joint, sizeof joint);
 }
 
+/* A move under load, then a rest of a minute: the model is wrong by a twentieth, the 2 arcsec that
+ * this leaves at rest must not take away the 100 that the correction makes up for. */
+static void the_watch_leaves_a_correction_that_stands(void) {
+  int i;
+  for (i = 0; i < 6100; ++i) {
+    lm_correction now = rest(i < 100 ? LM_REAL(0.2) * LM_REAL(i) : 20, 10);
+    lm_real wander_rad = LM_REAL(1e-5) * LM_REAL(sin(i * 0.01));
+    lm_watch_output(&joint, LM_REAL(0.95) * now.lost_motion_rad + wander_rad, LM_REAL(0.01));
+    TEST_ASSERT_TRUE(joint.gain == 1);
+  }
+}
+
+/* The measured lost motion stands, the torque's estimate wanders by 5 of 30 N*m. */
+static void the_watch_leaves_a_correction_whose_torque_wanders(void) {
+  int i;
+  (void)rest(30, 10);
+  for (i = 0; i < 6000; ++i) {
+    (void)rest(30 + 5 * LM_REAL(sin(i * 0.05)), 10);
+    lm_watch_output(&joint, LM_REAL(1e-3), LM_REAL(0.01));
+    TEST_ASSERT_TRUE(joint.gain == 1);
+  }
+}
+
+/* Swings of +-20 N*m in which the drive measures nothing: it compensates by itself. */
+static void the_watch_finds_a_drive_that_compensates_already(void) {
+  int i;
+  lm_correction now = step(0);
+  for (i = 0; i < 800 && !(now.status & LM_STATE_FADED); ++i) {
+    now = rest(20 * LM_REAL(sin(i * 0.0628)), 10);
+    lm_watch_output(&joint, LM_REAL(0.3), LM_REAL(0.01));
+  }
+  TEST_ASSERT_TRUE(i < 300); /* three seconds */
+}
+
+/* Once the doubt is full a standing axis creeps, however fast the gain could fade. */
+static void a_fade_of_a_standing_axis_creeps(void) {
+  lm_real before_rad;
+  int i;
+  parameters.watch.creep_rad_s = LM_REAL(5e-5);
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  (void)swing(3, -1);
+  TEST_ASSERT_TRUE(joint.gain < 1 && joint.gain > 0);
+  before_rad = rest(30, 2000).correction_rad;
+  lm_watch_output(&joint, 0, LM_REAL(0.01)); /* what the move to there allowed */
+  before_rad = rest(30, 2000).correction_rad;
+  for (i = 0; i < 200; ++i) {
+    lm_correction now;
+    lm_watch_output(&joint, 0, LM_REAL(0.01));
+    now = rest(30, 2000);
+    TEST_ASSERT_TRUE(distance(now.correction_rad, before_rad) <= LM_REAL(5.1e-7));
+    before_rad = now.correction_rad;
+  }
+}
+
+/* Both encoders share a zero: a load that stands and a model of the wrong sign. */
+static void a_shared_zero_makes_what_stands_count(void) {
+  int i;
+  lm_declare_shared_zero(&joint);
+  for (i = 0; i < 1000; ++i) {
+    lm_correction now = rest(30, 10);
+    lm_watch_output(&joint, -now.lost_motion_rad, LM_REAL(0.01));
+  }
+  TEST_ASSERT_TRUE(joint.gain == 0);
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+  lm_declare_shared_zero(&joint);
+  for (i = 0; i < 1000; ++i) {
+    lm_correction now = rest(30, 10);
+    lm_watch_output(&joint, LM_REAL(0.9) * now.lost_motion_rad, LM_REAL(0.01));
+  }
+  TEST_ASSERT_TRUE(joint.gain == 1);
+}
+
+/* A torque that swings at a rate [Hz] for some seconds; the correction's swing in the last of them.
+ */
+static lm_real shake(lm_real rate_Hz, int seconds) {
+  lm_real low_rad = 1;
+  lm_real high_rad = -1;
+  int i;
+  for (i = 0; i < 1000 * seconds; ++i) {
+    lm_correction now = step(10 + 8 * LM_REAL(sin(6.2831853 * (double)rate_Hz * i * 1e-3)));
+    if (i >= 1000 * (seconds - 1)) {
+      low_rad = now.correction_rad < low_rad ? now.correction_rad : low_rad;
+      high_rad = now.correction_rad > high_rad ? now.correction_rad : high_rad;
+    }
+  }
+  return high_rad - low_rad;
+}
+
+static void ringing_is_told_and_ends(void) {
+  lm_correction now;
+  lm_real fast_rad;
+  TEST_ASSERT_TRUE(shake(15, 2) > LM_REAL(1e-4)); /* nobody stated what ringing is */
+  TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_RINGING);
+  parameters.watch.ringing_Hz = 5;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
+  fast_rad = shake(2, 3); /* slower than that is commanded */
+  TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_RINGING);
+  TEST_ASSERT_TRUE(shake(15, 2) < LM_REAL(0.1) * fast_rad);
+  TEST_ASSERT_TRUE(step(10).status & LM_STATE_RINGING);
+  /* What stands is still corrected. */
+  now = rest(30, 3000);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(1e-6));
+  TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
+  lm_set_mode(&joint, LM_MODE_RUN); /* as before */
+  TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
+  lm_set_mode(&joint, LM_MODE_HOLD);
+  lm_set_mode(&joint, LM_MODE_RUN);
+  TEST_ASSERT_EQUAL(0, step(30).status & LM_STATE_RINGING);
+}
+
+/* Swings far below the noise are none, and a motion that goes on after a small turn is no swing. */
+static void noise_does_not_ring(void) {
+  int i;
+  parameters.watch.ringing_Hz = 5;
+  TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
+  for (i = 0; i < 20000; ++i) {
+    lm_correction now = step(LM_REAL(i % 4000) * LM_REAL(0.005) + draw(&seed, -1, 1) / 8);
+    TEST_ASSERT_EQUAL(0, now.status & LM_STATE_RINGING);
+  }
+}
+
+/* The response falls and the limits with it, in the midst of any motion. That nothing jumps is
+ * shown by tests/fuzz/limiter_differences.c; here: the new limits are in force in the end, and at
+ * once where the correction rests. */
+static void narrower_parameters_are_in_force_in_the_end(void) {
+  lm_parameters narrow = parameters;
+  int moment;
+  narrow.limits.response_per_s = 10;
+  narrow.limits.acceleration_rad_s2 = LM_REAL(0.1);
+  for (moment = 0; moment < 40; ++moment) {
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+    if (moment > 0) {
+      (void)rest(70, moment);
+    }
+    TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &narrow, &fault));
+    TEST_ASSERT_EQUAL(moment == 0 ? 0u : LM_STATE_HEADROOM_SHORT,
+                      joint.standing & LM_STATE_HEADROOM_SHORT);
+    (void)rest(70, 4000);
+    TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_HEADROOM_SHORT);
+    TEST_ASSERT_TRUE(joint.velocity_per_s == 10);
+    TEST_ASSERT_TRUE(joint.acceleration_max_rad_s2 == LM_REAL(0.1));
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(at_rest_the_correction_takes_the_lost_motion_out);
@@ -955,5 +1099,13 @@ int main(void) {
   RUN_TEST(nothing_told_is_said);
   RUN_TEST(a_period_that_is_not_the_loops_is_said);
   RUN_TEST(a_change_of_the_period_is_refused);
+  RUN_TEST(the_watch_leaves_a_correction_that_stands);
+  RUN_TEST(the_watch_leaves_a_correction_whose_torque_wanders);
+  RUN_TEST(the_watch_finds_a_drive_that_compensates_already);
+  RUN_TEST(a_fade_of_a_standing_axis_creeps);
+  RUN_TEST(a_shared_zero_makes_what_stands_count);
+  RUN_TEST(ringing_is_told_and_ends);
+  RUN_TEST(noise_does_not_ring);
+  RUN_TEST(narrower_parameters_are_in_force_in_the_end);
   return UNITY_END();
 }

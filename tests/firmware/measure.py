@@ -165,7 +165,7 @@ AXES = 6
 
 Options = tuple[str, ...]
 
-STACK_MAX = 128
+STACK_MAX = 224
 RAM_MAX = 256
 RATIO_MAX = 1.5
 FLASH_MAX = 6144
@@ -409,9 +409,11 @@ class Row:
             ("instructions of the model", self.model[1], model),
             ("instructions of the step", self.step[1], step),
             ("greatest over least, model", self.model[1] / self.model[0], RATIO_MAX),
-            ("greatest over least, step", self.step[1] / self.step[0], RATIO_MAX),
             ("bytes of .data and .bss", self.variables, 0),
         ]
+        if self.profile not in EFFECTS_OF:  # creep moves once in many steps
+            ratio = self.step[1] / self.step[0]
+            limited.append(("greatest over least, step", ratio, RATIO_MAX))
         if self.profile not in ("full", *EFFECTS_OF):
             limited += [
                 ("bytes of stack", self.stack, STACK_MAX),

@@ -65,6 +65,11 @@ static void make_drive(lm_parameters *p, uint8_t choice) {
   p->watch.fade_s = 2;
   p->watch.noise_rad = LM_REAL(1e-5);
   p->watch.misfit_rad = LM_REAL(2e-4);
+  p->watch.creep_rad_s = LM_REAL(1e-4);
+  p->watch.ringing_Hz = choice & 1u ? 10 : 0;
+  p->valid.torque_Nm = choice & 2u ? 40 : 0;
+  p->valid.temperature_C[0] = choice & 4u ? 10 : 0;
+  p->valid.temperature_C[1] = choice & 4u ? 50 : 0;
   require(lm_build_curve(&p->curve, torque_Nm, angle_rad, 8, 0) == LM_OK);
   require(lm_build_play_bank(&p->plays, play, 4, 2, 0) == LM_OK);
   /* Effects by groups, in the order of their kinds; values a hundredth of their way up. */
@@ -120,8 +125,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     switch (next_byte(&from) & 15u) {
       case 0:
         lm_set_mode(&one, (lm_mode)(next_byte(&from) & 3u));
-        two.mode = one.mode;
-        two.standing = one.standing;
+        lm_set_mode(&two, one.mode);
         break;
       case 1:
         room.correction_rad = next_number(&from, LM_REAL(0.01));
@@ -166,8 +170,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         at.elapsed_s = next_number(&from, LM_REAL(0.01));
         at.elastic_rad = 0;
         at.wound_Nm = 0;
-        now = lm_step_compensator(&one, &at);
-        again = lm_step_compensator(&two, &at);
+        if (next_byte(&from) < 8) {
+          now = lm_settle_compensator(&one, &at);
+          again = lm_settle_compensator(&two, &at);
+        } else {
+          now = lm_step_compensator(&one, &at);
+          again = lm_step_compensator(&two, &at);
+        }
         require(memcmp(&now, &again, sizeof now) == 0);
         require(now.correction_rad >= -LM_REAL(0.003) && now.correction_rad <= LM_REAL(0.003));
         require(now.velocity_rad_s - now.velocity_rad_s == 0);
