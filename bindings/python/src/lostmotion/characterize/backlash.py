@@ -12,9 +12,11 @@ from lostmotion.characterize.stretches import FEW_READINGS, Samples
 from lostmotion.characterize.three_slopes import CONFIDENCE, CurveFit, fit_slopes
 
 TAKEUP_SHARES = (0.01, 0.02, 0.05, 0.1)
-"""Shares of the amplitude at which a step may be complete. A radial gap closes below 2 % of the
-rated torque (theory page, take-up of the radial gap); friction of the drive may hold it open for
-longer."""
+"""Shares of the amplitude at which a step may be complete."""
+
+GAP_SHARE = 0.02
+"""A step that is complete above this share of the amplitude is a soft first slope and no gap: a
+radial gap closes below 2 % of the rated torque (theory page, take-up of the radial gap)."""
 
 CLOSED = 3.0
 """The curve beyond a gap is that of torques from so many times its take-up torque on: a gap that
@@ -67,13 +69,17 @@ def find_backlash(samples: Samples, slopes: int) -> Backlash:
     if not fits:
         return Backlash(none("too few samples about zero torque"))
     best = min(fits, key=lambda fit: float(fit.residual_rad @ fit.residual_rad))
+    closes = best.takeup_Nm <= GAP_SHARE * samples.amplitude_Nm
+    if not closes:
+        best = fits[0]
     step, variance = best.step_rad, best.step_variance
     significant = step > best.critical * np.sqrt(variance)
     beyond = float(best.slopes_rad_per_Nm[0])
     soft = beyond > 0 and step / best.takeup_Nm + beyond >= SOFTER * beyond
-    if significant and soft:
+    if closes and significant and soft:
         best = fit_slopes(samples.beyond(CLOSED * best.takeup_Nm), slopes, best.takeup_Nm)
         step, variance = best.step_rad, best.step_variance
         return Backlash(figure(2.0 * step, 4.0 * variance, best.dof), fit=best)
     bound = max(step, 0.0) + float(stats.t.ppf(CONFIDENCE, best.dof)) * np.sqrt(variance)
-    return Backlash(none("no step of the mean curve about zero"), 2.0 * float(bound))
+    why = "no step of the mean curve about zero" if closes else "a soft first slope, no step"
+    return Backlash(none(why), 2.0 * float(bound))
