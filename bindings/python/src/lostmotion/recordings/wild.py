@@ -56,7 +56,7 @@ NOISE_REACH = 16
 NOISE_ORDER = 8
 """Highest difference that is tried: what is left of 8 samples a loop is a hundredth."""
 
-SHARE_MAX = 0.02
+SHARE_MAX = 0.05
 """More samples of a run than this share, and more than `COUNT_FREE`, are what the channel does."""
 
 COUNT_FREE = 3
@@ -291,15 +291,15 @@ def local_noise(values: FloatArray, at: int) -> float:
 
 
 def scatter(step: FloatArray) -> float:
-    """Standard deviation of most steps: by their middle, or by their tenth largest if that is more.
+    """Standard deviation of most steps: by their middle, or a third of their tenth largest.
 
-    A channel of few values stands still most of the time.
+    A channel of few values stands still most of the time; what it does then is not noise alone.
     """
     size = np.abs(step)
     if size.size == 0:
         return 0.0
     middle, high = np.quantile(size, [0.5, 0.9])
-    return float(max(1.4826 * middle, high / 1.645))
+    return float(max(1.4826 * middle, high / 3.0))
 
 
 def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> BoolArray:
