@@ -11,6 +11,9 @@ UNUSED = "not used"
 DOUBTFUL = ("ratio", "scale", "sign", "stuck", "jump", "repeats", "lag")
 """Kinds that make the numbers of an answer doubtful."""
 
+COLUMNS_LISTED = 50
+"""More columns that are not used than this are not listed one by one."""
+
 RUNS_LISTED = 8
 """More runs than this are not listed one by one."""
 
@@ -86,8 +89,9 @@ def _told(group: Sequence[Finding]) -> str:
     if len(files) > 1:
         place += f" and {len(files) - 1} more file{'s' if len(files) > 2 else ''}"
     if first.action == UNUSED:
-        columns = dict.fromkeys(finding.column for finding in group)
-        return f"{place}: {UNUSED}: the columns {', '.join(columns)}"
+        columns = list(dict.fromkeys(finding.column for finding in group))
+        more = f" and {len(columns) - COLUMNS_LISTED} more" if len(columns) > COLUMNS_LISTED else ""
+        return f"{place}: {UNUSED}: the columns {', '.join(columns[:COLUMNS_LISTED])}{more}"
     labels = [f"{finding.run}{finding.moments}" for finding in group if finding.run is not None]
     runs = ""
     if labels and len(files) > 1:

@@ -27,6 +27,9 @@ COLUMNS_MAX = 16_384
 LOOKED_AT = (64, 4096)
 """Lines that are looked at first, and where no table begins among them."""
 
+BLANK_SHARE = 4
+"""How many lines are taken for every one that is looked at: some are blank."""
+
 LEAST_LINES = 8
 """Lines that are looked at, however long they are."""
 
@@ -280,24 +283,19 @@ def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str
     InputError
         When there is no table: nothing, no lines that agree, or rows that do not fit the header.
     """
-    numbered = list(enumerate(text.split("\n"), start=1))
-    if not whole and len(numbered) > 1:
-        numbered.pop()
-    stated = STATED.fullmatch(numbered[0][1])
-    skipped = 1 if stated else 0
-    lines = [(number, line) for number, line in numbered[skipped:] if line.strip(" \t\0")]
-    if all(COMMENT.match(line) and not re.search("[0-9]", line) for _, line in lines):
-        raise InputError(file, "", "an empty file", "a header line and samples")
+    stated = STATED.fullmatch(text.split("\n", 1)[0])
+    candidates = [Separator(stated[1])] if stated else CANDIDATES
     best: Trial | None = None
     for count in LOOKED_AT:
-        some = looked_at(lines, count)
-        candidates = [Separator(stated[1])] if stated else CANDIDATES
-        trials = trials_of(file, candidates, some, wanted)
+        lines = lines_of(text, whole, count, skipped=1 if stated else 0)
+        trials = trials_of(file, candidates, looked_at(lines, count), wanted)
         best = max(trials, key=Trial.score, default=None)
         if best and best.heading and sum(best.is_row) >= min(AGREEING, len(lines)):
             break
     if best is None or best.score()[0] == 0.0:
-        return without_rows(file, lines, [best.separator] if best and stated else CANDIDATES)
+        if all(COMMENT.match(line) and not re.search("[0-9]", line) for _, line in lines):
+            raise InputError(file, "", "an empty file", "a header line and samples")
+        return without_rows(file, lines, candidates)
     heading = best.heading
     if heading is None:
         refuse_width(file, best)
@@ -308,6 +306,15 @@ def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str
     last = best.lines[heading.last][0]
     place = best.lines[heading.place][0]
     return Layout(best.separator, heading.names, heading.units, place, last, tuple(before))
+
+
+def lines_of(text: str, whole: bool, count: int, skipped: int) -> list[tuple[int, str]]:
+    """Return lines at the beginning that are not blank, with their numbers."""
+    pieces = text.split("\n", BLANK_SHARE * count)
+    if len(pieces) > BLANK_SHARE * count or (not whole and len(pieces) > 1):
+        pieces.pop()
+    numbered = list(enumerate(pieces, start=1))[skipped:]
+    return [(number, line) for number, line in numbered if line.strip(" \t\0")]
 
 
 def looked_at(lines: Sequence[tuple[int, str]], count: int) -> list[tuple[int, str]]:
@@ -333,7 +340,7 @@ def trials_of(
     for separator in candidates:
         most = max((line.count(separator.sign) for _, line in lines), default=0)
         widest = max(widest, most + 1)
-        if 0 < most < COLUMNS_MAX or (separator.sign == " " and most < COLUMNS_MAX):
+        if 0 < most < COLUMNS_MAX:
             try:
                 found.append(Trial(separator, lines, wanted))
             except csv.Error as error:

@@ -116,7 +116,7 @@ class TextTable:
         def handle(_: Any) -> str:
             nonlocal torn
             torn = True
-            return "skip"
+            return "error"
 
         names = [str(i) for i in range(self.width)]
         text = self.layout.separator.tabled(self.body) if not self.cleaned else self.body
@@ -179,16 +179,17 @@ class TextTable:
                 continue
             if not line.strip():
                 continue
-            torn_off = plain and line.count(sign) + 1 < named
+            torn_off = separator.sign != " " and line.count(sign) + 1 < named
             fields = [] if torn_off else fields_of(separator, line)
-            if line.count(b'"') % 2:
+            if line.count(b'"') % 2 and count < LINES_KEPT:
                 at, fields, line = self.over_lines(lines, at, fields)
             fields = without_nuls(fitted(fields, named, self.width), line)
             if not fields or line.count(b'"') % 2:
                 count += 1
                 if count <= LINES_KEPT:
                     torn.append((number, line.decode("utf-8", "backslashreplace")))
-                if count > max(LINES_KEPT, LINES_SHARE * (count + len(kept) + len(lines) - at)):
+                most = LINES_SHARE * (count + len(kept) + len(lines) - at) if kept else 0
+                if count > max(LINES_KEPT, most):
                     break
                 continue
             kept.append(written(fields, separator.read_as))
