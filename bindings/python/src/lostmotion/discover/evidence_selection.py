@@ -132,7 +132,7 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
 def fits(effect: Effect, told: Mapping[str, Any]) -> bool:
     """Whether evidence of a candidate can be of an effect: its values, and the columns of each."""
     counts = [told["start_of"].count(start) for start in range(len(told["starts"]))]
-    most = max(len(effect.indices("linear")), len(effect.indices("shape")))
+    most = max(len(effect.indices("linear")), len(effect.inner()))
     return all(len(start) == len(effect.values) for start in told["starts"]) and all(
         count <= most for count in counts
     )

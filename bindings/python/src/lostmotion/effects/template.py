@@ -100,8 +100,9 @@ static const lm_effect_card card = {{
     "a few arc seconds",
     "thermal_gap",
     "soak at two temperatures",
-    {{{{"size_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6)}},
-     {{"closing_Nm", LM_VALUE_SHAPE, LM_REAL(1)}}}}}};
+    {{{{"size_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6), LM_VALUE_AS_USUAL}},
+     {{"closing_Nm", LM_VALUE_SHAPE, LM_REAL(1), LM_VALUE_AS_USUAL}}}},
+    LM_CARD_AS_USUAL}};
 #endif
 
 LM_BEGIN_DECLS
