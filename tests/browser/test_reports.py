@@ -15,7 +15,7 @@ from lostmotion import __version__
 from lostmotion.cli import main
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
-from test_discover import DRIVE, campaign, gap, write
+from small_campaigns import DRIVE, campaign, gap, write
 
 pytestmark = needs_browser
 

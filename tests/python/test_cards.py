@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_discover import RATED_NM, campaign
+from small_campaigns import RATED_NM, campaign
 
 import lostmotion
 from conftest import needs_compiler

@@ -2,130 +2,39 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from small_campaigns import (
+    ARCSEC,
+    DRIVE,
+    RATED_NM,
+    RATIO,
+    answer_of,
+    campaign,
+    gap,
+    read_by_encoders,
+    ripple,
+)
 
-from conftest import needs_compiler
-from lostmotion.backbone import run_plays
 from lostmotion.candidates.forms import form_of
-from lostmotion.cli import main
-from lostmotion.discover import Value, diagnose, effect, library, selection
+from lostmotion.discover import diagnose, library
 from lostmotion.discover.answer import plausible
 from lostmotion.discover.fitted_model import fit_model
-from lostmotion.discover.gates import size_of
-from lostmotion.discover.linearise import plain_rms, settle
-from lostmotion.discover.measurement_noise import estimate_noise
-from lostmotion.discover.next_run import next_runs
 from lostmotion.discover.outliers import clean_outliers
-from lostmotion.discover.recording_check import check
-from lostmotion.discover.refits import refitted, without_deviations
-from lostmotion.discover.selection import taken_from_all, without_idle
-from lostmotion.discover.terms import term_size
-from lostmotion.drives import format_toml, parse_drive, read_drive, tomllib
+from lostmotion.drives import format_toml, parse_drive, tomllib
 from lostmotion.effects.conditions import Conditions
-from lostmotion.effects.loading import load_python, load_shared_object
-from lostmotion.effects.template import template
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import RUN_SCATTER, Base, Term
-from lostmotion.fit.drive_file import make_base
 from lostmotion.recordings import Campaign, Run
 from lostmotion.report.discovery import verdict_sentence
-from lostmotion.threads import in_parallel
 from lostmotion.units import parse_unit
-
-ARCSEC = np.pi / 180 / 3600
-RATED_NM = 40.0
-RATIO = 100.0
-DRIVE = """
-[drive]
-name = "small"
-ratio = 100
-rated_torque_Nm = 40
-[catalogue]
-T1_Nm = 7
-T2_Nm = 25
-K1_Nm_per_rad = 16e3
-K2_Nm_per_rad = 25e3
-K3_Nm_per_rad = 29e3
-"""
-ROOT = Path(__file__).parents[2]
-
-
-def torque_of(run, rows):
-    """Triangles of three amplitudes."""
-    t = np.arange(rows) * 0.1
-    size = RATED_NM * (0.4, 0.7, 1.0)[run % 3]
-    return size * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * t / 25.0))
-
-
-def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=None, zero=5.0):
-    """Torque loops at several temperatures, with noise, friction and scatter from run to run."""
-    rng = np.random.default_rng(seed)
-    made = []
-    swings = [torque_of(r, rows) for r in range(runs)]
-    # What friction remembers goes on from run to run.
-    remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(runs, rows)
-    temperature = rng.permutation(np.linspace(10, 45, runs)) if warm else np.full(runs, 20.0)
-    for r in range(runs):
-        t = np.arange(rows) * 0.1
-        torque = swings[r]
-        stiff, wide = 1 + 0.003 * rng.normal(), 1 + 0.02 * rng.normal()
-        wound = torque + 0.5 * wide * remembered[r]
-        backbone = stiff * (wound * 7.0 + 25.0 * np.tanh(wound / 8.0))
-        columns = {
-            "time": t,
-            "torque": torque,
-            "temperature": temperature[r] + 0.02 * t,
-            "input_angle": np.full(rows, 0.7 * r),
-            "output_angle": np.full(rows, 0.007 * r),
-        }
-        y = backbone + noise * rng.normal(size=rows) + zero * rng.normal()
-        if add is not None:
-            y = y + add(columns, wound)
-        if slip is not None and slip[0] == r:
-            y = y + slip[2] * (t >= slip[1])
-        if slip is not None and slip[0] < r and zero == 0.0:  # else the sensor is set again
-            y = y + slip[2]
-        columns["lost_motion"] = y * ARCSEC
-        made.append(Run(r + 1, "made.csv", columns))
-    return Campaign(made)
-
-
-def gap(columns, wound):
-    """A gap that opens with temperature: 1 arcsec a K in all."""
-    return 0.3 * (columns["temperature"] - 20.0) * np.tanh(wound / 0.2)
-
-
-def ripple(columns, wound):
-    """What no drive has."""
-    return 3.0 * np.cos(2 * np.pi * columns["torque"] / 5.0)
 
 
 @pytest.fixture(scope="module")
 def warm_gap():
     return diagnose(campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
-
-
-def answer_of(data, **more):
-    return diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM, **more).answer()
-
-
-def read_by_encoders(data, *, turned=True):
-    """The output's encoder, whose reading holds the lost motion and its noise."""
-    made = []
-    for run in data.runs:
-        columns = dict(run.columns)
-        columns["output_angle"] = columns["input_angle"] / RATIO + columns["lost_motion"]
-        if not turned:
-            del columns["input_angle"]
-        made.append(Run(run.label, run.file, columns))
-    return Campaign(made)
 
 
 @pytest.mark.parametrize("turned", [True, False])
@@ -316,26 +225,6 @@ def test_a_sensor_off_by_more_than_the_gap_is_wide_is_no_uneven_spring(off_Nm, w
     assert offset["parameters"]["offset_Nm"] == pytest.approx(-off_Nm, rel=0.1)
 
 
-def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
-    """Nor does it hide a weaker effect: its tangent goes on beyond the kink that it moves."""
-    sizes = []
-    fitted_size = selection.fitted_size
-
-    def noted(stage, contender):
-        sizes.append((contender.result.name, fitted_size(stage, contender)))
-        return sizes[-1][1]
-
-    monkeypatch.setattr(selection, "fitted_size", noted)
-    data = campaign(seed=3, add=lambda at, wound: 9.0 * np.tanh(wound / 0.1) + 0.5 * gap(at, wound))
-    for run in data.runs:
-        run.columns["torque"] = run.columns["torque"] + 1.5
-    found = answer_of(data)
-    assert found["effects"] == ["torque_offset", "thermal_gap"]
-    before, after = (rung["rms_arcsec"] for rung in found["ladder"][:2])
-    size = next(size for name, size in sizes if name == "torque_offset")
-    assert size == pytest.approx(np.sqrt(before**2 - after**2), rel=0.05)
-
-
 def test_what_no_effect_explains_is_said_to_hang_on_torque():
     found = answer_of(campaign(seed=3, add=ripple))
     assert found["verdict"] == "unexplained"
@@ -454,213 +343,6 @@ def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
     assert not base.outlier[base.conditions.slices()[4]].any()
 
 
-def test_independent_pieces_of_work_keep_their_order():
-    assert in_parallel(lambda x: x * x, range(20)) == [x * x for x in range(20)]
-    assert in_parallel(str, [1]) == ["1"]
-
-
-def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
-    """A fit that starts too far off, as deviations of single runs lead it, starts anew."""
-    before = without_deviations(warm_gap.selection.settled[0].base)
-    friction = library()["stribeck_friction"]
-    grown = before.copy()
-    grown.slopes *= 3.0
-    grown.terms.append(Term(friction, np.array([-900.0, 800.0, 0.01, 0.1]), friction.free()))
-    alone, led_back = without_deviations(grown), without_deviations(grown, before)
-    assert [term.effect.name for term in led_back.terms] == ["stribeck_friction"]
-    assert plain_rms(alone) > 1.001 * plain_rms(before)
-    assert plain_rms(led_back) <= 1.0001 * plain_rms(before)
-
-
-def test_a_lead_that_does_not_stand_hides_no_weaker_one(warm_gap, monkeypatch):
-    """What a blurred tangent promises is refitted first; where it fails the next has its turn."""
-    first = warm_gap.selection.steps[0]
-    found = {result.name: result for result in first.results}
-    blurred = dataclasses.replace(found["kinematic_error"], gain=1e4)
-    leads = [
-        selection.Lead(first.field, one, size_of(first.field, one))
-        for one in (blurred, found["thermal_gap"])
-    ]
-    assert [lead.result.name for lead in selection.strongest(leads)] == ["kinematic_error"]
-    monkeypatch.setattr(selection, "find_leads", lambda *_: leads)
-    refit = selection.refit
-
-    def flattering(stage, result, reference):
-        """Give the gain that the tangent promised; the gates are those of the true refit."""
-        contender = refit(stage, result, reference)
-        if result.name == "kinematic_error":
-            contender.gain = 1e4
-        return contender
-
-    monkeypatch.setattr(selection, "refit", flattering)
-    least = 0.5 * size_of(first.field, blurred)
-    step = selection.choose(first.field, [blurred, found["thermal_gap"]], least)
-    tried = {c.result.name: c.passes for c in step.contenders}
-    assert not tried["kinematic_error"]
-    assert step.chosen.result.name == "thermal_gap"
-    assert step.rivals == []
-
-
-def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap):
-    """A gain within the runs of a fit is not enough: their form may be spelled out by anything."""
-    stage = warm_gap.selection.steps[0].field
-    found = {result.name: result for result in warm_gap.selection.steps[0].results}
-    opened, spelled = (
-        selection.refit(stage, found[name]) for name in ("thermal_gap", "kinematic_error")
-    )
-    spelled.gain = 2.0 * opened.gain
-    assert selection.simplest([opened, spelled]) is spelled
-    fit, idle = selection.of_use(stage, [opened, spelled])
-    assert (fit, idle) == ([opened], [spelled])
-    fit, idle = selection.of_use(stage, [spelled])
-    assert (fit, idle) == ([], [spelled])
-    # A shape may be the same remainder without its name.
-    nameless = [r for r in found.values() if not stage.candidates[r.name].named]
-    shape = selection.refit(stage, nameless[-1])
-    assert selection.held_out_fall(stage, shape) < 0.01
-    assert selection.of_use(stage, [shape]) == ([shape], [])
-    assert selection.of_use(stage, [spelled, shape]) == ([], [spelled, shape])
-    # What an effect of the least size, a tenth of the noise, takes of the error (arcsec^2).
-    assert selection.held_out_fall(stage, spelled) < 0.01 < selection.held_out_fall(stage, opened)
-
-
-def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
-    """Beside the gap that is there an effect without a part in it does not stand."""
-    settled = warm_gap.selection.settled[-1]
-    base = settled.base.copy()
-    offset = library()["torque_offset"]
-    base.terms.insert(0, Term(offset, offset.typical * 0.0, [0]))
-    both = refitted(base, settled.noise)
-    kept = without_idle(both, 0, 100)
-    assert [term.effect.name for term in kept.base.terms] == ["thermal_gap"]
-    given = without_idle(both, 1, 100)
-    assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
-
-
-@pytest.mark.parametrize(
-    ("function", "found"),
-    [(lambda p, at: 1 / 0, "ZeroDivisionError"), (lambda p, at: "x", "ValueError: could not")],
-)
-def test_an_effect_of_ones_own_that_fails_is_bad_input(function, found):
-    own = effect(values=[], needs=["torque_Nm"], name="cable_pull")(function)
-    with pytest.raises(InputError, match=f"effect cable_pull: found {found}"):
-        own.function(np.zeros(0), {"torque_Nm": np.zeros(3)}, np.zeros(1))
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "found"),
-    [(1.0, 1.0, "1 to 1"), (2.0, -2.0, "2 to -2"), (np.nan, 1.0, "nan to 1")],
-)
-def test_an_effect_that_no_fit_can_move_is_refused(low, high, found):
-    size = Value("size_rad", role="linear", typical=1.0, low=low, high=high)
-    with pytest.raises(InputError, match=f"pull: size_rad: found {found}, expected low below high"):
-        effect(values=[size], needs=["torque_Nm"], name="pull")(lambda p, at: at.torque_Nm)
-
-
-def test_an_effect_in_python_is_found_like_one_of_the_library():
-    @effect(
-        values=[Value("pull_rad", "linear", 1e-5, -1e-2, 1e-2)],
-        needs=["torque_Nm"],
-    )
-    def cable_pull(p, at):
-        return p.pull_rad * np.cos(2 * np.pi * at.wound_Nm / 5.0)
-
-    data = campaign(seed=3, add=lambda columns, wound: 3.0 * np.cos(2 * np.pi * wound / 5.0))
-    found = answer_of(data, effects={**library(), "cable_pull": cable_pull})
-    assert found["effects"] == ["cable_pull"]
-    assert found["candidates"][0]["parameters"]["pull_rad"] == pytest.approx(3 * ARCSEC, rel=0.1)
-
-
-def write_template(folder, *, in_c):
-    for name, text in template("cable_pull", in_c=in_c).items():
-        (folder / name).write_text(text)
-
-
-def run_its_test(folder):
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "test_cable_pull.py",
-    ]
-    subprocess.run(command, cwd=folder, check=True)
-
-
-def test_the_python_template_runs_and_passes_its_own_test(tmp_path, monkeypatch):
-    write_template(tmp_path, in_c=False)
-    monkeypatch.setattr(sys, "dont_write_bytecode", False)
-    before = set(tmp_path.iterdir())
-    assert set(load_python(tmp_path / "cable_pull.py")) == {"cable_pull"}
-    assert set(tmp_path.iterdir()) == before
-    assert not sys.dont_write_bytecode
-    run_its_test(tmp_path)
-
-
-@needs_compiler
-def test_the_c_template_passes_its_own_test_and_is_made_as_its_head_says(tmp_path):
-    write_template(tmp_path, in_c=True)
-    run_its_test(tmp_path)
-    head = (tmp_path / "cable_pull.c").read_text().partition("*/")[0]
-    said = [line.removeprefix(" *").strip() for line in head.splitlines()]
-    made = [line for line in said if line.startswith(("headers=", "flags=", "cc "))]
-    assert len(made) == 3
-    made[0] = made[0].replace("python", sys.executable, 1)
-    subprocess.run("\n".join(made), cwd=tmp_path, check=True, shell=True)
-    assert set(load_shared_object(tmp_path / "cable_pull.so")) == {"cable_pull"}
-
-
-@needs_compiler
-def test_the_c_template_compiles_and_is_loaded_without_rebuilding(tmp_path):
-    source = tmp_path / "cable_pull.c"
-    source.write_text(template("cable_pull", in_c=True)["cable_pull.c"])
-    made = tmp_path / "cable_pull.so"
-    command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
-    command += [
-        "-DLM_REAL_BITS=64",
-        f"-I{ROOT / 'lib/include'}",
-        str(source),
-        "-o",
-        str(made),
-    ]
-    subprocess.run(command, check=True)
-    # A firmware in C++ may compile it as such, and finds it by its name in C.
-    subprocess.run([*command[:1], "-x", "c++", *command[2:]], check=True)
-    own = load_shared_object(made)["cable_pull"]
-    conditions = Conditions(campaign(runs=2, rows=20))
-    out = own.run(np.array([1e-6, 1.0]), conditions, conditions.torque, conditions.torque * 0)
-    wanted = 1e-6 * (conditions.columns["temperature_C"] - 20) * np.clip(conditions.torque, -1, 1)
-    np.testing.assert_allclose(out, wanted, atol=1e-18)
-
-
-@pytest.mark.parametrize("name", ["Bad", "1st", "class", "a-b"])
-def test_templates_refuse_names_that_are_no_identifiers(name):
-    with pytest.raises(InputError, match="lower case"):
-        template(name, in_c=False)
-
-
-def test_templates_refuse_the_names_of_the_library():
-    with pytest.raises(InputError, match="an effect of the library"):
-        template("thermal_gap", in_c=False)
-
-
-def test_a_fitted_file_reads_back_as_the_same_model():
-    drive = parse_drive(tomllib.loads(DRIVE))
-    data = campaign(add=gap)
-    model = fit_model(drive, data, None, ["thermal_gap"], library())
-    again = parse_drive(tomllib.loads(format_toml(model.document(drive))))
-    base = make_base(again, data, None, library())
-    base.start = model.base.start
-    np.testing.assert_allclose(base.at().angle, model.base.at().angle, atol=1e-9)
-    falls = [rung["rms_heldout_arcsec"] for rung in model.ladder]
-    assert falls[1] < falls[0]
-    place = model.names.index("thermal_gap.gap_rad_per_K")
-    error = model.standard_errors[place]
-    assert abs(model.values[place] - 0.3 * ARCSEC) < 5 * error + 0.03 * ARCSEC
-
-
 def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_found():
     def uneven_gap(columns, wound):
         tenth = columns["input_angle"][0] == 0.7 * 9
@@ -677,56 +359,6 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
         plain.selection.steps[0].chosen.size, rel=0.1
     )
     assert plain.selection.given_arcsec == 0.0
-
-
-def test_an_effect_without_its_column_cannot_be_added():
-    drive = parse_drive(tomllib.loads(DRIVE))
-    with pytest.raises(InputError, match="cycles"):
-        fit_model(drive, campaign(), None, ["wear"], library())
-
-
-def test_columns_that_change_together_are_told():
-    data = campaign(seed=1)
-    for r, run in enumerate(data.runs):
-        run.columns["temperature"][:] = 20.0 + r
-        run.columns["cycles"] = np.full(len(run), 1000.0 * r)
-    pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
-    assert {"temperature_C", "cycles"} in pairs
-
-
-def test_angles_that_the_gear_binds_are_not_told_to_be_varied_alone():
-    data = campaign(seed=1)
-    for r, run in enumerate(data.runs):
-        run.columns["input_angle"] = np.full(len(run), 0.3 * ((7 * r) % len(data.runs)))
-        run.columns["output_angle"] = run.columns["input_angle"] / 100 + run.lost_motion_rad
-    pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
-    assert {"input_angle_rad", "output_angle_rad"} not in pairs
-    # Against what can be chosen freely the angle is still looked at.
-    for r, run in enumerate(data.runs):
-        run.columns["temperature"][:] = 20.0 + (7 * r) % len(data.runs)
-    pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
-    assert {"input_angle_rad", "temperature_C"} in pairs
-
-
-def test_effects_ask_for_columns_that_somebody_records():
-    data = campaign()
-    for run in data.runs:
-        del run.columns["input_angle"], run.columns["output_angle"]
-    blind = check(data, library())["not_testable"]
-    assert blind["inertia"] == "not testable with these columns: no output_angle_rad"
-    assert blind["viscous_friction"] == "not testable with these columns: no input_angle_rad"
-    drive = parse_drive(tomllib.loads(DRIVE))
-    with pytest.raises(InputError, match="output_angle_rad: found no such column"):
-        fit_model(drive, data, None, ["inertia"], library())
-
-
-def test_what_never_changes_is_called_what_it_is():
-    data = campaign()
-    for run in data.runs:
-        run.columns["input_angle"][:] = run.columns["input_angle"][0]
-    drive = parse_drive(tomllib.loads(DRIVE))
-    with pytest.raises(InputError, match="speed of the input: found a constant"):
-        fit_model(drive, data, None, ["viscous_friction"], library())
 
 
 @pytest.mark.parametrize(("runs", "says"), [(1, "1 run can show"), (5, "5 runs can show")])
@@ -768,155 +400,3 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
     again = next(block for block in base.blocks() if "wear.exponent" in block.names)
     assert again.prior is not None
     assert again.prior.sd == pytest.approx(2 * sd)
-
-
-def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
-    """An effect that stands still in every run may hide in the stiffness that each run has."""
-
-    def uneven(columns, wound):
-        elastic = wound * 7.0 + 25.0 * np.tanh(wound / 8.0)
-        return 0.02 * np.cos(2 * columns["input_angle"]) * elastic
-
-    base = Base(Conditions(campaign(seed=6, warm=False, add=uneven)), RATED_NM)
-    base.first_fit()
-    modulation = library()["stiffness_modulation"]
-    wanted = base.copy()
-    wanted.terms.append(Term(modulation, modulation.typical.copy(), modulation.free()))
-    wanted.fit()
-    size = term_size(wanted, 0)
-    assert size > 1.0
-    noise = estimate_noise(base, [])
-    settled = settle(base, noise)
-    hidden = settled.base.copy()
-    hidden.terms.append(Term(modulation, 0.2 * wanted.terms[0].values, modulation.free()))
-    assert term_size(hidden, 0) < 0.3 * size
-    assert taken_from_all(settled.base, hidden) == pytest.approx(size, rel=0.1)
-
-
-def test_the_next_run_is_the_one_that_differs_most():
-    def both(columns, wound):
-        return gap(columns, wound)
-
-    data = campaign(seed=6, add=both)
-    order = np.argsort([run.columns["temperature"][0] for run in data.runs])
-    data.runs = [data.runs[i] for i in order]
-    for r, run in enumerate(data.runs):
-        run.columns["cycles"] = np.full(len(run), 1e5 * r)
-    found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM)
-    options = []
-    for label, temperature in (("again", 44.0), ("cold", 10.0)):
-        columns = {k: v.copy() for k, v in data.runs[-1].columns.items()}
-        columns["temperature"][:] = temperature
-        options.append(Run(label, "plan.csv", columns))
-    found.effects = ["thermal_gap", "wear"]
-    answer = next_runs(found, Campaign(options), library(), RATIO)
-    assert answer["suggested"] == "cold"
-    # An effect that was found beside them and that nothing is confused with has no say in it.
-    alone = {run["run"]: run["separation_nats"] for run in answer["runs"]}
-    found.selection.steps[0].rivals = ["wear"]
-    found.effects.append("load_dependent_friction")
-    beside = next_runs(found, Campaign(options), library(), RATIO)
-    assert beside["suggested"] == "cold"
-    assert {r["run"]: r["separation_nats"] for r in beside["runs"]} == pytest.approx(alone)
-
-
-def write(data, file):
-    """Write a campaign as CSV."""
-    names = [
-        "time",
-        "torque",
-        "lost_motion",
-        "temperature",
-        "input_angle",
-        "output_angle",
-    ]
-    heads = ["time_s", "torque_Nm", "lost_motion_rad", "temperature_C"]
-    heads += ["input_angle_rad", "output_angle_rad"]
-    lines = [",".join(["run", *heads])]
-    for run in data.runs:
-        table = np.column_stack([run.columns[n] for n in names])
-        lines += [f"{run.label}," + ",".join(f"{x:.9g}" for x in row) for row in table]
-    file.write_text("\n".join(lines) + "\n")
-
-
-def test_commands_from_diagnosis_to_fitted_file(tmp_path, capsys):
-    drive, data = tmp_path / "drive.toml", tmp_path / "data.csv"
-    drive.write_text(DRIVE)
-    write(campaign(add=gap), data)
-    assert main(["diagnose", str(drive), str(data), "--json", "-"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["effects"] == ["thermal_gap"]
-    fitted = tmp_path / "fitted.toml"
-    words = ["fit", str(drive), str(data), "--add", "thermal_gap", "-o", str(fitted)]
-    assert main(words) == 0
-    assert "thermal_gap" in capsys.readouterr().out
-    assert read_drive(fitted).effects[0]["name"] == "thermal_gap"
-    assert main(["diagnose", str(fitted), str(data), "--json", "-"]) == 0
-    again = json.loads(capsys.readouterr().out)
-    assert again["ladder"][0]["effects"] == ["thermal_gap"]
-    assert (again["verdict"], again["effects"]) == ("complete", [])
-
-
-def test_commands_about_effects_recordings_and_plans(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    drive, data = tmp_path / "drive.toml", tmp_path / "data.csv"
-    drive.write_text(DRIVE)
-    write(campaign(), data)
-    assert main(["effects"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 27
-    assert main(["effects", "wear"]) == 0
-    assert "cycles" in capsys.readouterr().out
-    assert main(["effects", "wera"]) == 2
-    assert "wear" in capsys.readouterr().err
-    assert main(["effects", "new", "cable_pull"]) == 0
-    assert (tmp_path / "cable_pull.py").exists()
-    assert main(["effects", "new", "cable_pull"]) == 2
-    assert main(["check", str(data)]) == 0
-    capsys.readouterr()
-    assert main(["forecast", str(drive), str(data), "--json", "-"]) == 0
-    forecast = json.loads(capsys.readouterr().out)
-    assert forecast["schema"] == "lostmotion.forecast/1"
-    rows = {row["name"]: row for row in forecast["effects"]}
-    assert rows["thermal_gap"]["testable"]
-    assert rows["ratcheting"]["testable"]
-    assert not rows["wear"]["testable"]
-
-
-def turning_joint(file, *, dead=False, locked=False):
-    """A joint that swings under gravity: torque rises with the angle, the lost motion with both."""
-    output = np.zeros(1000) if locked else np.sin(0.01 * np.arange(1000))
-    torque = 30 * np.sin(0.01 * np.arange(1000))
-    turned = 100 * (output - torque / 3e4) * (10 if locked else 1)
-    output[500:] = output[500] if dead else output[500:]
-    rows = np.column_stack((0.01 * np.arange(1000), torque, turned, output))
-    head = "time_s,torque_Nm,input_angle_rad,output_angle_rad"
-    np.savetxt(file, rows, delimiter=",", header=head, comments="")
-    return str(file)
-
-
-def test_check_needs_no_ratio_to_be_right_about_a_turning_joint(tmp_path, capsys):
-    def findings(file, *more):
-        assert main(["check", file, "--json", "-", *more]) == 0
-        found = json.loads(capsys.readouterr().out)
-        return found["ratio_known"], found["findings"]
-
-    sound = turning_joint(tmp_path / "a.csv")
-    assert findings(sound) == (False, [])
-    assert findings(sound, "--ratio", "100") == (True, [])
-    assert findings(sound, "--ratio", "1e2") == (True, [])
-    assert findings(turning_joint(tmp_path / "b.csv", locked=True)) == (False, [])
-    for more in ([], ["--ratio", "100"]):
-        (text,) = findings(turning_joint(tmp_path / "c.csv", dead=True), *more)[1]
-        assert "output_angle_rad (run c): stuck x 500" in text
-    for ratio, expected in (("0", "1 to 10000, or"), ("-2e4", "1 to 10000, or"), ("x", "a number")):
-        assert main(["check", sound, "--ratio", ratio]) == 2
-        assert f"--ratio: found '{ratio}', expected {expected}" in capsys.readouterr().err
-
-
-def test_effects_of_c_and_their_cards():
-    for name, one in library().items():
-        assert one.name == name
-        assert one.mechanism
-        assert one.equation
-        assert all(v.low <= v.typical <= v.high for v in one.values)
-        assert dataclasses.is_dataclass(one)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_discover import RATED_NM, RATIO, campaign, torque_of
+from small_campaigns import RATED_NM, RATIO, campaign, torque_of
 
 from lostmotion import rules
 from lostmotion.backbone import run_plays

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
 import lostmotion
 from lostmotion.backbone import Backbone

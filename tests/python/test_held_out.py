@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from test_discover import ARCSEC, RATED_NM, RATIO, campaign
+from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover import library

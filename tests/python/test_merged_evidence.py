@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_discover import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap, ripple, write
 
 from lostmotion.backbone import run_plays
 from lostmotion.cli import main

@@ -10,7 +10,7 @@ import pytest
 from nulls import fewest, most
 from scipy import stats
 from scipy.signal import lfilter
-from test_discover import DRIVE, RATED_NM, RATIO, campaign
+from small_campaigns import DRIVE, RATED_NM, RATIO, campaign
 
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.fitted_model import fit_model

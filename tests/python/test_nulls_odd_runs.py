@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from nulls import fewest, most, ramps, white
-from test_discover import RATED_NM, RATIO, campaign
+from small_campaigns import RATED_NM, RATIO, campaign
 
 from lostmotion import rules
 from lostmotion.discover import diagnose

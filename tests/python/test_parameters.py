@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_discover import ARCSEC, RATED_NM, campaign
+from small_campaigns import ARCSEC, RATED_NM, campaign
 
 from lostmotion.discover.fitted_model import table_of
 from lostmotion.discover.linearise import settle

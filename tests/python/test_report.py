@@ -22,7 +22,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon
-from test_discover import DRIVE, campaign, gap, ripple
+from small_campaigns import DRIVE, campaign, gap, ripple
 
 from conftest import DATA
 from lostmotion.catalogue import PARTS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from nulls import most
-from test_discover import ARCSEC, RATED_NM, RATIO, campaign
+from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.candidates.ripples import ripples
 from lostmotion.discover import diagnose

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from distributed import LocalCluster
-from test_discover import DRIVE, campaign, gap
+from small_campaigns import DRIVE, campaign, gap
 
 from lostmotion.cli import main
 from lostmotion.cluster import connect

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_discover import RATED_NM, RATIO, campaign, write
+from small_campaigns import RATED_NM, RATIO, campaign, write
 
 from lostmotion.backbone import run_plays
 from lostmotion.discover import diagnose

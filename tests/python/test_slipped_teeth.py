@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_discover import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
+from small_campaigns import ARCSEC, DRIVE, RATED_NM, RATIO, answer_of, campaign, gap
 
 from lostmotion.backbone import run_plays
 from lostmotion.candidates.slipped_teeth import jumps

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
-from test_discover import DRIVE, campaign, gap, write
+from small_campaigns import DRIVE, campaign, gap, write
 
 from lostmotion.backbone import Backbone
 from lostmotion.cli import main

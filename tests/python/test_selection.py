@@ -1,0 +1,151 @@
+"""Which candidates are refitted, which stand, and which are of use."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
+
+from lostmotion.discover import diagnose, library, selection
+from lostmotion.discover.gates import size_of
+from lostmotion.discover.linearise import plain_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.refits import refitted, without_deviations
+from lostmotion.discover.selection import taken_from_all, without_idle
+from lostmotion.discover.terms import term_size
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit.baseline import Base, Term
+from lostmotion.threads import in_parallel
+
+
+@pytest.fixture(scope="module")
+def warm_gap():
+    return diagnose(campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
+
+
+def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
+    """Nor does it hide a weaker effect: its tangent goes on beyond the kink that it moves."""
+    sizes = []
+    fitted_size = selection.fitted_size
+
+    def noted(stage, contender):
+        sizes.append((contender.result.name, fitted_size(stage, contender)))
+        return sizes[-1][1]
+
+    monkeypatch.setattr(selection, "fitted_size", noted)
+    data = campaign(seed=3, add=lambda at, wound: 9.0 * np.tanh(wound / 0.1) + 0.5 * gap(at, wound))
+    for run in data.runs:
+        run.columns["torque"] = run.columns["torque"] + 1.5
+    found = answer_of(data)
+    assert found["effects"] == ["torque_offset", "thermal_gap"]
+    before, after = (rung["rms_arcsec"] for rung in found["ladder"][:2])
+    size = next(size for name, size in sizes if name == "torque_offset")
+    assert size == pytest.approx(np.sqrt(before**2 - after**2), rel=0.05)
+
+
+def test_independent_pieces_of_work_keep_their_order():
+    assert in_parallel(lambda x: x * x, range(20)) == [x * x for x in range(20)]
+    assert in_parallel(str, [1]) == ["1"]
+
+
+def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
+    """A fit that starts too far off, as deviations of single runs lead it, starts anew."""
+    before = without_deviations(warm_gap.selection.settled[0].base)
+    friction = library()["stribeck_friction"]
+    grown = before.copy()
+    grown.slopes *= 3.0
+    grown.terms.append(Term(friction, np.array([-900.0, 800.0, 0.01, 0.1]), friction.free()))
+    alone, led_back = without_deviations(grown), without_deviations(grown, before)
+    assert [term.effect.name for term in led_back.terms] == ["stribeck_friction"]
+    assert plain_rms(alone) > 1.001 * plain_rms(before)
+    assert plain_rms(led_back) <= 1.0001 * plain_rms(before)
+
+
+def test_a_lead_that_does_not_stand_hides_no_weaker_one(warm_gap, monkeypatch):
+    """What a blurred tangent promises is refitted first; where it fails the next has its turn."""
+    first = warm_gap.selection.steps[0]
+    found = {result.name: result for result in first.results}
+    blurred = dataclasses.replace(found["kinematic_error"], gain=1e4)
+    leads = [
+        selection.Lead(first.field, one, size_of(first.field, one))
+        for one in (blurred, found["thermal_gap"])
+    ]
+    assert [lead.result.name for lead in selection.strongest(leads)] == ["kinematic_error"]
+    monkeypatch.setattr(selection, "find_leads", lambda *_: leads)
+    refit = selection.refit
+
+    def flattering(stage, result, reference):
+        """Give the gain that the tangent promised; the gates are those of the true refit."""
+        contender = refit(stage, result, reference)
+        if result.name == "kinematic_error":
+            contender.gain = 1e4
+        return contender
+
+    monkeypatch.setattr(selection, "refit", flattering)
+    least = 0.5 * size_of(first.field, blurred)
+    step = selection.choose(first.field, [blurred, found["thermal_gap"]], least)
+    tried = {c.result.name: c.passes for c in step.contenders}
+    assert not tried["kinematic_error"]
+    assert step.chosen.result.name == "thermal_gap"
+    assert step.rivals == []
+
+
+def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap):
+    """A gain within the runs of a fit is not enough: their form may be spelled out by anything."""
+    stage = warm_gap.selection.steps[0].field
+    found = {result.name: result for result in warm_gap.selection.steps[0].results}
+    opened, spelled = (
+        selection.refit(stage, found[name]) for name in ("thermal_gap", "kinematic_error")
+    )
+    spelled.gain = 2.0 * opened.gain
+    assert selection.simplest([opened, spelled]) is spelled
+    fit, idle = selection.of_use(stage, [opened, spelled])
+    assert (fit, idle) == ([opened], [spelled])
+    fit, idle = selection.of_use(stage, [spelled])
+    assert (fit, idle) == ([], [spelled])
+    # A shape may be the same remainder without its name.
+    nameless = [r for r in found.values() if not stage.candidates[r.name].named]
+    shape = selection.refit(stage, nameless[-1])
+    assert selection.held_out_fall(stage, shape) < 0.01
+    assert selection.of_use(stage, [shape]) == ([shape], [])
+    assert selection.of_use(stage, [spelled, shape]) == ([], [spelled, shape])
+    # What an effect of the least size, a tenth of the noise, takes of the error (arcsec^2).
+    assert selection.held_out_fall(stage, spelled) < 0.01 < selection.held_out_fall(stage, opened)
+
+
+def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
+    """Beside the gap that is there an effect without a part in it does not stand."""
+    settled = warm_gap.selection.settled[-1]
+    base = settled.base.copy()
+    offset = library()["torque_offset"]
+    base.terms.insert(0, Term(offset, offset.typical * 0.0, [0]))
+    both = refitted(base, settled.noise)
+    kept = without_idle(both, 0, 100)
+    assert [term.effect.name for term in kept.base.terms] == ["thermal_gap"]
+    given = without_idle(both, 1, 100)
+    assert [term.effect.name for term in given.base.terms] == ["torque_offset", "thermal_gap"]
+
+
+def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
+    """An effect that stands still in every run may hide in the stiffness that each run has."""
+
+    def uneven(columns, wound):
+        elastic = wound * 7.0 + 25.0 * np.tanh(wound / 8.0)
+        return 0.02 * np.cos(2 * columns["input_angle"]) * elastic
+
+    base = Base(Conditions(campaign(seed=6, warm=False, add=uneven)), RATED_NM)
+    base.first_fit()
+    modulation = library()["stiffness_modulation"]
+    wanted = base.copy()
+    wanted.terms.append(Term(modulation, modulation.typical.copy(), modulation.free()))
+    wanted.fit()
+    size = term_size(wanted, 0)
+    assert size > 1.0
+    noise = estimate_noise(base, [])
+    settled = settle(base, noise)
+    hidden = settled.base.copy()
+    hidden.terms.append(Term(modulation, 0.2 * wanted.terms[0].values, modulation.free()))
+    assert term_size(hidden, 0) < 0.3 * size
+    assert taken_from_all(settled.base, hidden) == pytest.approx(size, rel=0.1)
