@@ -199,9 +199,13 @@ if [ -n "$clang" ]; then
     sh tests/c/mcdc.sh "$clang" build-mcdc
   step "Fuzzed calls and blobs of the runtime (libFuzzer)" \
     sh tests/fuzz/fuzz_runtime.sh "$clang" 500000
+  step "Journals of somebody else (libFuzzer)" sh tests/fuzz/fuzz_journal.sh "$clang" 20000
 fi
 step "Limits of the correction by differences, 100 million steps" \
   "$build/tests/c/limiter_differences" 100000000
+step "Evidence of somebody else" "$venv/bin/python" tests/fuzz/fuzz_evidence.py --cases 2000
+step "Faults: killed, out of disk, unwritable" \
+  "$venv/bin/python" tests/faults/faults.py --kills 5 --others 1 --commands export merge design
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh

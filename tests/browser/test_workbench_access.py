@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import http.client
 import http.server
 import os
+import random
 import signal
 import socket
 import stat
@@ -17,6 +19,8 @@ from typing import Any
 
 import pytest
 from chromium import needs_driver
+from hypothesis import given
+from hypothesis import strategies as st
 from nicegui.version import __version__ as nicegui_version
 from test_workbench import View, view
 from workbench_server import PATIENCE_S, answer, opener, serving, start
@@ -24,6 +28,7 @@ from workbench_server import PATIENCE_S, answer, opener, serving, start
 from lostmotion.errors import InputError
 from lostmotion.workbench.designs import Search
 from lostmotion.workbench.disclosure import told
+from lostmotion.workbench.guard import Guard
 from lostmotion.workbench.page import plain_name
 
 __all__ = ["view"]
@@ -193,6 +198,109 @@ def test_what_was_dropped_is_gone_when_the_server_ends(tmp_path: Path, number: i
     rest, _ = server.communicate(timeout=PATIENCE_S)
     assert "Traceback" not in rest
     assert list(temporary.glob("lostmotion-*")) == []
+
+
+def frame(payload: bytes, opcode: int) -> bytes:
+    """A websocket frame of a client: masked by zeros, which leaves it as it is."""
+    size = len(payload)
+    if size < 126:
+        head = bytes([0x80 | opcode, 0x80 | size])
+    else:
+        head = bytes([0x80 | opcode, 0x80 | 126]) + size.to_bytes(2, "big")
+    return head + bytes(4) + payload
+
+
+PIECES = (
+    *(
+        "0",
+        "2",
+        "3",
+        "40",
+        "41",
+        "42",
+        "43",
+        "44",
+        "450-",
+        "451-",
+        "421",
+        "4",
+        "6",
+        "-1",
+        "99999999",
+    ),
+    *('["event",{}]', '["handshake",{"client_id":"x"}]', '["ack",{"next_message_id":-1}]'),
+    *(
+        '["log_html",null]',
+        "[[[",
+        '["javascript_response",{"request_id":1,"result":{}}]',
+        "{}",
+        '""',
+    ),
+    *("/", ",", '{"_placeholder":true,"num":0}', "NaN", '"' + "x" * 5000, "\\u0000", "[" * 500),
+)
+"""What messages of the page are made of, and what they are not."""
+
+
+def test_messages_that_are_none_leave_the_server_alive(tmp_path: Path) -> None:
+    server, address = start(tmp_path, "--no-browser")
+    # Its library logs each of them: somebody has to read that.
+    threading.Thread(target=lambda: [None for _ in server.stdout or ()], daemon=True).start()
+    try:
+        send_anything(address)
+        assert answer(f"{address.partition('?')[0]}", opener(address)) == 200
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait(timeout=PATIENCE_S)
+
+
+def send_anything(address: str) -> None:
+    """Send many messages, most of which are none."""
+    host, port, _, cookie = parts(address)
+    own = f"Cookie: {cookie}\r\nOrigin: http://{host}\r\n"
+    for number in range(60):
+        dice = random.Random(number)
+        with socket.create_connection(("127.0.0.1", port), timeout=30) as line:
+            line.sendall(HANDSHAKE.format(host=host, more=own).encode())
+            assert b"101" in line.recv(4096).partition(b"\r\n")[0]
+            for _ in range(8):
+                text = "".join(dice.choices(PIECES, k=dice.randrange(1, 5))).encode()
+                payload = text if dice.random() < 0.8 else dice.randbytes(dice.randrange(200))
+                try:
+                    line.sendall(frame(payload[:60_000], dice.choice([1, 1, 1, 2, 9, 0])))
+                except OSError:  # closed by the server, as it may
+                    break
+
+
+@given(
+    host=st.one_of(
+        st.sampled_from(["127.0.0.1:1", "localhost", "[::1]:1"]), st.binary(max_size=40)
+    ),
+    cookie=st.binary(max_size=80),
+    query=st.binary(max_size=80),
+    origin=st.one_of(st.none(), st.binary(max_size=40)),
+    path=st.sampled_from(["/", "/numbers/x.csv", "/_nicegui_ws/socket.io/"]),
+    kind=st.sampled_from(["http", "websocket"]),
+)
+def test_no_request_passes_without_the_secret(
+    host: str | bytes, cookie: bytes, query: bytes, origin: bytes | None, path: str, kind: str
+) -> None:
+    passed, sent = [], []
+
+    async def app(*_: object) -> None:
+        passed.append(1)
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def receive() -> Any:
+        return {}
+
+    headers = [(b"host", host.encode() if isinstance(host, str) else host), (b"cookie", cookie)]
+    headers += [] if origin is None else [(b"origin", origin)]
+    scope = {"type": kind, "path": path, "method": "GET", "headers": headers, "query_string": query}
+    asyncio.run(Guard(app, "a secret that nobody guesses", "lostmotion_1")(scope, receive, send))
+    assert not passed
+    assert sent[0].get("status", 403) == 403
 
 
 # --- in a browser ---------------------------------------------------------------------------------

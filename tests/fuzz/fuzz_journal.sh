@@ -1,6 +1,7 @@
 #!/bin/sh
 # fuzz_journal.sh CLANG COUNT [FOLDER]: COUNT journals of somebody else under ASan and UBSan. Prints
-# how many there were; exit 0 when nothing was found. The corpus is kept in FOLDER.
+# how many there were; exit 0 when nothing was found. The corpus is kept in FOLDER; what was found once
+# stands in corpus/journal and is tried first.
 set -eu
 clang=$1
 count=$2
@@ -22,7 +23,7 @@ sources=$(find "$root/optimizer" -name '*.c' ! -name main.c)
   -o "$folder/fuzz_journal"
 if ! "$folder/fuzz_journal" -runs="$count" -seed=1 -max_len=2000 -len_control=0 -timeout=20 \
   -verbosity=0 -artifact_prefix="$folder/" "$folder/fuzz_journal.corpus" \
-  >"$folder/fuzz_journal.log" 2>&1; then
+  "$root/tests/fuzz/corpus/journal" >"$folder/fuzz_journal.log" 2>&1; then
   tail -n 40 "$folder/fuzz_journal.log"
   exit 1
 fi
