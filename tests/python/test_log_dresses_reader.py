@@ -329,6 +329,16 @@ def test_a_map_names_stamps_of_any_kind(tmp_path: Path, clean: Campaign) -> None
     np.testing.assert_allclose(found - found[0], wanted, atol=1e-9)
 
 
+def test_runs_that_blank_lines_part_are_runs_where_the_clock_starts_again(tmp_path: Path) -> None:
+    body = [[f"{0.1 * (i % 40):.1f}", *row[2:]] for i, row in enumerate(rows())]
+    text = table(NAMES[1:], body=[*body[:40], [""], *body[40:]])
+    campaign = read(tmp_path, text)
+    assert [(run.label, len(run)) for run in campaign.runs] == [(1, 40), (2, 40)]
+    assert any(finding.kind == "runs" for finding in campaign.findings)
+    (run,) = read(tmp_path, table(NAMES[1:], body=[r[1:] for r in rows()], end="\n\n")).runs
+    assert (run.label, len(run)) == ("log", 80)
+
+
 def test_a_nanosecond_of_an_epoch_is_not_lost(tmp_path: Path) -> None:
     ticks = 1_744_700_000_000_000_000 + np.cumsum(np.arange(80) % 7 + 1_000_000)
     text = named(1, "stamp_ns", lambda i, _: str(ticks[i]))

@@ -46,12 +46,15 @@ class Numbers:
     place : callable
         Where a row stands in its file.
     findings : list of Finding
+    blocks : tuple of int
+        Rows that a blank line stands before.
     """
 
     quantities: dict[str, FloatArray]
     run: Any
     place: Callable[[int], str]
     findings: list[Finding]
+    blocks: tuple[int, ...] = ()
 
 
 def read_numbers(
@@ -188,7 +191,8 @@ def in_si(
         import pyarrow
 
         run = run.filter(pyarrow.array(keep))
-    return Numbers(protocol.complete(file, found, ratio), run, place, findings)
+    blocks = rows.blocks if keep is None else ()
+    return Numbers(protocol.complete(file, found, ratio), run, place, findings, blocks)
 
 
 def set_aside_text(

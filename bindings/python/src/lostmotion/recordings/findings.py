@@ -28,10 +28,11 @@ class Finding:
     Attributes
     ----------
     kind : str
-        ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``jump``, ``gap``,
-        ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``, ``ignored_column``, ``missing``,
-        ``sampled``, ``repeats``, ``lag``, ``locked``, ``motor_torque``, ``untimed``; of topics
-        that were joined ``joined``, ``outside``, ``clock``, ``delay``.
+        ``nan``, ``duplicate_time``, ``backward_time``, ``stuck``, ``wrap``, ``jump``,
+        ``gap``, ``split_run``, ``wild``, ``sign``, ``scale``, ``ratio``,
+        ``ignored_column``, ``missing``, ``sampled``, ``repeats``, ``lag``, ``locked``,
+        ``motor_torque``, ``untimed``, ``joined``, ``outside``, ``clock``, ``delay``,
+        ``set_aside``, ``text``, ``range``, ``label``, ``runs``, ``thousands``.
     file, column : str
         Where.
     run : int or str or None

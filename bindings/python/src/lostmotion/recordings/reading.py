@@ -35,7 +35,7 @@ from lostmotion.recordings.columns import (
     resolve_columns,
     unused,
 )
-from lostmotion.recordings.conversion import read_numbers
+from lostmotion.recordings.conversion import Numbers, read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
 from lostmotion.recordings.in_memory import MemoryTable
@@ -265,7 +265,7 @@ def read_runs(
         column = chosen["run"][0]
         codes, labels = run_codes(name, column, read.run, read.place, findings)
     else:
-        codes, labels = np.zeros(rows, dtype=np.intp), [only]
+        codes, labels = runs_of_blocks(name, only, read, findings)
     counters = counters_of(chosen)
     runs = []
     for label, index in zip(labels, rows_of(codes, len(labels)), strict=True):
@@ -282,6 +282,21 @@ def read_runs(
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
     return runs
+
+
+def runs_of_blocks(
+    file: str, only: str, read: Numbers, findings: list[Finding]
+) -> tuple[npt.NDArray[np.intp], list[int | str]]:
+    """Tell runs apart where the clock goes back behind every blank line; else there is one."""
+    time = read.quantities["time"]
+    codes = np.zeros(time.size, dtype=np.intp)
+    begin = [row for row in read.blocks if 0 < row < time.size]
+    if not begin or len(begin) >= RUNS_MAX or not all(time[row] < time[row - 1] for row in begin):
+        return codes, [only]
+    codes[begin] = 1
+    action = "no column run; the clock starts again behind every blank line: runs numbered from 1"
+    findings.append(Finding("runs", file, "run", None, len(begin) + 1, action))
+    return np.cumsum(codes), list(range(1, len(begin) + 2))
 
 
 def rows_of(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:

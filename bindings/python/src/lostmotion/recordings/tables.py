@@ -58,12 +58,15 @@ class Rows:
         Where a row stands: ``line 7`` of a text, else ``row 7``.
     findings : list of Finding
         What was set aside.
+    blocks : tuple of int
+        Rows that a blank line stands before.
     """
 
     columns: dict[int, Any]
     count: int
     place: Callable[[int], str] = field(default=lambda row: f"row {row + 1}")
     findings: list[Finding] = field(default_factory=list)
+    blocks: tuple[int, ...] = ()
 
 
 class Table(Protocol):

@@ -64,6 +64,7 @@ class TextTable:
         self.findings = noted_before(file, layout)
         self.header = header_from(file, layout, text)
         self.cleaned = False
+        self.blank = b"\n\n" in self.body.rstrip(b"\n")
 
     @classmethod
     def of_file(cls, file: Path, wanted: Collection[str]) -> TextTable:
@@ -102,7 +103,7 @@ class TextTable:
         if table is None:
             raise InputError(self.file, "", "lines that no reader takes apart", "lines of numbers")
         found = {i: table.column(str(i)) for i in columns}
-        return Rows(found, table.num_rows, self.place, list(self.findings))
+        return Rows(found, table.num_rows, self.place, list(self.findings), self.blocks())
 
     def arrow(self, columns: Collection[int], as_text: bool) -> Any:
         """Read the body by Arrow; None where a line does not fit or a column changes its type."""
@@ -146,6 +147,15 @@ class TextTable:
         except pyarrow.ArrowException:
             return None
         return None if torn else table
+
+    def blocks(self) -> tuple[int, ...]:
+        """Rows that a blank line stands before."""
+        if not self.blank:
+            return ()
+        self.place(0)
+        assert self.lines is not None
+        apart = np.flatnonzero(np.diff(self.lines) > 1) + 1
+        return tuple(map(int, apart)) if apart.size < self.lines.size // 2 else ()
 
     def place(self, row: int) -> str:
         """Say where a row stands."""
