@@ -35,8 +35,8 @@ FOLLOWED_SLACK = WRAP_SLACK / 4
 """The same for the median of many jumps: a wrong ratio, or another shaft, is further off."""
 
 ALIKE = 0.01
-"""Difference of the way of the lost motion, in what a turn of the input makes of it, up to which two
-repairs are alike. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
+"""Difference of the way of the lost motion, in what a turn of the input makes of it, up to which
+two repairs are alike. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
 
 STILL = 1 / 16
 """Step of the input in moduli, beyond that of its neighbours, from which it has moved by itself."""
