@@ -120,9 +120,9 @@ static int is_started(const lm_compensator *compensator) {
 }
 
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
-  static const lm_headroom all = {LARGEST, LARGEST, LARGEST, LARGEST};
+  static const lm_headroom unlimited = {LARGEST, LARGEST, LARGEST, LARGEST};
   if (is_started(compensator)) {
-    lm_headroom room = headroom ? *headroom : all;
+    lm_headroom room = headroom ? *headroom : unlimited;
     compensator->room.correction_rad = clamp(room.correction_rad, 0, LARGEST);
     compensator->room.velocity_rad_s = clamp(room.velocity_rad_s, 0, LARGEST);
     compensator->room.acceleration_rad_s2 = clamp(room.acceleration_rad_s2, 0, LARGEST);
@@ -195,7 +195,7 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   status = lm_check_parameters(parameters, fault);
-  compensator->parameters = status == LM_OK ? parameters : 0;
+  compensator->parameters = status == LM_OK ? parameters : NULL;
   rest(compensator);
   if (status != LM_OK) {
     return status;
@@ -310,9 +310,10 @@ static inline lm_real step_model(const lm_parameters *parameters, lm_memory *mem
 }
 
 /* An input beyond the range that was fitted, the limit, or sense. */
-NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real input, uint32_t *status) {
+NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real told, uint32_t *status) {
   lm_real valid_Nm = c->parameters->valid.torque_Nm;
-  input = judge_input(input, c->memory.plays.torque_Nm, c->parameters->torque_limit_Nm, status);
+  lm_real input =
+      judge_input(told, c->memory.plays.torque_Nm, c->parameters->torque_limit_Nm, status);
   if (valid_Nm > 0 && !is_within(input, valid_Nm)) {
     *status |= LM_STATE_EXTRAPOLATED;
   }
@@ -618,6 +619,8 @@ static void doubt(lm_compensator *c, lm_real elapsed_s) {
     c->doubt_s = least(c->doubt_s + elapsed_s, watch->window_s);
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
     c->doubt_s = greatest(c->doubt_s - FORGIVING * elapsed_s, 0);
+  } else {
+    /* neither: stays */
   }
 }
 
@@ -635,6 +638,8 @@ static void fade(lm_compensator *c, lm_real elapsed_s) {
     c->gain = clamp(c->gain - most, 0, 1);
   } else if (!(c->doubt_s > 0)) {
     c->gain = clamp(c->gain + most, 0, 1);
+  } else {
+    /* in doubt: stays */
   }
 }
 

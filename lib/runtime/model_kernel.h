@@ -56,8 +56,9 @@ static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32
 }
 
 /* The same within the range that was fitted. */
-static inline lm_real judge_range(lm_real value, const lm_real *range, lm_real unknown,
+static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real unknown,
                                   uint32_t *status) {
+  lm_real value = told;
   if (!(value >= range[0] && value <= range[1])) {
     value = judge(value, CONDITION_MAX, unknown, status);
     if (range[0] != 0 || range[1] != 0) {

@@ -2,6 +2,9 @@
  * every sample is done once (columns that were not measured, bands that nothing widens), and each
  * effect runs over a block of samples before the next one does. */
 #include "lostmotion/model.h"
+
+#include <stddef.h>
+
 #include "runtime/model_kernel.h"
 #include "runtime/number.h"
 
@@ -117,7 +120,7 @@ static void start_block(block *b) {
 
 /* A column that is needed and was measured, or null; one that was not measured stays as nothing. */
 static const lm_real *needed(uint32_t needs, uint32_t need, const lm_real *column, int64_t from) {
-  return (needs & need) && column ? column + from : 0;
+  return (needs & need) && column ? &column[from] : NULL;
 }
 
 /* Columns as lm_step_effects reads their conditions. */
