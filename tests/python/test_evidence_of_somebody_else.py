@@ -11,6 +11,7 @@ from typing import Any
 import fuzz_evidence
 import numpy as np
 import pytest
+from sound_files import made
 
 from lostmotion.cli import main
 from lostmotion.evidence.file import checksum
@@ -101,6 +102,12 @@ def test_a_value_out_of_range_is_refused_by_its_name(
     assert error.count("\n") == 1
     assert f": {key}" in error
     assert [p.name for p in tmp_path.iterdir()] == ["one.npz"]
+
+
+def test_evidence_as_it_was_saved_is_taken(tmp_path: Path) -> None:
+    file = tmp_path / "one.npz"
+    file.write_bytes(made("evidence")["one.npz"])
+    assert main(["merge", str(file), "--quiet"]) == 0
 
 
 def test_sound_evidence_is_taken(tmp_path: Path) -> None:
