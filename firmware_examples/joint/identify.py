@@ -17,8 +17,8 @@ import numpy as np
 
 from lostmotion.backbone import run_plays
 from lostmotion.export import Controller, Limits, Play, Watch, export
+from lostmotion.fit.least_squares import bounded_least_squares, break_stick, stick_jacobian
 from lostmotion.recordings import read_campaign
-from lostmotion.solve import bounded_least_squares, break_stick, stick_jacobian
 from lostmotion.units import ARCSEC
 
 KNOTS_NM = 40 * np.array(

@@ -115,7 +115,7 @@ def test_readme_quotes_the_page_of_costs() -> None:
         x for x in PAGE.read_text().splitlines() if x.startswith("| Cortex-M4F | standard |")
     )
     cell = [x.strip() for x in row.split("|")[1:-1]]
-    flash, ram, stack, step = cell[2], cell[5], cell[7], cell[10].split()[-1]
+    flash, ram, stack, step = cell[2], cell[6], cell[9], cell[12].split()[-1]
     quoted = re.sub(r"\s+", " ", README.read_text()).replace(",", "")
     assert f"takes {step} instructions on a Cortex-M4F" in quoted
     assert f"is {flash} bytes RAM {ram} bytes an axis stack {stack} " in quoted
