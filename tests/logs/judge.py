@@ -21,6 +21,7 @@ from lostmotion import cli
 
 from .clean import DRIVE, HIDDEN, RATIO, Sheet, clean
 from .dress import EITHER, REFUSED, SAME
+from .open_logs import OPEN
 
 WITHIN = 0.02
 """How far an rms may lie from the clean copy's, in shares of the first rung: with the effect
@@ -176,7 +177,7 @@ class Verdict:
 
     def line(self) -> str:
         """Write it."""
-        mark = "WRONG" if self.wrong else "ok"
+        mark = ("open" if self.name in OPEN else "WRONG") if self.wrong else "ok"
         said = f"  [{self.said}]" if self.said else ""
         return f"{mark:5} {self.name:78} {self.got:8} {self.wrong}{said}"
 

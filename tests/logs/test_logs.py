@@ -1,11 +1,31 @@
-"""Every dress and every fault has the clean copy's answer, or is refused with a reason."""
+"""Every dress and every fault has the clean copy's answer, or is refused with a reason.
+
+Here each dress goes through `check`, every fourth through `compare` too, and every fourth fault
+through both; `python -m logs`, a step of ``./dev check``, takes all through all four commands.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
 from .clean import HIDDEN, clean
 from .dress import DRESSES, SAME
-from .judge import right_answer
-from .table import dresses, faults
+from .events import Event, all_events
+from .judge import COMMANDS, Verdict, right_answer, run
+from .open_logs import OPEN
+from .table import dresses, faults, names, verdict
+from .walled import against, against_evidence
+
+QUICK = ("check", "compare")
+
+
+def print_table(lines: Sequence[Verdict]) -> str:
+    """Print the lines; return those that are wrong and not known to be."""
+    print("\n" + "\n".join(line.line() for line in lines))
+    return "\n".join(line.line() for line in lines if line.wrong and line.name not in OPEN)
 
 
 def test_the_clean_copy_names_what_is_hidden() -> None:
@@ -17,3 +37,55 @@ def test_there_are_sixty_dresses_and_twenty_faults_in_every_column() -> None:
     assert len([name for name in dresses() if DRESSES[name].expected == SAME]) >= 60
     for column in clean().names:
         assert len([name for name in faults() if name.startswith(f"{column}: ")]) >= 20, column
+    assert set(OPEN) <= set(names())
+
+
+def test_every_dress_has_the_clean_copys_answer() -> None:
+    lines = [
+        verdict(name, ("check", "compare") if i % 4 == 3 else ("check",))
+        for i, name in enumerate(dresses())
+    ]
+    assert not (wrong := print_table(lines)), "\n" + wrong
+
+
+def test_every_fourth_fault_is_found_and_changes_no_answer() -> None:
+    lines = [verdict(name, QUICK) for i, name in enumerate(faults()) if i % 4 == 3]
+    assert not (wrong := print_table(lines)), "\n" + wrong
+
+
+def test_a_dress_and_a_refusal_go_through_commands_of_their_own_process() -> None:
+    lines = [
+        verdict("UTF-16 big endian with mark", COMMANDS, alone=True),
+        verdict("no unit anywhere", QUICK, alone=True),
+    ]
+    assert not (wrong := print_table(lines)), "\n" + wrong
+
+
+@pytest.mark.parametrize("event", all_events(), ids=lambda event: event.name)
+def test_a_real_event_is_not_set_aside(event: Event, tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(event.text)
+    outcome = run("check", [file])
+    assert (outcome.status, outcome.answer["samples"]) == (0, len(clean()))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "100000 columns with names, and those of a recording",
+        "a hundred thousand runs of one sample",
+        "one cell of 2 MB of text in the column of runs",
+        "quotes alone",
+        "random letters, digits and separators",
+        "gzip of 3 GB of rows",
+        "a link to /dev/zero",
+    ],
+)
+def test_a_hostile_file_is_answered_within_10_s_and_2_GiB(name: str) -> None:
+    outcome = against(name, "check")
+    assert not outcome.wrong(), outcome
+
+
+def test_evidence_that_inflates_is_answered_within_10_s_and_2_GiB() -> None:
+    outcome = against_evidence()
+    assert not outcome.wrong(), outcome
