@@ -73,6 +73,11 @@ NOINLINE static void read_rare(lm_conditions *at, const lm_parameters *parameter
     at->input_velocity_rad_s =
         judge_range(given->input_velocity_rad_s, parameters->valid.input_velocity_rad_s, 0, status);
   }
+  if ((needs & (LM_NEEDS_INPUT_VELOCITY | LM_USES_INPUT_VELOCITY)) == LM_USES_INPUT_VELOCITY) {
+    uint32_t unsaid = 0;
+    at->input_velocity_rad_s = judge_range(given->input_velocity_rad_s,
+                                           parameters->valid.input_velocity_rad_s, 0, &unsaid);
+  }
   if (needs & LM_NEEDS_OUTPUT_ACCELERATION) {
     at->output_acceleration_rad_s2 =
         judge(given->output_acceleration_rad_s2, CONDITION_MAX, 0, status);

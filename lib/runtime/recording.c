@@ -131,8 +131,8 @@ static void read_columns(block *b, const lm_parameters *parameters, uint32_t nee
       needed(needs, LM_NEEDS_INPUT_ANGLE, recording->input_angle_rad, from);
   const lm_real *output_angle =
       needed(needs, LM_NEEDS_OUTPUT_ANGLE, recording->output_angle_rad, from);
-  const lm_real *velocity =
-      needed(needs, LM_NEEDS_INPUT_VELOCITY, recording->input_velocity_rad_s, from);
+  const lm_real *velocity = needed(needs, LM_NEEDS_INPUT_VELOCITY | LM_USES_INPUT_VELOCITY,
+                                   recording->input_velocity_rad_s, from);
   const lm_real *acceleration =
       needed(needs, LM_NEEDS_OUTPUT_ACCELERATION, recording->output_acceleration_rad_s2, from);
   const lm_real *temperature = needed(needs, LM_NEEDS_TEMPERATURE, recording->temperature_C, from);

@@ -88,6 +88,7 @@ typedef struct lm_conditions {
 #define LM_NEEDS_TILT_MOMENT 128u
 #define LM_NEEDS_AXIAL_FORCE 256u
 #define LM_NEEDS_TIME 512u
+#define LM_USES_INPUT_VELOCITY 1024u /* where it is told; can do without */
 
 /* What the number is that an effect returns; parameters list effects in this order. */
 typedef enum lm_effect_kind {
@@ -122,9 +123,10 @@ typedef enum lm_value_scale {
 /* Bits of `traits`. */
 #define LM_VALUE_BETWEEN_RUNS 1u  /* how the effect depends on what is constant within a run */
 #define LM_VALUE_SIGN_OF_RATIO 2u /* it has the sign of the drive's ratio */
-#define LM_VALUE_SIGN_OF_FIRST 4u /* it has the sign of the first value, or the effect is another \
-                                   */
-#define LM_VALUE_SCALES 8u        /* it scales the effect, together with its linear values */
+#define LM_VALUE_SIGN_OF_FIRST                                                             \
+  4u                       /* it has the sign of the first value, or the effect is another \
+                            */
+#define LM_VALUE_SCALES 8u /* it scales the effect, together with its linear values */
 
 #define LM_STARTS_MAX 4 /* start values of one value */
 
