@@ -18,9 +18,9 @@ from lostmotion.characterize.stretches import collect
 from lostmotion.characterize.three_slopes import developed
 from lostmotion.cli import main
 from lostmotion.compare import zero_widths
-from lostmotion.threads import one_thread
 from lostmotion.drives import read_drive
 from lostmotion.recordings import Campaign, Run, read_campaign
+from lostmotion.threads import one_thread
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -104,18 +104,14 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
                     missing[name] += 1
                     continue
                 for confidence in (0.68, 0.95):
-                    hits[name][confidence] += within(
-                        found[name], truth[name], dof, confidence
-                    )
+                    hits[name][confidence] += within(found[name], truth[name], dof, confidence)
     print({name: (count, missing[name]) for name, count in hits.items()})
     assert max(missing.values()) <= 0.02 * SEEDS
     for name, count in hits.items():
         seen = SEEDS - missing[name]
         for confidence, limit in ((0.68, 0.132), (0.95, 0.062)):
             share = count[confidence] / seen
-            assert abs(share - confidence) <= limit, (
-                f"{name}: {share:.3f} of {confidence}"
-            )
+            assert abs(share - confidence) <= limit, f"{name}: {share:.3f} of {confidence}"
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -178,11 +174,7 @@ def test_a_preload_stiffens_the_first_slope_and_closes_the_lost_motion() -> None
     campaign = read_campaign(DATA / "cycloidal_preload" / "conic_axial.csv.gz")
     stiffness, lost = [], []
     for step in range(0, 600, 100):
-        runs = [
-            run
-            for run in campaign.runs
-            if np.median(run.columns["axial_force"]) == step
-        ]
+        runs = [run for run in campaign.runs if np.median(run.columns["axial_force"]) == step]
         found = standard_figures(Campaign(runs), 35.0)
         stiffness.append(found.curve["K1"].value)
         lost.append(found.lost_motion[0.04].value)
@@ -195,12 +187,8 @@ def test_loops_below_the_second_knee_give_no_third_slope() -> None:
     assert found.curve["K3"].value is None
     assert "40 N m" in found.curve["K3"].reason
     assert found.curve["K2"].value == pytest.approx(50e3, rel=0.02)
-    document = characterize(
-        campaign_of(Loop(amplitude=40.0), 1), rated_torque_Nm=67.0
-    ).document()
-    assert (
-        document["catalogue"]["K3_Nm_per_rad"] == document["catalogue"]["K2_Nm_per_rad"]
-    )
+    document = characterize(campaign_of(Loop(amplitude=40.0), 1), rated_torque_Nm=67.0).document()
+    assert document["catalogue"]["K3_Nm_per_rad"] == document["catalogue"]["K2_Nm_per_rad"]
     said = document["characterization"]["assumptions"]
     assert any("beyond 40 N m" in line for line in said)
     assert any("hysteresis loss" in line for line in said)
@@ -227,9 +215,7 @@ def test_the_figures_follow_the_mean_curve_whatever_its_direction_of_use() -> No
     other = standard_figures(turned, 67.0)
     for name in ("K1", "K2", "K3"):
         assert other.curve[name].value == pytest.approx(one.curve[name].value, rel=1e-3)
-    assert other.hysteresis_loss.value == pytest.approx(
-        one.hysteresis_loss.value, rel=1e-3
-    )
+    assert other.hysteresis_loss.value == pytest.approx(one.hysteresis_loss.value, rel=1e-3)
 
 
 def test_one_direction_gives_slopes_and_says_why_there_is_no_lost_motion() -> None:
@@ -251,9 +237,7 @@ def test_one_direction_gives_slopes_and_says_why_there_is_no_lost_motion() -> No
 
 def test_one_branch_gives_slopes_and_no_width() -> None:
     runs = []
-    for number, (torque, angle) in enumerate(
-        Loop(loops=5, hysteresis=0.0).runs(1), start=1
-    ):
+    for number, (torque, angle) in enumerate(Loop(loops=5, hysteresis=0.0).runs(1), start=1):
         half = torque.size // 2
         columns = {
             "time": np.arange(half) * 0.05,
@@ -281,14 +265,10 @@ def test_a_lost_motion_that_falls_is_refused(
 def test_the_written_file_is_taken_by_every_other_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = Loop(loops=6, samples=240, shape="coulomb").write(
-        tmp_path / "loops.csv", ratio=100.0
-    )
+    file = Loop(loops=6, samples=240, shape="coulomb").write(tmp_path / "loops.csv", ratio=100.0)
     drive = tmp_path / "drive.toml"
     words = ["characterize", str(file), "--ratio", "100", "--rated-torque-Nm", "67"]
-    assert (
-        main([*words, "-o", str(drive), "--json", str(tmp_path / "answer.json")]) == 0
-    )
+    assert main([*words, "-o", str(drive), "--json", str(tmp_path / "answer.json")]) == 0
     answer = json.loads((tmp_path / "answer.json").read_text())
     assert answer["schema"] == "lostmotion.characterization/1"
     read = read_drive(drive)
@@ -332,9 +312,7 @@ def test_the_written_file_is_taken_by_every_other_command(
             )
             assert measured == pytest.approx(found, rel=1e-6)
             assert model == pytest.approx(measured, rel=0.02)
-    assert read_drive(tmp_path / "again.toml").catalogue == pytest.approx(
-        read.catalogue
-    )
+    assert read_drive(tmp_path / "again.toml").catalogue == pytest.approx(read.catalogue)
 
 
 def test_what_is_not_stated_is_assumed_by_name(
