@@ -3,7 +3,7 @@
     python tests/benchmarks/bench_rows.py [DRIVE.toml DATA ...]
 
 The demo's campaign is diagnosed as it is, and with wild values in every column that it needs. Each
-further drive file with its recordings is diagnosed as well; columns are read by the drive's own map.
+further drive file with its recordings is diagnosed as well; columns are read by the drive's map.
 Times are those of all processors, so that other work on the machine counts little.
 """
 

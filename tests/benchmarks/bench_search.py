@@ -6,8 +6,8 @@ the evaluator once for each. The search counts a plain evaluation as one, as it 
 that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain ones (8 for up to
 eight variables beside the tolerance grades), and sixteen looks at other tolerances of a design that
 was evaluated count as one; ``bench_search_cost.py`` measures what each takes.
-Arithmetic without the model is free for all. The verification that follows the budget is left out for
-ours, so no method has its result polished. Every feasible point that a method evaluates counts for
+Arithmetic without the model is free for all. The verification that follows the budget is left out
+for ours, so no method has its result polished. Every feasible point that a method evaluates counts for
 its front, so nothing depends on how a method reports.
 
     pip install ./bindings/python[benchmark]

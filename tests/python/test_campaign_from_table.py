@@ -126,7 +126,7 @@ def test_what_has_no_columns_is_refused(data: object) -> None:
 
 
 def test_nothing_in_a_table_is_refused() -> None:
-    with pytest.raises(InputError, match="table: .* no such column"):
+    with pytest.raises(InputError, match=r"table: .* no such column"):
         Campaign.from_table({})
     with pytest.raises(InputError, match="table: found no rows"):
         Campaign.from_table({name: [] for name in ("time_s", "torque_Nm", "lost_motion_rad")})

@@ -368,7 +368,7 @@ def test_fit_hands_on_its_noise_and_its_ranges(write: Write, bought: dict[str, A
     assert list(made.valid.cycles) == [0, 0]
     for wrong in ({"torque_Nm": [1.0, -1.0]}, {"torque_Nm": [1.0]}, {"speed": [0.0, 1.0]}):
         bought["fit"]["ranges"] = wrong
-        with pytest.raises(InputError, match="fit.ranges"):
+        with pytest.raises(InputError, match=r"fit\.ranges"):
             read_drive(write(bought))
 
 

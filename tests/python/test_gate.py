@@ -1,4 +1,4 @@
-"""The gate: each mistake is refused before any fit, with a line whose correction gives the answer."""
+"""The gate: each mistake is refused before any fit; the line's correction gives the answer."""
 
 from __future__ import annotations
 

@@ -45,8 +45,8 @@ QUICK = {
 
 def test_every_command_of_the_interface_is_there() -> None:
     expected = (
-        "new predict clearances compare diagnose fit effects design export replay check forecast next "
-        "workbench demo completion"
+        "new predict clearances compare diagnose fit effects design export replay check forecast "
+        "next workbench demo completion"
     )
     assert set(NAMES) >= set(expected.split())
 
