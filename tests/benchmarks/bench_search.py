@@ -7,8 +7,8 @@ that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain
 eight variables beside the tolerance grades), and sixteen looks at other tolerances of a design that
 was evaluated count as one; ``bench_search_cost.py`` measures what each takes.
 Arithmetic without the model is free for all. The verification that follows the budget is left out
-for ours, so no method has its result polished. Every feasible point that a method evaluates counts for
-its front, so nothing depends on how a method reports.
+for ours, so no method has its result polished. Every feasible point that a method evaluates counts
+for its front, so nothing depends on how a method reports.
 
     pip install ./bindings/python[benchmark]
     python tests/benchmarks/bench_search.py [BUILD] [--seeds N] [--first-seed N]

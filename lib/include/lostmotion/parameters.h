@@ -64,8 +64,9 @@ typedef struct lm_watch {
   lm_real noise_rad;   /* rms that measurement noise alone has, >= 0 */
   lm_real misfit_rad;  /* rms beyond which the model is reported not to fit, >= noise_rad */
   lm_real creep_rad_s; /* fastest that a fade moves a standing axis, >= 0; 0: by fade_s alone */
-  lm_real ringing_Hz;  /* a correction that swings to and fro faster than this by itself rings:
-                        * a fifth of the joint's lowest resonance, say; 0: nothing is called ringing */
+  lm_real
+      ringing_Hz; /* a correction that swings to and fro faster than this by itself rings:
+                   * a fifth of the joint's lowest resonance, say; 0: nothing is called ringing */
 } lm_watch;
 
 /* Where the parameters hold: the ranges that were fitted. Both ends 0: not stated, no limit. */

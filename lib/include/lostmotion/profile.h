@@ -91,8 +91,9 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_ENVELOPE 0
 #else
-#define LM_ENVELOPE 1 /* 0 or 1: plays can follow an envelope of the torque, as those of a fit do \
-                       */
+#define LM_ENVELOPE                                                             \
+  1 /* 0 or 1: plays can follow an envelope of the torque, as those of a fit do \
+     */
 #endif
 #endif
 #if LM_ENVELOPE < 0 || LM_ENVELOPE > 1
