@@ -74,3 +74,14 @@ def test_the_runner_sees_what_is_wrong(tmp_path: Path) -> None:
     assert [runner.run(block) for block in found[:3]] == ["1\n", "", "b = 1\n"]
     with pytest.raises(AssertionError, match="ended with 3"):
         runner.run(found[3])
+
+
+def test_every_status_bit_stands_in_the_table_for_the_host() -> None:
+    header = (blocks.DOCS.parents[2] / "lib" / "include" / "lostmotion" / "state.h").read_text()
+    bits = re.findall(r"^#define (LM_STATE_\w+) ", header, re.M)
+    assert len(bits) >= 20
+    page = (blocks.DOCS / "integration.md").read_text()
+    rows = re.findall(r"^\| `(LM_STATE_\w+)` \| (yes)? ?\|", page, re.M)
+    assert [name for name, _ in rows] == bits
+    lasting = re.findall(r"^#define (LM_STATE_\w+)(?:[^#]*?)/\* lasts:", header, re.M)
+    assert [name for name, lasts in rows if lasts] == lasting
