@@ -165,7 +165,7 @@ AXES = 6
 
 Options = tuple[str, ...]
 
-STACK_MAX = 224
+STACK_MAX = 256
 RAM_MAX = 256
 RATIO_MAX = 1.5
 FLASH_MAX = 6144
