@@ -34,7 +34,15 @@ from lostmotion.evidence.merging import merge_bodies
 from lostmotion.files import write_whole
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, ratio_of
-from lostmotion.recordings import Campaign, Finding, parse_map, read_campaign, recording_files, told
+from lostmotion.recordings import (
+    Campaign,
+    Finding,
+    Run,
+    parse_map,
+    read_campaign,
+    recording_files,
+    told,
+)
 from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.recordings.gate import measured_ratio
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
@@ -170,11 +178,29 @@ def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
 
 
 def estimate_ratio(campaign: Campaign) -> float | None:
-    """Ratio by the runs that turn, near enough to check the encoders; None where none turns."""
+    """Ratio by the runs that turn, near enough to check the encoders; None where none turns.
+
+    Where one encoder is dead for a while the two do not turn together as a whole: there the steps
+    in which both move tell.
+    """
     found = [turns for run in campaign.runs if (turns := measured_ratio(run)) is not None]
     slopes = [turns.slope for turns in found if turns.swing_out >= STUCK_TURN_RAD]
+    if not slopes:
+        slopes = [slope for run in campaign.runs if (slope := slope_of_steps(run)) is not None]
     ratio = float(np.median(slopes)) if slopes else 0.0
     return ratio if abs(ratio) >= 1.0 else None
+
+
+def slope_of_steps(run: Run) -> float | None:
+    """Usual step of the input over that of the output where both move; None where none turns."""
+    if not {"input_angle", "output_angle"} <= run.columns.keys():
+        return None
+    put_in, out = run.columns["input_angle"], run.columns["output_angle"]
+    step_in, step_out = np.diff(put_in), np.diff(out)
+    moving = (step_in != 0) & (step_out != 0)
+    if np.ptp(out) < STUCK_TURN_RAD or not moving.any():
+        return None
+    return float(np.median(step_in[moving] / step_out[moving]))
 
 
 def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:
