@@ -6,6 +6,7 @@ import contextlib
 import os
 import re
 import signal
+import signal
 import subprocess
 import sys
 import time
@@ -31,6 +32,8 @@ def start(
         [sys.executable, "-m", "lostmotion", "workbench", *map(str, words), "--port", "0"],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         env={**inherited, **environment},
+        # Tests that run under nohup hand SIGHUP down as ignored, and the server leaves it so.
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
     )  # fmt: skip
     assert server.stdout is not None
     said = server.stdout.readline()
