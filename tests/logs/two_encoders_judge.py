@@ -40,7 +40,6 @@ def misread(seed: int, folder: Path) -> str | None:
 
     Right is the lost motion of the log that does not wrap, save for one shift a run, with a
     finding; or a refusal that names the angles; or both readings, said of each run that is wrong.
-    Rows may be set aside where as many are named, by run and second, and the rest is right.
     """
     clean, log = continuous(seed), wrapped(seed)
     if not is_wrapped(log, clean):
@@ -51,26 +50,19 @@ def misread(seed: int, folder: Path) -> str | None:
         return "" if "angle" in str(error) else f"{log.about}: refused: {error}"
     kinds = {finding.kind for finding in campaign.findings}
     open_runs = {finding.run for finding in campaign.findings if "either" in finding.action}
-    kept = np.ones(len(log.run), dtype=bool)
     if campaign.rows != len(log.run):
-        labels = {run.label: run for run in campaign.runs}
-        for label, run in labels.items():
-            rows = log.run == label
-            kept[rows] = np.isin(log.time_s[rows], run.time_s)
-        short = {label for label in labels if not kept[log.run == label].all()}
+        short = {
+            run.label for run in campaign.runs if len(run) != np.count_nonzero(log.run == run.label)
+        }
         if short <= open_runs:
             return ""
-        named = sum(f.count for f in campaign.findings if f.kind == "wild" and f.seconds)
-        missing = len(log.run) - campaign.rows
-        if named != missing or np.count_nonzero(~kept) != missing:
-            return f"{log.about}: {missing} rows fewer; {_said(campaign)}"
-    run_of = log.run[kept]
-    shift = campaign.column("lost_motion") - clean.lost_motion_rad[kept]
+        return f"{log.about}: {len(log.run) - campaign.rows} rows fewer; {_said(campaign)}"
+    shift = campaign.column("lost_motion") - clean.lost_motion_rad
     count_rad = TURN / log.per_turn if log.per_turn else 0.0
     rounded = 1.001 * max(count_rad / abs(log.ratio), 1e-9 * TURN)
-    wrong = {label for label in np.unique(run_of) if np.ptp(shift[run_of == label]) > rounded}
+    wrong = {label for label in np.unique(log.run) if np.ptp(shift[log.run == label]) > rounded}
     right = not wrong
-    if wrong <= open_runs and (wrong or kinds & {"wrap", "wild"}):
+    if wrong <= open_runs and (wrong or "wrap" in kinds):
         return ""
     return f"{log.about}: {'nothing said' if right else 'wrong'}; {_said(campaign)}"
 
