@@ -187,6 +187,9 @@ SAME: dict[str, Dress] = {
     "times of day over midnight": lambda: stamps(lambda t: t.strftime("%H:%M:%S.%f"), "time"),
     "epoch in s": lambda: named(1, "timestamp", lambda i, _: f"{(EPOCH_MS + 100 * i) / 1000:.1f}"),
     "epoch in ms": lambda: named(1, "timestamp", lambda i, _: str(EPOCH_MS + 100 * i)),
+    "epoch in ns, no unit": lambda: named(
+        1, "stamp", lambda i, _: f"{EPOCH_MS + 100 * i}000000"
+    ),
     "epoch in ns": lambda: named(1, "stamp_ns", lambda i, _: f"{EPOCH_MS + 100 * i}000000"),
     "ROS stamps": lambda: two_clocks("header.stamp.sec", "header.stamp.nanosec", 1),
     "C stamps": lambda: two_clocks("tv_sec", "tv_usec", 1000),

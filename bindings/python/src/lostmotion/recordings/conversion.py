@@ -156,8 +156,7 @@ def in_si(
         if quantity in ("run", "time"):
             continue
         if label not in texts:
-            column = rows.columns[name.index].cast("float64")
-            found[quantity] = np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+            found[quantity] = as_floats(rows.columns[name.index])
             continue
         reading = readings[label]
         found[quantity] = texts[label].numbers(reading.mark, reading.grouped)
@@ -324,7 +323,7 @@ class Clock:
         """Read a clock of numbers in the unit that is stated, or that an epoch tells."""
         unit = self.name.unit.symbol if self.name.unit is not None else None
         if unit is None:
-            numbers = np.asarray(column.cast("float64").to_numpy(zero_copy_only=False))
+            numbers = as_floats(column)
             told = clocks.epoch_unit(self.file, self.label, numbers)
             if told is None:
                 expected = f"{units.describe(units.TIME)} as a suffix, or --map {self.label}=time_s"
@@ -334,7 +333,7 @@ class Clock:
         kind = str(column.type)
         if kind.startswith(("int", "uint")) and unit in clocks.UNITS_NS:
             return self.of_integers(column, unit)
-        numbers = np.asarray(column.cast("float64").to_numpy(zero_copy_only=False), np.float64)
+        numbers = as_floats(column)
         values = self.name.factor * numbers
         seconds = units.convert(values, unit, "s")
         known = np.flatnonzero(np.isfinite(seconds))
@@ -399,7 +398,7 @@ class Clock:
             whole = texts.whole_numbers()
             column = texts.text.cast("float64") if whole is None else whole
         if not str(column.type).startswith(("int", "uint")):
-            numbers = np.asarray(column.cast("float64").to_numpy(zero_copy_only=False), np.float64)
+            numbers = as_floats(column)
             known = np.isfinite(numbers)
             rounded = np.where(known, np.round(numbers), 0)
             off = np.flatnonzero(known & (rounded != numbers))
@@ -409,6 +408,12 @@ class Clock:
                 raise InputError(self.file, self.label, found, "whole numbers")
             return rounded.astype(np.int64), known
         return integers(column)
+
+
+def as_floats(column: Any) -> FloatArray:
+    """Return a column of numbers, rounded to nearest where float64 does not hold the integers."""
+    floats = column.cast("float64", safe=False)
+    return np.asarray(floats.to_numpy(zero_copy_only=False), dtype=np.float64)
 
 
 def integers(column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
