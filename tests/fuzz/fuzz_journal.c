@@ -60,13 +60,13 @@ static void answer_soundly(const lm_problem *problem, const lm_task *task, tape 
   answer->plain = 1 + next_byte(from) % 8;
   answer->violation = next_byte(from) % 3;
   answer->value = next_byte(from);
-  answer->found_count = next_byte(from) % 3;
+  answer->solution_count = next_byte(from) % 3;
   answer->member_count = task->kind == LM_TASK_EVOLVE ? 2 : 0;
   for (k = 0; k < problem->range_count; k++) {
     answer->unit[k] = next_byte(from) / 255.0;
   }
-  for (i = 0; i < answer->found_count + answer->member_count; i++) {
-    lm_found *found = &answer->found[i];
+  for (i = 0; i < answer->solution_count + answer->member_count; i++) {
+    lm_solution *found = &answer->solution[i];
     found->combination = task->combination;
     for (k = 0; k < problem->range_count; k++) {
       found->unit[k] = next_byte(from) / 255.0;
@@ -79,7 +79,7 @@ static void answer_soundly(const lm_problem *problem, const lm_task *task, tape 
 
 /* Up to four values of an answer become any bits. */
 static void change(lm_answer *answer, tape *from) {
-  const size_t used = offsetof(lm_answer, found) + 6 * sizeof answer->found[0];
+  const size_t used = offsetof(lm_answer, solution) + 6 * sizeof answer->solution[0];
   int changes = 1 + next_byte(from) % 4;
   while (changes-- > 0) {
     uint16_t place;
@@ -101,7 +101,7 @@ static lm_status take(void *context, const lm_answer *answer) {
 
 /* What was accepted can be told: every design in range. */
 static void look(lm_search *search, const lm_problem *problem) {
-  static lm_found front[64];
+  static lm_solution front[64];
   lm_progress progress;
   const int combinations = lm_count_combinations(problem);
   int count = lm_read_front(search, front, 64);
@@ -158,7 +158,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     answer_soundly(&problem, &tasks[i], &from, &answer);
     change(&answer, &from);
     /* A record holds as many designs as its counts say. */
-    if (answer.found_count < 0 || answer.found_count > LM_FOUND_MAX || answer.member_count < 0 ||
+    if (answer.solution_count < 0 || answer.solution_count > LM_SOLUTION_MAX || answer.member_count < 0 ||
         answer.member_count > LM_PARENT_MAX) {
       require(lm_accept_answer(to.search, &answer) != LM_OK || answer.id < tasks[0].id);
       break;
