@@ -8,7 +8,7 @@ import os
 import subprocess
 import tempfile
 from dataclasses import dataclass, field, fields, replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -75,24 +75,31 @@ class _Memory(ctypes.Structure):
     )
 
 
-@lru_cache(maxsize=1)
-def kernel() -> ctypes.CDLL:
-    """Compile mechanics.c with the system's compiler, once a change, and load it."""
-    source = SOURCE.read_bytes()
-    folder = SOURCE.parents[2] / "build" / "rig"
+@cache
+def compiled(name: str) -> ctypes.CDLL:
+    """Compile a source of this folder with the system's compiler, once a change, and load it."""
+    path = SOURCE.with_name(name)
+    source = path.read_bytes()
+    folder = path.parents[2] / "build" / "rig"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         folder = Path(tempfile.mkdtemp(prefix="rig-"))
-    library = folder / f"mechanics-{hashlib.sha256(source).hexdigest()[:16]}.so"
+    library = folder / f"{path.stem}-{hashlib.sha256(source).hexdigest()[:16]}.so"
     if not library.exists():
         made = library.with_suffix(f".{os.getpid()}")
         subprocess.run(
-            [os.environ.get("CC", "cc"), *FLAGS, "-o", str(made), str(SOURCE), "-lm"],
+            [os.environ.get("CC", "cc"), *FLAGS, "-o", str(made), str(path), "-lm"],
             check=True,
         )
         made.replace(library)
-    loaded = ctypes.CDLL(str(library))
+    return ctypes.CDLL(str(library))
+
+
+@cache
+def kernel() -> ctypes.CDLL:
+    """Load the mechanics of the drive on the rig."""
+    loaded = compiled(SOURCE.name)
     loaded.rig_turn.restype = ctypes.c_size_t
     loaded.rig_turn.argtypes = (
         ctypes.POINTER(_Drive),
@@ -106,7 +113,7 @@ def kernel() -> ctypes.CDLL:
     return loaded
 
 
-def _pointer(array: Array) -> ctypes._Pointer[ctypes.c_double]:
+def pointer(array: Array) -> ctypes._Pointer[ctypes.c_double]:
     return array.ctypes.data_as(DOUBLES)
 
 
@@ -208,9 +215,9 @@ def turn(drive: Drive, samples: Samples, memory: Memory | None = None) -> Turned
     count = len(samples.torque_Nm)
     kept: list[Array] = []
 
-    def pointer(values: Array) -> ctypes._Pointer[ctypes.c_double]:
+    def held(values: Array) -> ctypes._Pointer[ctypes.c_double]:
         kept.append(np.ascontiguousarray(values, dtype=np.float64))
-        return _pointer(kept[-1])
+        return pointer(kept[-1])
 
     c_drive = _Drive()
     for name, _ in _Drive._fields_[7:]:
@@ -219,21 +226,21 @@ def turn(drive: Drive, samples: Samples, memory: Memory | None = None) -> Turned
     c_drive.slips = len(drive.slip_limit_Nm)
     for side in (0, 1):
         gap, stiffness = drive.pair_gap_rad[side], drive.pair_stiffness_Nm_per_rad[side]
-        c_drive.gap_rad[side] = pointer(gap)
-        c_drive.stiffness_sum[side] = pointer(np.cumsum(stiffness))
-        c_drive.offset_sum[side] = pointer(np.cumsum(stiffness * gap))
-    c_drive.slip_stiffness_Nm_per_rad = pointer(drive.slip_limit_Nm / drive.slip_angle_rad)
-    c_drive.slip_limit_Nm = pointer(drive.slip_limit_Nm)
+        c_drive.gap_rad[side] = held(gap)
+        c_drive.stiffness_sum[side] = held(np.cumsum(stiffness))
+        c_drive.offset_sum[side] = held(np.cumsum(stiffness * gap))
+    c_drive.slip_stiffness_Nm_per_rad = held(drive.slip_limit_Nm / drive.slip_angle_rad)
+    c_drive.slip_limit_Nm = held(drive.slip_limit_Nm)
     c_samples = _Samples()
     for item in fields(samples):
         values = getattr(samples, item.name)
         if len(values) != count:
             raise ValueError(f"{item.name}: {len(values)} samples, torque has {count}")
-        setattr(c_samples, item.name, pointer(values))
+        setattr(c_samples, item.name, held(values))
     answers = [np.empty(count) for _ in range(3)]
     memory = memory if memory is not None else Memory()
     done = kernel().rig_turn(
-        c_drive, c_samples, count, memory.state, *(_pointer(answer) for answer in answers)
+        c_drive, c_samples, count, memory.state, *(pointer(answer) for answer in answers)
     )
     if done < count:
         raise ArithmeticError(f"{drive.name}: no balance of torques at sample {done}")
