@@ -27,7 +27,7 @@ from sklearn.linear_model import LassoCV
 
 from lostmotion.candidates.named import named_candidates
 from lostmotion.effects.library import library
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Table:
         ]
 
 
-def alike(base: Base) -> Base:
+def alike(base: BaselineModel) -> BaselineModel:
     """The base with all runs alike: deviations of runs may hold what is looked for."""
     out = base.copy()
     out.deviations[:] = 0.0
@@ -76,7 +76,7 @@ def alike(base: Base) -> Base:
     return out
 
 
-def table_of(base: Base) -> Table:
+def table_of(base: BaselineModel) -> Table:
     """What the tools get of a campaign."""
     c = base.conditions
     taken = np.linspace(0, c.rows - 1, min(ROWS, c.rows)).astype(np.intp)
@@ -146,7 +146,7 @@ def sparse(features: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(optimizer.coef_[0])
 
 
-def by_lasso(table: Table, base: Base, ratio: float) -> list[str]:
+def by_lasso(table: Table, base: BaselineModel, ratio: float) -> list[str]:
     """Effects whose tangents a cross-validated lasso keeps, strongest first."""
     c = base.conditions
     candidates, _ = named_candidates(library(), base, base.at(), ratio)
@@ -186,7 +186,7 @@ def by_trees(table: Table) -> list[str]:
     return [table.names[i] for i in np.argsort(-importance) if importance[i] > 0]
 
 
-def baselines(base: Base, ratio: float) -> dict[str, list[str]]:
+def baselines(base: BaselineModel, ratio: float) -> dict[str, list[str]]:
     """What each tool claims, best first; nothing where it claims nothing."""
     base = alike(base)
     table = table_of(base)

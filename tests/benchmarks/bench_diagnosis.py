@@ -85,13 +85,13 @@ def run_rivals(truth_file: Path) -> Record:
 
     from lostmotion.discover.outliers import clean_outliers
     from lostmotion.effects.conditions import Conditions
-    from lostmotion.fit.baseline import Base
+    from lostmotion.fit.baseline import BaselineModel
 
     truth, drive, campaign = read(truth_file)
     cpu = time.process_time()
     with one_thread():
         backbone = make_backbone(drive, campaign.largest_torque_Nm)
-        base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
+        base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
         base.first_fit()
         if clean_outliers(base):
             base.fit(steps=8)

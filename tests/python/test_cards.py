@@ -21,7 +21,8 @@ from lostmotion.discover import Effect, Value, effect, include_folder, library, 
 from lostmotion.effects.conditions import CONDITIONS, Conditions
 from lostmotion.effects.formula import formula, write_c
 from lostmotion.errors import InputError
-from lostmotion.fit.baseline import Base, start_values
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.terms import start_values
 
 PACKAGE = Path(lostmotion.__file__).parent
 
@@ -79,8 +80,8 @@ def test_forms_of_their_own_belong_to_effects() -> None:
 
 
 @pytest.fixture(scope="module")
-def base() -> Base:
-    return Base(Conditions(campaign()), RATED_NM)
+def base() -> BaselineModel:
+    return BaselineModel(Conditions(campaign()), RATED_NM)
 
 
 def one_of(*values: Value, **more: object) -> Effect:
@@ -99,7 +100,7 @@ def test_what_a_value_is_called_does_not_say_whether_it_is_fitted(name: str) -> 
 
 
 @pytest.mark.parametrize("name", ["takeup_Nm", "threshold_Nm", "closing_Nm"])
-def test_torques_start_where_the_card_says(name: str, base: Base) -> None:
+def test_torques_start_where_the_card_says(name: str, base: BaselineModel) -> None:
     usual = [share * RATED_NM for share in (0.02, 0.1, 0.5)]
     assert grid(one_of(shape(name)), 0, base) == usual
     stated = shape(name, scale="rated_torque", starts=(0.3,))
@@ -108,12 +109,12 @@ def test_torques_start_where_the_card_says(name: str, base: Base) -> None:
     assert grid(one_of(stated), 0, base) == [0.5 * base.largest]
 
 
-def test_a_value_without_a_torque_starts_about_what_is_typical(base: Base) -> None:
+def test_a_value_without_a_torque_starts_about_what_is_typical(base: BaselineModel) -> None:
     assert grid(one_of(shape("exponent")), 0, base) == [0.25, 1.0, 4.0]
     assert grid(one_of(shape("exponent", starts=(0.5, 2.0))), 0, base) == [0.5, 2.0]
 
 
-def test_what_is_given_is_told_by_the_card(base: Base) -> None:
+def test_what_is_given_is_told_by_the_card(base: BaselineModel) -> None:
     given = given_values(base, -80.0)
     values = [
         Value(name, "given", 3.0, -1e4, 1e4, scale)
@@ -122,7 +123,7 @@ def test_what_is_given_is_told_by_the_card(base: Base) -> None:
     assert start_values(one_of(*values), given).tolist() == [80.0, RATED_NM, 3.0]
 
 
-def test_a_sign_is_that_of_the_ratio(base: Base) -> None:
+def test_a_sign_is_that_of_the_ratio(base: BaselineModel) -> None:
     drag = one_of(Value("drag_Nm", "shape", 1.0, -5.0, 5.0, sign="ratio"))
     for ratio, low, high in ((80.0, 0.0, 5.0), (-80.0, -5.0, 0.0)):
         value = resolved(drag, base, ratio).values[0]
@@ -135,7 +136,7 @@ def test_a_value_of_the_other_sign_is_another_effect() -> None:
     assert both.against_its_name(np.array([1.0, -0.5])) == 1
 
 
-def test_what_the_baseline_absorbs_does_not_compete(base: Base) -> None:
+def test_what_the_baseline_absorbs_does_not_compete(base: BaselineModel) -> None:
     linear = Value("size_rad", "linear", 1e-5, -1.0, 1.0)
     own = one_of(linear, absorbed="the baseline follows it")
     found, closed = named_candidates({"own": own}, base, base.at(), 100.0)

@@ -27,8 +27,8 @@ from lostmotion.drives import format_toml, read_drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
-from lostmotion.fit.baseline import PLAY_RANGE, PLAYS
 from lostmotion.fit.drive_file import make_base
+from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
 from lostmotion.fit.least_squares import break_stick, stick_jacobian
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, Run, read_campaign
@@ -99,9 +99,9 @@ def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
     result = compare(backbone(), campaign(outside=0.0, inside=0.4, scale=1.1))
     assert result.friction == "inside"
     # The narrowest play is narrower than a step of the torque, which tells next to nothing of it.
-    assert result.base.shares[1:].sum() == pytest.approx(0.4, abs=0.04)
-    assert result.base.rise == pytest.approx(1.0, abs=0.05)
-    assert result.base.shares[5] == pytest.approx(0.4, abs=0.06)
+    assert result.base.hysteresis.shares[1:].sum() == pytest.approx(0.4, abs=0.04)
+    assert result.base.hysteresis.rise == pytest.approx(1.0, abs=0.05)
+    assert result.base.hysteresis.shares[5] == pytest.approx(0.4, abs=0.06)
     assert result.rms_rad == pytest.approx(NOISE, rel=0.05)
     assert result.heldout_rms_rad == pytest.approx(NOISE, rel=0.07)
     assert result.noise.floor_rad == pytest.approx(NOISE, rel=0.15)
@@ -117,8 +117,8 @@ def test_friction_outside_the_elasticity_is_told_from_friction_inside() -> None:
     inside, both = result.frictions["inside"], result.frictions["both"]
     assert both[1] < 0.7 * inside[1]
     assert result.rms_rad == pytest.approx(NOISE, rel=0.05)
-    assert result.base.outside is not None
-    assert result.base.outside.sum() * ARCSEC == pytest.approx(2e-5, rel=0.25)
+    assert result.base.hysteresis.outside is not None
+    assert result.base.hysteresis.outside.sum() * ARCSEC == pytest.approx(2e-5, rel=0.25)
 
 
 def test_the_base_is_that_of_the_diagnosis() -> None:
@@ -140,8 +140,8 @@ def test_the_state_before_the_first_sample_is_estimated() -> None:
     later = Campaign(data.runs[1:])  # starts where the first run left the play
     result = compare(backbone(), later)
     # It stood at 12 - 6 N m; the fall to 0 N m pulls it to the upper edge of its band.
-    weights = result.base.shares / result.base.shares.sum()
-    assert float(weights @ result.base.start[0]) > 0.8
+    weights = result.base.hysteresis.shares / result.base.hysteresis.shares.sum()
+    assert float(weights @ result.base.hysteresis.start[0]) > 0.8
 
 
 def test_some_runs_are_fitted_and_the_others_predicted() -> None:

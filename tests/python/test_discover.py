@@ -26,7 +26,8 @@ from lostmotion.discover.outliers import clean_outliers
 from lostmotion.drives import format_toml, parse_drive, tomllib
 from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError
-from lostmotion.fit.baseline import RUN_SCATTER, Base, Term
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.terms import RUN_SCATTER, Term
 from lostmotion.recordings import Campaign, Run
 from lostmotion.report.discovery import verdict_sentence
 from lostmotion.units import parse_unit
@@ -313,7 +314,7 @@ def test_wild_samples_are_counted_and_do_not_name_anything():
     rng = np.random.default_rng(0)
     for run in data.runs:
         run.columns["lost_motion"][rng.choice(np.arange(5, 495), 5, replace=False)] += 60 * ARCSEC
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.fit()
     assert clean_outliers(base) > 50
     assert answer_of(data)["verdict"] == "complete"
@@ -326,7 +327,7 @@ def test_what_is_measured_at_a_jump_of_the_load_is_no_outlier():
     swing.columns["torque"][at[0] :] += 8.0
     swing.columns["lost_motion"][at[0]] += 40.0 * ARCSEC
     swing.columns["lost_motion"][at[5]] += 40.0 * ARCSEC
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.fit()
     clean_outliers(base)
     first = int(base.conditions.starts[4])
@@ -337,7 +338,7 @@ def test_what_is_measured_at_a_jump_of_the_load_is_no_outlier():
 def test_wild_samples_that_crowd_in_one_run_are_left_as_they_are():
     data = campaign(seed=3)
     data.runs[4].columns["lost_motion"][20:480:20] += 40.0 * ARCSEC
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.fit()
     clean_outliers(base)
     assert not base.outlier[base.conditions.slices()[4]].any()
@@ -379,7 +380,7 @@ def test_a_law_of_wear_through_two_runs_is_held_to_what_is_usual(seed):
         run.columns["cycles"] = np.full(500, cycles)
         wear = worn * np.tanh(run.columns["torque"] / 0.2)
         run.columns["lost_motion"] = run.columns["lost_motion"] + wear * ARCSEC
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.first_fit()
     effect = library()["wear"]
     base.terms.append(Term(effect, effect.typical.copy(), effect.free()))

@@ -26,7 +26,8 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import Base, Term
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
 
 ARCSEC = np.pi / 180 / 3600
@@ -168,14 +169,14 @@ def test_many_runs_keep_the_flips_at_their_level():
 
 def test_what_all_runs_have_more_of_is_a_change_of_the_base_whatever_their_deviations_are():
     # Else a shape that holds a constant would know the very deviations that it is to explain.
-    base = Base(Conditions(campaign(seed=4)), RATED_NM, None)
+    base = BaselineModel(Conditions(campaign(seed=4)), RATED_NM, None)
     base.first_fit()
     base.deviations[:, :2] = np.random.default_rng(4).normal(size=(base.conditions.runs, 2)) * 0.05
     point = base.at()
     step = 1e-6
     runs, fixed = base.run_columns(point), base.fixed_columns(point)
     more = base.copy()
-    more.slopes = base.slopes * (1 + step)
+    more.curve.slopes = base.curve.slopes * (1 + step)
     assert runs[:, 0] == pytest.approx((more.angle() - base.angle()) / step, abs=1e-3)
     taken = np.linalg.lstsq(fixed, runs[:, 0], rcond=None)[0]
     assert np.abs(runs[:, 0] - fixed @ taken).max() < 1e-8 * np.abs(runs[:, 0]).max()
@@ -193,7 +194,7 @@ def turning_campaign(seed: int = 1) -> Campaign:
 
 @pytest.mark.parametrize("name", ["viscous_friction", "stribeck_friction", "inertia"])
 def test_what_acts_on_the_torque_has_the_slope_of_the_whole_model(name):
-    base = Base(Conditions(turning_campaign()), RATED_NM)
+    base = BaselineModel(Conditions(turning_campaign()), RATED_NM)
     base.fit(steps=10)
     effect = library()[name]
     (candidate,), closed = named_candidates({name: effect}, base, base.at(), RATIO)
@@ -215,7 +216,7 @@ def test_what_acts_on_the_torque_has_the_slope_of_the_whole_model(name):
 
 @pytest.mark.parametrize("name", ["stiffness_modulation", "lobe_eccentricity", "kinematic_error"])
 def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
-    base = Base(Conditions(turning_campaign()), RATED_NM)
+    base = BaselineModel(Conditions(turning_campaign()), RATED_NM)
     base.fit(steps=5)
     effect = library()[name]
     values = effect.typical.copy()
@@ -238,7 +239,7 @@ def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
 @pytest.mark.parametrize("takeup", [0.1, 0.4, 1.0])
 @pytest.mark.parametrize("direction_deg", range(0, 180, 15))
 def test_lobes_that_do_not_run_true_are_fitted_whatever_their_direction(direction_deg, takeup):
-    base = Base(Conditions(turning_campaign()), RATED_NM)
+    base = BaselineModel(Conditions(turning_campaign()), RATED_NM)
     base.fit(steps=5)
     effect = library()["lobe_eccentricity"]
     direction = np.radians(direction_deg)
@@ -266,7 +267,7 @@ def test_a_coupling_falls_over_the_same_way_whichever_way_the_drive_turns(sense)
     conditions = Conditions(turning_campaign())
     for column in ("input_angle_rad", "input_velocity_rad_s"):
         conditions.columns[column] = sense * conditions.columns[column]
-    base = Base(conditions, RATED_NM)
+    base = BaselineModel(conditions, RATED_NM)
     base.fit(steps=5)
     effect = library()["input_coupling_play"]
     drag = 0.05 * RATED_NM
@@ -321,7 +322,7 @@ def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
 
 def test_a_part_of_the_base_that_drifts_from_run_to_run_is_told_to_drift():
     data = campaign(seed=8, runs=16, warm=False)
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     tangent = run_drifts(base)[0].columns[:, 0]
     for r, run in enumerate(data.runs):
         drift = 0.02 * (r / 15 - 0.5)
@@ -341,10 +342,10 @@ def test_quick_runs_that_are_like_the_others_are_no_class():
 
 def test_what_the_friction_of_all_runs_shares_is_no_scatter():
     data = campaign(3)
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.first_fit()
     # Half widths that fit no run: what they lack, every run lacks.
-    base.radius_Nm = 0.8 * base.radius_Nm
+    base.hysteresis.radius_Nm = 0.8 * base.hysteresis.radius_Nm
     base.fit(steps=8)
     candidates, _ = make_candidates(base, library(), RATIO, waves(base))
     noise = estimate_noise(base, [k.columns for k in candidates])
@@ -358,7 +359,7 @@ def test_what_the_friction_of_all_runs_shares_is_no_scatter():
 
 
 def test_the_angle_alone_is_that_of_the_whole_evaluation():
-    base = Base(Conditions(turning_campaign()), RATED_NM)
+    base = BaselineModel(Conditions(turning_campaign()), RATED_NM)
     base.fit(steps=5)
     effects = library()
     for name, place in (
@@ -368,5 +369,5 @@ def test_the_angle_alone_is_that_of_the_whole_evaluation():
     ):
         base.terms.append(Term(effects[name], effects[name].typical, [place]))
     base.deviations[:] = np.random.default_rng(2).normal(size=base.deviations.shape) * 0.01
-    base.start[:] = 0.3
+    base.hysteresis.start[:] = 0.3
     assert base.angle() == pytest.approx(base.at().angle, abs=1e-9)

@@ -23,7 +23,7 @@ def test_a_fitted_file_reads_back_as_the_same_model():
     model = fit_model(drive, data, None, ["thermal_gap"], library())
     again = parse_drive(tomllib.loads(format_toml(model.document(drive))))
     base = make_base(again, data, None, library())
-    base.start = model.base.start
+    base.hysteresis.start = model.base.hysteresis.start
     np.testing.assert_allclose(base.at().angle, model.base.at().angle, atol=1e-9)
     falls = [rung["rms_heldout_arcsec"] for rung in model.ladder]
     assert falls[1] < falls[0]

@@ -15,8 +15,10 @@ from lostmotion.effects.conditions import RATE_WINDOW, Conditions
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import build, make_controller
-from lostmotion.fit.baseline import PLAYS, Base, Term
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.drive_file import restore
+from lostmotion.fit.hysteresis import PLAYS
+from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, read_campaign
 from lostmotion.replay import OUTPUTS, conditions, replay
 from lostmotion.units import ARCSEC
@@ -80,18 +82,18 @@ OUTSIDE = 0.04
 """Compliance of each play outside, over the least one of the backbone."""
 
 
-def put_friction_outside(base: Base) -> None:
+def put_friction_outside(base: BaselineModel) -> None:
     """Friction outside the elasticity as well, as much as leaves the model an inverse."""
-    base.outside = np.full(PLAYS, OUTSIDE * float(base.slopes.min()))
+    base.hysteresis.outside = np.full(PLAYS, OUTSIDE * float(base.curve.slopes.min()))
 
 
-def fitted(campaign: Campaign, name: str, size: float) -> Base:
+def fitted(campaign: Campaign, name: str, size: float) -> BaselineModel:
     """A base as a fit leaves it, with one effect of some multiple of its typical size."""
-    base = Base(Conditions(campaign), RATED_NM)
-    stretches = np.arange(base.slopes.size)
-    base.slopes = 11.0 - 0.25 * stretches
-    base.shares = 0.02 + 0.01 * np.arange(PLAYS)
-    base.envelope_Nm = 0.25 * base.knee_Nm
+    base = BaselineModel(Conditions(campaign), RATED_NM)
+    stretches = np.arange(base.curve.slopes.size)
+    base.curve.slopes = 11.0 - 0.25 * stretches
+    base.hysteresis.shares = 0.02 + 0.01 * np.arange(PLAYS)
+    base.hysteresis.envelope_Nm = 0.25 * base.hysteresis.knee_Nm
     effect = library()[name]
     values = effect.typical.copy()
     for i, value in enumerate(effect.values):
@@ -108,22 +110,22 @@ def rounding(angle: npt.NDArray[np.float64]) -> float:
     return float(ROUNDINGS * np.finfo(np.float32).epsneg * np.max(np.abs(angle)))
 
 
-def fitted_file(base: Base, folder: Path) -> Path:
+def fitted_file(base: BaselineModel, folder: Path) -> Path:
     """Write the drive file of a fitted base."""
     numbers = {
-        "slope_{}_rad_per_Nm": base.slopes * ARCSEC,
-        "play_share_{}": base.shares,
-        "knot_{}_Nm": base.knots_Nm,
-        "play_radius_{}_Nm": base.radius_Nm,
+        "slope_{}_rad_per_Nm": base.curve.slopes * ARCSEC,
+        "play_share_{}": base.hysteresis.shares,
+        "knot_{}_Nm": base.curve.knots_Nm,
+        "play_radius_{}_Nm": base.hysteresis.radius_Nm,
     }
-    if base.outside is not None:
-        numbers["play_outside_{}_rad_per_Nm"] = base.outside * ARCSEC
+    if base.hysteresis.outside is not None:
+        numbers["play_outside_{}_rad_per_Nm"] = base.hysteresis.outside * ARCSEC
     named = {
         name.format(i + 1): value
         for name, values in numbers.items()
         for i, value in enumerate(values)
     }
-    named |= {PLAY_ENVELOPE: base.envelope_Nm, PLAY_KNEE: base.knee_Nm}
+    named |= {PLAY_ENVELOPE: base.hysteresis.envelope_Nm, PLAY_KNEE: base.hysteresis.knee_Nm}
     count = len(named)
     rung = {"effects": [], "rms_arcsec": 1.0, "rms_heldout_arcsec": 1.0}
     model = FittedModel(
@@ -143,7 +145,7 @@ def fitted_file(base: Base, folder: Path) -> Path:
     return folder / "fitted.toml"
 
 
-def exported(base: Base, folder: Path) -> npt.NDArray[np.float64]:
+def exported(base: BaselineModel, folder: Path) -> npt.NDArray[np.float64]:
     """Lost motion in arc seconds that the controller computes, by way of the fitted drive file."""
     controller = make_controller(read_drive(fitted_file(base, folder)), profile="full")
     tape = replay(build(controller), base.conditions.campaign).tapes[0]
@@ -214,17 +216,20 @@ def test_friction_outside_survives_its_file_and_is_refused_where_it_is_too_much(
     drive = read_drive(fitted_file(base, tmp_path))
     assert drive.fit is not None
     assert drive.fit["friction"] == "both"
-    again = Base(Conditions(campaign), RATED_NM)
+    again = BaselineModel(Conditions(campaign), RATED_NM)
     restore(drive, again, library())
-    assert again.outside is not None
-    assert base.outside is not None
-    np.testing.assert_allclose(again.outside, base.outside, rtol=1e-12)
-    assert (again.envelope_Nm, again.knee_Nm) == (base.envelope_Nm, base.knee_Nm)
+    assert again.hysteresis.outside is not None
+    assert base.hysteresis.outside is not None
+    np.testing.assert_allclose(again.hysteresis.outside, base.hysteresis.outside, rtol=1e-12)
+    assert (again.hysteresis.envelope_Nm, again.hysteresis.knee_Nm) == (
+        base.hysteresis.envelope_Nm,
+        base.hysteresis.knee_Nm,
+    )
     made = make_controller(drive, profile="full")
     assert (len(made.outside), len(made.inside)) == (PLAYS, PLAYS)
     with pytest.raises(InputError, match="plays: found 16, expected at most 8 in the profile"):
         make_controller(drive)
-    base.outside *= 10
+    base.hysteresis.outside *= 10
     with pytest.raises(InputError, match="the loop is too wide for the drive"):
         build(make_controller(read_drive(fitted_file(base, tmp_path)), profile="full"))
 
@@ -236,8 +241,8 @@ def test_runs_that_were_not_fitted_decide_where_friction_sits(
     base = fitted(campaign, "wear", 0.0)
     base.terms = []
     if place == "both":
-        base.shares = np.full(PLAYS, 0.01)
-        base.outside = np.full(PLAYS, 0.5)
+        base.hysteresis.shares = np.full(PLAYS, 0.01)
+        base.hysteresis.outside = np.full(PLAYS, 0.5)
     noise = 0.5 * np.random.default_rng(4).standard_normal(SAMPLES)
     columns = {
         "run": np.arange(SAMPLES) // 500,

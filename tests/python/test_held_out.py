@@ -12,8 +12,9 @@ from lostmotion.candidates.named import named_candidates
 from lostmotion.discover import library
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit import held_out
-from lostmotion.fit.baseline import Base, Term
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_residual
+from lostmotion.fit.terms import Term
 
 RUNS = 9
 
@@ -23,14 +24,14 @@ def worn_gap(columns, wound):
     return 30.0 * (columns["cycles"] / 1e6) ** 0.5 * np.tanh(wound / 8.0)
 
 
-def worn() -> Base:
+def worn() -> BaselineModel:
     """A base with wear that three runs show, each more than the last; fitted."""
     data = campaign(5, RUNS)
     for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 1.5e6], strict=True):
         run.columns["cycles"] = np.full(len(run), cycles)
         opened = worn_gap(run.columns, run.torque_Nm)
         run.columns["lost_motion"] = run.lost_motion_rad + opened * ARCSEC
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.first_fit()
     wear = library()["wear"]
     candidates, _ = named_candidates({"wear": wear}, base, base.at(), RATIO)
@@ -40,7 +41,7 @@ def worn() -> Base:
     return base
 
 
-def without(base: Base, run: int) -> float:
+def without(base: BaselineModel, run: int) -> float:
     """Error of a run, arc seconds, under a fit to the others that comes to its end."""
     starts = base.conditions.starts
     at = slice(int(starts[run]), int(starts[run + 1]))
@@ -52,7 +53,7 @@ def without(base: Base, run: int) -> float:
     return float(np.std(rest))
 
 
-def by_run(residual, base: Base) -> np.ndarray:
+def by_run(residual, base: BaselineModel) -> np.ndarray:
     """Error of every run, arc seconds."""
     starts = base.conditions.starts
     return np.array([np.std(residual[a:b]) for a, b in pairwise(starts)])

@@ -14,7 +14,7 @@ from lostmotion.discover.outliers import clean_outliers
 from lostmotion.discover.recording_check import check
 from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.noise import Noise, fit_noise
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign, Run
 from lostmotion.recordings.encoders import unwrap
 from lostmotion.recordings.soundness import check_sign, longest_stuck
@@ -110,7 +110,7 @@ def test_noise_holds_no_outliers(colour: float) -> None:
         for run in data.runs:
             noise = lfilter([1.0], [1.0, -colour], rng.normal(size=1500))
             run.columns["lost_motion"] = (20 * run.columns["torque"] + noise) * ARCSEC
-        base = Base(Conditions(data), 40.0)
+        base = BaselineModel(Conditions(data), 40.0)
         base.first_fit()
         alarms += clean_outliers(base)
     assert alarms == 0
@@ -120,7 +120,7 @@ def test_noise_holds_no_outliers(colour: float) -> None:
 def test_p_of_a_step_is_what_it_says_where_there_is_none(colour: float) -> None:
     trials, rows = 200, 800
     rng = np.random.default_rng(7)
-    base = Base(Conditions(campaign(rng, runs=1, rows=rows)), 40.0)
+    base = BaselineModel(Conditions(campaign(rng, runs=1, rows=rows)), 40.0)
     x = np.linspace(-1, 1, rows)
     columns = np.column_stack((np.ones(rows), x, np.tanh(9 * x)))
     noise = Noise([np.array([colour])] if colour else [np.zeros(0)], np.array([2.0]))
@@ -133,11 +133,11 @@ def test_p_of_a_step_is_what_it_says_where_there_is_none(colour: float) -> None:
     assert max(scores) < rules.EVENT_SCORE_LEAST
 
 
-def wild_run(step: float) -> tuple[Base, Noise, np.ndarray, np.ndarray]:
+def wild_run(step: float) -> tuple[BaselineModel, Noise, np.ndarray, np.ndarray]:
     """Return a short run with a ramp and a plateau, wild samples on the ramp and at the end."""
     rng = np.random.default_rng(9)
     rows = 600
-    base = Base(Conditions(campaign(rng, runs=1, rows=rows)), 40.0)
+    base = BaselineModel(Conditions(campaign(rng, runs=1, rows=rows)), 40.0)
     load = np.minimum(np.arange(rows) / 40, 1.0)
     columns = np.column_stack((np.ones(rows), load, load**2))
     y = 1.5 * rng.normal(size=rows)
@@ -162,7 +162,7 @@ def test_wild_samples_at_the_ends_of_a_run_are_set_right() -> None:
         angle = 20 * run.columns["torque"] + rng.normal(size=1500)
         angle[[0, 1, 1499]] += (40, -40, 40)
         run.columns["lost_motion"] = angle * ARCSEC
-    base = Base(Conditions(data), 40.0)
+    base = BaselineModel(Conditions(data), 40.0)
     base.first_fit()
     assert clean_outliers(base) == 18
 

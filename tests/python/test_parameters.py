@@ -13,7 +13,7 @@ from lostmotion.discover.fitted_model import table_of
 from lostmotion.discover.linearise import settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import Conditions
-from lostmotion.fit.baseline import FILED, Base
+from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.parameters import Block, Filed, Prior
 
@@ -21,7 +21,7 @@ LEAN = 3.0
 """Arc seconds that the recordings lean to one side under load."""
 
 
-class Leaning(Base):
+class Leaning(BaselineModel):
     """The baseline model with one scalar more: a lean that does not change its sign."""
 
     lean_arcsec = 0.0
@@ -76,7 +76,7 @@ def test_a_scalar_more_is_fitted_and_named(fitted: Leaning) -> None:
 
 
 def test_a_scalar_more_lowers_the_error_on_unseen_runs(fitted: Leaning) -> None:
-    plain = Base(fitted.conditions, RATED_NM)
+    plain = BaselineModel(fitted.conditions, RATED_NM)
     plain.first_fit()
     assert held_out_rms(fitted) < 0.95 * held_out_rms(plain)
 
@@ -118,4 +118,4 @@ def test_a_block_takes_over_what_it_is_given(fitted: Leaning) -> None:
     change = partial(np.multiply, 0.5)
     other.set_vector(change(fitted.vector()[0]))
     assert other.lean_arcsec == 0.5 * fitted.lean_arcsec
-    np.testing.assert_array_equal(other.slopes, 0.5 * fitted.slopes)
+    np.testing.assert_array_equal(other.curve.slopes, 0.5 * fitted.curve.slopes)

@@ -14,7 +14,7 @@ from lostmotion.discover.gates import judge_all
 from lostmotion.discover.linearise import settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import Conditions
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign
 
 TURNS = 7.3
@@ -36,8 +36,8 @@ def turning(seed: int, order: float = 1.0, size: float = 0.0, rows: int = 300) -
     return data
 
 
-def base_of(data: Campaign) -> Base:
-    base = Base(Conditions(data), RATED_NM)
+def base_of(data: Campaign) -> BaselineModel:
+    base = BaselineModel(Conditions(data), RATED_NM)
     base.first_fit()
     return base
 

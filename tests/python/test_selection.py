@@ -16,7 +16,8 @@ from lostmotion.discover.refits import refitted, without_deviations
 from lostmotion.discover.selection import taken_from_all, without_idle
 from lostmotion.discover.terms import term_size
 from lostmotion.effects.conditions import Conditions
-from lostmotion.fit.baseline import Base, Term
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.terms import Term
 from lostmotion.threads import in_parallel
 
 
@@ -55,7 +56,7 @@ def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
     before = without_deviations(warm_gap.selection.settled[0].base)
     friction = library()["stribeck_friction"]
     grown = before.copy()
-    grown.slopes *= 3.0
+    grown.curve.slopes *= 3.0
     grown.terms.append(Term(friction, np.array([-900.0, 800.0, 0.01, 0.1]), friction.free()))
     alone, led_back = without_deviations(grown), without_deviations(grown, before)
     assert [term.effect.name for term in led_back.terms] == ["stribeck_friction"]
@@ -135,7 +136,7 @@ def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
         elastic = wound * 7.0 + 25.0 * np.tanh(wound / 8.0)
         return 0.02 * np.cos(2 * columns["input_angle"]) * elastic
 
-    base = Base(Conditions(campaign(seed=6, warm=False, add=uneven)), RATED_NM)
+    base = BaselineModel(Conditions(campaign(seed=6, warm=False, add=uneven)), RATED_NM)
     base.first_fit()
     modulation = library()["stiffness_modulation"]
     wanted = base.copy()

@@ -15,7 +15,8 @@ from lostmotion.discover.merged_verdict import judge_body
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.library import library
 from lostmotion.evidence.merging import merge_bodies
-from lostmotion.fit.baseline import PLAYS, Base
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.hysteresis import PLAYS
 from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.sample import thin_campaign
 from lostmotion.units import ARCSEC
@@ -49,7 +50,7 @@ def test_every_sitting_begins_where_it_began(states: tuple[float, ...]) -> None:
         data = moved_before(campaign(k + 1, runs=8, warm=False, noise=0.3), state)
         data.runs[0].begins = k > 0
         runs += data.runs
-    base = Base(Conditions(Campaign(runs)), RATED_NM)
+    base = BaselineModel(Conditions(Campaign(runs)), RATED_NM)
     base.first_fit()
     rest = base.residual()
     begin = np.array([np.std(rest[a : a + 60]) for a in base.conditions.starts[:-1]])
@@ -76,7 +77,7 @@ def test_runs_that_are_numbered_on_are_one_sitting(tmp_path: Path) -> None:
 
 
 def test_start_states_of_every_sitting_have_their_columns(months: list[Path]) -> None:
-    base = Base(Conditions(read_campaign(months, ratio=RATIO)), RATED_NM)
+    base = BaselineModel(Conditions(read_campaign(months, ratio=RATIO)), RATED_NM)
     base.first_fit()
     base.allow_outside_friction()
     fixed, names = base.fixed_columns(base.at()), base.names()
@@ -89,7 +90,9 @@ def test_start_states_of_every_sitting_have_their_columns(months: list[Path]) ->
         step = 1e-4 * (np.arange(x.size) == at.start + PLAYS - 1)
         more.set_vector(x + step)
         less.set_vector(x - step)
-        np.testing.assert_array_equal(more.start[k] != base.start[k], np.arange(PLAYS) == PLAYS - 1)
+        np.testing.assert_array_equal(
+            more.hysteresis.start[k] != base.hysteresis.start[k], np.arange(PLAYS) == PLAYS - 1
+        )
         change = (more.angle() - less.angle()) / 2e-4
         # A kink that lies between the two is a sample or two.
         near = np.abs(change - fixed[:, at.stop - 1]) <= 1e-4 * np.abs(change).max()

@@ -14,7 +14,7 @@ from lostmotion.discover.merged_verdict import judge_body
 from lostmotion.drives import parse_drive, tomllib
 from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.merging import merge_bodies
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.recordings import Campaign, Run
 
 TOOTH_RAD = 2 * np.pi / (2 * RATIO + 2)
@@ -107,9 +107,9 @@ def test_a_jump_that_no_threshold_explains_is_no_ratcheting():
 def test_a_wild_sample_is_no_jump():
     data = campaign(seed=5)
     data.runs[3].columns["lost_motion"][200] += TOOTH_RAD
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     assert jumps(base, TOOTH_RAD / ARCSEC) == []
     data.runs[3].columns["lost_motion"][200] -= TOOTH_RAD
     data.runs[3].columns["lost_motion"][200:] += 2 * TOOTH_RAD
-    base = Base(Conditions(data), RATED_NM)
+    base = BaselineModel(Conditions(data), RATED_NM)
     assert [teeth for _, teeth in jumps(base, TOOTH_RAD / ARCSEC)] == [2]

@@ -19,7 +19,8 @@ from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.shapes import usual_rates
 from lostmotion.evidence.contest import Contest, reduce
 from lostmotion.evidence.noise import group_within
-from lostmotion.fit.baseline import DEVIATIONS, Base
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.deviations import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -28,7 +29,7 @@ STANDING = 1e-3
 """Share of the quickest rate below which a load stands still."""
 
 
-def run_channels(base: Base) -> dict[str, tuple[FloatArray, str]]:
+def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
     """Quantities that are one number for each run, and their units."""
     rates = usual_rates(base)[base.conditions.starts[:-1]]
     return {
@@ -73,12 +74,12 @@ def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
     return np.where(seen, score**2 / np.where(seen, left, 1.0), 0.0)
 
 
-def between_runs(base: Base, contest: Contest) -> list[Candidate]:
+def between_runs(base: BaselineModel, contest: Contest) -> list[Candidate]:
     """All ways in which runs may differ that compete."""
     return [*run_steps(base, contest), *run_drifts(base)]
 
 
-def run_steps(base: Base, contest: Contest) -> list[Candidate]:
+def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
     """For each part of the base and each channel the parting of the runs that explains most."""
     c = base.conditions
     tangents = base.run_columns(base.at())
@@ -122,7 +123,7 @@ def run_steps(base: Base, contest: Contest) -> list[Candidate]:
     return list(out.values())
 
 
-def run_drifts(base: Base) -> list[Candidate]:
+def run_drifts(base: BaselineModel) -> list[Candidate]:
     """Each part of the base as it changes by the same from every run to the next."""
     c = base.conditions
     tangents = base.run_columns(base.at())

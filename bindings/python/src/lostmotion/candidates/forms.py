@@ -24,7 +24,7 @@ from lostmotion.candidates.tangents import (
     wound_up,
 )
 from lostmotion.effects.effect import Effect
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -43,7 +43,9 @@ class Starts(Protocol):
 class Form(Protocol):
     """How effects of one form are linearised, and what coefficients say of their values."""
 
-    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+    def linearise(
+        self, effect: Effect, base: BaselineModel, point: Point, ratio: float
+    ) -> Tangents:
         """Take the columns of an effect at a fitted base."""
         ...
 
@@ -65,7 +67,9 @@ class Form(Protocol):
 class Linear:
     """Values to which the effect is proportional, over starts of the inner ones."""
 
-    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+    def linearise(
+        self, effect: Effect, base: BaselineModel, point: Point, ratio: float
+    ) -> Tangents:
         """See `Form`."""
         made = Tangents([], start_points(effect, base, ratio), [])
         linear = effect.indices("linear")
@@ -110,7 +114,9 @@ class Linear:
 class Differenced:
     """Values that all enter in another way: derivatives at nothing."""
 
-    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+    def linearise(
+        self, effect: Effect, base: BaselineModel, point: Point, ratio: float
+    ) -> Tangents:
         """See `Form`."""
         values = start_points(effect, base, ratio)[0]
         shape = effect.inner()
@@ -139,7 +145,9 @@ class Differenced:
 class WholeTeeth:
     """Teeth that slipped, at the threshold that meets them, or from some: whole teeth for each."""
 
-    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+    def linearise(
+        self, effect: Effect, base: BaselineModel, point: Point, ratio: float
+    ) -> Tangents:
         """See `Form`."""
         made = Tangents([], [], [])
         values = start_points(effect, base, ratio)[0]
@@ -175,7 +183,7 @@ def form_of(effect: Effect) -> Form:
     return Linear() if effect.indices("linear") else Differenced()
 
 
-def tangents_of(effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+def tangents_of(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> Tangents:
     """Columns of a `resolved` effect that is not in the model yet, no multiples of one another."""
     made = form_of(effect).linearise(effect, base, point, ratio)
     kept = distinct(made.columns)

@@ -17,11 +17,11 @@ from lostmotion.effects.columns import (
 )
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.effects.effect import Effect
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 
-def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate:
+def tangent(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> Candidate:
     """Make the candidate of an effect that is not in the model yet."""
     effect = resolved(effect, base, ratio)
     made = tangents_of(effect, base, point, ratio)
@@ -33,7 +33,7 @@ def tangent(effect: Effect, base: Base, point: Point, ratio: float) -> Candidate
 
 
 def named_candidates(
-    effects: Mapping[str, Effect], base: Base, point: Point, ratio: float
+    effects: Mapping[str, Effect], base: BaselineModel, point: Point, ratio: float
 ) -> tuple[list[Candidate], dict[str, str]]:
     """Every effect that these recordings can show, and why the others are not testable."""
     c = base.conditions

@@ -13,7 +13,7 @@ from scipy import fft
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.shapes import ANGLE_ORDERS, over_the_output
 from lostmotion.effects.conditions import Conditions, side_by_side
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -39,7 +39,7 @@ LOWEST = 3.0
 """Periods over all turns: what is slower is a drift of time."""
 
 
-def ripples(base: Base) -> list[Candidate]:
+def ripples(base: BaselineModel) -> list[Candidate]:
     """Of the first angle that turns, the order that stands out most from its neighbours."""
     c = base.conditions
     for channel in ("input_angle", "output_angle"):
@@ -55,7 +55,9 @@ def turning_runs(c: Conditions, angle_rad: FloatArray) -> list[slice]:
     return [at for at in c.slices() if float(np.ptp(angle_rad[at])) > TURNS_LEAST * 2 * np.pi]
 
 
-def strongest(base: Base, channel: str, turns: FloatArray, turning: list[slice]) -> list[Candidate]:
+def strongest(
+    base: BaselineModel, channel: str, turns: FloatArray, turning: list[slice]
+) -> list[Candidate]:
     """Find the order of an angle, in turns, that stands out most; none where none is resolved."""
     c = base.conditions
     residual = base.residual()

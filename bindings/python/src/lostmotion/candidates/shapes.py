@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.effects.conditions import Conditions, side_by_side
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -48,7 +48,7 @@ def legendre(q: FloatArray) -> list[FloatArray]:
     return [q, 1.5 * q * q - 0.5, 2.5 * q**3 - 1.5 * q]
 
 
-def parts_of(base: Base, point: Point) -> dict[str, FloatArray]:
+def parts_of(base: BaselineModel, point: Point) -> dict[str, FloatArray]:
     """What can vary."""
     run = base.run_columns(point)
     return {
@@ -59,7 +59,7 @@ def parts_of(base: Base, point: Point) -> dict[str, FloatArray]:
     }
 
 
-def channels(base: Base) -> dict[str, FloatArray]:
+def channels(base: BaselineModel) -> dict[str, FloatArray]:
     """Quantities on which a part may depend smoothly."""
     c = base.conditions
     found = {"torque": c.torque}
@@ -80,7 +80,7 @@ def channels(base: Base) -> dict[str, FloatArray]:
     return found
 
 
-def usual_rates(base: Base) -> FloatArray:
+def usual_rates(base: BaselineModel) -> FloatArray:
     """How quickly the load changes in each run, N m / s: the median over the run."""
     c = base.conditions
     rates = []
@@ -91,7 +91,7 @@ def usual_rates(base: Base) -> FloatArray:
     return np.asarray(rates)[c.run_of]
 
 
-def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
+def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
     """Low orders of every part over every channel, and low harmonics over the angles."""
     out = []
     parts = parts_of(base, point)
@@ -129,7 +129,7 @@ def smooth_shapes(base: Base, point: Point) -> list[Candidate]:
     return out
 
 
-def waves(base: Base) -> list[Candidate]:
+def waves(base: BaselineModel) -> list[Candidate]:
     """Fine scan: ripples over torque, and single orders of the angles."""
     c = base.conditions
     out = []
@@ -171,7 +171,7 @@ FINE = 0.1
 """Step of the finer scan about a wave, over the step of the first scan."""
 
 
-def finer(base: Base, coarse: Candidate) -> list[Candidate]:
+def finer(base: BaselineModel, coarse: Candidate) -> list[Candidate]:
     """Scan about a wave that won; none for other shapes."""
     c = base.conditions
     kind = coarse.name.split()
@@ -211,7 +211,7 @@ def over_the_output(c: Conditions, order: float) -> list[tuple[str, str]]:
     return [("output_angle", f"{geared:.3g} per revolution")]
 
 
-def with_neighbours(base: Base, wave: Candidate) -> Candidate:
+def with_neighbours(base: BaselineModel, wave: Candidate) -> Candidate:
     """Widen a wave by its derivatives over the frequency: the rest of it is taken up too."""
     c = base.conditions
     x = c.torque / base.largest

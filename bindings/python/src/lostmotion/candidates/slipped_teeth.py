@@ -15,7 +15,7 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -29,7 +29,7 @@ def jumping_effect(effects: Mapping[str, Effect]) -> Effect | None:
     return next((effect for effect in effects.values() if effect.steps), None)
 
 
-def jumps(base: Base, tooth_arcsec: float) -> list[tuple[int, int]]:
+def jumps(base: BaselineModel, tooth_arcsec: float) -> list[tuple[int, int]]:
     """Rows at which the lost motion jumps by whole teeth and stays, and by how many."""
     found = []
     for at in base.conditions.slices():
@@ -43,12 +43,12 @@ def jumps(base: Base, tooth_arcsec: float) -> list[tuple[int, int]]:
     return found
 
 
-def slipped_teeth(base: Base, effect: Effect, typical: FloatArray) -> FloatArray | None:
+def slipped_teeth(base: BaselineModel, effect: Effect, typical: FloatArray) -> FloatArray | None:
     """Values of the effect that meets every jump by whole teeth.
 
     Parameters
     ----------
-    base : Base
+    base : BaselineModel
     effect : Effect
         That of a ratcheting mesh.
     typical : ndarray

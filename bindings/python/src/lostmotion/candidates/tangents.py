@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, Value
-from lostmotion.fit.baseline import Base, Term, start_values
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
+from lostmotion.fit.terms import Term, start_values
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -30,7 +31,7 @@ SMALL = 0.005
 """Largest torque over the rated one that an effect on the torque has where it is differenced."""
 
 
-def given_values(base: Base, ratio: float) -> dict[str, float]:
+def given_values(base: BaselineModel, ratio: float) -> dict[str, float]:
     """What is known of the drive, by the scales that effects have for it."""
     # Two lobes: the teeth differ by two, the flexspline has 2 |ratio| of them.
     return {
@@ -40,7 +41,7 @@ def given_values(base: Base, ratio: float) -> dict[str, float]:
     }
 
 
-def grid(effect: Effect, index: int, base: Base) -> list[float]:
+def grid(effect: Effect, index: int, base: BaselineModel) -> list[float]:
     """Starts of one inner value, as its card states them."""
     value = effect.values[index]
     if value.scale == "times":
@@ -59,7 +60,7 @@ def grid(effect: Effect, index: int, base: Base) -> list[float]:
     return [float(np.clip(start, value.low, value.high)) for start in starts]
 
 
-def unit_of(value: Value, base: Base) -> float:
+def unit_of(value: Value, base: BaselineModel) -> float:
     """What the start values of a value are measured by."""
     if value.scale == "rated_torque":
         return base.rated_torque_Nm
@@ -86,7 +87,7 @@ def recorded_speeds(c: Conditions) -> list[float]:
     return list(np.geomspace(max(0.3 * np.quantile(moving, 0.1), 1e-3), np.max(moving), 3))
 
 
-def resolved(effect: Effect, base: Base, ratio: float) -> Effect:
+def resolved(effect: Effect, base: BaselineModel, ratio: float) -> Effect:
     """The effect with the bounds of its inner values within what was recorded, and of the drive.
 
     Beyond what the speeds and times of the recordings resolve an effect would follow the noise of a
@@ -104,7 +105,7 @@ def resolved(effect: Effect, base: Base, ratio: float) -> Effect:
     return replace(effect, values=tuple(values))
 
 
-def start_points(effect: Effect, base: Base, ratio: float) -> list[FloatArray]:
+def start_points(effect: Effect, base: BaselineModel, ratio: float) -> list[FloatArray]:
     """Starts of all inner values, linear ones at zero; at most `STARTS_MAX`."""
     first = start_values(effect, given_values(base, ratio))
     linear = effect.indices("linear")
@@ -140,7 +141,7 @@ class Tangents:
     start_of: list[int]
 
 
-def thresholds(effect: Effect, base: Base, values: FloatArray) -> list[FloatArray]:
+def thresholds(effect: Effect, base: BaselineModel, values: FloatArray) -> list[FloatArray]:
     """Values of an effect at starts of each of its inner ones."""
     out = []
     for i in effect.inner():
@@ -150,14 +151,14 @@ def thresholds(effect: Effect, base: Base, values: FloatArray) -> list[FloatArra
     return out
 
 
-def at_base(effect: Effect, values: FloatArray, base: Base, point: Point) -> FloatArray:
+def at_base(effect: Effect, values: FloatArray, base: BaselineModel, point: Point) -> FloatArray:
     """What an effect does at a fitted base, in arc seconds where it acts on the angle."""
     found = effect.run(values, base.conditions, point.torque, point.elastic * ARCSEC, point.wound)
     return found / ARCSEC
 
 
 def wound_up(
-    effect: Effect, base: Base, unit: FloatArray, index: int, acts: FloatArray
+    effect: Effect, base: BaselineModel, unit: FloatArray, index: int, acts: FloatArray
 ) -> FloatArray:
     """Slope of the angle over a linear value that acts on torque or friction, as `acts` a unit."""
     peak = float(np.max(np.abs(acts))) * ARCSEC
@@ -177,7 +178,7 @@ def unit_size(effect: Effect, index: int) -> float:
 
 
 def difference(
-    effect: Effect, index: int, base: Base, point: Point, values: FloatArray
+    effect: Effect, index: int, base: BaselineModel, point: Point, values: FloatArray
 ) -> FloatArray:
     """Derivative at nothing by a value that has no linear form."""
     value = effect.values[index]
@@ -198,7 +199,7 @@ def difference(
     return slope_of_model(effect, base, high, index)
 
 
-def slope_of_model(effect: Effect, base: Base, high: FloatArray, index: int) -> FloatArray:
+def slope_of_model(effect: Effect, base: BaselineModel, high: FloatArray, index: int) -> FloatArray:
     """Slope of the whole model's angle over a value, between the value given and its mirror."""
     model = base.copy()
     term = Term(effect, high, [index])

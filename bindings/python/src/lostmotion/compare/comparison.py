@@ -25,7 +25,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import FILED, Base
+from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_residual
@@ -47,7 +47,7 @@ class Comparison:
 
     Attributes
     ----------
-    base : Base
+    base : BaselineModel
         As it was fitted.
     friction : {"inside", "both"}
         Where the friction sits: inside the elasticity, or outside as well.
@@ -68,7 +68,7 @@ class Comparison:
     """
 
     campaign: Campaign
-    base: Base
+    base: BaselineModel
     friction: Friction
     offset_rad: FloatArray
     residual_rad: FloatArray
@@ -166,17 +166,19 @@ class Comparison:
         base = self.base
         out: dict[str, Any] = {}
         for filed in FILED:
-            values = filed.of(base) if filed.of(base).size else np.zeros(base.shares.size)
+            values = (
+                filed.of(base) if filed.of(base).size else np.zeros(base.hysteresis.shares.size)
+            )
             out[filed.answer] = values.tolist() if "{}" in filed.key else float(values[0])
-        return {**out, "start_state": base.start[0].tolist()}
+        return {**out, "start_state": base.hysteresis.start[0].tolist()}
 
     @property
     def invertible(self) -> bool:
         """Whether the angle never falls with rising torque while every play sticks."""
         base = self.base
-        outside = 0.0 if base.outside is None else float(base.outside.sum())
-        stuck = 1.0 - base.rise * float(base.shares.sum())
-        return bool(stuck * float(base.slopes.min()) >= base.rise * outside)
+        outside = 0.0 if base.hysteresis.outside is None else float(base.hysteresis.outside.sum())
+        stuck = 1.0 - base.hysteresis.rise * float(base.hysteresis.shares.sum())
+        return bool(stuck * float(base.curve.slopes.min()) >= base.hysteresis.rise * outside)
 
     def answer(self) -> dict[str, Any]:
         """Return the answer of the command, ready for JSON."""
@@ -224,7 +226,7 @@ def compare(
     drive: Drive | Backbone,
     campaign: Campaign,
     *,
-    base: Base | None = None,
+    base: BaselineModel | None = None,
     effects: Mapping[str, Effect] | None = None,
     fit_on: Sequence[int | str] | None = None,
     seed: int = 1,
@@ -239,7 +241,7 @@ def compare(
         characteristic alone.
     campaign : Campaign
         The recordings.
-    base : Base, optional
+    base : BaselineModel, optional
         A base over this campaign that was made elsewhere.
     effects : mapping, optional
         Those that may be missing, and in which the effects of the drive's file are looked up; by
@@ -287,7 +289,7 @@ def compare(
 def _compare(
     backbone: Backbone,
     campaign: Campaign,
-    given: Base | None,
+    given: BaselineModel | None,
     effects: Mapping[str, Effect],
     fit_on: Sequence[int | str] | None,
     seed: int,
@@ -296,7 +298,7 @@ def _compare(
 ) -> Comparison:
     steps = 4
     torque = campaign.column("torque")
-    inside = given or Base(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
+    inside = given or BaselineModel(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
     c = inside.conditions
     measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
     stands = inside.at().angle if given is not None else backbone(torque) / ARCSEC
@@ -311,7 +313,7 @@ def _compare(
     heldout = held_out(inside, rows)
     frictions = {"inside": (rms_of(inside.residual()), rms_of(heldout))}
     best, friction = inside, "inside"
-    if inside.outside is None:
+    if inside.hysteresis.outside is None:
         both = inside.copy()
         both.allow_outside_friction()
         both.fit(steps=STEPS, rows=rows)
@@ -350,7 +352,7 @@ def _compare(
     return result
 
 
-def events_of(base: Base) -> list[Event]:
+def events_of(base: BaselineModel) -> list[Event]:
     """Find the steps inside runs that the fitted model leaves, as a diagnosis does."""
     if base.conditions.rows < SAMPLES_LEAST:
         return []
@@ -359,7 +361,7 @@ def events_of(base: Base) -> list[Event]:
 
 
 def _compare_few(
-    base: Base,
+    base: BaselineModel,
     stands: FloatArray,
     seen: npt.NDArray[np.bool_],
     effects: Mapping[str, Effect],
@@ -425,7 +427,7 @@ def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
     return "run" if len(campaign.runs) > 1 else "half of the run"
 
 
-def held_out(base: Base, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+def held_out(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
     """Residual of every sample under a fit that has not seen its run, arc seconds.
 
     With a single run its halves are held out. With `rows` the runs outside of them were not seen.

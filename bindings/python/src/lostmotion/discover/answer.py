@@ -27,8 +27,9 @@ from lostmotion.discover.refits import term_of
 from lostmotion.discover.selection import Selection, Step
 from lostmotion.discover.terms import contest_of_term, term_size
 from lostmotion.effects.effect import Effect
-from lostmotion.fit.baseline import Additive, Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_rms
+from lostmotion.fit.terms import Additive
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -48,9 +49,9 @@ class Diagnosis:
     unexplained: dict[str, Any]
     next_experiment: str
     details: dict[str, Any] = field(default_factory=dict)
-    base: Base | None = None
+    base: BaselineModel | None = None
     selection: Selection | None = None
-    models: list[Base] = field(default_factory=list)
+    models: list[BaselineModel] = field(default_factory=list)
     """The base and the model after each term, fitted for all runs together: the ladder's."""
 
     def __repr__(self) -> str:
@@ -79,7 +80,7 @@ class Diagnosis:
         }
 
 
-def shapes_of(base: Base) -> list[Additive]:
+def shapes_of(base: BaselineModel) -> list[Additive]:
     """Shapes without a name in a base, events left out."""
     return [added for added in base.additives if not added.name.startswith(EVENT_NAME)]
 
@@ -106,7 +107,7 @@ def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -
     }
 
 
-def told_slips(base: Base, place: int, within: float) -> list[dict[str, Any]]:
+def told_slips(base: BaselineModel, place: int, within: float) -> list[dict[str, Any]]:
     """Say in which runs and at which moments teeth slipped."""
     c, term = base.conditions, base.terms[place]
     found = []
@@ -117,7 +118,7 @@ def told_slips(base: Base, place: int, within: float) -> list[dict[str, Any]]:
     return found
 
 
-def make_ladder(models: list[Base]) -> list[dict[str, Any]]:
+def make_ladder(models: list[BaselineModel]) -> list[dict[str, Any]]:
     """Fitted and held-out error of the base and after each term."""
     rungs = []
     for base in models:

@@ -26,7 +26,9 @@ from lostmotion.effects.effect import Effect
 from lostmotion.evidence.file import Body
 from lostmotion.evidence.gram import Evidence, gather
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import KNOT_RANGE, KNOTS, PLAY_RANGE, PLAYS, Base
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
+from lostmotion.fit.torsion_curve import KNOT_RANGE, KNOTS
 
 TORQUE_WAVES = 32
 """Periods of a ripple over twice the rated torque, finest."""
@@ -40,18 +42,18 @@ UNITS = {
 """Middle and half range that a shape is measured by; torques and forces by the rated torque."""
 
 
-def common_base(base: Base, steps: int) -> Base:
+def common_base(base: BaselineModel, steps: int) -> BaselineModel:
     """Put a base on the grid of the drive's rated torque, its first sudden steps off the data."""
     other = base.copy()
     for step in other.additives[:steps]:
         other.measured = other.measured - step.columns @ step.coefficients
     other.additives, other.widens = other.additives[steps:], False
-    other.knots_Nm = base.rated_torque_Nm * np.geomspace(*KNOT_RANGE, KNOTS)
-    other.radius_Nm = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
-    ends = np.concatenate(([0.0], base.knots_Nm))
-    place = np.searchsorted(ends, np.concatenate(([0.0], other.knots_Nm)), side="right") - 1
-    other.slopes = base.slopes[place].copy()
-    other.prior_slopes = base.prior_slopes[place].copy()
+    other.curve.knots_Nm = base.rated_torque_Nm * np.geomspace(*KNOT_RANGE, KNOTS)
+    other.hysteresis.radius_Nm = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
+    ends = np.concatenate(([0.0], base.curve.knots_Nm))
+    place = np.searchsorted(ends, np.concatenate(([0.0], other.curve.knots_Nm)), side="right") - 1
+    other.curve.slopes = base.curve.slopes[place].copy()
+    other.curve.prior_slopes = base.curve.prior_slopes[place].copy()
     other.deviations[:] = 0.0
     return other
 
@@ -95,14 +97,14 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     return Body(
         kept[0],
         kept[1],
-        point[: point.size - (len(base.start) - 1) * PLAYS],
+        point[: point.size - (len(base.hysteresis.start) - 1) * PLAYS],
         np.array([noise.spread(r) for r in range(c.runs)]),
         np.diff(c.starts).astype(np.float64),
         {
             "rated_torque_Nm": base.rated_torque_Nm,
             "ratio": ratio,
-            "knots_Nm": base.knots_Nm.tolist(),
-            "radius_Nm": base.radius_Nm.tolist(),
+            "knots_Nm": base.curve.knots_Nm.tolist(),
+            "radius_Nm": base.hysteresis.radius_Nm.tolist(),
             "effects": present,
             "candidates": [
                 {
@@ -129,7 +131,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
 
 
 def common_candidates(
-    base: Base, effects: Mapping[str, Effect], ratio: float
+    base: BaselineModel, effects: Mapping[str, Effect], ratio: float
 ) -> tuple[list[Candidate], dict[str, str]]:
     """Effects and shapes whose columns mean the same in every campaign.
 

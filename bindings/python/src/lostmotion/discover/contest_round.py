@@ -21,7 +21,7 @@ from lostmotion.discover.linearise import (
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -62,7 +62,7 @@ class Field:
         return Projector(base.fixed_columns(base.at()))
 
 
-def swing_by_run(base: Base, point: Point) -> FloatArray:
+def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:
     """Root mean square in every run, arc seconds, of what the base does there about its mean."""
     c = base.conditions
     swing = point.angle - c.run_mean(point.angle)[c.run_of]
@@ -75,7 +75,7 @@ def form_size(swing: FloatArray, rows: FloatArray) -> float:
 
 
 def make_candidates(
-    base: Base, effects: Mapping[str, Effect], ratio: float, waves: Sequence[Candidate]
+    base: BaselineModel, effects: Mapping[str, Effect], ratio: float, waves: Sequence[Candidate]
 ) -> tuple[list[Candidate], dict[str, str]]:
     """Named effects and shapes at the base as it stands; the waves hang on the plan alone."""
     point = base.at()

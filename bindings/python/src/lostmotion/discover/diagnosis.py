@@ -41,9 +41,11 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import DEVIATIONS, Base, Term, start_values
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
 from lostmotion.fit.few_readings import fit_few_readings
+from lostmotion.fit.terms import Term, start_values
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
@@ -76,7 +78,7 @@ def diagnose(
     rated_torque_Nm: float | None = None,
     backbone: Backbone | None = None,
     effects: Mapping[str, Effect] | None = None,
-    base: Base | None = None,
+    base: BaselineModel | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
     """Find the effects that a campaign's recordings show and the base lacks.
@@ -94,7 +96,7 @@ def diagnose(
         What the drive file says of the characteristic: the start and a weak prior.
     effects : mapping, optional
         The effects that may be missing; by default those of the library.
-    base : Base, optional
+    base : BaselineModel, optional
         A base made elsewhere, with terms in it already (of a fitted drive file).
     progress : callable, optional
         Called with the name of each piece of work when it is done.
@@ -118,7 +120,7 @@ def diagnose(
     if ratio is None or rated_torque_Nm is None:
         expected = "a Drive, or ratio= and rated_torque_Nm="
         raise InputError("diagnose", "drive", "nothing", expected)
-    base = base or Base(Conditions(campaign), rated_torque_Nm, backbone)
+    base = base or BaselineModel(Conditions(campaign), rated_torque_Nm, backbone)
     if campaign.rows < SAMPLES_LEAST:
         few = fit_few_readings(base)
         if few is not None:
@@ -128,7 +130,7 @@ def diagnose(
 
 
 def _diagnose(
-    base: Base,
+    base: BaselineModel,
     chosen_from: dict[str, Effect],
     ratio: float,
     progress: Callable[[str], None] | None,
@@ -155,14 +157,14 @@ def _diagnose(
     return diagnosis
 
 
-def new_events(selection: Selection, base: Base, known: list[Event]) -> list[Event]:
+def new_events(selection: Selection, base: BaselineModel, known: list[Event]) -> list[Event]:
     """Find events that are not known yet beside what was selected."""
     noise = selection.noise
     found = find_events(selection.settled[-1].base, noise, noise_rms(noise, base))
     return [event for event in found if all(event.row != other.row for other in known)]
 
 
-def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int:
+def put_in_slips(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> int:
     """Put teeth that slipped into a base before it is fitted; returns how many effects that took.
 
     They would spoil every fit, and no unit of evidence shows them: they stand in one run.
@@ -173,7 +175,7 @@ def put_in_slips(base: Base, effects: Mapping[str, Effect], ratio: float) -> int
     values = slipped_teeth(base, effect, start_values(effect, given_values(base, ratio)))
     if values is None:
         return 0
-    if base.fresh:
+    if base.hysteresis.unfitted:
         base.begin_from(base.measured - at_base(effect, values, base, base.at()))
     base.terms.append(Term(effect, values, effect.free()))
     return 1
@@ -269,7 +271,7 @@ def conclude(
     )
 
 
-def size_of_odd(base: Base, odd: OddRuns) -> float:
+def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
     """Root mean square over all samples, arc seconds, of what odd runs do."""
     columns = base.run_columns(base.at())[:, odd.place]
     slices = base.conditions.slices()
@@ -280,15 +282,15 @@ def size_of_odd(base: Base, odd: OddRuns) -> float:
     return float(np.sqrt(total / base.conditions.rows))
 
 
-def for_all_runs(selection: Selection) -> list[Base]:
+def for_all_runs(selection: Selection) -> list[BaselineModel]:
     """Refit the base, and the model after each term, for all runs together."""
-    models: list[Base] = []
+    models: list[BaselineModel] = []
     for settled in selection.settled:
         models.append(without_deviations(settled.base, models[-1] if models else None))
     return models
 
 
-def without_slips(base: Base, place: int) -> Base:
+def without_slips(base: BaselineModel, place: int) -> BaselineModel:
     """Refit a base without the teeth that slipped."""
     plain = base.copy()
     del plain.terms[place]

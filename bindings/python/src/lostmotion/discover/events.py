@@ -15,7 +15,8 @@ from lostmotion import rules
 from lostmotion.discover.linearise import columns_of
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import Additive, Base
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.terms import Additive
 from lostmotion.units import ARCSEC, plain_number
 
 FloatArray = npt.NDArray[np.float64]
@@ -74,7 +75,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
 
 
 def scan_run(
-    base: Base, noise: Noise, run: int, columns: FloatArray, response: FloatArray
+    base: BaselineModel, noise: Noise, run: int, columns: FloatArray, response: FloatArray
 ) -> Event:
     """Find the likeliest step of one run, with the run's own base parameters free."""
     c = base.conditions
@@ -153,7 +154,7 @@ def scores(
     return z, np.where(good, first / np.where(good, own, 1.0), 0.0), rest
 
 
-def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:
+def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list[Event]:
     """Find steps that stand out of the noise and of what the other runs show."""
     found: list[Event] = []
     fixed, _, scatter, _ = columns_of(base, base.at())
@@ -175,7 +176,7 @@ def find_events(base: Base, noise: Noise, within_arcsec: float) -> list[Event]:
     return found[:EVENTS_MAX]
 
 
-def lost_counts(base: Base, ratio: float) -> list[Event]:
+def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
     """Find where the input's encoder jumps and the lost motion with it: counts that were lost.
 
     They are told from what the drive does by the encoder's own reading, before anything is fitted:
@@ -218,7 +219,7 @@ def spread_of(values: FloatArray) -> float:
     return 1.4826 * float(np.median(np.abs(values)))
 
 
-def with_steps(base: Base, events: Sequence[Event]) -> Base:
+def with_steps(base: BaselineModel, events: Sequence[Event]) -> BaselineModel:
     """A base with the steps of events in it."""
     again = base.copy()
     for event in events:
@@ -229,7 +230,7 @@ def with_steps(base: Base, events: Sequence[Event]) -> Base:
     return again
 
 
-def step_columns(base: Base, event: Event) -> FloatArray:
+def step_columns(base: BaselineModel, event: Event) -> FloatArray:
     """A step from the moment of an event to the end of its run, and what later runs keep of it.
 
     A slip stays unless the sensor is set to zero again; apart, the two leave that open.

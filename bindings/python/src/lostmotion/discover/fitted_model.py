@@ -35,7 +35,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import FILED, Base, Term, start_values
+from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import (
     SAMPLES_LEAST,
     effect_table,
@@ -46,6 +46,7 @@ from lostmotion.fit.drive_file import (
 from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_rms
 from lostmotion.fit.parameters import placed
+from lostmotion.fit.terms import Term, start_values
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
@@ -62,7 +63,7 @@ class FittedModel:
 
     Attributes
     ----------
-    base : Base
+    base : BaselineModel
         Without deviations of single runs.
     ladder : list of dict
         One rung for the base and one for each effect.
@@ -70,7 +71,7 @@ class FittedModel:
         In the units of the drive file.
     """
 
-    base: Base
+    base: BaselineModel
     ladder: list[dict[str, Any]]
     noise_floor_arcsec: float
     within_runs_arcsec: float
@@ -131,7 +132,7 @@ class FittedModel:
         estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         document["fit"] = {
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
-            "friction": "inside" if self.base.outside is None else "both",
+            "friction": "inside" if self.base.hysteresis.outside is None else "both",
             "rms_arcsec": last["rms_arcsec"],
             "heldout_rms_arcsec": last["rms_heldout_arcsec"],
             "noise_floor_arcsec": self.noise_floor_arcsec,
@@ -161,7 +162,7 @@ def fitted_ranges(conditions: Conditions) -> dict[str, list[float]]:
     return found
 
 
-def first_term(base: Base, settled: Settled, effect: Effect, ratio: float) -> Term:
+def first_term(base: BaselineModel, settled: Settled, effect: Effect, ratio: float) -> Term:
     """Start an effect where the linearised evidence points."""
     candidate = tangent(effect, base, base.at(), ratio)
     if candidate.columns.shape[1] == 0:
@@ -215,7 +216,7 @@ def fit_model(
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)
     if friction == "inside":
-        base.outside = None
+        base.hysteresis.outside = None
     present = {term.effect.name for term in base.terms}
     for effect in chosen:
         require(effect, base.conditions)
@@ -236,7 +237,7 @@ def fit_model(
     base.noise_arcsec = noise_rms(noise, base)
     steps = 2 + len(chosen)
 
-    def rung(of: Base) -> dict[str, Any]:
+    def rung(of: BaselineModel) -> dict[str, Any]:
         return {
             "effects": [term.effect.name for term in of.terms],
             "rms_arcsec": float(np.sqrt(np.mean(of.residual() ** 2))),
@@ -252,7 +253,7 @@ def fit_model(
         base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
         base.fit(steps=STEPS)
         ladder.append(rung(base))
-    if base.outside is None and friction != "inside":
+    if base.hysteresis.outside is None and friction != "inside":
         both = with_outside_friction(base)
         found = rung(both)
         best = rules.CLEARLY_BETTER * ladder[-1]["rms_heldout_arcsec"]
@@ -279,7 +280,7 @@ def fit_model(
     )
 
 
-def few_readings_model(base: Base, add: Sequence[Effect]) -> FittedModel:
+def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedModel:
     """Fit as many values as few readings carry; they carry no effect."""
     campaign = base.conditions.campaign
     few = None if add else fit_few_readings(base)
@@ -298,7 +299,7 @@ def few_readings_model(base: Base, add: Sequence[Effect]) -> FittedModel:
     return FittedModel(base, [rung], error, error, names, values, errors, covariance, [])
 
 
-def with_outside_friction(base: Base) -> Base:
+def with_outside_friction(base: BaselineModel) -> BaselineModel:
     """Refit with friction outside the elasticity as well."""
     both = base.copy()
     both.allow_outside_friction()
@@ -311,7 +312,7 @@ CORRELATED = 0.99
 
 
 def table_of(
-    base: Base, settled: Settled
+    base: BaselineModel, settled: Settled
 ) -> tuple[list[str], FloatArray, FloatArray, list[list[str]]]:
     """Values in the units of the drive file, with the covariance under scatter and noise."""
     contest = settled.contest

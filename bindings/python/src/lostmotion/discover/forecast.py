@@ -18,7 +18,7 @@ from lostmotion.drives import Drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.drive_file import require_plan, restore
 from lostmotion.recordings import Campaign
 
@@ -47,9 +47,9 @@ def forecast(
 ) -> dict[str, Any]:
     """Say which effects a plan would find, how small, and which it could not separate."""
     require_plan(campaign)
-    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
-    base.mean_slope = float(np.mean(base.prior_slopes))
-    base.slopes = base.prior_slopes.copy()
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    base.curve.mean_slope = float(np.mean(base.curve.prior_slopes))
+    base.curve.slopes = base.curve.prior_slopes.copy()
     restore(drive, base, effects)
     noise = usual_noise(base.conditions.runs)
     candidates, closed = named_candidates(effects, base, base.at(), drive.ratio)

@@ -16,7 +16,8 @@ from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import DEVIATION_MAX, DEVIATIONS, Base
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.deviations import DEVIATION_MAX, DEVIATIONS
 from lostmotion.fit.least_squares import solve_within
 from lostmotion.fit.point import Point
 
@@ -51,7 +52,7 @@ PLAIN_STEPS = 8
 class Settled:
     """A base at its own deviations, with the evidence of its columns alone."""
 
-    base: Base
+    base: BaselineModel
     contest: Contest
     noise: Noise
 
@@ -61,7 +62,9 @@ class Settled:
         return self.contest.null_held_out
 
 
-def columns_of(base: Base, point: Point) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def columns_of(
+    base: BaselineModel, point: Point
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Fixed columns with those common to all runs, their precision, scattering columns, residual.
 
     The residual has the deviations of the runs put back, so that the scattering columns explain
@@ -81,14 +84,14 @@ def columns_of(base: Base, point: Point) -> tuple[FloatArray, FloatArray, FloatA
     return fixed, precision, scatter, response
 
 
-def noise_rms(noise: Noise, base: Base) -> float:
+def noise_rms(noise: Noise, base: BaselineModel) -> float:
     """Root mean square of the noise within runs, arc seconds."""
     rows = np.diff(base.conditions.starts)
     spread = np.array([noise.spread(r) for r in range(rows.size)])
     return float(np.sqrt(np.average(spread**2, weights=rows)))
 
 
-def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
+def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Bring base and deviations to where the data with scatter and coloured noise want them.
 
     A step moves both together; where kinks make that overshoot, the deviations move alone and the
@@ -99,7 +102,9 @@ def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
     best = contest_at(current, noise)
     least_rms = plain_rms(current)
 
-    def attempt(step: FloatArray, own: FloatArray, share: float) -> tuple[Base, Contest] | None:
+    def attempt(
+        step: FloatArray, own: FloatArray, share: float
+    ) -> tuple[BaselineModel, Contest] | None:
         moved = current.copy()
         take_step(moved, best.evidence.scale, step, own, share)
         if not step.any():
@@ -124,19 +129,19 @@ def settle(base: Base, noise: Noise, rounds: int = ROUNDS) -> Settled:
     return Settled(current, best, noise)
 
 
-def plain_rms(base: Base) -> float:
+def plain_rms(base: BaselineModel) -> float:
     """Root mean square of the residual, arc seconds."""
     return float(np.sqrt(np.mean(base.residual() ** 2)))
 
 
-def contest_at(base: Base, noise: Noise) -> Contest:
+def contest_at(base: BaselineModel, noise: Noise) -> Contest:
     """Gather the evidence of the base alone, linearised where it stands."""
     fixed, precision, scatter, response = columns_of(base, base.at())
     evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
     return Contest(evidence)
 
 
-def bounded_step(base: Base, contest: Contest) -> tuple[FloatArray, FloatArray]:
+def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, FloatArray]:
     """Gauss-Newton step within the bounds of the base, and the deviations that go with it."""
     evidence = contest.evidence
     index = evidence.index()
@@ -153,7 +158,7 @@ def bounded_step(base: Base, contest: Contest) -> tuple[FloatArray, FloatArray]:
 
 
 def take_step(
-    base: Base, scale: FloatArray, delta: FloatArray, own: FloatArray, share: float = 1.0
+    base: BaselineModel, scale: FloatArray, delta: FloatArray, own: FloatArray, share: float = 1.0
 ) -> None:
     """Move the base by a Gauss-Newton step and every run towards its predicted deviations."""
     x, low, high = base.vector()
@@ -162,7 +167,7 @@ def take_step(
     own = own / scale[delta.size : delta.size + own.shape[1]]
     wider = float(np.clip(step[x.size], -WIDEN_MAX, WIDEN_MAX))
     if base.widens:
-        base.radius_Nm = base.radius_Nm * (1.0 + share * wider)
+        base.hysteresis.radius_Nm = base.hysteresis.radius_Nm * (1.0 + share * wider)
     else:
         own[:, 1] += wider
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])
@@ -170,7 +175,7 @@ def take_step(
     base.deviations = np.clip(moved, -limit, limit)
 
 
-def plain_of(settled: Settled) -> Base:
+def plain_of(settled: Settled) -> BaselineModel:
     """The base fitted with every run alike: where deviations have not taken up anything yet."""
     base = settled.base.copy()
     base.deviations[:] = 0.0

@@ -11,7 +11,7 @@ from lostmotion.discover.linearise import (
     columns_of,
 )
 from lostmotion.evidence.noise import Noise, fit_noise
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -20,7 +20,9 @@ CALM_RIDGE = 1e-7
 """Relative ridge of the large least squares whose residual tells the noise."""
 
 
-def leftover(base: Base, point: Point, blocks: Sequence[FloatArray]) -> tuple[FloatArray, int]:
+def leftover(
+    base: BaselineModel, point: Point, blocks: Sequence[FloatArray]
+) -> tuple[FloatArray, int]:
     """Residual of the largest linear model, which tells the noise from any effect."""
     fixed, _, scatter, _ = columns_of(base, point)
     residual = base.residual(point)
@@ -40,7 +42,7 @@ def leftover(base: Base, point: Point, blocks: Sequence[FloatArray]) -> tuple[Fl
     return residual - x @ np.linalg.solve(normal, x.T @ residual), total
 
 
-def estimate_noise(base: Base, blocks: Sequence[FloatArray]) -> Noise:
+def estimate_noise(base: BaselineModel, blocks: Sequence[FloatArray]) -> Noise:
     """Noise model from what the largest model leaves."""
     rest, columns = leftover(base, base.at(), blocks)
     c = base.conditions

@@ -25,7 +25,7 @@ from lostmotion.discover.gates import family_p
 from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.file import Body
-from lostmotion.fit.baseline import DEVIATIONS
+from lostmotion.fit.deviations import DEVIATIONS
 
 
 def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:

@@ -43,12 +43,7 @@ def next_runs(
         Run(run.label, run.file, {k: run.columns[k] for k in names}, run.begins)
         for run in (*past.runs, *options.runs)
     ]
-    joined = Campaign(runs)
-    base = before.copy()
-    base.conditions = Conditions(joined)
-    base.measured = np.concatenate((before.measured, np.zeros(options.rows)))
-    base.deviations = np.zeros((len(runs), before.deviations.shape[1]))
-    base.deviations[: len(past.runs)] = before.deviations
+    base = before.with_planned(Conditions(Campaign(runs)))
     base.terms, base.additives = [], []
     noise = step.field.settled.noise
     # An option is sampled as the recordings usually were.

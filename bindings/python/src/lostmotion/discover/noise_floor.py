@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from lostmotion.discover.linearise import Settled
 from lostmotion.evidence.contest import Contest, without_scatter
-from lostmotion.fit.baseline import DEVIATIONS
+from lostmotion.fit.deviations import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from scipy import special
 
 from lostmotion import rules
 from lostmotion.evidence.contest import Contest, without_scatter
-from lostmotion.fit.baseline import DEVIATIONS
+from lostmotion.fit.deviations import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

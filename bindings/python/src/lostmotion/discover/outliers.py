@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import rules
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -17,7 +17,7 @@ JUMP_REACH = 2
 """Samples on either side of a jump that belong to it."""
 
 
-def clean_outliers(base: Base) -> int:
+def clean_outliers(base: BaselineModel) -> int:
     """Set single wild samples to what their neighbours say; returns their number.
 
     They are counted and reported. Rows stay in place, because the noise within a run is coloured.

@@ -17,7 +17,8 @@ from lostmotion.discover.linearise import Settled, plain_rms, settle, take_step
 from lostmotion.discover.terms import contest_of_term
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import TOLERANCE, Additive, Base, Term
+from lostmotion.fit.baseline import TOLERANCE, BaselineModel
+from lostmotion.fit.terms import Additive, Term
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -84,7 +85,9 @@ def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -
     return Term(effect, values, effect.free())
 
 
-def put_in(base: Base, stage: Field, candidate: Candidate, start: int, own: Result) -> None:
+def put_in(
+    base: BaselineModel, stage: Field, candidate: Candidate, start: int, own: Result
+) -> None:
     """Add a candidate to a base with the values that the contest suggests."""
     if candidate.effect is not None:
         base.terms.append(term_of_start(stage, candidate, start, own))
@@ -101,7 +104,7 @@ def put_in(base: Base, stage: Field, candidate: Candidate, start: int, own: Resu
     )
 
 
-def step_to(base: Base, stage: Field, result: Result) -> None:
+def step_to(base: BaselineModel, stage: Field, result: Result) -> None:
     """Move a base and the deviations of its runs to where a hypothesis wants them."""
     evidence = stage.contest.evidence
     delta = np.concatenate((result.fixed_step, result.coefficients))
@@ -149,7 +152,7 @@ def _refit(stage: Field, result: Result, reference: Settled | None) -> Contender
     start, own = (0, result) if candidate.effect is None else best_start(stage, result)
     sigma = float(np.median(settled.noise.sigma))
 
-    def settled_from(base: Base) -> Contender:
+    def settled_from(base: BaselineModel) -> Contender:
         done = settle(base, settled.noise)
         if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
             done.base.fit(noise=sigma, steps=REFIT_STEPS)
@@ -177,12 +180,12 @@ def _refit(stage: Field, result: Result, reference: Settled | None) -> Contender
     return max(stepped, from_base(), key=lambda c: c.gain)
 
 
-def without_deviations(base: Base, before: Base | None = None) -> Base:
+def without_deviations(base: BaselineModel, before: BaselineModel | None = None) -> BaselineModel:
     """Refit a base for all runs together, as a drive file would hold it.
 
     Parameters
     ----------
-    before : Base, optional
+    before : BaselineModel, optional
         The same of the model that this one has grown from. Where the deviations of the runs have
         led the fit astray to a larger error, it starts there instead.
     """
@@ -207,7 +210,7 @@ def without_deviations(base: Base, before: Base | None = None) -> Base:
     return min(found, key=plain_rms)
 
 
-def grown_from(base: Base, before: Base) -> bool:
+def grown_from(base: BaselineModel, before: BaselineModel) -> bool:
     """Whether a model is another one with something added."""
     names = [term.effect.name for term in before.terms]
     shapes = [shape.name for shape in before.additives]
@@ -217,7 +220,7 @@ def grown_from(base: Base, before: Base) -> bool:
     )
 
 
-def refitted(base: Base, noise: Noise) -> Settled:
+def refitted(base: BaselineModel, noise: Noise) -> Settled:
     """Fit a base with its terms as they are, and settle it."""
     base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)
     return settle(base, noise)

@@ -37,7 +37,7 @@ from lostmotion.discover.terms import term_places, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_rms
 from lostmotion.threads import in_parallel
 
@@ -220,7 +220,7 @@ def held_out_fall(stage: Field, contender: Contender) -> float:
     return held_out_rms(before) ** 2 - held_out_rms(after) ** 2
 
 
-def taken_from_all(base: Base, with_effect: Base) -> float:
+def taken_from_all(base: BaselineModel, with_effect: BaselineModel) -> float:
     """Root mean square, arc seconds, by which an effect lowers the error of all runs together.
 
     Where runs differ by what has no exact form in the library, their own stiffness and gap take up
@@ -396,7 +396,7 @@ def rivals(
 
 
 def select(
-    base: Base,
+    base: BaselineModel,
     effects: Mapping[str, Effect],
     ratio: float,
     *,
@@ -491,7 +491,7 @@ def without_idle(settled: Settled, given: int, count: int) -> Settled:
 
 
 def contest_under(
-    base: Base, noise: Noise, candidates: list[Candidate], closed: dict[str, str]
+    base: BaselineModel, noise: Noise, candidates: list[Candidate], closed: dict[str, str]
 ) -> tuple[Field, list[Result]]:
     """Settle the base under a noise model and judge every candidate."""
     settled = settle(base, noise)

@@ -14,7 +14,7 @@ from lostmotion.discover.linearise import (
 )
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -43,13 +43,13 @@ def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
     return Contest(evidence), name
 
 
-def term_places(base: Base, place: int) -> npt.NDArray[np.intp]:
+def term_places(base: BaselineModel, place: int) -> npt.NDArray[np.intp]:
     """Places of a term's free values among the fixed columns."""
     places = base.term_places(base.terms[place])
     return np.arange(places.start, places.stop)
 
 
-def term_angle(base: Base, place: int, fixed: FloatArray) -> FloatArray:
+def term_angle(base: BaselineModel, place: int, fixed: FloatArray) -> FloatArray:
     """What a term adds to the model, arc seconds, as far as it scales with its values (Euler).
 
     One without free values, as a tooth that has slipped, adds what the model lacks without it.
@@ -65,7 +65,7 @@ def term_angle(base: Base, place: int, fixed: FloatArray) -> FloatArray:
     return np.asarray(columns @ term.values[[term.free[k] for k in carries]])
 
 
-def term_size(base: Base, place: int) -> float:
+def term_size(base: BaselineModel, place: int) -> float:
     """Root mean square, arc seconds, of what the rest of the model leaves of a term."""
     fixed = base.fixed_columns(base.at())
     rest = Projector(np.delete(fixed, term_places(base, place), axis=1))

@@ -193,6 +193,14 @@ class Conditions:
         for column in columns.T:
             column -= self.run_mean(column)[self.run_of]
 
+    def centred_on(self, rows: npt.NDArray[np.bool_], values: FloatArray) -> FloatArray:
+        """Values of some rows, less the mean that each run has over these; a column or several."""
+        one = values.ndim == 1
+        kept = values * (rows if one else rows[:, None])
+        share = np.maximum(self.run_mean(rows.astype(np.float64)), 1e-12)
+        mean = self.run_mean(kept) / (share if one else share[:, None])
+        return np.asarray((values - mean[self.run_of])[rows])
+
     def known(self) -> frozenset[str]:
         """Names of the conditions that are known."""
         return frozenset(self.columns)

@@ -18,7 +18,9 @@ from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.errors import InputError
-from lostmotion.fit.baseline import FILED, PLAYS, Base, Term
+from lostmotion.fit.baseline import FILED, BaselineModel
+from lostmotion.fit.hysteresis import PLAYS
+from lostmotion.fit.terms import Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
 
@@ -40,7 +42,7 @@ def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str
     return Term(effect, values, effect.free())
 
 
-def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
+def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) -> None:
     """Put the numbers of a fitted drive file into a base."""
     base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
     knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
@@ -48,21 +50,16 @@ def restore(drive: Drive, base: Base, effects: Mapping[str, Effect]) -> None:
         return
     values = (drive.fit or {}).get("values", {})
     for filed in FILED:
-        if "{}" in filed.key:
-            found = fit_values(drive, filed.key) / filed.unit
-            if found.size:
-                setattr(base, filed.attribute, found)
-        elif filed.key in values or filed.absent is not None:
-            setattr(base, filed.attribute, float(values.get(filed.key, filed.absent)) / filed.unit)
-    base.prior_slopes = np.maximum(base.slopes, 1e-3 * base.mean_slope)
+        filed.restore(base, values)
+    base.curve.prior_slopes = np.maximum(base.curve.slopes, 1e-3 * base.curve.mean_slope)
 
 
 def make_base(
     drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
-) -> Base:
+) -> BaselineModel:
     """Make the base of a drive over a campaign, with what the file says of it already."""
     campaign.require_variation()
-    base = Base(Conditions(campaign), drive.rated_torque_Nm, backbone)
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
     restore(drive, base, effects)
     for term in base.terms:
         require(term.effect, base.conditions)

@@ -16,17 +16,16 @@ import numpy.typing as npt
 from lostmotion.characterize.characterization import torsion_curve
 from lostmotion.characterize.stretches import Samples, collect
 from lostmotion.characterize.three_slopes import CurveFit, left_out
-from lostmotion.drives import (
-    KNOT,
-    PLAY_ENVELOPE,
-    PLAY_KNEE,
-    PLAY_OUTSIDE,
-    PLAY_RADIUS,
-    PLAY_SHARE,
-    SLOPE,
-    row_names,
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.hysteresis import (
+    ENVELOPE_FILED,
+    KNEE_FILED,
+    OUTSIDE_FILED,
+    PLAYS,
+    RADII_FILED,
+    SHARES_FILED,
 )
-from lostmotion.fit.baseline import PLAYS, Base
+from lostmotion.fit.torsion_curve import KNOTS_FILED, SLOPES_FILED
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -35,6 +34,17 @@ STICKING = 0.9
 """Share of the stiffest slope's compliance that the operator may take off while it sticks: the
 angle then still rises with the torque, and the model has an inverse."""
 
+TABLE = (
+    SLOPES_FILED,
+    SHARES_FILED,
+    ENVELOPE_FILED,
+    OUTSIDE_FILED,
+    KNOTS_FILED,
+    RADII_FILED,
+    KNEE_FILED,
+)
+"""What the covariance is of, in the order of a fit to many readings: parameters, then the grid."""
+
 
 @dataclass(frozen=True)
 class FewReadings:
@@ -42,7 +52,7 @@ class FewReadings:
 
     Attributes
     ----------
-    base : Base
+    base : BaselineModel
         With the values in it.
     fit : CurveFit
         The values with their covariance.
@@ -52,7 +62,7 @@ class FewReadings:
         Which of the base's operators carries the width.
     """
 
-    base: Base
+    base: BaselineModel
     fit: CurveFit
     samples: Samples
     operator: int
@@ -82,35 +92,19 @@ class FewReadings:
 
     def table(self) -> tuple[list[str], FloatArray, FloatArray]:
         """Values by the names of a drive file, and their covariance; chosen ones have none."""
-        base, fit = self.base, self.fit
-        stretches = base.slopes.size
-        names = [
-            *row_names(SLOPE, stretches),
-            *row_names(PLAY_SHARE, PLAYS),
-            PLAY_ENVELOPE,
-            *row_names(PLAY_OUTSIDE, PLAYS),
-            *row_names(KNOT, base.knots_Nm.size),
-            *row_names(PLAY_RADIUS, PLAYS),
-            PLAY_KNEE,
-        ]
-        assert base.outside is not None
-        values = np.concatenate(
-            (
-                base.slopes * ARCSEC,
-                base.shares,
-                [base.envelope_Nm],
-                base.outside * ARCSEC,
-                base.knots_Nm,
-                base.radius_Nm,
-                [base.knee_Nm],
-            )
-        )
+        curve, fit = self.base.curve, self.fit
+        stretches = curve.slopes.size
+        kept = [(filed, filed.of(self.base)) for filed in TABLE]
+        names = [name for filed, numbers in kept for name in filed.keys(numbers.size)]
+        values = np.concatenate([numbers for _, numbers in kept])
         slopes = fit.slopes_rad_per_Nm.size
         made_of = np.zeros((values.size, fit.covariance.shape[0]))
-        made_of[np.arange(stretches), stretch_of(base.knots_Nm, fit.kinks_Nm)] = 1.0
+        made_of[np.arange(stretches), stretch_of(curve.knots_Nm, fit.kinks_Nm)] = 1.0
         if fit.half_width_rad.size:
             row = stretches + PLAYS + 1 + self.operator
-            made_of[row, slopes + fit.kinks_Nm.size] = 1.0 / base.radius_Nm[self.operator]
+            made_of[row, slopes + fit.kinks_Nm.size] = (
+                1.0 / self.base.hysteresis.radius_Nm[self.operator]
+            )
         return names, values, made_of @ fit.covariance @ made_of.T
 
 
@@ -120,31 +114,32 @@ def stretch_of(knots_Nm: FloatArray, kinks_Nm: FloatArray) -> npt.NDArray[np.int
     return np.searchsorted(kinks_Nm, begins, side="right").astype(np.intp)
 
 
-def fit_few_readings(base: Base) -> FewReadings | None:
+def fit_few_readings(base: BaselineModel) -> FewReadings | None:
     """Set a baseline model from few readings; None where they carry no slope.
 
     Parameters
     ----------
-    base : Base
+    base : BaselineModel
         Over the readings; it gets the values.
     """
     samples = collect(base.conditions.campaign)
     fit, _ = torsion_curve(samples)
     if fit is None or np.any(fit.slopes_rad_per_Nm <= 0):
         return None
+    curve, hysteresis = base.curve, base.hysteresis
     for kink in fit.kinks_Nm:
-        base.knots_Nm[int(np.argmin(np.abs(base.knots_Nm - kink)))] = kink
-    base.knots_Nm = np.sort(base.knots_Nm)
-    base.slopes = fit.slopes_rad_per_Nm[stretch_of(base.knots_Nm, fit.kinks_Nm)] / ARCSEC
+        curve.knots_Nm[int(np.argmin(np.abs(curve.knots_Nm - kink)))] = kink
+    curve.knots_Nm = np.sort(curve.knots_Nm)
+    curve.slopes = fit.slopes_rad_per_Nm[stretch_of(curve.knots_Nm, fit.kinks_Nm)] / ARCSEC
     base.terms = []  # readings of one loop carry no effect beside it
-    base.shares = np.zeros(PLAYS)
-    base.envelope_Nm = 0.0
-    base.outside = np.zeros(PLAYS)
+    hysteresis.shares = np.zeros(PLAYS)
+    hysteresis.envelope_Nm = 0.0
+    hysteresis.outside = np.zeros(PLAYS)
     operator = 0
     if fit.half_width_rad.size and fit.half_width_rad[0] > 0:
         half = float(fit.half_width_rad[0])
         least = half / (STICKING * float(fit.slopes_rad_per_Nm.min()))
-        wide = np.flatnonzero(base.radius_Nm >= least)
+        wide = np.flatnonzero(hysteresis.radius_Nm >= least)
         operator = int(wide[0]) if wide.size else PLAYS - 1
-        base.outside[operator] = half / base.radius_Nm[operator] / ARCSEC
+        hysteresis.outside[operator] = half / hysteresis.radius_Nm[operator] / ARCSEC
     return FewReadings(base, fit, samples, operator)

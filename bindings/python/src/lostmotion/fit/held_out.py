@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.least_squares import solve_within
 from lostmotion.fit.parameters import placed
 
@@ -38,13 +38,13 @@ RIDGE = 1e-9
 
 
 def held_out_residual(
-    base: Base, starts: IntArray | None = None, rows: npt.NDArray[np.bool_] | None = None
+    base: BaselineModel, starts: IntArray | None = None, rows: npt.NDArray[np.bool_] | None = None
 ) -> FloatArray:
     """Residual of every sample under a fit without its piece, arc seconds.
 
     Parameters
     ----------
-    base : Base
+    base : BaselineModel
         Fitted to all.
     starts : ndarray, optional
         Offsets of the pieces that are left out together; by default the runs.
@@ -90,7 +90,9 @@ def held_out_residual(
     return out
 
 
-def residual_without(base: Base, at: slice, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+def residual_without(
+    base: BaselineModel, at: slice, rows: npt.NDArray[np.bool_] | None
+) -> FloatArray:
     """Residual of a piece, arc seconds, under a fit to the samples beside it, from the fit to all.
 
     `rows` are those of `held_out_residual`; the mean is taken off.
@@ -103,6 +105,6 @@ def residual_without(base: Base, at: slice, rows: npt.NDArray[np.bool_] | None) 
     return np.asarray(rest - rest.mean())
 
 
-def held_out_rms(base: Base) -> float:
+def held_out_rms(base: BaselineModel) -> float:
     """Root mean square of `held_out_residual` over the runs."""
     return float(np.sqrt(np.mean(held_out_residual(base) ** 2)))

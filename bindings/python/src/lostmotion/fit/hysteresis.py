@@ -1,17 +1,82 @@
-"""Hysteresis of the baseline model: a bank of play operators on an envelope of the torque."""
+"""Hysteresis of the baseline model: a bank of play operators on an envelope of the torque.
+
+    U = T + A sgn(T) (1 - 1 / (1 + t + t^2)),   t = |T| / K
+
+The operators z_i follow the envelope U with fixed half widths. Friction in parallel with the
+elasticity sticks by the angle: until its contacts slip it holds most of the torque where the drive
+is soft, about no torque, and there the envelope rises most. Loops of one size hardly tell; small
+ones beside large ones do. Friction outside the elasticity is off unless the recordings ask for it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.backbone import run_plays
 from lostmotion.core import core
+from lostmotion.drives import PLAY_ENVELOPE, PLAY_KNEE, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit.parameters import Block, Filed, Prior, numbered
+from lostmotion.fit.point import Point
+from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+
+Started = list[tuple[slice, FloatArray]]
+"""Rows of the first run of each session, and the operators' derivatives there by start states."""
+
+PLAYS = 8
+"""Operators; half widths rise geometrically."""
+
+PLAY_RANGE = (1 / 200, 0.6)
+"""Least and greatest half width over the largest torque."""
+
+ENVELOPE_KNEE = 0.3
+"""Knee K of the envelope over the rated torque: beyond where a drive is soft."""
+
+ENVELOPE_MAX = 5.0
+"""Largest A / K."""
+
+USUAL_ENVELOPE = 0.2
+"""About what A / K is where the recordings do not tell it."""
+
+FIRST_SHARES, FIRST_ENVELOPES = (0.03, 0.1), (1.0, USUAL_ENVELOPE)
+"""Shares of every operator, and A / K of their envelope, that a first fit starts from: operator and
+friction have kinks, and with strong effects missing either start may end in a minimum that is not
+the lowest."""
+
+SHARE_MAX = 0.98
+"""Friction that sticks holds at most this share of a change of torque, at no torque, where it holds
+most: the torsion curve has to wind up."""
+
+SHARE_FIRM, FIRMNESS = 0.95, 1e4
+"""Beyond this share a fit is held back as by so many noises for all of it, so that it does not run
+against the bound."""
+
+OUTSIDE_FIRST = 0.02
+"""Compliance of an operator outside the elasticity that a fit starts from, over the mean one."""
+
+OUTSIDE_MAX = 50.0
+"""Greatest such compliance over the mean one of the drive."""
+
+RADIUS_STEP = 0.02
+"""Relative step of the half widths, and of the envelope over its knee, in differences."""
+
+START = "start"
+"""What the blocks of the start states belong to: the sessions of the recordings."""
+
+RADII_FILED = Filed("hysteresis.radius_Nm", PLAY_RADIUS, "play_radius_Nm")
+SHARES_FILED = Filed("hysteresis.shares", PLAY_SHARE, "play_inside_share")
+OUTSIDE_FILED = Filed("hysteresis.outside", PLAY_OUTSIDE, "play_outside_rad_per_Nm", ARCSEC)
+ENVELOPE_FILED = Filed("hysteresis.envelope_Nm", PLAY_ENVELOPE, "play_envelope_Nm", absent=0.0)
+KNEE_FILED = Filed("hysteresis.knee_Nm", PLAY_KNEE, "play_envelope_knee_Nm")
 
 
 def envelope(torque: FloatArray, more_Nm: float, knee_Nm: float) -> FloatArray:
@@ -87,3 +152,268 @@ def moved_before(
         end = starts[np.searchsorted(starts, session.start, side="right")]
         at = slice(session.start, int(end))
         yield at, start_columns(radius_Nm, followed[at])
+
+
+@dataclass
+class Hysteresis:
+    """Play operators over one campaign: friction inside the elasticity, and outside where asked.
+
+    Attributes
+    ----------
+    conditions : Conditions
+        Of the campaign.
+    radius_Nm : ndarray
+        Half widths.
+    shares : ndarray
+        Share of the torque that each operator takes.
+    knee_Nm, envelope_Nm : float
+        How much further than the torque the envelope goes under load (`envelope_Nm`), and where
+        two thirds of it are reached.
+    start : ndarray
+        Where each operator stood before the first sample, in half widths from the torque there; a
+        row for each session.
+    outside : ndarray or None
+        Compliance of each operator outside the elasticity, arc seconds a N m; None: there is none.
+    """
+
+    conditions: Conditions
+    radius_Nm: FloatArray
+    shares: FloatArray
+    knee_Nm: float
+    envelope_Nm: float
+    start: FloatArray
+    outside: FloatArray | None = None
+
+    @classmethod
+    def of_recordings(
+        cls, conditions: Conditions, largest_Nm: float, rated_torque_Nm: float
+    ) -> Hysteresis:
+        """Half widths spaced over the recorded torques, with what a first fit starts from."""
+        knee = ENVELOPE_KNEE * rated_torque_Nm
+        made = cls(
+            conditions,
+            largest_Nm * np.geomspace(*PLAY_RANGE, PLAYS),
+            np.full(PLAYS, FIRST_SHARES[0]),
+            knee,
+            FIRST_ENVELOPES[0] * knee,
+            np.zeros((0, PLAYS)),
+        )
+        made.start = np.zeros((len(made.sessions), PLAYS))
+        return made
+
+    @property
+    def sessions(self) -> list[slice]:
+        """Rows within which friction's memory goes on."""
+        c = self.conditions
+        begins = [int(c.starts[run]) for run in c.campaign.sittings()]
+        return [slice(a, b) for a, b in pairwise([*begins, c.rows])]
+
+    def over(self, conditions: Conditions) -> None:
+        """Go on over recordings that begin as these do; a session more begins at rest."""
+        self.conditions = conditions
+        start = np.zeros((len(self.sessions), PLAYS))
+        start[: len(self.start)] = self.start
+        self.start = start
+
+    @property
+    def unfitted(self) -> bool:
+        """Whether it holds no numbers of a fit yet."""
+        return bool(np.all(self.shares == FIRST_SHARES[0]))
+
+    @property
+    def rise(self) -> float:
+        """Slope of the envelope at no torque, where it is greatest."""
+        return 1.0 + self.envelope_Nm / self.knee_Nm
+
+    def begin(self, share: float, rise: float) -> None:
+        """Begin a fit anew.
+
+        Parameters
+        ----------
+        share : float
+            Of every operator.
+        rise : float
+            A / K of the envelope.
+        """
+        self.shares[:] = share
+        self.start[:] = 0.0
+        self.envelope_Nm = rise * self.knee_Nm
+
+    def allow_outside(self, mean_slope: float) -> None:
+        """Let friction outside the elasticity take part in the fit."""
+        if self.outside is None:
+            self.outside = np.full(PLAYS, OUTSIDE_FIRST * mean_slope)
+
+    # --- what it gives ---------------------------------------------------------------------------
+
+    def columns(
+        self, torque: FloatArray, width: FloatArray, envelope_Nm: float | None = None
+    ) -> FloatArray:
+        """Differences ``z_i - U`` through the whole campaign; `width` scales the half widths."""
+        more = self.envelope_Nm if envelope_Nm is None else envelope_Nm
+        followed = envelope(torque, more, self.knee_Nm)
+        return operator_columns(self.radius_Nm, followed, width, self.sessions)
+
+    def started(self) -> Started:
+        """Rows of the first run of each session, and derivatives there by the start states."""
+        c = self.conditions
+        followed = envelope(c.torque, self.envelope_Nm, self.knee_Nm)
+        return list(moved_before(followed, self.radius_Nm, self.sessions, c.starts))
+
+    def add(self, out: FloatArray, plays: FloatArray, weights: FloatArray) -> None:
+        """Add what the operators give, each with its weight, to `out`; start states included."""
+        out += plays @ weights
+        if np.any(self.start):
+            for (at, moved), start in zip(self.started(), self.start, strict=True):
+                out[at] += moved @ (weights * start)
+
+    def angle_by(self, change: FloatArray, point: Point) -> FloatArray:
+        """Change of the angle, arc seconds, where the operators change by `change`."""
+        column = point.slope * (change @ self.shares)
+        return np.asarray(column if self.outside is None else column + change @ self.outside)
+
+    def by_envelope(self, point: Point) -> FloatArray:
+        """Derivative of the angle by how far the envelope goes."""
+        step = RADIUS_STEP * self.knee_Nm
+        low, high = max(self.envelope_Nm - step, 0.0), self.envelope_Nm + step
+        change = self.columns(point.torque, point.width, high)
+        change -= self.columns(point.torque, point.width, low)
+        change /= high - low
+        return self.angle_by(change, point)
+
+    def by_width(self, point: Point) -> FloatArray:
+        """Derivative of the angle by the logarithm of all half widths."""
+        wider = self.columns(point.torque, point.width * (1 + RADIUS_STEP))
+        closer = self.columns(point.torque, point.width * (1 - RADIUS_STEP))
+        return self.angle_by((wider - closer) / (2 * RADIUS_STEP), point)
+
+    # --- its parameters --------------------------------------------------------------------------
+
+    def shares_block(self) -> Block:
+        """Shares; that not all torque may stick is `held_back`."""
+
+        def fill(point: Point, out: FloatArray) -> None:
+            np.multiply(point.slope[:, None], point.plays, out=out)
+
+        return Block(
+            numbered("share", PLAYS),
+            self.shares,
+            np.zeros(PLAYS),
+            np.full(PLAYS, SHARE_MAX),
+            np.ones(PLAYS),
+            partial(setattr, self, "shares"),
+            fill,
+            filed=SHARES_FILED,
+        )
+
+    def envelope_block(self) -> Block:
+        """How far the envelope goes: about the usual."""
+        knee = self.knee_Nm
+
+        def put(more_Nm: FloatArray) -> None:
+            self.envelope_Nm = float(more_Nm[0])
+
+        def fill(point: Point, out: FloatArray) -> None:
+            out[:, 0] = self.by_envelope(point)
+
+        return Block(
+            ["envelope"],
+            np.array([self.envelope_Nm]),
+            np.zeros(1),
+            np.array([ENVELOPE_MAX * knee]),
+            np.array([1.0 / knee**2]),
+            put,
+            fill,
+            Prior(np.arange(1), np.array([USUAL_ENVELOPE * knee]), np.array([knee])),
+            filed=ENVELOPE_FILED,
+        )
+
+    def start_blocks(self, started: Callable[[], Started]) -> list[Block]:
+        """Start states of each session, each within the operator's band.
+
+        Parameters
+        ----------
+        started : callable
+            Gives `started`; computed once for all blocks.
+        """
+
+        def put(session: int, state: FloatArray) -> None:
+            self.start = self.start.copy()
+            self.start[session] = state
+
+        def fill(session: int, point: Point, out: FloatArray) -> None:
+            rows, by_state = started()[session]
+            out[:] = 0.0
+            out[rows] = (point.slope[rows, None] * by_state) * self.shares
+            if self.outside is not None:
+                out[rows] += by_state * self.outside
+
+        return [
+            Block(
+                numbered("start" if session == 0 else f"start_{session}", PLAYS),
+                state,
+                np.full(PLAYS, -1.0),
+                np.ones(PLAYS),
+                np.ones(PLAYS),
+                partial(put, session),
+                partial(fill, session),
+                Prior(np.arange(PLAYS), np.zeros(PLAYS), np.ones(PLAYS)),
+                of=START,
+            )
+            for session, state in enumerate(self.start)
+        ]
+
+    def outside_blocks(self, started: Callable[[], Started], mean_slope: float) -> list[Block]:
+        """Compliances of friction outside the elasticity, where it takes part."""
+        if self.outside is None:
+            return []
+
+        def fill(point: Point, out: FloatArray) -> None:
+            out[:] = point.plays
+            for (rows, by_state), start in zip(started(), self.start, strict=True):
+                out[rows] += by_state * start
+
+        return [
+            Block(
+                numbered("outside", PLAYS),
+                self.outside,
+                np.zeros(PLAYS),
+                np.full(PLAYS, OUTSIDE_MAX * mean_slope),
+                np.zeros(PLAYS),
+                partial(setattr, self, "outside"),
+                fill,
+                filed=OUTSIDE_FILED,
+            )
+        ]
+
+    def limit_shares(self) -> None:
+        """Scale the shares down to what may stick."""
+        held = float(self.shares.sum()) * self.rise
+        if held > SHARE_MAX:
+            self.shares *= SHARE_MAX / held
+
+    def held_back(
+        self, x: FloatArray, at: Mapping[Filed, slice], noise: float
+    ) -> tuple[float, FloatArray]:
+        """Residual and derivatives of what holds a fit back from all torque sticking, arc seconds.
+
+        Parameters
+        ----------
+        x : ndarray
+            The parameter vector.
+        at : mapping
+            Places in it.
+        """
+        shares, more = at[SHARES_FILED], at[ENVELOPE_FILED]
+        rise, total = 1.0 + x[more][0] / self.knee_Nm, float(x[shares].sum())
+        over = total * rise - SHARE_FIRM
+        row = np.zeros((1, x.size))
+        if over > 0:
+            row[0, shares] = FIRMNESS * noise * rise
+            row[0, more] = FIRMNESS * noise * total / self.knee_Nm
+        return FIRMNESS * noise * max(over, 0.0), row
+
+    def copy(self) -> Hysteresis:
+        """Operators that can be fitted apart from these."""
+        outside = None if self.outside is None else self.outside.copy()
+        return replace(self, shares=self.shares.copy(), start=self.start.copy(), outside=outside)

@@ -2,19 +2,20 @@
 
 A block states its values, their bounds, what is known of them beforehand, the derivatives of the
 angle by them, and what they are called in a fitted drive file and in answers. Everything else walks
-the blocks: a new parameter of the model is one more block in `Base.blocks`.
+the blocks: a new parameter of the model is one more block in `BaselineModel.blocks`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.drives import row_names
+from lostmotion import drives
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -28,7 +29,8 @@ class Filed:
     Attributes
     ----------
     attribute : str
-        Of the baseline model; a number, or an array where the key counts its entries.
+        Of the baseline model, with the part it belongs to (``curve.slopes``); a number, or an array
+        where the key counts its entries.
     key : str
         In ``[fit.values]``, with its unit; ``{}`` stands for the number of an entry.
     answer : str
@@ -47,12 +49,26 @@ class Filed:
 
     def keys(self, count: int) -> list[str]:
         """Keys of so many values."""
-        return row_names(self.key, count) if "{}" in self.key else [self.key]
+        return drives.row_names(self.key, count) if "{}" in self.key else [self.key]
 
     def of(self, model: Any) -> FloatArray:
         """Values that a model has, in the unit of the file; none where it lacks them."""
-        value = getattr(model, self.attribute)
+        value = attrgetter(self.attribute)(model)
         return np.zeros(0) if value is None else np.atleast_1d(value) * self.unit
+
+    def restore(self, model: Any, values: Mapping[str, Any]) -> None:
+        """Put what the ``[fit.values]`` of a drive file say into a model."""
+        found: FloatArray | float
+        if "{}" in self.key:
+            found = np.array(drives.numbered(values, self.key)) / self.unit
+            if not found.size:
+                return
+        elif self.key in values or self.absent is not None:
+            found = float(values.get(self.key, self.absent)) / self.unit
+        else:
+            return
+        *part, name = self.attribute.split(".")
+        setattr(attrgetter(*part)(model) if part else model, name, found)
 
 
 @dataclass(frozen=True)
@@ -163,3 +179,8 @@ def prior_rows(
     rows = np.zeros((where.size, x.size))
     rows[np.arange(where.size), where] = np.concatenate(weights)
     return np.concatenate(residuals), rows
+
+
+def numbered(name: str, count: int) -> list[str]:
+    """Names of the values of a block."""
+    return [f"{name}_{i}" for i in range(count)]

@@ -12,13 +12,34 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass
 class Point:
-    """Everything the model gives at one set of parameters, in arc seconds and N m."""
+    """Everything the model gives at one set of parameters, in arc seconds and N m.
+
+    Attributes
+    ----------
+    torque : ndarray
+        With what effects add to it.
+    width : ndarray
+        Scale of the half widths of the hysteresis operators.
+    plays : ndarray
+        Differences ``z_i - U`` of the operators, a column each.
+    wound : ndarray
+        Torque that friction leaves to the torsion curve.
+    ramps : ndarray
+        Derivatives of the torsion curve by its slopes.
+    stiffness : ndarray
+        Factor of each run on the torsion curve.
+    slope : ndarray
+        Derivative of the torsion curve by the torque, with that factor.
+    backbone, elastic, angle : ndarray
+        Torsion curve without that factor; elastic angle; with effects of the angle.
+    """
 
     torque: FloatArray
     width: FloatArray
     plays: FloatArray
     wound: FloatArray
     ramps: FloatArray
+    stiffness: FloatArray
     slope: FloatArray
     backbone: FloatArray
     elastic: FloatArray

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.effects.conditions import Conditions
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.report.chart import Axes, limits, nice_step
 from lostmotion.report.loops import LOOP_LEAST
 from lostmotion.report.page import Figure, Table
@@ -52,11 +52,13 @@ class Overlay:
 
     Parameters
     ----------
-    before, after : Base
+    before, after : BaselineModel
         The base, and the base with effects; the same where nothing was added.
     """
 
-    def __init__(self, before: Base, after: Base, floor_arcsec: float, name: str) -> None:
+    def __init__(
+        self, before: BaselineModel, after: BaselineModel, floor_arcsec: float, name: str
+    ) -> None:
         c = before.conditions
         self.name = name
         self.floor = floor_arcsec
@@ -120,7 +122,9 @@ def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[I
     return angle, "generator angle, °", [way[np.argsort(angle[way])] for way in ways if way.size]
 
 
-def overlay_figure(before: Base, after: Base, floor_arcsec: float, name: str) -> Figure:
+def overlay_figure(
+    before: BaselineModel, after: BaselineModel, floor_arcsec: float, name: str
+) -> Figure:
     """Make the figure of the runs in which most was explained."""
     data = Overlay(before, after, floor_arcsec, name)
     caption = "Measured lost motion (grey), the base (orange)"

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from lostmotion.candidates.tangents import Tangents, at_base, start_points, unit_size
 from lostmotion.effects.effect import Effect
-from lostmotion.fit.baseline import Base
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -28,7 +28,9 @@ class Lobes:
     of lobes a quarter turn on, which have a start of their own.
     """
 
-    def linearise(self, effect: Effect, base: Base, point: Point, ratio: float) -> Tangents:
+    def linearise(
+        self, effect: Effect, base: BaselineModel, point: Point, ratio: float
+    ) -> Tangents:
         """See `Form`."""
         values = start_points(effect, base, ratio)[0]
         made = Tangents([], [], [])

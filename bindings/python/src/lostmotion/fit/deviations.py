@@ -1,0 +1,36 @@
+"""What each run has of its own in the baseline model: its stiffness, its friction, its gap."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+DEVIATIONS = ("stiffness", "friction", "gap")
+"""What scatters from run to run beside the offset: stiffness and friction relative, the gap in arc
+seconds."""
+
+STIFFNESS, FRICTION, GAP = range(len(DEVIATIONS))
+"""Columns of the deviations, a row for each run."""
+
+DEVIATION_MAX = 0.5
+"""A run whose friction differs by more than half of it is another drive."""
+
+GAP_CLOSES = 0.005
+"""Torque at which a radial gap has closed, over rated torque (model 9a: 0.1 to 0.5 %)."""
+
+
+def width_factor(deviations: FloatArray) -> FloatArray:
+    """Factor of each run on the half widths of the hysteresis operators."""
+    return np.asarray(1.0 + np.clip(deviations[:, FRICTION], -DEVIATION_MAX, DEVIATION_MAX))
+
+
+def stiffness_factor(deviations: FloatArray) -> FloatArray:
+    """Factor of each run on the torsion curve."""
+    return np.asarray(1.0 + deviations[:, STIFFNESS])
+
+
+def gap_closed(wound: FloatArray, rated_torque_Nm: float) -> FloatArray:
+    """How far a gap is taken up by a torque, -1 to 1."""
+    return np.asarray(np.tanh(wound / (GAP_CLOSES * rated_torque_Nm)))

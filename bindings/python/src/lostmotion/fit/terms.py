@@ -1,0 +1,140 @@
+"""Terms that are added to the baseline model: effects with their values, and frozen shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.effects.effect import Effect
+from lostmotion.fit.hysteresis import RADIUS_STEP
+from lostmotion.fit.parameters import Block, Prior, numbered
+from lostmotion.fit.point import Point
+
+FloatArray = npt.NDArray[np.float64]
+
+ANGLE_STEP = 1e-3
+"""Relative step of a value in differences; what moves the friction is not smooth on the scale of a
+sample's noise, and takes `hysteresis.RADIUS_STEP`."""
+
+EVENLY = 12.0
+"""What may be anywhere in a range has this precision over the range's square."""
+
+RUN_SCATTER = 0.6
+"""A value of how an effect depends on what is constant within a run is told by runs alone: each
+tells it as well as what it has of its own allows, over the noise, however many samples it has. A
+law through the few worn runs of a campaign is held to what is usual accordingly: samples that count
+one by one would put it through their scatter, and far off beyond them."""
+
+
+@dataclass
+class Term:
+    """An effect in the model, with the values it has and the places of those that are estimated."""
+
+    effect: Effect
+    values: FloatArray
+    free: list[int]
+
+    def around(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """Values with one of them a step lower and a step higher, within its bounds."""
+        value = self.effect.values[index]
+        size = max(abs(self.values[index]), 0.1 * abs(value.typical), 1e-12)
+        step = (ANGLE_STEP if self.effect.kind == "angle" else RADIUS_STEP) * size
+        low, high = self.values.copy(), self.values.copy()
+        low[index] = max(value.low, self.values[index] - step)
+        high[index] = min(value.high, self.values[index] + step)
+        return low, high
+
+    def block(self, run_noise: float, column: Callable[[Term, int, Point], FloatArray]) -> Block:
+        """Estimated values; laws that only runs tell are about what is usual.
+
+        Where a value is moved by one linear step, it may be anywhere between its bounds: few runs
+        tell an exponent badly.
+
+        Parameters
+        ----------
+        run_noise : float
+            Noise of a whole run, arc seconds.
+        column : callable
+            Derivative of the angle by the value of a place.
+        """
+        free = [self.effect.values[i] for i in self.free]
+        low, high = (np.array([getattr(value, end) for value in free]) for end in ("low", "high"))
+        laws = np.array([k for k, value in enumerate(free) if value.between_runs], dtype=np.intp)
+        usual = np.array([free[k].typical for k in laws])
+        sd = (high - low)[laws] / np.sqrt(EVENLY) / run_noise
+        names = [f"{self.effect.name}.{value.name}" for value in free]
+
+        def put(values: FloatArray) -> None:
+            self.values = self.values.copy()
+            self.values[self.free] = values
+
+        def fill(point: Point, out: FloatArray) -> None:
+            for k, i in enumerate(self.free):
+                out[:, k] = column(self, i, point)
+
+        return Block(
+            names,
+            self.values[self.free],
+            low,
+            high,
+            EVENLY / (high - low) ** 2,
+            put,
+            fill,
+            Prior(laws, usual, sd, per_run=True) if laws.size else None,
+            keys=names,
+            of=self,
+        )
+
+    def copy(self) -> Term:
+        """A term that can be fitted apart from this one."""
+        return Term(self.effect, self.values.copy(), list(self.free))
+
+
+@dataclass
+class Additive:
+    """A frozen shape without a name: columns in arc seconds, and their coefficients."""
+
+    name: str
+    columns: FloatArray
+    coefficients: FloatArray
+    covariate: str = ""
+    shape: str = ""
+
+    def block(self) -> Block:
+        """Coefficients: anything may be."""
+        count = self.coefficients.size
+
+        def put(coefficients: FloatArray) -> None:
+            self.coefficients = coefficients
+
+        def fill(_: Point, out: FloatArray) -> None:
+            out[:] = self.columns
+
+        return Block(
+            numbered(self.name, count),
+            self.coefficients,
+            np.full(count, -np.inf),
+            np.full(count, np.inf),
+            np.zeros(count),
+            put,
+            fill,
+            of=self,
+        )
+
+    def copy(self) -> Additive:
+        """A shape that can be fitted apart from this one."""
+        return Additive(
+            self.name, self.columns, self.coefficients.copy(), self.covariate, self.shape
+        )
+
+
+def start_values(effect: Effect, given: Mapping[str, float]) -> FloatArray:
+    """Typical values, with what is known of the drive put in."""
+    values = effect.typical.copy()
+    for i, value in enumerate(effect.values):
+        if value.role == "given" and value.scale in given:
+            values[i] = given[value.scale]
+    return values

@@ -1,0 +1,138 @@
+"""Torsion curve of the baseline model: odd, rising in straight stretches, held to the data sheet.
+
+A catalogue sheet knows three slopes, which is not enough to reach the noise of a good encoder; it
+serves as the start and as a weak prior.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.backbone import Backbone
+from lostmotion.drives import KNOT, SLOPE
+from lostmotion.effects.conditions import Conditions
+from lostmotion.fit.parameters import Block, Filed, Prior, numbered
+from lostmotion.fit.point import Point
+from lostmotion.units import ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+KNOTS = 28
+"""Ends of stretches of the curve on each side, spaced geometrically. The curve has 59 points, zero
+and both ends included; a controller holds 64. With 17 knots the corners of a staged take-up are
+still seen."""
+
+KNOT_RANGE = (1e-3, 0.9)
+"""First and last end of a stretch over the largest torque."""
+
+SLOPE_MAX = 50.0
+"""Greatest compliance of a stretch over the mean one of the drive."""
+
+KNOTS_FILED = Filed("curve.knots_Nm", KNOT, "knot_Nm")
+SLOPES_FILED = Filed("curve.slopes", SLOPE, "slope_rad_per_Nm", ARCSEC)
+
+
+@dataclass
+class TorsionCurve:
+    """Torsion curve in straight stretches.
+
+    Attributes
+    ----------
+    knots_Nm : ndarray
+        Ends of the stretches; beyond the last the curve goes on with the last slope.
+    slopes, prior_slopes : ndarray
+        Compliance of each stretch, arc seconds a N m, and what is known of it beforehand.
+    mean_slope : float
+        Mean compliance of the drive, the scale of the bounds.
+    """
+
+    knots_Nm: FloatArray
+    slopes: FloatArray
+    prior_slopes: FloatArray
+    mean_slope: float
+
+    @classmethod
+    def of_recordings(
+        cls, conditions: Conditions, largest_Nm: float, sheet: Backbone | None
+    ) -> TorsionCurve:
+        """Knots spaced over the recorded torques, slopes as `begin_from` sets them."""
+        empty = np.zeros(0)
+        curve = cls(largest_Nm * np.geomspace(*KNOT_RANGE, KNOTS), empty, empty, 1.0)
+        curve.begin_from(conditions, conditions.lost_motion, sheet)
+        return curve
+
+    def begin_from(
+        self, conditions: Conditions, lost_motion: FloatArray, sheet: Backbone | None
+    ) -> None:
+        """Begin with the mean slope of a lost motion, and expect the sheet's slopes.
+
+        Parameters
+        ----------
+        lost_motion : ndarray
+            As recorded, less what is known not to be the drive's elasticity, arc seconds.
+        sheet : Backbone or None
+            Torsion curve of the data sheet.
+        """
+        c = conditions
+        t = c.torque - c.run_mean(c.torque)[c.run_of]
+        y = lost_motion - c.run_mean(lost_motion)[c.run_of]
+        mean = float(t @ y / max(float(t @ t), 1e-300))
+        self.mean_slope = abs(mean) if mean else 1.0
+        self.slopes = np.full(self.knots_Nm.size + 1, self.mean_slope)
+        self.prior_slopes = self.slopes.copy()
+        if sheet is not None:
+            last = max(1.2 * float(np.max(np.abs(c.torque))), self.knots_Nm[-1])
+            ends = np.concatenate(([0.0], self.knots_Nm, [last]))
+            self.prior_slopes = np.diff(sheet(ends)) / np.diff(ends) / ARCSEC
+
+    def ramps(self, wound: FloatArray) -> FloatArray:
+        """Curve of unit slope in each stretch, zero in the others."""
+        size, sign = np.abs(wound), np.sign(wound)
+        low = np.concatenate(([0.0], self.knots_Nm))
+        length = np.append(np.diff(low), np.inf)
+        out = np.empty((wound.size, low.size), order="F")
+        for i in range(low.size):
+            taken = np.maximum(size - low[i], 0.0)
+            np.multiply(sign, np.minimum(taken, length[i], out=taken), out=out[:, i])
+        return out
+
+    def slope_at(self, wound: FloatArray) -> FloatArray:
+        """Slope of the stretch that each torque is in."""
+        return self.slopes[np.searchsorted(self.knots_Nm, np.abs(wound), side="right")]
+
+    def angle(self, wound: FloatArray) -> FloatArray:
+        """Angle, arc seconds, as ``ramps(wound) @ slopes`` but several times quicker."""
+        size = np.abs(wound)
+        ends = np.concatenate(([0.0], self.knots_Nm))
+        heights = np.concatenate(([0.0], np.cumsum(np.diff(ends) * self.slopes[:-1])))
+        angle = np.interp(size, ends, heights)
+        angle += self.slopes[-1] * np.maximum(size - ends[-1], 0.0)
+        return np.asarray(np.sign(wound) * angle)
+
+    def block(self) -> Block:
+        """Slopes: each is known to be within its own size of the sheet's."""
+        n = self.slopes.size
+        sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
+
+        def fill(point: Point, out: FloatArray) -> None:
+            np.multiply(point.ramps, point.stiffness[:, None], out=out)
+
+        return Block(
+            numbered("slope", n),
+            self.slopes,
+            np.zeros(n),
+            np.full(n, SLOPE_MAX * self.mean_slope),
+            1.0 / sd**2,
+            partial(setattr, self, "slopes"),
+            fill,
+            Prior(np.arange(n), self.prior_slopes, sd),
+            filed=SLOPES_FILED,
+        )
+
+    def copy(self) -> TorsionCurve:
+        """A curve that can be fitted apart from this one."""
+        return replace(self, slopes=self.slopes.copy())
