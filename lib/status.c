@@ -1,5 +1,7 @@
 #include "lostmotion/status.h"
 
+#include "runtime/no_fast_math.h"
+
 const char *lm_status_sentence(lm_status status) {
   switch (status) {
     case LM_OK:

@@ -73,7 +73,7 @@ each_source() {
 cppcheck_lib() {
   each_source "$cppcheck" --quiet --std=c99 --enable=warning,performance,portability \
     --inline-suppr --suppress=missingIncludeSystem --error-exitcode=1 \
-    -ULM_REAL_HEADER -U__FAST_MATH__ -U__ASSOCIATIVE_MATH__ -U__RECIPROCAL_MATH__ \
+    -ULM_REAL_HEADER -U__GNUC__ -U__ELF__ -U__FAST_MATH__ -U__ASSOCIATIVE_MATH__ -U__RECIPROCAL_MATH__ \
     -U__FINITE_MATH_ONLY__ -U__cplusplus
 }
 # Loops that a pragma unrolls are not followed to their end, and what they filled counts as unset;
@@ -98,11 +98,11 @@ sanitize() {
 }
 
 # The library in its own two precisions; dual and complex numbers go only where derivatives go.
-# A function is one whatever its precision and sizes (names_f32.h, names_sized.h): what a test of one
-# build reaches is reached.
+# A function is one whatever its precision and sizes (symbols.h): what a test of one build reaches is
+# reached.
 one_name_each() {
-  sed -E 's/("function_name": ?"lm_[a-z_]+)(_[0-9]+){5}(_f32)?"/\1"/g
-          s/("function_name": ?"lm_[a-z_]+)_f32"/\1"/g' "$1" >"$1.one" && mv "$1.one" "$1"
+  sed -E 's/("function_name": ?"lm_[a-z_]+)(_[0-9]+){5}_f(32|64)"/\1"/g
+          s/("function_name": ?"lm_[a-z_]+)_f(32|64)"/\1"/g' "$1" >"$1.one" && mv "$1.one" "$1"
 }
 
 coverage() {

@@ -2,8 +2,8 @@
 
 The declarations that cffi needs are what the C preprocessor leaves of the headers, so the headers
 are the only place where the interface stands. Two things are done to them on the way: the C
-library's own headers are replaced by empty ones (cffi knows their types), and the renaming of the
-float build is left out, so that both modules offer the same names.
+library's own headers are replaced by empty ones (cffi knows their types), and they are read as by
+a compiler without assembler labels, which cffi does not parse.
 """
 
 from __future__ import annotations
@@ -30,10 +30,6 @@ HIDDEN_HEADERS = (
 )
 """Headers whose types cffi knows by itself."""
 
-RENAMING_GUARDS = ("LOSTMOTION_NAMES_F32_H", "LOSTMOTION_NAMES_SIZED_H")
-"""Guards of the headers that rename: defined in advance, these add nothing."""
-
-
 PROFILE = "LM_PROFILE=LM_PROFILE_FULL"
 """Largest sizes of the runtime's structs: Python reads what any controller may carry."""
 
@@ -58,7 +54,7 @@ def preprocess(compiler: str, include: Sequence[Path], bits: int, source: str) -
                 f"-I{folder}",
                 *(f"-I{path}" for path in include),
                 f"-DLM_REAL_BITS={bits}",
-                *(f"-D{guard}" for guard in RENAMING_GUARDS),
+                "-U__GNUC__",
                 f"-D{PROFILE}",
                 str(unit),
             ],
@@ -130,9 +126,8 @@ def main() -> None:
     arguments = parser.parse_args()
 
     if arguments.optimizer is None:
-        skipped = {"names_f32.h", "names_sized.h"}
         headers = sorted((arguments.include / "lostmotion").glob("*.h"))
-        names = [f"lostmotion/{header.name}" for header in headers if header.name not in skipped]
+        names = [f"lostmotion/{header.name}" for header in headers]
         folders = [arguments.include]
     else:
         names = ["spec.h", "run.h", "run_task.h", "output.h"]

@@ -8,6 +8,7 @@
 #include "lostmotion/tooth_bending.h"
 #include "real_math.h"
 #include "refuse.h"
+#include "runtime/plain_symbol.h"
 
 #define DEGREE (LM_PI / LM_REAL(180))
 #define ARCMIN (DEGREE / LM_REAL(60))
@@ -174,6 +175,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
   }
   return status;
 }
+PLAIN_SYMBOL(lm_check_drive, LM_PRECISION_TEXT)
 
 static void fill(lm_real *value, lm_real otherwise) {
   if (*value == LM_REAL(0)) {
@@ -309,3 +311,4 @@ lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) {
   }
   return status;
 }
+PLAIN_SYMBOL(lm_complete_drive, LM_PRECISION_TEXT)

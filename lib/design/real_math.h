@@ -3,6 +3,7 @@
 #ifndef LOSTMOTION_DESIGN_REAL_MATH_H
 #define LOSTMOTION_DESIGN_REAL_MATH_H
 
+#include "../runtime/no_fast_math.h"
 #include "lostmotion/real.h"
 
 #if !defined(LM_REAL_HEADER)

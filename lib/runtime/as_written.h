@@ -7,6 +7,8 @@
 #ifndef LOSTMOTION_RUNTIME_AS_WRITTEN_H
 #define LOSTMOTION_RUNTIME_AS_WRITTEN_H
 
+#include "runtime/no_fast_math.h"
+
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns")
 #elif defined(_MSC_VER) && !defined(__clang__)

@@ -4,6 +4,7 @@
 
 #include "runtime/model_kernel.h"
 #include "runtime/number.h"
+#include "runtime/plain_symbol.h"
 
 #define SAVED_FORMAT 1u
 
@@ -195,11 +196,12 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
     return lm_refuse(fault, LM_NULL, "compensator", 0, 0, 0);
   }
   status = lm_check_parameters(parameters, fault);
-  compensator->parameters = status == LM_OK ? parameters : NULL;
-  rest(compensator);
+  compensator->parameters = NULL; /* the first member: nothing behind it is touched by a refusal */
   if (status != LM_OK) {
     return status;
   }
+  compensator->parameters = parameters;
+  rest(compensator);
   set_rates(compensator, parameters->limits.response_per_s);
   compensator->correction_end_rad = parameters->limits.correction_rad;
   lm_start_model(&compensator->memory, torque_Nm);
@@ -216,6 +218,7 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
   prepare(compensator);
   return LM_OK;
 }
+PLAIN_SYMBOL(lm_start_compensator, LM_SIZES_TEXT)
 
 /* The wish, or the bound it passes, and then the status bit that says so; NaN gives the lower
  * bound.

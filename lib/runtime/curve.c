@@ -2,6 +2,7 @@
 
 #include "runtime/curve_kernel.h"
 #include "runtime/number.h"
+#include "runtime/plain_symbol.h"
 
 static lm_status check_knots(const lm_real *torque_Nm, const lm_real *angle_rad, int32_t count,
                              lm_fault *fault) {
@@ -68,6 +69,7 @@ lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_rea
   }
   return LM_OK;
 }
+PLAIN_SYMBOL(lm_build_curve, LM_SIZES_TEXT)
 
 lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault) {
   lm_status status;

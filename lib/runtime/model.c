@@ -2,6 +2,7 @@
 
 #include "runtime/model_kernel.h"
 #include "runtime/number.h"
+#include "runtime/plain_symbol.h"
 
 #if LM_REAL_BITS == 64
 #define HALVINGS 52
@@ -21,6 +22,7 @@ void lm_start_model(lm_memory *memory, lm_real torque_Nm) {
 #endif
   lm_center_plays(&memory->plays, is_finite(torque_Nm) ? torque_Nm : 0);
 }
+PLAIN_SYMBOL(lm_start_model, LM_SIZES_TEXT)
 
 #if LM_EFFECTS_MAX > 0
 /* Effects that widen the bands. Without them every play stays within its own, as advance_plays

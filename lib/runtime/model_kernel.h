@@ -70,9 +70,6 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
   return value;
 }
 
-#if LM_REAL_BITS == 32
-#define lm_step_effects lm_step_effects_f32
-#endif
 /* One step with effects at work, to an input that is judged. `untimed_s` is what an elapsed time of
  * 0 or less counts as. Adds to *status what the conditions are told by. */
 lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "runtime/number.h"
+#include "runtime/plain_symbol.h"
 
 #define MAGIC 0x31504D4Cu /* "LMP1", least significant byte first */
 #define ENDIANNESS_MARK 0x01020304u
@@ -360,6 +361,7 @@ lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, si
   }
   return status;
 }
+PLAIN_SYMBOL(lm_load_parameters, LM_SIZES_TEXT)
 
 typedef struct writer {
   uint8_t *byte;

@@ -1,6 +1,7 @@
 #include "lostmotion/play.h"
 
 #include "runtime/number.h"
+#include "runtime/plain_symbol.h"
 #include "runtime/play_kernel.h"
 
 static lm_status check_counts(int32_t count, int32_t outside_count, lm_fault *fault) {
@@ -71,6 +72,7 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   bank->inside_share = sum_weights(bank->slot, outside_count, count);
   return LM_OK;
 }
+PLAIN_SYMBOL(lm_build_play_bank, LM_SIZES_TEXT)
 
 static lm_status check_envelope(lm_real envelope_Nm, lm_real knee_Nm, lm_fault *fault) {
   const lm_real most_Nm = LM_ENVELOPE ? LM_PLAY_RADIUS_MAX_NM : 0;
@@ -176,6 +178,7 @@ void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm) {
     memory->z_Nm[i] = torque_Nm;
   }
 }
+PLAIN_SYMBOL(lm_center_plays, LM_SIZES_TEXT)
 
 void lm_settle_plays(const lm_play_bank *bank, lm_play_memory *memory) {
   lm_real at_Nm = envelope_at(bank, memory->torque_Nm);

@@ -1,7 +1,7 @@
 #!/bin/sh
 # symbols.sh NM SIZE LIB_DIR F64 F32 RUNTIME: what the three libraries may and may not contain.
-#   * every public symbol of the float32 builds ends in _f32, none of the float64 build does, and
-#     but for that the two hold the same names;
+#   * both precisions hold the same symbols, each as it is written in the headers; beside some of
+#     them stands one more that carries precision and sizes (symbols.h);
 #   * nothing outside is called but memcpy and its kin, and libm from the design model
 #     (lib/design/real_math.h names which functions);
 #   * no variable: .data, .bss and their thread-local forms are empty.
@@ -27,10 +27,14 @@ defined "$runtime" >"$work/runtime"
 
 grep -hv '^lm_' "$work/f64" "$work/f32" "$work/runtime" | complain "public without the prefix lm_"
 grep '_f32$' "$work/f64" | complain "suffix _f32 in the float64 build"
-grep -hv '_f32$' "$work/f32" "$work/runtime" |
-  complain "no suffix _f32 in the float32 build (run ./dev names)"
-sed 's/_f32$//' "$work/f32" | sort -u | comm -3 "$work/f64" - |
+grep -h '_f64$' "$work/f32" "$work/runtime" | complain "suffix _f64 in the float32 build"
+sed 's/_f32$/_f64/' "$work/f32" | sort -u | comm -3 "$work/f64" - |
   complain "in one precision only (float64 left, float32 right)"
+# The plain symbol stands beside each that carries more.
+for name in f64 f32 runtime; do
+  sed -nE 's/(_[0-9]+){5}_f(32|64)$//p; s/_f(32|64)$//p' "$work/$name" | sort -u |
+    comm -23 - "$work/$name" | complain "no plain symbol in $name"
+done
 
 printf '%s\n' memcpy memmove memset memcmp _GLOBAL_OFFSET_TABLE_ __stack_chk_fail \
   >"$work/allowed_runtime"

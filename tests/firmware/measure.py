@@ -332,19 +332,16 @@ def measure_flash(
     whole : bool
         With soft float and whatever else the linker takes from the compiler's and the C library.
     """
-    table = run([target.compiler.replace("gcc", "nm"), "--defined-only", *objects])
-    # Some carry the library's sizes (names_sized.h).
-    roots = [re.search(rf"\b{name}(_\d+)*_f32$", table, re.MULTILINE)[0] for name in called]
     alone = ["-nostdlib", "-Wl,--gc-sections"]
     behind = ["-lc", "-lgcc"] if whole else ["-Wl,--unresolved-symbols=ignore-all"]
-    entry = f"-Wl,-e,{roots[0]}"
+    entry = f"-Wl,-e,{called[0]}"
     program = folder / "runtime.elf"
     run(
         [
             target.compiler,
             *target.flags,
             *alone,
-            *(f"-Wl,-u,{name}" for name in roots),
+            *(f"-Wl,-u,{name}" for name in called),
             entry,
             *objects,
             *behind,

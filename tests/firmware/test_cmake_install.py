@@ -94,3 +94,22 @@ def test_an_installed_runtime_needs_no_ram_of_its_own(installed: Path, language:
     objects = run(["arm-none-eabi-size", "-A", installed / "prefix/lib/liblostmotion_runtime.a"])
     ram = re.findall(r"^(\.(?:data|bss|got)\S*)\s+([1-9]\d*)", objects, re.MULTILINE)
     assert ram == []
+
+
+def test_a_project_that_adds_the_checkout_builds_what_it_links_alone(tmp_path: Path) -> None:
+    if shutil.which("cmake") is None:
+        pytest.skip("no cmake: apt install cmake")
+    source = tmp_path / "source"
+    source.mkdir()
+    (source / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.20)\nproject(joint LANGUAGES C)\n"
+        f"add_subdirectory({ROOT} lostmotion)\nadd_executable(joint joint.c)\n"
+        "target_link_libraries(joint PRIVATE lostmotion::lostmotion_runtime)\n"
+        "target_compile_options(joint PRIVATE -ffast-math)\n"
+    )
+    host = '#include "lostmotion/runtime.h"\nint main(void) { return LM_REAL_BITS != 32; }\n'
+    (source / "joint.c").write_text(host)
+    run(["cmake", "-S", source, "-B", tmp_path / "build"])
+    run(["cmake", "--build", tmp_path / "build"])
+    archives = {file.name for file in (tmp_path / "build").rglob("*.a")}
+    assert archives == {"liblostmotion_runtime.a"}

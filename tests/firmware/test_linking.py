@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -47,7 +49,7 @@ def test_a_program_that_names_no_effect_links_none(tmp_path: Path, target: Targe
     run([compiler, *flags, main, archive, *bare, "-o", program])
     table = subprocess.run(["nm", program], capture_output=True, text=True, check=True).stdout
     assert "lm_step_compensator" in table
-    assert "lm_effects_f32" not in table
+    assert "lm_effects" not in table
     assert "lm_effect_" not in table.replace("lm_effect_use", "")
 
 
@@ -57,8 +59,9 @@ OTHER_SIZES = [
     ["-DLM_CURVE_POINTS_MAX=34"],
     ["-DLM_EFFECTS_MAX=1"],
     ["-DLM_EFFECT_MEMORY_MAX=1"],
+    ["-DLM_REAL_BITS=64"],
 ]
-STANDARD = "2_33_8_0_0"
+STANDARD = "2_33_8_0_0_f32"
 """Profile and sizes of the standard library, as symbols carry them."""
 
 FILLS = {
@@ -95,9 +98,60 @@ def test_a_program_of_other_sizes_than_the_library_does_not_link(
     text = f'#include "lostmotion/runtime.h"\nint main(void) {{ {FILLS[name]} return 0; }}\n'
     assert link(tmp_path, [], standard_library, text) == ""
     said = link(tmp_path, sizes, standard_library, text)
-    missing = re.search(rf"{name}_(\d+_\d+_\d+_\d+_\d+)_f32\b", said)
+    missing = re.search(rf"{name}_(\d+_\d+_\d+_\d+_\d+_f\d\d)\b", said)
     assert missing is not None, said
     assert missing[1] != STANDARD
+
+
+def test_no_name_of_the_interface_is_a_macro() -> None:
+    for header in (ROOT / "lib" / "include" / "lostmotion").glob("*.h"):
+        found = re.findall(
+            r"^[ \t]*#[ \t]*define[ \t]+(?!LM_|LOSTMOTION_)\w+", header.read_text(), re.M
+        )
+        assert found == [], header.name
+
+
+LOOKED_UP = [*FILLS, "lm_step_compensator", "lm_watch_output", "lm_effects", "lm_find_crc"]
+
+
+def test_dlsym_and_a_debugger_find_functions_by_the_names_in_the_headers(
+    tmp_path: Path, standard_library: Path
+) -> None:
+    sources = [str(file) for file in LIBRARY]
+    include = [f"-I{ROOT / 'lib' / 'include'}", f"-I{ROOT / 'lib'}"]
+    shared = tmp_path / "lostmotion.so"
+    flags = ["-std=c99", "-g", "-O1", "-DLM_REAL_BITS=32", *include]
+    run(["cc", *flags, "-shared", "-fPIC", *sources, "-o", shared])
+    library = ctypes.CDLL(str(shared))
+    for name in LOOKED_UP:
+        assert getattr(library, name)
+    if shutil.which("gdb") is None:
+        pytest.skip("no gdb: apt install gdb")
+    breaks = [word for name in FILLS for word in ("-ex", f"break {name}")]
+    said = run(["gdb", "-batch", *breaks, shared])
+    assert said.count("Breakpoint ") == len(FILLS), said
+
+
+def test_cpp_takes_the_headers_in_a_namespace_with_names_of_its_own(
+    tmp_path: Path, standard_library: Path
+) -> None:
+    if shutil.which("c++") is None:
+        pytest.skip("no C++ compiler: apt install g++")
+    text = """
+#include "lostmotion/runtime.h"
+struct joint { int lm_start_compensator(int axis) { return axis; } };
+static lm_parameters parameters;
+int main() {
+  lm_compensator it;
+  return joint().lm_start_compensator(0) + (lm_start_compensator(&it, &parameters, 0, 0) == LM_OK);
+}
+"""
+    (tmp_path / "main.cpp").write_text(text)
+    include = f"-I{ROOT / 'lib' / 'include'}"
+    program = tmp_path / "program"
+    run(["c++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", include,
+         tmp_path / "main.cpp", standard_library, "-o", program])  # fmt: skip
+    run([program])
 
 
 PARAMETERS = """

@@ -1,13 +1,11 @@
-/* A desktop program that uses both precisions. Returns 0 when both answer as they should. */
-#include <string.h>
+/* A desktop program. Returns 0 when the library answers in the precision that is expected. */
+#include <stdlib.h>
 
+#include "lostmotion/characteristic.h"
 #include "lostmotion/status.h"
 
-const char *single_sentence(int status, int *real_bits);
-
-int main(void) {
-  int single_bits = 0;
-  const char *single = single_sentence((int)LM_OK, &single_bits);
-  return !(sizeof(lm_real) == 8 && single_bits == 32 &&
-           strcmp(single, lm_status_sentence(LM_OK)) == 0);
+int main(int count, char **word) {
+  lm_fault fault;
+  return !(count == 2 && (int)(8 * sizeof(lm_real)) == atoi(word[1]) &&
+           lm_check_drive(NULL, &fault) == LM_NULL && fault.status == LM_NULL);
 }

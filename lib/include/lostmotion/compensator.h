@@ -162,7 +162,7 @@ typedef struct lm_compensator {
  * as the limit. Parameters are checked here, read at every step from then on, and stay the
  * caller's. Errors: LM_NULL and those of lm_check_parameters; then the instance is not started. */
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
-                               lm_real torque_Nm, lm_fault *fault);
+                               lm_real torque_Nm, lm_fault *fault) LM_SIZED(lm_start_compensator);
 
 /* A step after which the correction is at its target at once and rests there, whatever the limits
  * of velocity and acceleration. For an open position loop alone: after a start, or where the drive

@@ -12,10 +12,10 @@
 
 #include <stdint.h>
 
-#include "lostmotion/names_sized.h"
 #include "lostmotion/profile.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"
+#include "lostmotion/symbols.h"
 
 LM_BEGIN_DECLS
 
@@ -45,7 +45,7 @@ typedef struct lm_curve {
  * Errors: LM_NULL; LM_OUT_OF_RANGE; LM_NOT_FINITE; LM_NOT_MONOTONE. The fault names "count",
  * "torque_Nm", "angle_rad" or "slope_rad_per_Nm". */
 lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_real *angle_rad,
-                         int32_t count, lm_fault *fault);
+                         int32_t count, lm_fault *fault) LM_SIZED(lm_build_curve);
 
 /* Checks a curve that came from outside (flash, a file): the knots as lm_build_curve does, the
  * entries behind the last knot, and the cached slopes against the knots (relative

@@ -20,6 +20,7 @@
 #include "lostmotion/radial_chain.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"
+#include "lostmotion/symbols.h"
 #include "lostmotion/tolerance.h"
 #include "lostmotion/torsion_chain.h"
 
@@ -153,14 +154,14 @@ typedef struct lm_drive {
  *     shaft 0.16 d, long 0.6 d; output shaft 0.5 d, long 0.8 d
  *   planar (1 section). A gap of 0, a friction angle of 0 and no tolerances are kept.
  * Errors as lm_check_drive for what must be set. */
-lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault);
+lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) LM_PRECISE(lm_complete_drive);
 
 /* Whether every value lies in its range and none contradicts another. The fault names the key as in
  * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT
  * (tooth numbers that are odd or do not differ by 2; generator against deformation; a flank that
  * does not reach its base circle; a ratio that the teeth cannot give). What is accepted here has a
  * mesh: lm_make_mesh takes every axial section of it. */
-lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault);
+lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) LM_PRECISE(lm_check_drive);
 
 LM_END_DECLS
 

@@ -61,7 +61,7 @@ typedef struct lm_memory {
 /* The memory of a drive that has rested at a torque [N*m] (the gap profile: at a commanded angle):
  * every play in the middle of its band, every effect's memory zero. Parameters whose plays follow
  * an envelope want lm_settle_model after it where the torque is not 0 (lm_center_plays). */
-void lm_start_model(lm_memory *memory, lm_real torque_Nm);
+void lm_start_model(lm_memory *memory, lm_real torque_Nm) LM_SIZED(lm_start_model);
 
 /* Makes any memory fit the parameters: plays pulled into their bands, what is not finite put to
  * rest. For a memory that was restored, or carried over from other parameters. */

@@ -27,21 +27,21 @@
 
 #include "lostmotion/curve.h"
 #include "lostmotion/effects.h"
-#include "lostmotion/names_sized.h"
 #include "lostmotion/play.h"
 #include "lostmotion/profile.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"
+#include "lostmotion/symbols.h"
 
 LM_BEGIN_DECLS
 
 #define LM_PARAMETERS_FORMAT 3u /* of the binary form and, with the sizes, of the struct */
 
 /* What the struct carries: the format and the sizes of profile.h that it was compiled with, so that
- * a library of other sizes refuses it (a constant in flash need not pass the linker's eyes:
- * names_sized.h). */
+ * a library of other sizes or of the other precision refuses it (a constant in flash need not pass
+ * the linker's eyes: symbols.h). */
 #define LM_PARAMETERS_LAYOUT                                                                \
-  (LM_PARAMETERS_FORMAT +                                                                   \
+  (LM_PARAMETERS_FORMAT + LM_REAL_BITS / 64 * 8UL +                                         \
    16UL * ((((LM_EFFECT_MEMORY_MAX * 65UL + LM_EFFECTS_MAX) * 33UL + LM_PLAYS_MAX) * 65UL + \
             LM_CURVE_POINTS_MAX) *                                                          \
                4UL +                                                                        \
@@ -127,7 +127,8 @@ lm_status lm_check_parameters(const lm_parameters *parameters, lm_fault *fault);
  * unusable (format 0). Stack: small; the struct is filled in place, so never load into the one that
  * an instance runs on: load into another and hand that to lm_change_parameters. */
 lm_status lm_load_parameters(lm_parameters *parameters, const uint8_t *bytes, size_t length,
-                             const lm_effect *const *table, int32_t table_count, lm_fault *fault);
+                             const lm_effect *const *table, int32_t table_count, lm_fault *fault)
+    LM_SIZED(lm_load_parameters);
 
 /* Writes the binary form of checked parameters into bytes[capacity] and its length into *length.
  * The fingerprint of the loaded result is the CRC in its last four bytes.

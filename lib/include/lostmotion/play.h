@@ -29,10 +29,10 @@
 
 #include <stdint.h>
 
-#include "lostmotion/names_sized.h"
 #include "lostmotion/profile.h"
 #include "lostmotion/real.h"
 #include "lostmotion/status.h"
+#include "lostmotion/symbols.h"
 
 LM_BEGIN_DECLS
 
@@ -91,7 +91,7 @@ typedef struct lm_play_sum {
  * Errors: LM_NULL, LM_OUT_OF_RANGE, LM_NOT_FINITE; the fault names "count", "outside_count",
  * "radius_Nm", "widening" or "weight". */
 lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t count,
-                             int32_t outside_count, lm_fault *fault);
+                             int32_t outside_count, lm_fault *fault) LM_SIZED(lm_build_play_bank);
 
 /* Lets the operators of a bank follow an envelope of the torque: envelope_Nm, 0 to
  * LM_PLAY_RADIUS_MAX_NM (0: the torque itself), is how much further than the torque it goes in the
@@ -121,7 +121,7 @@ lm_real lm_find_play_radius(const lm_play_bank *bank, int32_t i, lm_real torque_
 /* Every operator in the middle of its band, z_i = torque. At torque 0 that is the virgin state. At
  * another torque the middle of a bank with an envelope is elsewhere: settle the memory then, which
  * puts operators that are off onto the edge of their bands. */
-void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm);
+void lm_center_plays(lm_play_memory *memory, lm_real torque_Nm) LM_SIZED(lm_center_plays);
 
 /* Pulls every z_i into its band at the memory's torque: to be called once after the memory was set
  * by hand, restored, or carried over to another bank. A z_i that is NaN goes to the lower edge. */

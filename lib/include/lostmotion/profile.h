@@ -3,7 +3,7 @@
  * LM_PROFILE picks the defaults below; any single macro may be set on the compiler's command line,
  * to a plain decimal number, or in a header of the user's own, whose name LM_CONFIG_HEADER holds:
  * -DLM_CONFIG_HEADER='"lostmotion_config.h"'. Every source of the library and of the program must
- * see the same values; a program that does not, does not link (names_sized.h).
+ * see the same values; a program that does not, does not link (symbols.h).
  *
  *                        GAP   STANDARD   FULL
  * LM_CURVE_POINTS_MAX     16         33     64   knots of the characteristic

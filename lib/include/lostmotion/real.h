@@ -1,9 +1,9 @@
-/* The number type of the whole library, and how its two precisions live side by side.
+/* The number type of the whole library, and its two precisions.
  *
  * Every source file is written once in `lm_real` and built twice: LM_REAL_BITS = 64 (double, the
- * desktop's default) and LM_REAL_BITS = 32 (float, what a motor controller runs). The float build
- * carries the suffix `_f32` in every public symbol (names_f32.h), so both can be linked into one
- * program; the names in the headers and in the caller's source stay the same.
+ * desktop's default) and LM_REAL_BITS = 32 (float, what a motor controller runs). Names and symbols
+ * are the same in both, so a program links one of them; who needs both loads them as two shared
+ * libraries. A program in one precision does not link with a library in the other (symbols.h).
  *
  * A third number type (dual numbers for derivatives, say) can be put in its place by defining
  * LM_REAL_HEADER to a header that defines `lm_real` and the `real_*` functions of
@@ -11,7 +11,8 @@
  *
  * Results are the same bits on every target as long as the compiler neither reorders nor
  * contracts. The run-time sources forbid contraction themselves, the others want
- * -ffp-contract=off (the CMake targets set it). -ffast-math and its parts are refused here.
+ * -ffp-contract=off (the CMake targets set it). The library's sources refuse -ffast-math and its
+ * parts; sources that only include the headers may use them.
  */
 #ifndef LOSTMOTION_REAL_H
 #define LOSTMOTION_REAL_H
@@ -26,17 +27,11 @@
 #define LM_REAL_BITS 64 /* 32 or 64: bits of lm_real */
 #endif
 
-#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
-    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
-#error "lostmotion: -ffast-math drops NaN handling and bit-identical results; build without it"
-#endif
-
 #if defined(LM_REAL_HEADER)
 #include LM_REAL_HEADER
 #elif LM_REAL_BITS == 64
 typedef double lm_real;
 #elif LM_REAL_BITS == 32
-#include "lostmotion/names_f32.h"
 typedef float lm_real;
 #else
 #error "lostmotion: LM_REAL_BITS must be 32 or 64"

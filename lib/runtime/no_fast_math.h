@@ -1,0 +1,11 @@
+/* Every source of the library refuses the compiler flags under which its results are not what its
+ * headers promise. The public headers do not: a host's own sources keep their flags. */
+#ifndef LOSTMOTION_RUNTIME_NO_FAST_MATH_H
+#define LOSTMOTION_RUNTIME_NO_FAST_MATH_H
+
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
+#error "lostmotion: -ffast-math drops NaN handling and bit-identical results; build without it"
+#endif
+
+#endif
