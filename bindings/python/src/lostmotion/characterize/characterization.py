@@ -199,7 +199,7 @@ def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Figure]]
         return fit, named_curve(fit, samples)
     for slopes in range(most, 1, -1):
         found = fit_slopes(steady, slopes)
-        if found.kinks_shown():
+        if found.kinks_shown() and np.all(found.slopes_rad_per_Nm > 0):
             fit = found
             break
     return fit, named_curve(fit, samples)

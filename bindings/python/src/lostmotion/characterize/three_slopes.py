@@ -54,7 +54,7 @@ NODE_LEVELS = 2
 """Between two nodes each branch was read at so many torques or more: a straight line has two."""
 
 DEVELOPED = 0.9
-"""A loop is developed where it is at least this share of its usual width."""
+"""A loop that still has this share of its usual width at `TRANSITION_MOST` is developed."""
 
 TRANSITION_MOST = 0.5
 """A loop that is developed up to this share of its amplitude has a transition behind its tips and a
@@ -286,18 +286,29 @@ def covariance_of(
     return covariance, float(max(count - 1, 1))
 
 
-def free_loop(samples: Samples, width: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fit a mean curve of any shape: offset of every loop, and half widths."""
+@dataclass(frozen=True)
+class FreeLoop:
+    """A loop with a mean curve of any shape: offset of every loop, half widths at their nodes."""
+
+    offsets_rad: FloatArray
+    half_width_rad: FloatArray
+    covariance: FloatArray
+    dof: float
+
+
+def free_loop(samples: Samples, width: FloatArray) -> FreeLoop:
+    """Fit a mean curve of any shape."""
     nodes = supported(samples, np.array(WIDTH_NODES) * samples.amplitude_Nm)
     curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
     columns = np.column_stack([curve[:, 1:], width])
     angle = samples.angle_rad
-    found = least_squares(
-        centred(columns, samples.loop), centred(angle[:, None], samples.loop)[:, 0]
-    )
+    design, target = centred(columns, samples.loop), centred(angle[:, None], samples.loop)[:, 0]
+    found = least_squares(design, target)
     left = angle - columns @ found
     offsets = np.bincount(samples.loop, left) / np.maximum(np.bincount(samples.loop), 1)
-    return offsets, found[nodes.size - 1 :]
+    widths = slice(nodes.size - 1, None)
+    covariance, dof = covariance_of(samples, design, target - design @ found)
+    return FreeLoop(offsets, found[widths], covariance[widths, widths], dof)
 
 
 def developed(samples: Samples) -> Samples:
@@ -306,18 +317,24 @@ def developed(samples: Samples) -> Samples:
     Behind a tip the drive sticks until friction has turned round, and the middle of the loop bends
     towards the branch that led to the tip. Where the loop has its usual width outside of these
     transitions, the curve at the tips is that of the branch that leads there, half that width
-    apart. Where a loop closes gradually all of it is as it is.
+    apart. A transition begins where the width is significantly below the usual one: what is left
+    of it would bend the curve. Where a loop closes gradually all of it is as it is.
     """
     width, nodes = width_columns(samples)
     if nodes.size < WIDTH_NODES_LEAST:
         return samples
-    _, half = free_loop(samples, width)
+    loop = free_loop(samples, width)
     share = nodes / samples.amplitude_Nm
-    usual = float(np.median(half[share <= TRANSITION_MOST]))
-    closed = share[half < DEVELOPED * usual]
-    if usual <= 0 or closed.size == 0 or closed[0] <= TRANSITION_MOST:
+    inside = share <= TRANSITION_MOST
+    usual = float(np.median(loop.half_width_rad[inside]))
+    if usual <= 0 or np.any(loop.half_width_rad[inside] < DEVELOPED * usual):
         return samples
-    return samples.without_transitions(float(nodes[share < closed[0]][-1]))
+    error = np.sqrt(np.maximum(np.diag(loop.covariance), 0.0))
+    closed = usual - loop.half_width_rad > stats.t.ppf(CONFIDENCE, loop.dof) * error
+    closed &= ~inside
+    if not np.any(closed):
+        return samples
+    return samples.without_transitions(float(nodes[int(np.argmax(closed)) - 1]))
 
 
 def apart(kinks: FloatArray) -> bool:
@@ -346,7 +363,7 @@ class KinkSearch:
                 np.column_stack((samples.falling > 0, cell)), axis=0, return_inverse=True
             )
             group = group.ravel()
-            angle = samples.angle_rad - free_loop(samples, width)[0][samples.loop]
+            angle = samples.angle_rad - free_loop(samples, width).offsets_rad[samples.loop]
         count = np.bincount(group)
 
         def mean(values: FloatArray) -> FloatArray:
