@@ -27,7 +27,7 @@ from workbench_server import PATIENCE_S, answer, opener, serving, start
 
 from lostmotion.errors import InputError
 from lostmotion.workbench.designs import Search
-from lostmotion.workbench.disclosure import told
+from lostmotion.workbench.disclosure import public_message
 from lostmotion.workbench.guard import Guard
 from lostmotion.workbench.page import plain_name
 
@@ -434,7 +434,7 @@ def test_messages_do_not_quote_a_file_of_another_kind(tmp_path: Path, name: str)
     for read in (read_drive, lambda path: read_campaign([path], ratio=100.0)):
         with pytest.raises(InputError) as error:
             read(file)
-        said = told(error.value)
+        said = public_message(error.value)
         assert said.startswith(f"{file}: found a file of another kind")
         assert "HUSH" not in said
 
@@ -454,7 +454,7 @@ def test_messages_quote_what_is_wrong_with_a_drive_and_a_recording(tmp_path: Pat
     ):
         with pytest.raises(InputError) as error:
             read(file)
-        assert quoted in told(error.value)
+        assert quoted in public_message(error.value)
 
 
 def test_a_search_writes_into_the_stated_folders_only(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pytest
 
 from lostmotion.errors import InputError
-from lostmotion.recordings import Campaign, Protocol, read_campaign, told
+from lostmotion.recordings import Campaign, Protocol, read_campaign, say_findings
 
 ROWS = 60
 COLUMNS: dict[str, list[Any]] = {
@@ -65,7 +65,7 @@ def test_a_table_is_read_as_a_file(tmp_path: Path, kind: str) -> None:
     campaign = Campaign.from_table(KINDS[kind](COLUMNS), name=str(file))
     assert campaign.fingerprint() == whole.fingerprint()
     assert [run.label for run in campaign.runs] == [1, 2]
-    assert told(campaign.findings) == told(whole.findings)
+    assert say_findings(campaign.findings) == say_findings(whole.findings)
 
 
 @pytest.mark.parametrize("none", [None, float("nan"), np.nan, pd.NA, pd.NaT, "", "NaN", "#N/A"])

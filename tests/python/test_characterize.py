@@ -13,7 +13,7 @@ from scipy import stats
 from lostmotion.characterize import characterize, standard_figures
 from lostmotion.characterize.backlash import find_backlash
 from lostmotion.characterize.characterization import CURVE, torsion_curve
-from lostmotion.characterize.figures import Figure, hysteresis_loss, lost_motion
+from lostmotion.characterize.figures import Estimate, hysteresis_loss, lost_motion
 from lostmotion.characterize.stretches import collect
 from lostmotion.characterize.three_slopes import developed
 from lostmotion.cli import main
@@ -48,7 +48,7 @@ def campaign_of(loop: Loop, seed: int) -> Campaign:
     return Campaign(runs)
 
 
-def figures_of(loop: Loop, seed: int) -> tuple[dict[str, Figure], float]:
+def figures_of(loop: Loop, seed: int) -> tuple[dict[str, Estimate], float]:
     """Figures by the names of `FIGURES`, without the search for a backlash, and their dof."""
     campaign = campaign_of(loop, seed)
     samples = collect(campaign)
@@ -72,7 +72,7 @@ def truths(loop: Loop) -> dict[str, float]:
     }
 
 
-def within(found: Figure, truth: float, dof: float, confidence: float) -> bool:
+def within(found: Estimate, truth: float, dof: float, confidence: float) -> bool:
     """Whether the truth lies within the interval of a confidence, by the stated error."""
     assert found.value is not None
     assert found.standard_error is not None

@@ -18,9 +18,9 @@ from lostmotion.catalogue import Catalogue
 from lostmotion.commands.compare import show_comparison
 from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import Comparison, compare
-from lostmotion.compare.chance import explained
+from lostmotion.compare.chance import variance_explained
 from lostmotion.compare.loops import directions, zero_widths
-from lostmotion.compare.repeatability import noise_floor
+from lostmotion.compare.repeatability import repeatability_of
 from lostmotion.discover import Value, diagnose, effect
 from lostmotion.discover.fitted_model import fit_model
 from lostmotion.drives import format_toml, read_drive
@@ -232,9 +232,9 @@ def test_runs_that_do_not_repeat_leave_the_noise_within_runs() -> None:
 def test_white_noise_is_measured_as_it_is() -> None:
     c = Conditions(campaign(8))
     noise = np.random.default_rng(11).normal(0.0, NOISE, c.rows)
-    assert noise_floor(c, noise).within_rad == pytest.approx(NOISE, rel=0.02)
+    assert repeatability_of(c, noise).within_rad == pytest.approx(NOISE, rel=0.02)
     noise[::500] += 50.0 * NOISE  # slips are no noise
-    assert noise_floor(c, noise).within_rad == pytest.approx(NOISE, rel=0.1)
+    assert repeatability_of(c, noise).within_rad == pytest.approx(NOISE, rel=0.1)
 
 
 def test_a_single_run_is_held_out_by_halves() -> None:
@@ -355,7 +355,7 @@ def test_the_covariance_of_signs_is_exact_for_few_blocks() -> None:
     residual = np.tile([1.0, -1.0], 8)
     cells = np.tile([0, 1], 8).astype(np.intp)
     blocks = np.repeat(np.arange(4), 4).astype(np.intp)
-    share, p = explained(residual, cells, blocks, np.random.default_rng(0))
+    share, p = variance_explained(residual, cells, blocks, np.random.default_rng(0))
     assert p == 1 / 8
     assert share == pytest.approx(1.0)
 
@@ -367,7 +367,7 @@ def test_chance_is_not_called_a_share() -> None:
         residual = random.normal(size=1200)
         cells = random.integers(0, 10, 1200).astype(np.intp)
         blocks = np.repeat(np.arange(24), 50).astype(np.intp)
-        share, p = explained(residual, cells, blocks, random)
+        share, p = variance_explained(residual, cells, blocks, random)
         assert share < 0.03
         small += p <= 0.05
     assert small <= 20  # 5 % of 200, and three standard deviations

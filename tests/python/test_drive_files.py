@@ -19,7 +19,7 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import make_controller
 from lostmotion.fit.drive_file import term_from
-from lostmotion.keys import Key, read_table
+from lostmotion.keys import Key, read_keys
 from lostmotion.model import design_model
 from lostmotion.predict import predict
 from lostmotion.structs import make_drive
@@ -645,7 +645,7 @@ def test_defaults_follow_the_values_that_the_file_gives() -> None:
 
 def test_keys_of_one_name_are_told_apart_by_their_dimension() -> None:
     keys = (Key("gap", "rad_per_K"), Key("gap", "rad", required=True))
-    found = read_table("f", "", {"gap_arcmin": 1, "gap_arcsec_per_K": 60}, keys)
+    found = read_keys("f", "", {"gap_arcmin": 1, "gap_arcsec_per_K": 60}, keys)
     assert found["gap_rad"].value == pytest.approx(found["gap_rad_per_K"].value)
     for table, message in (
         ({"gap_rad_per_K": 1}, "f: gap_rad: found nothing"),
@@ -654,14 +654,14 @@ def test_keys_of_one_name_are_told_apart_by_their_dimension() -> None:
         ({"gap_rad": 1, "gap_deg": 1}, "gap_deg: found gap_rad as well"),
     ):
         with pytest.raises(InputError) as caught:
-            read_table("f", "", table, keys)
+            read_keys("f", "", table, keys)
         assert message in str(caught.value)
 
 
 @given(st.floats(1e-6, 1e6))
 def test_a_value_in_the_keys_own_unit_keeps_every_bit(value: float) -> None:
     keys = (Key("length", "mm"), Key("angle", "arcmin"))
-    read = read_table("drive.toml", "", {"length_mm": value, "angle_arcmin": value}, keys)
+    read = read_keys("drive.toml", "", {"length_mm": value, "angle_arcmin": value}, keys)
     assert [read["length"].value, read["angle"].value] == [value, value]
 
 

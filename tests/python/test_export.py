@@ -36,7 +36,7 @@ from lostmotion.export import (
 )
 from lostmotion.model import design_model
 from lostmotion.recordings import Campaign, Run, read_campaign
-from lostmotion.replay import conditions, load, replay
+from lostmotion.replay import conditions, load_parameters, replay
 from lostmotion.units import ARCMIN, ARCSEC
 
 LIB = Path(__file__).parents[2] / "lib"
@@ -87,8 +87,8 @@ def test_blob_is_what_the_library_writes_and_reads(index: int) -> None:
     blob = format_blob(controller)
     made = build(controller)
     assert blob == stored(made)
-    assert blob == stored(load(blob))
-    assert made.fingerprint == load(blob).fingerprint == zlib.crc32(blob[:-4])
+    assert blob == stored(load_parameters(blob))
+    assert made.fingerprint == load_parameters(blob).fingerprint == zlib.crc32(blob[:-4])
 
 
 def test_blob_has_the_stated_layout() -> None:
@@ -108,7 +108,7 @@ def test_damaged_blob_is_refused(position: int) -> None:
     blob = bytearray(format_blob(controllers()[0]))
     blob[position] ^= 0x10
     with pytest.raises(InputError):
-        load(bytes(blob))
+        load_parameters(bytes(blob))
 
 
 CHECK = """
@@ -475,7 +475,7 @@ def test_export_and_replay_commands(tmp_path: Path, capsys: pytest.CaptureFixtur
 
     time = np.arange(3000) * 1e-3
     torque = 60 * np.sin(4 * time) * np.minimum(time, 1)
-    truth = evaluate(load(blob.read_bytes()), list(torque)) + 0.5
+    truth = evaluate(load_parameters(blob.read_bytes()), list(torque)) + 0.5
     log = tmp_path / "log.csv"
     rows = (f"{t:.17g},{q:.17g},{x:.17g}" for t, q, x in zip(time, torque, truth, strict=True))
     log.write_text("\n".join(["time_s,torque_Nm,lost_motion_rad", *rows]) + "\n")

@@ -9,9 +9,9 @@ import pytest
 from nulls import most
 from scipy.signal import lfilter
 
-from lostmotion.compare.chance import explained
+from lostmotion.compare.chance import variance_explained
 from lostmotion.compare.failures import where_it_fails
-from lostmotion.compare.repeatability import noise_floor
+from lostmotion.compare.repeatability import repeatability_of
 from lostmotion.effects.conditions import Conditions
 from lostmotion.recordings import Campaign, Run
 
@@ -105,7 +105,7 @@ def test_a_between_run_covariate_keeps_its_level_in_few_runs() -> None:
     for _ in range(trials):
         covariate = np.repeat(rng.normal(size=8), 40)
         slopes = np.repeat(rng.normal(size=8), 40) * np.tile(np.linspace(-1, 1, 40), 8)
-        _, p = explained(slopes + rng.normal(size=320), cells, blocks, rng, covariate)
+        _, p = variance_explained(slopes + rng.normal(size=320), cells, blocks, rng, covariate)
         alarms += p <= 0.05
     assert alarms <= most(trials, 0.05)
 
@@ -117,7 +117,7 @@ def test_rows_that_count_as_independent_would_cry_wolf() -> None:
     for _ in range(40):
         residual = lfilter([1.0], [1.0, -0.95], rng.normal(size=400))
         cells = (np.arange(400) // 50).astype(np.intp)
-        _, p = explained(residual, cells, np.arange(400), rng)
+        _, p = variance_explained(residual, cells, np.arange(400), rng)
         alarms += p <= 0.05
     assert alarms > most(40, 0.05)
 
@@ -125,6 +125,6 @@ def test_rows_that_count_as_independent_would_cry_wolf() -> None:
 def test_the_noise_floor_of_nothing_but_noise_is_the_noise() -> None:
     c = conditions(12)
     rng = np.random.default_rng(5)
-    floors = [noise_floor(c, rng.normal(size=c.rows)).floor_rad for _ in range(20)]
+    floors = [repeatability_of(c, rng.normal(size=c.rows)).floor_rad for _ in range(20)]
     # The largest hundredth is left out: 4 % less.
     assert np.mean(floors) == pytest.approx(1.0, abs=0.06)

@@ -43,7 +43,7 @@ from lostmotion.report import (
     fit_section,
     write_report,
 )
-from lostmotion.report.chart import label, nice_step, ticks_between
+from lostmotion.report.chart import nice_step, tick_label, ticks_between
 from lostmotion.report.evidence import covariate_of
 from lostmotion.report.ladder import draw_ladder
 from lostmotion.report.mesh import (
@@ -58,15 +58,15 @@ from lostmotion.report.page import (
     NARROW,
     WIDE,
     Figure,
-    Rows,
+    FigureData,
+    PageTable,
     Section,
-    Table,
     rows_html,
     script_json,
 )
 from lostmotion.report.stages import collect_stages
 from lostmotion.report.svg import abridged, signs, simplify, text_width
-from lostmotion.report.wording import rounded
+from lostmotion.report.wording import with_zeros
 from lostmotion.units import ARCMIN, ARCSEC
 
 DRIVES = DATA / "drives"
@@ -415,9 +415,9 @@ def test_ticks_are_round_and_about_as_many_as_wanted(span, wanted):
 
 
 def test_numbers_on_axes_are_short_and_carry_true_signs():
-    assert label(-0.30000000000000004, 0.1) == "−0.3"
-    assert label(-0.0, 0.5) == "0.0"
-    assert label(1500.0, 500.0) == "1500"
+    assert tick_label(-0.30000000000000004, 0.1) == "−0.3"
+    assert tick_label(-0.0, 0.5) == "0.0"
+    assert tick_label(1500.0, 500.0) == "1500"
     assert signs("at -1.5° of size-20 (-2 to +3)") == "at −1.5° of size-20 (−2 to +3)"
 
 
@@ -471,7 +471,7 @@ def test_residual_in_the_csv_is_measured_minus_model(page):
 
 
 def test_empty_cells_stand_for_what_is_not_finite():
-    assert Table("t", {"a_mm": [1.5, math.inf], "b": ["x,y", "z"]}).csv() == (
+    assert FigureData("t", {"a_mm": [1.5, math.inf], "b": ["x,y", "z"]}).csv() == (
         'a_mm,b\n1.5,"x,y"\n,z\n'
     )
 
@@ -556,7 +556,7 @@ def test_tolerances_are_a_budget_also_where_they_leave_no_gap(drawn, tmp_path):
     text = Page(path.read_text(encoding="utf-8")).text
     assert "states neither tolerances" not in text
     assert "The tolerances leave no radial gap" in text
-    budget = next(b for b in section.blocks if isinstance(b, Rows) and "budget" in b.title)
+    budget = next(b for b in section.blocks if isinstance(b, PageTable) and "budget" in b.title)
     assert budget.rows == [("bore", "generator", "+0.500", "−9.0", "−3.0", "100.0", "100.0")]
 
 
@@ -636,7 +636,9 @@ def test_the_ladder_writes_beside_a_ring_what_the_ring_is():
     answer = result.answer()
     text = draw_ladder(answer["ladder"], answer["noise_floor_arcsec"], WIDE)
     for rung in answer["ladder"]:
-        assert f">{rounded(rung['rms_arcsec'])} / {rounded(rung['rms_heldout_arcsec'])}<" in text
+        assert (
+            f">{with_zeros(rung['rms_arcsec'])} / {with_zeros(rung['rms_heldout_arcsec'])}<" in text
+        )
 
 
 def test_the_ladder_of_the_page_is_that_of_the_answer(page):
@@ -677,15 +679,15 @@ def test_nothing_is_written_when_a_place_is_wrong(tmp_path, capsys):
 
 def test_a_long_slim_table_stands_in_two_halves_and_a_folded_one_opens_when_asked() -> None:
     rows = [(f"n{i}", f"{i * i}") for i in range(31)]
-    page = rows_html(Rows("Squares", ("number", "square"), rows, (1,)))
+    page = rows_html(PageTable("Squares", ("number", "square"), rows, (1,)))
     assert page.count("<table>") == page.count("<thead>") == 2
     assert page.index(">n15<") < page.index("</table>") < page.index(">n16<")
     for i, square in rows:
         assert page.count(f"<td>{i}</td>") == 1
         assert f'<td class="r">{square}</td>' in page
-    assert rows_html(Rows("Few", ("a", "b"), rows[:16])).count("<table>") == 1
-    assert rows_html(Rows("Wide", tuple("abcde"), [tuple("12345")] * 31)).count("<table>") == 1
-    folded = rows_html(Rows("Long", ("", ""), rows, folded=True))
+    assert rows_html(PageTable("Few", ("a", "b"), rows[:16])).count("<table>") == 1
+    assert rows_html(PageTable("Wide", tuple("abcde"), [tuple("12345")] * 31)).count("<table>") == 1
+    folded = rows_html(PageTable("Long", ("", ""), rows, folded=True))
     assert folded.startswith("<details><summary>Long</summary>")
     assert "<thead>" not in folded
     assert "<h3>" not in folded

@@ -101,6 +101,27 @@ def test_evidence_knows_no_physics() -> None:
         assert {room_of(part) for part in parts} <= {"evidence", "errors", "files", "rules"}
 
 
+IN_TWO_ROOMS = {"choose", "list_candidates", "size_of_odd"}
+"""Names that the selection by refits and the one by saved evidence still share."""
+
+
+def public_names(file: Path) -> set[str]:
+    """Classes and functions that a module defines for others."""
+    kinds = (ast.ClassDef, ast.FunctionDef)
+    body = ast.parse(file.read_text()).body
+    return {node.name for node in body if isinstance(node, kinds) and node.name[0] != "_"}
+
+
+def test_a_name_has_one_meaning() -> None:
+    defined: dict[str, list[str]] = {}
+    for module, file in modules().items():
+        for name in public_names(file):
+            defined.setdefault(name, []).append(module)
+    assert len(defined) > 1000
+    twice = {name: sorted(where) for name, where in defined.items() if len(where) > 1}
+    assert {name: twice[name] for name in twice if name not in IN_TWO_ROOMS} == {}
+
+
 def room_of(module: str) -> str:
     """Room that a module is in, or the module itself where it is in none."""
     return module.split(".")[1] if "." in module else module

@@ -23,7 +23,7 @@ from lostmotion.effects.library import library
 from lostmotion.effects.loading import load
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import term_from
-from lostmotion.recordings import Campaign, Finding, read_campaign, told
+from lostmotion.recordings import Campaign, Finding, read_campaign, say_findings
 from lostmotion.units import ARCSEC
 from lostmotion.workbench.bench import Bench
 
@@ -111,15 +111,15 @@ def test_findings_of_many_runs_are_one_line() -> None:
     findings = [Finding("ignored_column", "a.csv", name, None, 1, "not used") for name in "XYZ"]
     findings += [Finding("duplicate_time", "a.csv", "time_s", r, 10 * r, "kept") for r in (1, 2, 3)]
     findings += [Finding("nan", "a.csv", "torque_Nm", 2, 1, "rows left out")]
-    assert told(findings) == [
+    assert say_findings(findings) == [
         "a.csv: not used: the columns X, Y, Z",
         "a.csv: time_s (runs 1, 2, 3): duplicate time x 60: kept",
         "a.csv: torque_Nm (run 2): nan x 1: rows left out",
     ]
     many = [Finding("gap", f"{r}.csv", "time_s", r, 1, "kept") for r in range(12)]
-    assert told(many) == ["0.csv and 11 more files: time_s (12 runs): gap x 12: kept"]
+    assert say_findings(many) == ["0.csv and 11 more files: time_s (12 runs): gap x 12: kept"]
     many = [Finding("gap", "a.csv", "time_s", r, 1, "kept") for r in range(12)]
-    assert told(many) == ["a.csv: time_s (12 runs, 0 to 11): gap x 12: kept"]
+    assert say_findings(many) == ["a.csv: time_s (12 runs, 0 to 11): gap x 12: kept"]
 
 
 def test_a_column_that_looks_like_one_that_is_missing_is_told(
@@ -131,7 +131,7 @@ def test_a_column_that_looks_like_one_that_is_missing_is_told(
     assert main(["check", str(file)]) == 2
     assert "expected time_s, or --map TIME=time_s" in capsys.readouterr().err
     data = read_campaign(file, mapping={"TIME": "time_s"})
-    (line,) = told(data.findings)
+    (line,) = say_findings(data.findings)
     assert line.endswith(
         "TEMPERATURE: ignored column x 1: not used; if it is the temperature: "
         "--map TEMPERATURE=temperature_C"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from conftest import DATA
-from lostmotion.recordings import Campaign, Run, read_campaign, told
+from lostmotion.recordings import Campaign, Run, read_campaign, say_findings
 from lostmotion.recordings.wild import bursts, set_wild_aside
 from lostmotion.units import ARCSEC
 
@@ -81,7 +81,7 @@ def test_nothing_that_a_drive_does_is_wild() -> None:
     for seed in range(CLEAN):
         data = clean(seed)
         set_wild_aside(data)
-        wrong += [f"seed {seed}: {finding}" for finding in told(data.findings)]
+        wrong += [f"seed {seed}: {finding}" for finding in say_findings(data.findings)]
     assert not wrong, "\n".join(wrong)
 
 

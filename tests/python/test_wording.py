@@ -8,11 +8,11 @@ from lostmotion.effects.library import library
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import (
     chance,
-    quantities,
+    named_numbers,
     quantity,
-    rounded,
     unit_text,
     with_signs,
+    with_zeros,
     words,
     written,
 )
@@ -80,7 +80,7 @@ def test_a_value_of_an_effect_is_written_in_a_unit_of_its_size(
 
 def test_a_value_at_its_bound_is_said_to_be() -> None:
     values = {"gap_rad_per_K": 4.161e-6, "gap_rad": 0.05, "takeup_Nm": 0.0, "cosine_rad": 0.0}
-    assert quantities(values, ["gap_rad", "takeup_Nm"]) == [
+    assert named_numbers(values, ["gap_rad", "takeup_Nm"]) == [
         "gap 0.858 arcsec/K",
         "gap 172 arcmin (at its bound)",
         "take-up 0 N·m (at its bound)",
@@ -118,7 +118,7 @@ def test_chance_and_signs_write_no_nothing() -> None:
     ],
 )
 def test_numbers_beside_each_other_have_the_same_digits_and_no_e(value: float, text: str) -> None:
-    assert rounded(value) == text
+    assert with_zeros(value) == text
 
 
 def test_newton_metres_in_a_sentence_have_their_sign() -> None:

@@ -11,7 +11,7 @@ from lostmotion import cli, drives, structs
 from lostmotion.effects.library import library
 from lostmotion.keys import Key
 from lostmotion.recordings import QUANTITIES
-from lostmotion.units import describe
+from lostmotion.units import dimension_name
 
 GROUPS = {
     "For everybody": ("real", "status", "version"),
@@ -291,7 +291,7 @@ def recordings_page() -> str:
     rows = [
         [
             f"`{q.column}`",
-            describe(q.dimension) if q.unit else "no unit",
+            dimension_name(q.dimension) if q.unit else "no unit",
             f"{q.low:g} to {q.high:g}",
         ]
         for q in QUANTITIES.values()

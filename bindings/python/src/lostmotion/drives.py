@@ -24,7 +24,7 @@ from lostmotion.catalogue import WIND_UP_MAX_RAD, Catalogue
 from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
-from lostmotion.keys import Key, label, read_table, show
+from lostmotion.keys import Key, as_in_file, key_label, read_keys
 from lostmotion.recordings.protocol import FREE, SIDES, Protocol
 from lostmotion.structs import Design, Entry
 
@@ -163,10 +163,10 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
         _characterization(file, document["characterization"])
     if "drive" not in document:
         raise InputError(file, "drive", "no such table", "[drive] with ratio and rated torque")
-    head = read_table(file, "drive", document["drive"], DRIVE_KEYS)
+    head = read_keys(file, "drive", document["drive"], DRIVE_KEYS)
     ratio = head["ratio"].value
     if abs(ratio) <= 1:
-        raise InputError(file, "drive.ratio", show(ratio), "more than 1 or less than -1")
+        raise InputError(file, "drive.ratio", as_in_file(ratio), "more than 1 or less than -1")
     rated = head["rated_torque"].value
     if ("catalogue" in document) == ("design" in document):
         found = "both" if "design" in document else "neither"
@@ -196,7 +196,7 @@ def parse_drive(document: dict[str, Any], file: str = "drive") -> Drive:
 
 
 def _catalogue(file: str, table: Any, rated_Nm: float) -> Catalogue:
-    values = read_table(file, "catalogue", table, CATALOGUE_KEYS)
+    values = read_keys(file, "catalogue", table, CATALOGUE_KEYS)
     number = {name: value.value for name, value in values.items()}
     if number["T2"] <= number["T1"]:
         raise InputError(
@@ -230,7 +230,7 @@ def _catalogue(file: str, table: Any, rated_Nm: float) -> Catalogue:
 
 def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
     sections = [name for name in structs.FIELDS if name]
-    top = read_table(file, "design", table, structs.FIELDS[""], tables=(*sections, *CHAINS))
+    top = read_keys(file, "design", table, structs.FIELDS[""], tables=(*sections, *CHAINS))
     values = {
         structs.field_path("", key): top[key.name] for key in structs.FIELDS[""] if key.name in top
     }
@@ -240,7 +240,7 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
         if section not in table:
             raise InputError(file, f"design.{section}", "no such table", f"[design.{section}]")
         keys = structs.FIELDS[section]
-        read = read_table(file, f"design.{section}", table[section], keys)
+        read = read_keys(file, f"design.{section}", table[section], keys)
         values |= {
             structs.field_path(section, key): read[key.name] for key in keys if key.name in read
         }
@@ -271,30 +271,34 @@ def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None
         return None
     place = f"design.{name}"
     if not isinstance(table[name], list):
-        raise InputError(file, place, show(table[name]), f"tables [[{place}]]")
+        raise InputError(file, place, as_in_file(table[name]), f"tables [[{place}]]")
     kinds = CHAINS[name]
     entries = []
     for index, entry in enumerate(table[name]):
         at = f"{place}[{index}]"
         if not isinstance(entry, Mapping):
-            raise InputError(file, at, show(entry), f"a table [[{place}]]")
+            raise InputError(file, at, as_in_file(entry), f"a table [[{place}]]")
         if "kind" not in entry:
             raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(kinds))
         kind = entry["kind"]
         if not isinstance(kind, str) or kind not in kinds:
             hint = did_you_mean(kind, kinds) if isinstance(kind, str) else ""
-            raise InputError(file, f"{at}.kind", show(kind), "one of " + ", ".join(kinds) + hint)
+            raise InputError(
+                file, f"{at}.kind", as_in_file(kind), "one of " + ", ".join(kinds) + hint
+            )
         head = (Key("kind", kind="text"), Key("name", kind="text"))
-        entries.append(Entry(kind, at, read_table(file, at, entry, (*head, *kinds[kind]))))
+        entries.append(Entry(kind, at, read_keys(file, at, entry, (*head, *kinds[kind]))))
     return entries
 
 
 def _columns(file: str, table: Any) -> dict[str, str]:
     if not isinstance(table, Mapping):
-        raise InputError(file, "columns", show(table), "a table")
+        raise InputError(file, "columns", as_in_file(table), "a table")
     for column, target in table.items():
         if not isinstance(target, str):
-            raise InputError(file, f"columns.{column}", show(target), "a name with unit, as text")
+            raise InputError(
+                file, f"columns.{column}", as_in_file(target), "a name with unit, as text"
+            )
     return dict(table)
 
 
@@ -306,7 +310,7 @@ RECORDING_KEYS = (
 
 
 def _protocol(file: str, table: Any) -> Protocol:
-    values = read_table(file, "recordings", table, RECORDING_KEYS)
+    values = read_keys(file, "recordings", table, RECORDING_KEYS)
     number = {name: value.value for name, value in values.items()}
     return Protocol(number.get("locked"), number.get("torque_constant"))
 
@@ -321,11 +325,11 @@ CHARACTERIZATION_KEYS = (
 
 def _characterization(file: str, table: Any) -> None:
     place = "characterization"
-    read_table(file, place, table, CHARACTERIZATION_KEYS, tables=("standard_errors", "assumptions"))
+    read_keys(file, place, table, CHARACTERIZATION_KEYS, tables=("standard_errors", "assumptions"))
     _numbers(file, f"{place}.standard_errors", table.get("standard_errors", {}))
     lines = table.get("assumptions", [])
     if not isinstance(lines, list) or not all(isinstance(line, str) for line in lines):
-        raise InputError(file, f"{place}.assumptions", show(lines), "an array of texts")
+        raise InputError(file, f"{place}.assumptions", as_in_file(lines), "an array of texts")
 
 
 KNOT = "knot_{}_Nm"
@@ -358,7 +362,7 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
     values that have one, in the order of ``[fit.standard_errors]``.
     """
     tables = ("values", "standard_errors", "covariance", "ranges")
-    read_table(file, "fit", table, FIT_KEYS, tables=tables)
+    read_keys(file, "fit", table, FIT_KEYS, tables=tables)
     _ranges(file, table.get("ranges", {}))
     if "values" not in table:
         raise InputError(file, "fit.values", "no such table", "[fit.values]")
@@ -384,7 +388,9 @@ def _fit(file: str, table: Any) -> dict[str, Any]:
             and len(rows) == size
             and all(isinstance(row, list) and len(row) == size for row in rows)
         ):
-            raise InputError(file, "fit.covariance", show(rows), f"{size} rows of {size} numbers")
+            raise InputError(
+                file, "fit.covariance", as_in_file(rows), f"{size} rows of {size} numbers"
+            )
         for i, row in enumerate(rows):
             for j, value in enumerate(row):
                 _finite(file, f"fit.covariance[{i}][{j}]", value)
@@ -397,17 +403,17 @@ FIT_RANGES = ("torque_Nm", "temperature_C", "cycles", "input_velocity_rad_per_s"
 
 def _ranges(file: str, table: Any) -> None:
     if not isinstance(table, dict):
-        raise InputError(file, "fit.ranges", show(table), "a table")
+        raise InputError(file, "fit.ranges", as_in_file(table), "a table")
     for key, ends in table.items():
         place = f"fit.ranges.{key}"
         if key not in FIT_RANGES:
             raise InputError(file, place, "an unknown key", ", ".join(FIT_RANGES))
         if not (isinstance(ends, list) and len(ends) == 2):
-            raise InputError(file, place, show(ends), "two numbers: least and greatest")
+            raise InputError(file, place, as_in_file(ends), "two numbers: least and greatest")
         for i, end in enumerate(ends):
             _finite(file, f"{place}[{i}]", end)
         if ends[0] > ends[1]:
-            raise InputError(file, place, show(ends), "the least first")
+            raise InputError(file, place, as_in_file(ends), "the least first")
 
 
 def _whole(file: str, values: Mapping[str, float]) -> None:
@@ -465,21 +471,21 @@ def _fitted_effects(table: Any) -> set[str]:
 
 def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
     if not isinstance(tables, list):
-        raise InputError(file, "effect", show(tables), "tables [[effect]]")
+        raise InputError(file, "effect", as_in_file(tables), "tables [[effect]]")
     seen: set[str] = set()
     c = core()
     known = library_effects(c)
     for index, table in enumerate(tables):
         at = f"effect[{index}]"
         if not isinstance(table, Mapping):
-            raise InputError(file, at, show(table), "a table [[effect]]")
+            raise InputError(file, at, as_in_file(table), "a table [[effect]]")
         name = table.get("name")
         if not isinstance(name, str) or (name not in known and name not in fitted):
             hint = did_you_mean(name, known) if isinstance(name, str) else ""
-            found = "nothing" if name is None else show(name)
+            found = "nothing" if name is None else as_in_file(name)
             raise InputError(file, f"{at}.name", found, f"the name of an effect{hint}")
         if name in seen:
-            raise InputError(file, f"{at}.name", show(name), "each effect once")
+            raise InputError(file, f"{at}.name", as_in_file(name), "each effect once")
         seen.add(name)
         for key, value in table.items():
             if key != "name":
@@ -508,19 +514,19 @@ def effect_values(
         name, unit = units.split_unit(written)
         keys.append(Key(name, unit.symbol if unit else "", required=True, low=low, high=high))
     rest = {key: value for key, value in table.items() if key != "name"}
-    values = read_table(file, place, rest, keys)
-    return [float(values[label(key, keys)].value) for key in keys]
+    values = read_keys(file, place, rest, keys)
+    return [float(values[key_label(key, keys)].value) for key in keys]
 
 
 def _numbers(file: str, place: str, table: Any) -> dict[str, float]:
     if not isinstance(table, Mapping):
-        raise InputError(file, place, show(table), "a table of numbers")
+        raise InputError(file, place, as_in_file(table), "a table of numbers")
     return {key: _finite(file, f"{place}.{key}", value) for key, value in table.items()}
 
 
 def _finite(file: str, place: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InputError(file, place, show(value), "a finite number")
+        raise InputError(file, place, as_in_file(value), "a finite number")
     return float(value)
 
 

@@ -31,7 +31,7 @@ from lostmotion.drives import (
 )
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.files import write_whole
-from lostmotion.keys import Key, read_table
+from lostmotion.keys import Key, read_keys
 from lostmotion.model import (
     design_model,
     fit_values,
@@ -252,7 +252,7 @@ def read_settings(texts: Sequence[str], option: str = "--set") -> dict[str, floa
             expected = "KEY_UNIT=NUMBER, keys " + ", ".join(key.written for key in SETTINGS)
             found = f"'{text}'" if equals else f"'{text}' without ="
             raise InputError(option, "", found, expected) from None
-    return {name: value.value for name, value in read_table(option, "", table, SETTINGS).items()}
+    return {name: value.value for name, value in read_keys(option, "", table, SETTINGS).items()}
 
 
 def make_controller(
@@ -770,9 +770,9 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         "    LM_PARAMETERS_LAYOUT,",
         f"    0x{fingerprint:08x}u,",
         f"    {literal(controller.torque_limit_Nm)},",
-        rows_of(limits) + ",",
-        rows_of(watch) + ",",
-        rows_of(controller.valid) + ",",
+        struct_initializer(limits) + ",",
+        struct_initializer(watch) + ",",
+        struct_initializer(controller.valid) + ",",
     ]
     text += _plays_text(controller, gap)
     if not gap:
@@ -782,7 +782,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     return "\n".join(text)
 
 
-def rows_of(part: Limits | Watch | Validity) -> str:
+def struct_initializer(part: Limits | Watch | Validity) -> str:
     """Initializer of a struct of numbers and pairs of them."""
     texts = []
     for entry in fields(part):

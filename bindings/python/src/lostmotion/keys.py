@@ -65,7 +65,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Value:
+class TableEntry:
     """What a table says for a key.
 
     Attributes
@@ -87,7 +87,7 @@ SHOWN_MAX = 4
 """Most values of an array that a message shows."""
 
 
-def show(value: Any) -> str:
+def as_in_file(value: Any) -> str:
     """Show a value as the file would have it."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -97,15 +97,15 @@ def show(value: Any) -> str:
         return "a table"
     if isinstance(value, list):
         short = len(value) <= SHOWN_MAX and not any(isinstance(v, (list, Mapping)) for v in value)
-        return f"[{', '.join(map(show, value))}]" if short else "an array"
+        return f"[{', '.join(map(as_in_file, value))}]" if short else "an array"
     if isinstance(value, float):
         return repr(value)
     return str(value)
 
 
-def read_table(
+def read_keys(
     file: str, place: str, table: Any, keys: Sequence[Key], tables: Sequence[str] = ()
-) -> dict[str, Value]:
+) -> dict[str, TableEntry]:
     """Read one table.
 
     Parameters
@@ -122,33 +122,35 @@ def read_table(
     Returns
     -------
     dict
-        From the `label` of a key to its value; keys that are not there are left out.
+        From the `key_label` of a key to its value; keys that are not there are left out.
     """
     if not isinstance(table, Mapping):
-        raise InputError(file, place, show(table), "a table")
+        raise InputError(file, place, as_in_file(table), "a table")
     by_name: dict[str, list[Key]] = {}
     for key in keys:
         by_name.setdefault(key.name, []).append(key)
     known = [key.written for key in keys] + list(tables)
-    found: dict[str, Value] = {}
+    found: dict[str, TableEntry] = {}
     for written, value in table.items():
         if written in tables:
             continue
         at = f"{place}.{written}" if place else written
         key, unit = _identify(file, at, written, by_name, known)
-        name = label(key, keys)
+        name = key_label(key, keys)
         if name in found:
             raise InputError(file, at, f"{found[name].place} as well", "the quantity once")
-        found[name] = Value(_convert(file, at, key, unit, value), at, unit.symbol if unit else "")
+        found[name] = TableEntry(
+            _convert(file, at, key, unit, value), at, unit.symbol if unit else ""
+        )
     for key in keys:
-        if key.required and label(key, keys) not in found:
+        if key.required and key_label(key, keys) not in found:
             at = f"{place}.{key.written}" if place else key.written
             raise InputError(file, at, "nothing", f"this key, {key.expected}")
     return found
 
 
-def label(key: Key, keys: Sequence[Key]) -> str:
-    """Name under which `read_table` returns a key: its own, with the unit where two share it."""
+def key_label(key: Key, keys: Sequence[Key]) -> str:
+    """Name under which `read_keys` returns a key: its own, with the unit where two share it."""
     shared = sum(other.name == key.name for other in keys) > 1
     return key.written if shared else key.name
 
@@ -170,7 +172,7 @@ def _identify(
         for key in by_name[base]:
             if unit.dimension == _kept(key).dimension:
                 return key, unit
-        found = f"unit '{unit.symbol}', {units.describe(unit.dimension)}"
+        found = f"unit '{unit.symbol}', {units.dimension_name(unit.dimension)}"
         raise InputError(file, at, found, _dimensions(by_name[base]))
     for name, keys in by_name.items():
         suffix = written.removeprefix(f"{name}_")
@@ -187,7 +189,7 @@ def _identify(
 
 def _dimensions(keys: Sequence[Key]) -> str:
     """Say what the units of keys of one name may be."""
-    return " or ".join(units.describe(_kept(key).dimension) for key in keys)
+    return " or ".join(units.dimension_name(_kept(key).dimension) for key in keys)
 
 
 def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) -> Any:
@@ -201,26 +203,30 @@ def _convert(file: str, at: str, key: Key, unit: units.Unit | None, value: Any) 
     else:
         right = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not right:
-        raise InputError(file, at, show(value), key.expected)
+        raise InputError(file, at, as_in_file(value), key.expected)
     if key.kind == "choice" and value not in key.choices:
-        raise InputError(file, at, show(value), key.expected + did_you_mean(value, key.choices))
+        raise InputError(
+            file, at, as_in_file(value), key.expected + did_you_mean(value, key.choices)
+        )
     if key.kind != "real":
         if key.kind == "integer":
             low, high = max(key.low, -INTEGER_MAX), min(key.high, INTEGER_MAX)
             if not low <= value <= high:
-                raise InputError(file, at, show(value), f"{key.expected} from {low} to {high}")
+                raise InputError(
+                    file, at, as_in_file(value), f"{key.expected} from {low} to {high}"
+                )
         return value
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise InputError(file, at, show(value), "a finite number")
+        raise InputError(file, at, as_in_file(value), "a finite number")
     kept = _kept(key)
     if unit is not None and unit != kept:  # in its own unit a value keeps every bit
         number = kept.from_si(unit.to_si(number))
     if not (number > key.above and key.low <= number <= key.high):
-        raise InputError(file, at, show(value), _range(key, unit))
+        raise InputError(file, at, as_in_file(value), _range(key, unit))
     return number
 
 

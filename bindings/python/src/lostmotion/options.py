@@ -34,7 +34,7 @@ def own_effects(arguments: argparse.Namespace, bits: Bits = 64) -> dict[str, Eff
     return found
 
 
-def number(option: str, text: str, limit: float) -> float:
+def read_number(option: str, text: str, limit: float) -> float:
     """Read a number of the command line whose size is at most `limit`."""
     try:
         value = float(text)
@@ -53,7 +53,7 @@ RATIO_MAX = 1e4
 
 def ratio_of(text: str) -> float:
     """Read the ratio of a drive, of either sign."""
-    ratio = number("--ratio", text, math.inf)
+    ratio = read_number("--ratio", text, math.inf)
     if not 1.0 <= abs(ratio) <= RATIO_MAX:
         expected = f"1 to {RATIO_MAX:g}, or {-RATIO_MAX:g} to -1"
         raise InputError("--ratio", "", f"'{text}'", expected)

@@ -245,10 +245,12 @@ def read_parameters(
     if settings:
         raise InputError("--set", "", f"it with {path.name}", "a drive file: a blob is complete")
     blob = read_bytes(path, "parameters by lostmotion export", core(32).lib.LM_BLOB_BYTES_MAX)
-    return load(blob, str(path), own or {}), None, {}
+    return load_parameters(blob, str(path), own or {}), None, {}
 
 
-def load(blob: bytes, file: str = "blob", own: Mapping[str, Effect] | None = None) -> Any:
+def load_parameters(
+    blob: bytes, file: str = "blob", own: Mapping[str, Effect] | None = None
+) -> Any:
     """Load the binary form as the controller does.
 
     Raises

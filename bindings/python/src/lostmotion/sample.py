@@ -50,7 +50,7 @@ from lostmotion.recordings.reading import (
     name_apart,
     note_columns,
     note_missing,
-    rows_of,
+    rows_of_runs,
     run_codes,
 )
 from lostmotion.recordings.soundness import (
@@ -214,7 +214,7 @@ def count_piece(work: tuple[Piece, Mapping[str, str], Protocol, float | None]) -
     """Count the rows of every run in a piece."""
     parts: dict[Label, Part] = {}
     for codes, labels, numbers in batches(*work, ("run", "torque")):
-        for label, at in zip(labels, rows_of(codes, len(labels)), strict=True):
+        for label, at in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
             torque = numbers.quantities["torque"][at]
             part = parts.setdefault(label, Part(label))
             part.rows += torque.size
@@ -231,7 +231,7 @@ def sample_piece(task: Task) -> list[Part]:
         task.piece, task.mapping, task.protocol, task.ratio, None
     ):
         told = numbers.findings
-        for label, at in zip(labels, rows_of(codes, len(labels)), strict=True):
+        for label, at in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
             part = parts.setdefault(label, Part(label))
             part.findings += told
             told = []

@@ -11,7 +11,7 @@ from typing import Any
 from lostmotion import units
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
-from lostmotion.keys import Key, Kind, Value
+from lostmotion.keys import Key, Kind, TableEntry
 
 MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
 """What a range of a design key is measured in, by the value of `lm_key_measure`; "": its unit."""
@@ -208,7 +208,7 @@ class Entry:
 
     kind: str
     place: str
-    values: Mapping[str, Value]
+    values: Mapping[str, TableEntry]
 
     def get(self, name: str, default: Any = None) -> Any:
         """Value of a key, or the default."""
@@ -230,7 +230,7 @@ class Design:
     file: str
     ratio: float
     rated_torque_Nm: float
-    values: dict[str, Value]
+    values: dict[str, TableEntry]
     radial_chain: Sequence[Entry] | None = None
     torsion_chain: Sequence[Entry] | None = None
     tolerances: Sequence[Entry] | None = None
@@ -442,7 +442,7 @@ def _range(error: LibraryError, scale: float) -> str:
     return text
 
 
-def _scale(path: str, value: Value) -> float:
+def _scale(path: str, value: TableEntry) -> float:
     """Units of the file in one unit of the library."""
     _, unit = units.split_unit(path)
     if unit is None or not value.unit:

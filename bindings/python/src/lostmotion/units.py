@@ -143,7 +143,7 @@ _EXAMPLES: dict[Dimension, str] = {
 }
 
 
-def describe(dimension: Dimension) -> str:
+def dimension_name(dimension: Dimension) -> str:
     """Name a dimension together with units that have it."""
     if dimension in _EXAMPLES:
         return _EXAMPLES[dimension]
@@ -318,7 +318,9 @@ def convert(value: Number, source: str, target: str) -> Number:
     if a == b:
         return value
     if a.dimension != b.dimension:
-        raise ValueError(f"{source} is {describe(a.dimension)}, {target} {describe(b.dimension)}")
+        raise ValueError(
+            f"{source} is {dimension_name(a.dimension)}, {target} {dimension_name(b.dimension)}"
+        )
     return b.from_si(a.to_si(value))
 
 

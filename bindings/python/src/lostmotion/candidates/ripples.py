@@ -46,7 +46,7 @@ def ripples(base: BaselineModel) -> list[Candidate]:
         angle = c.columns.get(f"{channel}_rad")
         turning = [] if angle is None else turning_runs(c, angle)
         if angle is not None and turning:
-            return strongest(base, channel, angle / (2 * np.pi), turning)
+            return strongest_order(base, channel, angle / (2 * np.pi), turning)
     return []
 
 
@@ -55,7 +55,7 @@ def turning_runs(c: Conditions, angle_rad: FloatArray) -> list[slice]:
     return [at for at in c.slices() if float(np.ptp(angle_rad[at])) > TURNS_LEAST * 2 * np.pi]
 
 
-def strongest(
+def strongest_order(
     base: BaselineModel, channel: str, turns: FloatArray, turning: list[slice]
 ) -> list[Candidate]:
     """Find the order of an angle, in turns, that stands out most; none where none is resolved."""

@@ -48,7 +48,7 @@ def legendre(q: FloatArray) -> list[FloatArray]:
     return [q, 1.5 * q * q - 0.5, 2.5 * q**3 - 1.5 * q]
 
 
-def parts_of(base: BaselineModel, point: Point) -> dict[str, FloatArray]:
+def varying_parts(base: BaselineModel, point: Point) -> dict[str, FloatArray]:
     """What can vary."""
     run = base.run_columns(point)
     return {
@@ -94,7 +94,7 @@ def usual_rates(base: BaselineModel) -> FloatArray:
 def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
     """Low orders of every part over every channel, and low harmonics over the angles."""
     out = []
-    parts = parts_of(base, point)
+    parts = varying_parts(base, point)
     for channel, values in channels(base).items():
         waves = legendre(rank_scale(values))
         for part, tangent in parts.items():

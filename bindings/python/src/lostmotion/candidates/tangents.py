@@ -50,7 +50,7 @@ def grid(effect: Effect, index: int, base: BaselineModel) -> list[float]:
         starts = recorded_speeds(base.conditions)
     elif value.starts:
         sense = -1.0 if value.sign == "ratio" and value.high <= 0 else 1.0
-        starts = [sense * share * unit_of(value, base) for share in value.starts]
+        starts = [sense * share * start_scale(value, base) for share in value.starts]
     elif value.name.endswith("_Nm"):
         starts = [share * base.rated_torque_Nm for share in TORQUE_SHARES]
     elif value.typical == 0:
@@ -60,7 +60,7 @@ def grid(effect: Effect, index: int, base: BaselineModel) -> list[float]:
     return [float(np.clip(start, value.low, value.high)) for start in starts]
 
 
-def unit_of(value: Value, base: BaselineModel) -> float:
+def start_scale(value: Value, base: BaselineModel) -> float:
     """What the start values of a value are measured by."""
     if value.scale == "rated_torque":
         return base.rated_torque_Nm

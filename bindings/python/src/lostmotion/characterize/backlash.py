@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from lostmotion.characterize.figures import Figure, figure, none
+from lostmotion.characterize.figures import Estimate, figure, none
 from lostmotion.characterize.stretches import FEW_READINGS, Samples
 from lostmotion.characterize.three_slopes import CONFIDENCE, CurveFit, fit_slopes
 
@@ -33,7 +33,7 @@ class Backlash:
 
     Attributes
     ----------
-    figure : Figure
+    figure : Estimate
         The step from side to side, in rad; without a value where there is none.
     none_above_rad : float or None
         One-sided 95 % bound of the step where there is none.
@@ -41,7 +41,7 @@ class Backlash:
         The curve with the step.
     """
 
-    figure: Figure
+    figure: Estimate
     none_above_rad: float | None = None
     fit: CurveFit | None = None
 

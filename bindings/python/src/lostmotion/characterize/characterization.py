@@ -14,7 +14,7 @@ from lostmotion.characterize.backlash import Backlash, find_backlash
 from lostmotion.characterize.figures import (
     LOST_MOTION_SHARES,
     LOST_MOTION_WINDOW,
-    Figure,
+    Estimate,
     curve_figures,
     hysteresis_loss,
     lost_motion,
@@ -31,7 +31,7 @@ from lostmotion.characterize.three_slopes import (
 )
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, given_as
-from lostmotion.recordings import Campaign, Protocol, told
+from lostmotion.recordings import Campaign, Protocol, say_findings
 from lostmotion.recordings.protocol import FREE
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
@@ -64,7 +64,7 @@ class StandardFigures:
         ``T1``, ``K1``, ``T2``, ``K2``, ``K3`` in N m and N m/rad.
     lost_motion : dict
         By the share of the rated torque, in rad.
-    hysteresis_loss : Figure
+    hysteresis_loss : Estimate
         In rad, after swings to the tips of the loops.
     backlash : Backlash
     fit : CurveFit or None
@@ -73,9 +73,9 @@ class StandardFigures:
     """
 
     rated_torque_Nm: float
-    curve: dict[str, Figure]
-    lost_motion: dict[float, Figure]
-    hysteresis_loss: Figure
+    curve: dict[str, Estimate]
+    lost_motion: dict[float, Estimate]
+    hysteresis_loss: Estimate
     backlash: Backlash
     fit: CurveFit | None
     samples: Samples
@@ -182,7 +182,7 @@ def _standard_figures(
     )
 
 
-def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Figure]]:
+def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Estimate]]:
     """Fit as many slopes as the loops show, three at most."""
     most = values_carried(samples) if samples.torque_Nm.size else 0
     if most == 0:
@@ -205,7 +205,7 @@ def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Figure]]
     return fit, named_curve(fit, samples)
 
 
-def named_curve(fit: CurveFit, samples: Samples) -> dict[str, Figure]:
+def named_curve(fit: CurveFit, samples: Samples) -> dict[str, Estimate]:
     """Name the slopes and kinks of a curve, and say why the others are missing."""
     found = curve_figures(fit)
     count = fit.slopes_rad_per_Nm.size
@@ -332,7 +332,7 @@ class Characterization:
             "samples_left_out": samples.left_out,
             "sheet": self.sheet(),
             "assumptions": self.assumptions(),
-            "findings": told(self.campaign.findings),
+            "findings": say_findings(self.campaign.findings),
             "data_fingerprint": self.campaign.fingerprint(),
         }
 

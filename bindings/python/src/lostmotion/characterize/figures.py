@@ -21,13 +21,13 @@ from lostmotion.characterize.three_slopes import (
     CONFIDENCE,
     WIDTH_NODES,
     CurveFit,
-    centred,
     column_sizes,
     covariance_of,
     hats,
     least_squares,
     supported,
     width_columns,
+    without_loop_means,
 )
 
 FloatArray = npt.NDArray[np.float64]
@@ -47,7 +47,7 @@ nothing: rounding of the decomposition, not of the data."""
 
 
 @dataclass(frozen=True)
-class Figure:
+class Estimate:
     """A figure with its standard error and interval, or the reason why there is none."""
 
     value: float | None
@@ -69,19 +69,19 @@ class Figure:
         }
 
 
-def none(reason: str) -> Figure:
+def none(reason: str) -> Estimate:
     """Make a figure that the data do not give."""
-    return Figure(None, reason=reason)
+    return Estimate(None, reason=reason)
 
 
-def figure(value: float, variance: float, dof: float) -> Figure:
+def figure(value: float, variance: float, dof: float) -> Estimate:
     """Make a figure from its variance, with an interval by Student's t."""
     error = float(np.sqrt(max(variance, 0.0)))
     half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, dof)) * error
-    return Figure(value, error, (value - half, value + half))
+    return Estimate(value, error, (value - half, value + half))
 
 
-def stiffness(slope: float, variance: float, dof: float) -> Figure:
+def stiffness(slope: float, variance: float, dof: float) -> Estimate:
     """Make a stiffness from a slope: the interval is that of the slope, turned over.
 
     None where the angle does not rise with the torque.
@@ -93,12 +93,12 @@ def stiffness(slope: float, variance: float, dof: float) -> Figure:
     assert at.standard_error is not None
     low, high = at.interval
     upper = 1.0 / low if low > 0 else np.inf
-    return Figure(1.0 / slope, at.standard_error / slope**2, (1.0 / high, upper))
+    return Estimate(1.0 / slope, at.standard_error / slope**2, (1.0 / high, upper))
 
 
-def curve_figures(fit: CurveFit) -> dict[str, Figure]:
+def curve_figures(fit: CurveFit) -> dict[str, Estimate]:
     """Slopes and kinks of a torsion curve as K1, T1, K2 ... in N m/rad and N m."""
-    found: dict[str, Figure] = {}
+    found: dict[str, Estimate] = {}
     n = fit.slopes_rad_per_Nm.size
     for i, slope in enumerate(fit.slopes_rad_per_Nm):
         found[f"K{i + 1}"] = stiffness(float(slope), float(fit.covariance[i, i]), fit.dof)
@@ -137,7 +137,7 @@ def loop_value(
     if nodes.size < 2:
         return None
     curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
-    design = centred(np.column_stack([curve[:, 1:], width]), samples.loop)
+    design = without_loop_means(np.column_stack([curve[:, 1:], width]), samples.loop)
     pick = np.zeros(design.shape[1])
     if torque_Nm is None:
         pick[nodes.size - 1] = 1.0
@@ -145,7 +145,7 @@ def loop_value(
         pick[: nodes.size - 1] = hats(np.array([torque_Nm]), nodes)[0, 1:]
     if not determined(design, pick):
         return None
-    angle = centred(samples.angle_rad[:, None], samples.loop)[:, 0]
+    angle = without_loop_means(samples.angle_rad[:, None], samples.loop)[:, 0]
     found = least_squares(design, angle)
     covariance, dof = covariance_of(samples, design, angle - design @ found)
     return float(pick @ found), float(pick @ covariance @ pick), dof
@@ -161,7 +161,7 @@ def determined(design: FloatArray, pick: FloatArray) -> bool:
     return float(np.sum((weights @ nothing) ** 2)) < DETERMINED * float(weights @ weights)
 
 
-def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None) -> Figure:
+def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None) -> Estimate:
     """Lost motion of a reversal at plus and minus a torque, in rad.
 
     Few readings have none about so small a torque: there it is that of the curve's first slope.
@@ -184,7 +184,7 @@ def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None)
     return figure(2.0 * value, 4.0 * variance, dof)
 
 
-def hysteresis_loss(samples: Samples, fit: CurveFit | None = None) -> Figure:
+def hysteresis_loss(samples: Samples, fit: CurveFit | None = None) -> Estimate:
     """Width of the loop at zero torque, falling branch minus rising one, in rad.
 
     Few readings have one width for all torques.

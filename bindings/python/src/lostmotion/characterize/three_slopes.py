@@ -213,7 +213,7 @@ def width_columns(samples: Samples) -> tuple[FloatArray, FloatArray]:
     return samples.falling[:, None] * hats(np.abs(samples.torque_Nm), nodes), nodes
 
 
-def centred(columns: FloatArray, loop: IntArray) -> FloatArray:
+def without_loop_means(columns: FloatArray, loop: IntArray) -> FloatArray:
     """Take the mean of each loop off: every loop has an offset of its own."""
     count = np.maximum(np.bincount(loop), 1)
     out = np.empty_like(columns)
@@ -302,7 +302,8 @@ def free_loop(samples: Samples, width: FloatArray) -> FreeLoop:
     curve = np.sign(samples.torque_Nm)[:, None] * hats(np.abs(samples.torque_Nm), nodes)
     columns = np.column_stack([curve[:, 1:], width])
     angle = samples.angle_rad
-    design, target = centred(columns, samples.loop), centred(angle[:, None], samples.loop)[:, 0]
+    design = without_loop_means(columns, samples.loop)
+    target = without_loop_means(angle[:, None], samples.loop)[:, 0]
     found = least_squares(design, target)
     left = angle - columns @ found
     offsets = np.bincount(samples.loop, left) / np.maximum(np.bincount(samples.loop), 1)
@@ -337,7 +338,7 @@ def developed(samples: Samples) -> Samples:
     return samples.without_transitions(float(nodes[int(np.argmax(closed)) - 1]))
 
 
-def apart(kinks: FloatArray) -> bool:
+def slopes_have_room(kinks: FloatArray) -> bool:
     """Whether every slope has a stretch of torque of its own; kinks over the amplitude."""
     return bool(np.all(np.diff([0.0, *kinks, 1.0]) >= KINK_APART - 1e-9))
 
@@ -345,7 +346,9 @@ def apart(kinks: FloatArray) -> bool:
 @cache
 def kink_choices(count: int) -> IntArray:
     """Places on the grid of so many kinks, one row a choice."""
-    return np.array([k for k in combinations(range(KINKS.size), count) if apart(KINKS[list(k)])])
+    return np.array(
+        [k for k in combinations(range(KINKS.size), count) if slopes_have_room(KINKS[list(k)])]
+    )
 
 
 class KinkSearch:
@@ -356,7 +359,7 @@ class KinkSearch:
         # Loops are alike but for noise and their offset, so their mean has the same kinks.
         if samples.readings < FEW_READINGS:
             group = np.arange(samples.torque_Nm.size)
-            angle = centred(samples.angle_rad[:, None], samples.loop)[:, 0]
+            angle = without_loop_means(samples.angle_rad[:, None], samples.loop)[:, 0]
         else:
             cell = np.round(samples.torque_Nm / self.reach_Nm * CELLS / 2)
             _, group = np.unique(
@@ -420,7 +423,7 @@ class KinkSearch:
         scale = self.error(start * self.reach_Nm) or 1.0
 
         def error(kinks: FloatArray) -> float:
-            return self.error(kinks * self.reach_Nm) / scale if apart(kinks) else np.inf
+            return self.error(kinks * self.reach_Nm) / scale if slopes_have_room(kinks) else np.inf
 
         found = optimize.minimize(
             error, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9}
@@ -474,11 +477,11 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
     torque, loop = samples.torque_Nm, samples.loop
     curve = curve_columns(torque, kinks)
     step = [step_column(torque, takeup_Nm)] if takeup_Nm > 0 else []
-    linear = centred(np.column_stack([curve, *step, width]), loop)
-    angle = centred(samples.angle_rad[:, None], loop)[:, 0]
+    linear = without_loop_means(np.column_stack([curve, *step, width]), loop)
+    angle = without_loop_means(samples.angle_rad[:, None], loop)[:, 0]
     found = least_squares(linear, angle)
     residual = angle - linear @ found
-    moved = centred(kink_columns(torque, kinks, found[:slopes]), loop)
+    moved = without_loop_means(kink_columns(torque, kinks, found[:slopes]), loop)
     design = np.column_stack([linear[:, :slopes], moved, linear[:, slopes:]])
     covariance, dof = covariance_of(samples, design, residual)
     many = samples.readings >= FEW_READINGS

@@ -15,7 +15,7 @@ from lostmotion.commands.inputs import protocol_of
 from lostmotion.drives import MOST_RATED_NM, Drive, format_toml, read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.files import write_whole
-from lostmotion.options import number, ratio_of
+from lostmotion.options import ratio_of, read_number
 from lostmotion.recordings import Campaign, Protocol, parse_map, recording_files
 from lostmotion.recordings.joining import Join
 from lostmotion.recordings.protocol import FREE
@@ -29,7 +29,7 @@ def run_characterize(arguments: argparse.Namespace) -> None:
     drive, paths = split_drive(arguments.data)
     rated = None
     if arguments.rated_torque is not None:
-        rated = number("--rated-torque-Nm", arguments.rated_torque, MOST_RATED_NM)
+        rated = read_number("--rated-torque-Nm", arguments.rated_torque, MOST_RATED_NM)
         if rated <= 0:
             expected = "a torque above 0"
             raise InputError("--rated-torque-Nm", "", f"'{arguments.rated_torque}'", expected)
@@ -61,7 +61,9 @@ def run_characterize(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Characterized drive", lead, [section], arguments.command_line
         )
-    deliver(answer, arguments, lambda out: show(result, answer, arguments.output, out))
+    deliver(
+        answer, arguments, lambda out: print_characterization(result, answer, arguments.output, out)
+    )
 
 
 def split_drive(data: list[str]) -> tuple[Drive | None, list[str]]:
@@ -110,7 +112,7 @@ def read_with_ratio(
     return read(found), found, ESTIMATED_RATIO
 
 
-def show(
+def print_characterization(
     result: Characterization, answer: Mapping[str, Any], file: str | None, out: TextIO
 ) -> None:
     """Print a characterization."""

@@ -11,7 +11,7 @@ from typing import Any, TextIO
 
 from lostmotion.cluster import connect
 from lostmotion.design.report import margin_unit
-from lostmotion.design.result import Result, relaxation, rounded_up
+from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
@@ -43,7 +43,7 @@ def run_design(arguments: argparse.Namespace) -> None:
     spec = read_spec(arguments.spec)
     address = arguments.dask or (None if workers is not None else spec.dask)
     cluster = contextlib.nullcontext() if address is None else connect(address)
-    with shown(arguments) as progress, cluster as executor:
+    with show_progress(arguments) as progress, cluster as executor:
         try:
             result = search(
                 arguments.spec,
@@ -75,7 +75,9 @@ def run_design(arguments: argparse.Namespace) -> None:
 
 
 @contextlib.contextmanager
-def shown(arguments: argparse.Namespace) -> Iterator[Callable[[dict[str, Any]], None] | None]:
+def show_progress(
+    arguments: argparse.Namespace,
+) -> Iterator[Callable[[dict[str, Any]], None] | None]:
     """Show progress as the arguments ask for."""
     how = arguments.progress or ("bar" if sys.stderr.isatty() else "none")
     if arguments.quiet and how == "bar":
@@ -110,7 +112,7 @@ def print_line(seen: dict[str, Any]) -> None:
     print(json.dumps(line, allow_nan=False), flush=True)
 
 
-def relaxations(result: Result) -> list[str]:
+def relaxations(result: SearchResult) -> list[str]:
     """Say which limits would have to give, and by how much; empty where that is not known."""
     relax: list[str] = []
     beyond: list[str] = []
@@ -124,7 +126,7 @@ def relaxations(result: Result) -> list[str]:
     return texts
 
 
-def show_result(result: Result, out: TextIO) -> None:
+def show_result(result: SearchResult, out: TextIO) -> None:
     """Print the front and what the certificate says."""
     state = "finished" if result.finished else "stopped, --resume goes on"
     ends = ", ".join(

@@ -41,7 +41,7 @@ from lostmotion.recordings import (
     parse_map,
     read_campaign,
     recording_files,
-    told,
+    say_findings,
 )
 from lostmotion.recordings.findings import RUNS_LISTED
 from lostmotion.recordings.gate import measured_ratio
@@ -97,7 +97,7 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
         result = diagnose(
             campaign, drive, backbone=backbone, effects=effects, progress=count_pieces(bar)
         )
-    return drive, result, told(campaign.findings)
+    return drive, result, say_findings(campaign.findings)
 
 
 def run_fit(arguments: argparse.Namespace) -> None:
@@ -122,7 +122,7 @@ def run_fit(arguments: argparse.Namespace) -> None:
             arguments.report, "Fitted lost motion", lead, [section], arguments.command_line
         )
     write_whole(arguments.output, format_toml(model.document(drive)))
-    answer = {**model.answer(), "findings": told(campaign.findings)}
+    answer = {**model.answer(), "findings": say_findings(campaign.findings)}
     deliver(answer, arguments, lambda out: show_fit(model, arguments.output, out))
 
 
@@ -303,7 +303,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
 
 def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
     """Print how the error fell."""
-    show_findings(told(model.base.conditions.campaign.findings), out)
+    show_findings(say_findings(model.base.conditions.campaign.findings), out)
     for rung in model.ladder:
         outside = ["friction outside"] if rung.get("friction") == "both" else []
         what = " + ".join(["base", *rung["effects"], *outside])

@@ -8,7 +8,7 @@ from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.model import make_backbone
-from lostmotion.options import number
+from lostmotion.options import read_number
 from lostmotion.recordings import Campaign, Protocol, check_scale, parse_map
 from lostmotion.recordings.gate import check_gate
 from lostmotion.recordings.protocol import FREE
@@ -23,7 +23,7 @@ def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Proto
     constant = stated.torque_constant_Nm_per_A
     if arguments.torque_constant is not None:
         option = "--torque-constant-Nm-per-A"
-        constant = number(option, arguments.torque_constant, TORQUE_CONSTANT_MAX)
+        constant = read_number(option, arguments.torque_constant, TORQUE_CONSTANT_MAX)
         if constant == 0:
             raise InputError(option, "", "0", "the torque of the motor for one ampere")
     locked = stated.locked if arguments.locked is None else arguments.locked

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from lostmotion.design.textbook import explained, parse_words, textbook_drive
+from lostmotion.design.textbook import annotated_drive_file, parse_words, textbook_drive
 from lostmotion.errors import InputError
 from lostmotion.files import write_whole
 from lostmotion.model import Check
@@ -31,7 +31,7 @@ def run_new(arguments: argparse.Namespace) -> None:
             *said,
         ]
     )
-    write_whole(file, explained(document, heading))
+    write_whole(file, annotated_drive_file(document, heading))
     answer = {
         "schema": "lostmotion.new/1",
         "file": str(file),

@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.model import ADVICE
-from lostmotion.options import number, whole_number
+from lostmotion.options import read_number, whole_number
 from lostmotion.predict import clearances, predict, show_default
 from lostmotion.terminal import deliver, fixed, show_table
 from lostmotion.units import ARCMIN
@@ -32,7 +32,7 @@ ANGLE_MAX_DEG = 90.0
 """Teeth of one lobe lie within this of the deformation axis."""
 
 
-def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+def torque_range(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Read ``MIN:MAX:N``; without it, plus and minus the rated torque."""
     if text is None:
         return np.linspace(-rated_Nm, rated_Nm, DEFAULT_TORQUES)
@@ -40,7 +40,7 @@ def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.fl
     parts = text.split(":")
     if len(parts) != 3:
         raise InputError("--torque", "", f"'{text}'", expected)
-    low, high = (number("--torque", part, TORQUE_MAX_NM) for part in parts[:2])
+    low, high = (read_number("--torque", part, TORQUE_MAX_NM) for part in parts[:2])
     spaced = np.linspace(low, high, whole_number("--torque", parts[2], 1, TORQUES_MAX))
     if (spaced.size == 1) != (low == high) or not np.all(np.diff(spaced) > 0):
         raise InputError("--torque", "", f"'{text}'", expected)
@@ -50,8 +50,8 @@ def torques(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[np.fl
 def run_predict(arguments: argparse.Namespace) -> None:
     """``lostmotion predict``."""
     drive = read_drive(arguments.drive)
-    phase = math.radians(number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
-    answer = predict(drive, torques(arguments.torque, drive.rated_torque_Nm), phase)
+    phase = math.radians(read_number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
+    answer = predict(drive, torque_range(arguments.torque, drive.rated_torque_Nm), phase)
     if arguments.report is not None:
         from lostmotion.report import drive_section, write_report
 
@@ -66,11 +66,11 @@ def run_predict(arguments: argparse.Namespace) -> None:
 def run_clearances(arguments: argparse.Namespace) -> None:
     """``lostmotion clearances``."""
     drive = read_drive(arguments.drive)
-    phase = math.radians(number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
+    phase = math.radians(read_number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
     angles = None
     if arguments.angles_deg is not None:
         texts = arguments.angles_deg.split(",")
-        angles = np.radians([number("--angles-deg", text, ANGLE_MAX_DEG) for text in texts])
+        angles = np.radians([read_number("--angles-deg", text, ANGLE_MAX_DEG) for text in texts])
     answer = clearances(drive, phase, angles)
     deliver(answer, arguments, lambda out: show_clearances(answer, out))
 

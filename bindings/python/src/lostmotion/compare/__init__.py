@@ -9,6 +9,6 @@ of it hangs on that quantity (`failures`), and could that be chance (`chance`)?
 from lostmotion.compare.comparison import Comparison, compare
 from lostmotion.compare.failures import Failure
 from lostmotion.compare.loops import zero_widths
-from lostmotion.compare.repeatability import REPEATABILITY, Noise
+from lostmotion.compare.repeatability import REPEATABILITY, Repeatability
 
-__all__ = ["REPEATABILITY", "Comparison", "Failure", "Noise", "compare", "zero_widths"]
+__all__ = ["REPEATABILITY", "Comparison", "Failure", "Repeatability", "compare", "zero_widths"]

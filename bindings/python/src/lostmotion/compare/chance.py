@@ -23,7 +23,7 @@ FULL_FLIPS_BLOCKS = 11
 """With no more blocks than this all sign patterns are tried."""
 
 
-def explained(
+def variance_explained(
     residual: FloatArray,
     cells: IntArray,
     blocks: IntArray,

@@ -15,7 +15,7 @@ from lostmotion.backbone import Backbone
 from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
-from lostmotion.compare.repeatability import Noise, noise_floor
+from lostmotion.compare.repeatability import Repeatability, repeatability_of
 from lostmotion.discover.events import Event, find_events
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -30,7 +30,7 @@ from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_residual
 from lostmotion.model import make_backbone
-from lostmotion.recordings import Campaign, told
+from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -77,7 +77,7 @@ class Comparison:
     seen: npt.NDArray[np.bool_]
     frictions: dict[str, tuple[float, float]]
     as_it_stands_rms_rad: float
-    noise: Noise
+    noise: Repeatability
     explained_share: float
     failures: list[Failure]
     not_testable: dict[str, list[str]]
@@ -215,7 +215,7 @@ class Comparison:
             },
             "not_testable": self.not_testable,
             "events": [event.told(self.base.conditions.labels) for event in self.events],
-            "findings": told(self.campaign.findings),
+            "findings": say_findings(self.campaign.findings),
             "samples": self.campaign.rows,
             "values": None if self.few is None else self.few.values,
             "data_fingerprint": self.campaign.fingerprint(),
@@ -310,7 +310,7 @@ def _compare(
         return _compare_few(inside, stands, seen, effects, rated_Nm)
     inside.first_fit(steps=STEPS, rows=rows)
     progress(1, steps)
-    heldout = held_out(inside, rows)
+    heldout = cross_validated_residual(inside, rows)
     frictions = {"inside": (rms_of(inside.residual()), rms_of(heldout))}
     best, friction = inside, "inside"
     if inside.hysteresis.outside is None:
@@ -318,7 +318,7 @@ def _compare(
         both.allow_outside_friction()
         both.fit(steps=STEPS, rows=rows)
         progress(2, steps)
-        other = held_out(both, rows)
+        other = cross_validated_residual(both, rows)
         frictions["both"] = (rms_of(both.residual()), rms_of(other))
         # By error on runs that were fitted, one at a time held out: the others are for the answer.
         judged = slice(None) if rows is None else rows
@@ -341,7 +341,7 @@ def _compare(
         seen,
         {name: (a * ARCSEC, b * ARCSEC) for name, (a, b) in frictions.items()},
         rms_of(stands) * ARCSEC,
-        noise_floor(c, residual),
+        repeatability_of(c, residual),
         1.0 - float(np.sum(residual**2)) / variance if variance > 0 else 0.0,
         where_it_fails(c, residual, seed),
         closed_by_columns(effects, c),
@@ -390,7 +390,7 @@ def _compare_few(
         seen,
         {"both" if few is not None else "inside": rms},
         rms_of(stands) * ARCSEC,
-        Noise(error * ARCSEC, None),
+        Repeatability(error * ARCSEC, None),
         1.0 - float(np.sum(heldout**2)) / variance if variance > 0 else 0.0,
         [],
         closed_by_columns(effects, c),
@@ -427,7 +427,7 @@ def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
     return "run" if len(campaign.runs) > 1 else "half of the run"
 
 
-def held_out(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
+def cross_validated_residual(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
     """Residual of every sample under a fit that has not seen its run, arc seconds.
 
     With a single run its halves are held out. With `rows` the runs outside of them were not seen.

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.branches import directions
-from lostmotion.compare.chance import TINY, common_part, explained, explained_apart
+from lostmotion.compare.chance import TINY, common_part, explained_apart, variance_explained
 from lostmotion.compare.loops import BLOCKS_LEAST, branch_blocks, time_under_load
 from lostmotion.effects.conditions import Conditions
 
@@ -56,7 +56,7 @@ def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failu
     failures = []
 
     def judge(name: str, cells: IntArray, by: IntArray) -> None:
-        failures.append(Failure(name, *explained(residual, cells, by, generator)))
+        failures.append(Failure(name, *variance_explained(residual, cells, by, generator)))
 
     judge("torque", torque_bins, blocks)
     judge("direction", direction, blocks)
@@ -89,7 +89,9 @@ def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failu
             # It stands still within a run, where an offset would swallow it: look for what grows
             # with it in proportion, apart for each range of torque.
             failures.append(
-                Failure(name, *explained(residual, coarse_torque, blocks, generator, values))
+                Failure(
+                    name, *variance_explained(residual, coarse_torque, blocks, generator, values)
+                )
             )
         else:
             judge(name, quantile_bins(values, BINS), blocks)

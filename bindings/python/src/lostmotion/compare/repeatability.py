@@ -38,7 +38,7 @@ REPEAT_SLACK = {
 
 
 @dataclass
-class Noise:
+class Repeatability:
     """The repeatability of the recordings and its parts, in rad.
 
     The noise floor of `lostmotion.discover` is another: there the model says what scatters between
@@ -69,7 +69,7 @@ class Noise:
         return "white noise within runs, and how far runs that repeat each other differ"
 
 
-def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
+def repeatability_of(c: Conditions, residual: FloatArray) -> Repeatability:
     """Estimate what no model can explain, by the recordings alone.
 
     Within runs: white noise, from second differences of the residual, at least the rounding of the
@@ -116,7 +116,7 @@ def noise_floor(c: Conditions, residual: FloatArray) -> Noise:
         between = float(
             np.sqrt(np.average(np.concatenate(squares), weights=np.concatenate(weights)))
         )
-    return Noise(within, between, [[c.labels[i] for i in group] for group in groups])
+    return Repeatability(within, between, [[c.labels[i] for i in group] for group in groups])
 
 
 def _extremes(c: Conditions) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from lostmotion.demo.controller import Emulated, Scores
-from lostmotion.design import Result
+from lostmotion.design import SearchResult
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.drives import Drive
 from lostmotion.report import Section
 from lostmotion.report.chart import Axes, round_up
 from lostmotion.report.front import front_figure
-from lostmotion.report.page import Figure, Rows, Table
+from lostmotion.report.page import Figure, FigureData, PageTable
 from lostmotion.report.svg import BLUE, FAINT, ORANGE, SMALL_SIZE, Drawing, signs, text_width
 from lostmotion.report.wording import words
 
@@ -21,7 +21,7 @@ def overview_section(
     found: Diagnosis,
     plain: Scores,
     scores: Scores,
-    designs: dict[str, Result] | str,
+    designs: dict[str, SearchResult] | str,
 ) -> Section:
     """Give the story in a few numbers."""
     first, last = found.ladder[0], found.ladder[-1]
@@ -45,7 +45,7 @@ def overview_section(
     return Section("In short", "Each of these numbers stands in its place below.", facts)
 
 
-def _gain(found: Result) -> str:
+def _gain(found: SearchResult) -> str:
     was, now = (one["tolerance_lost_motion"] for one in (found.start, found.front[0]["figures"]))
     return signs(f"{100 * (now / was - 1):+.0f} %")
 
@@ -93,7 +93,7 @@ def controller_section(
                 "rms in arc seconds: of the joint alone, with the parameters of the fit without "
                 "the effect, and with it.",
                 lambda width: draw_scores(plain, scores, width),
-                Table(
+                FigureData(
                     "controller",
                     {
                         "run": scores.labels,
@@ -104,7 +104,7 @@ def controller_section(
                     },
                 ),
             ),
-            Rows("Error of the output, arcsec rms", head, rows, range(1, len(head))),
+            PageTable("Error of the output, arcsec rms", head, rows, range(1, len(head))),
         ],
     )
 
@@ -134,7 +134,7 @@ def draw_scores(plain: Scores, scores: Scores, width: float) -> str:
     return drawing.render()
 
 
-def design_section(designs: dict[str, Result] | str) -> Section:
+def design_section(designs: dict[str, SearchResult] | str) -> Section:
     """Show what the searches found beside where a textbook starts, and their fronts."""
     title = "Three design searches"
     if isinstance(designs, str):
@@ -163,7 +163,7 @@ def design_section(designs: dict[str, Result] | str) -> Section:
         "those of a demonstration.",
         [(f"lost motion, {name}", f"{was} to {now} arcmin") for name, was, now, *_ in rows],
         [
-            Rows(
+            PageTable(
                 "Textbook start and best",
                 (
                     "",

@@ -26,7 +26,7 @@ from lostmotion.demo.sections import (
     design_section,
     overview_section,
 )
-from lostmotion.design import Result, search
+from lostmotion.design import SearchResult, search
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.diagnosis import diagnose
 from lostmotion.discover.fitted_model import FittedModel, fit_model
@@ -69,7 +69,7 @@ class Demonstration:
         The controller over the log, with the parameters of the fitted base and with the effect.
     emulated : Emulated or str
         What the emulated controller said, or why there is none.
-    designs : dict of str to Result, or str
+    designs : dict of str to SearchResult, or str
         Of each spec, or why there is none.
     """
 
@@ -80,7 +80,7 @@ class Demonstration:
     plain: Scores
     scores: Scores
     emulated: Emulated | str
-    designs: dict[str, Result] | str
+    designs: dict[str, SearchResult] | str
     others: OtherDrives
     report: Path
     files: list[str] = field(default_factory=list)
@@ -204,7 +204,7 @@ def to_the_controller(
     return models["fitted"], plain, scores, emulated
 
 
-def search_designs(folder: Path) -> dict[str, Result] | str:
+def search_designs(folder: Path) -> dict[str, SearchResult] | str:
     """Search each spec with a budget that fits; why not, where the package has no search."""
     found = {}
     try:
@@ -224,7 +224,7 @@ def search_designs(folder: Path) -> dict[str, Result] | str:
     return found
 
 
-def without_folder(found: Result) -> dict[str, Any]:
+def without_folder(found: SearchResult) -> dict[str, Any]:
     """Answer of a search whose folder is gone."""
     return {key: value for key, value in found.answer().items() if key != "folder"}
 

@@ -4,7 +4,7 @@ The search is the C library of the folder ``optimizer``, bound as ``lostmotion._
 that was built without NLopt has everything but this.
 """
 
-from lostmotion.design.result import Result
+from lostmotion.design.result import SearchResult
 from lostmotion.design.running import search
 
-__all__ = ["Result", "search"]
+__all__ = ["SearchResult", "search"]

@@ -38,7 +38,7 @@ def engine() -> tuple[Any, Any]:
     return _search.ffi, _search.lib
 
 
-def text_of(cdata: Any) -> str:
+def c_string(cdata: Any) -> str:
     """Return a C string."""
     ffi, _ = engine()
     found: str = ffi.string(cdata).decode(errors="replace")
@@ -53,7 +53,7 @@ def figures() -> tuple[tuple[str, str], ...]:
     """
     _, lib = engine()
     found = [
-        (text_of(lib.lm_figure_name(i)), text_of(lib.lm_figure_unit(i)))
+        (c_string(lib.lm_figure_name(i)), c_string(lib.lm_figure_unit(i)))
         for i in range(lib.LM_FIGURE_COUNT)
     ]
     found[lib.LM_FIGURE_COMPLIANCE] = ("stiffness", "Nm_per_rad")
@@ -67,10 +67,10 @@ def figure_value(figure: int, value: float) -> float:
 
 
 @cache
-def limits() -> tuple[str, ...]:
+def limit_names() -> tuple[str, ...]:
     """Names of the limits, by `lm_limit`."""
     _, lib = engine()
-    return tuple(text_of(lib.lm_limit_name(i)) for i in range(lib.LM_LIMIT_COUNT))
+    return tuple(c_string(lib.lm_limit_name(i)) for i in range(lib.LM_LIMIT_COUNT))
 
 
 @cache
@@ -81,5 +81,5 @@ def keys() -> dict[str, int]:
     found = {}
     for key in range(lib.LM_KEY_GRADE):
         lib.lm_write_key(key, text)
-        found[text_of(text)] = key
+        found[c_string(text)] = key
     return found

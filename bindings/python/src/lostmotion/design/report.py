@@ -16,7 +16,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS
 from lostmotion.design.engine import engine, figures
-from lostmotion.design.result import Result, relaxation, rounded_up
+from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
 from lostmotion.drives import Drive, format_toml, parse_drive, read_drive
@@ -25,9 +25,9 @@ from lostmotion.files import write_whole
 from lostmotion.model import design_model
 from lostmotion.predict import predict
 from lostmotion.report import Section, drive_section
-from lostmotion.report.chart import Axes, limits
+from lostmotion.report.chart import Axes, axis_range
 from lostmotion.report.mesh import make_mesh
-from lostmotion.report.page import Figure, Notes, Raw, Rows, Table, render, script_json
+from lostmotion.report.page import Figure, FigureData, Notes, PageTable, Raw, render, script_json
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
 from lostmotion.report.teeth import View, draw_view
@@ -92,7 +92,7 @@ class Context:
     starts: tuple[Start, ...]
 
 
-def write_search_report(result: Result, context: Context) -> None:
+def write_search_report(result: SearchResult, context: Context) -> None:
     """Write ``report.html`` of a search."""
     title = f"Design search: {context.spec.name}"
     lead = (
@@ -116,7 +116,7 @@ def write_search_report(result: Result, context: Context) -> None:
     write_whole(result.folder / "report.html", render(title, lead, sections, context.command))
 
 
-def _listed(result: Result) -> str:
+def _listed(result: SearchResult) -> str:
     names = [name.replace("_", " ") for name in result.objectives]
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
@@ -134,7 +134,7 @@ def _number(value: float) -> str:
 # --- the front ------------------------------------------------------------------------------------
 
 
-def _front_section(result: Result, context: Context) -> Section:
+def _front_section(result: SearchResult, context: Context) -> Section:
     ends = result.combinations
     first = result.front[0]["objectives"] if result.front else []
     facts = [
@@ -163,7 +163,7 @@ def _front_section(result: Result, context: Context) -> Section:
     )
 
 
-def explorer(result: Result, context: Context) -> str:
+def explorer(result: SearchResult, context: Context) -> str:
     """Return the part of the page that shows the front and the design that is pointed at."""
     step = max(1, -(-len(result.front) // PICTURES_MAX))
     designs = []
@@ -222,14 +222,14 @@ def explorer(result: Result, context: Context) -> str:
     )
 
 
-def _front_table(result: Result) -> Table:
+def _front_table(result: SearchResult) -> FigureData:
     columns: dict[str, list[object]] = {"design": list(range(1, len(result.front) + 1))}
     for name, unit in figures():
         columns[f"{name}_{unit}"] = [one["figures"][name] for one in result.front]
     rows = [dict(_values(one["drive"])) for one in result.front]
     for key in rows[0] if rows else ():
         columns[key] = [row.get(key, "") for row in rows]
-    return Table("front", columns)
+    return FigureData("front", columns)
 
 
 def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
@@ -275,7 +275,7 @@ def _close_up(document: Mapping[str, Any]) -> str:
     return drawing.render()
 
 
-def _history_figure(result: Result) -> Figure:
+def _history_figure(result: SearchResult) -> Figure:
     with (result.folder / "history.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     at = np.array([float(row["evaluations"]) for row in rows])
@@ -288,7 +288,7 @@ def _history_figure(result: Result) -> Figure:
 
     def draw(width: float) -> str:
         drawing = Drawing(width, 230.0, "best so far over the evaluations")
-        y = limits([float(v) for v in best[found]]) if found.any() else (0.0, 1.0)
+        y = axis_range([float(v) for v in best[found]]) if found.any() else (0.0, 1.0)
         axes = Axes(drawing, (62.0, 30.0, width - 82, 140.0), (0.0, float(at.max() or 1)), y)
         axes.frame("evaluations", f"{name.replace('_', ' ')}, {_unit(unit)}")
         axes.curve(at[found], best[found], BLUE, 1.8)
@@ -299,15 +299,15 @@ def _history_figure(result: Result) -> Figure:
         f"The best {name.replace('_', ' ')} after so many evaluations. At the end it may rise "
         "again: there tolerance grades become whole and gaps are looked at between the angles.",
         draw,
-        Table("history", {"evaluations": at, f"best_{unit}": best}),
+        FigureData("history", {"evaluations": at, f"best_{unit}": best}),
     )
 
 
 # --- why ------------------------------------------------------------------------------------------
 
 
-def _why_section(result: Result, context: Context, drive: Drive) -> Section:
-    blocks: list[Figure | Rows | Notes | Raw] = []
+def _why_section(result: SearchResult, context: Context, drive: Drive) -> Section:
+    blocks: list[Figure | PageTable | Notes | Raw] = []
     facts: list[tuple[str, str]] = []
     seen = result.certificate or {}
     if context.starts and result.front:
@@ -330,7 +330,7 @@ def _why_section(result: Result, context: Context, drive: Drive) -> Section:
     )
 
 
-def _gain(result: Result, starts: tuple[Start, ...]) -> list[tuple[str, str]]:
+def _gain(result: SearchResult, starts: tuple[Start, ...]) -> list[tuple[str, str]]:
     best = result.front[0]["figures"]
     start = starts[1].figures
     facts = []
@@ -355,7 +355,7 @@ def _gain(result: Result, starts: tuple[Start, ...]) -> list[tuple[str, str]]:
     return facts
 
 
-def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
+def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
     best = result.front[0]
     rows = []
     for name, unit in figures():
@@ -376,7 +376,7 @@ def _start_table(result: Result, starts: tuple[Start, ...]) -> Rows:
     for key in best["variables"]:
         values = [*(start.values[key] for start in starts), best["variables"][key]]
         rows.append((variable_name(key, links), *(_number(v) for v in values), ""))
-    return Rows(
+    return PageTable(
         "Textbook start and best",
         ("", "textbook", "gap closed", "and the best one's grades", "best", "closed to best"),
         rows,
@@ -406,7 +406,7 @@ def _parts_of(drive: Drive, torque_Nm: float) -> dict[str, float]:
     return {part: float(np.diff(answer["parts_arcmin"][part])[0]) for part in PARTS}
 
 
-def _parts_table(context: Context, drive: Drive) -> Rows:
+def _parts_table(context: Context, drive: Drive) -> PageTable:
     torque = context.torque_Nm
     first = _parts_of(parse_drive(context.starts[1].drive), torque)
     best = _parts_of(drive, torque)
@@ -420,7 +420,7 @@ def _parts_table(context: Context, drive: Drive) -> Rows:
     wind = best["torsion"] + best["radial_compliance"] + best["tooth_bending"]
     share = 100 * wind / total[1] if total[1] > 0 else 0.0
     gap = 100 * best["radial_gap"] / total[1] if total[1] > 0 else 0.0
-    return Rows(
+    return PageTable(
         f"Where the lost motion of a reversal at ±{torque:.3g} N·m comes from, arcmin",
         ("part", "textbook, gap closed", "best", "change"),
         rows,
@@ -441,7 +441,7 @@ def limit_name(name: str) -> str:
     return words(split_unit(name)[0])
 
 
-def _limits_table(seen: Mapping[str, Any]) -> Rows:
+def _limits_table(seen: Mapping[str, Any]) -> PageTable:
     rows = []
     for limit in seen["limits"]:
         if not limit["stated"]:
@@ -457,7 +457,7 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
             )
         )
     gap = seen["smallest_gap"]
-    return Rows(
+    return PageTable(
         "Limits, what binds and what it costs",
         ("limit", "margin", "unit", "", "price"),
         rows,
@@ -468,7 +468,7 @@ def _limits_table(seen: Mapping[str, Any]) -> Rows:
     )
 
 
-def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
+def _levels_table(result: SearchResult, seen: Mapping[str, Any]) -> PageTable:
     lost = seen["lost_motion_arcmin"]
     searched = seen["figures_as_searched"]["tolerance_lost_motion_arcmin"]
     fine = seen["figures"]["tolerance_lost_motion_arcmin"]
@@ -488,7 +488,7 @@ def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
     ]
     away = 100 * (searched / lost["quantile_9973"] - 1) if lost["quantile_9973"] else 0.0
     samples = engine()[1].LM_LOOP_SAMPLES
-    return Rows(
+    return PageTable(
         "Lost motion of a reversal over the tolerances, arcmin",
         ("level", "arcmin", "standard error"),
         rows,
@@ -499,7 +499,7 @@ def _levels_table(result: Result, seen: Mapping[str, Any]) -> Rows:
     )
 
 
-def _shares_figure(result: Result, seen: Mapping[str, Any]) -> Figure:
+def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
     assert result.best is not None
     links = result.best["design"]["tolerance"]
     names = [link.get("name", f"tolerance {i}") for i, link in enumerate(links)]
@@ -527,7 +527,7 @@ def _shares_figure(result: Result, seen: Mapping[str, Any]) -> Figure:
         "What each tolerance contributes to the radial gap",
         "Share of the width between the limits, worst case, and of the variance, probable.",
         draw,
-        Table(
+        FigureData(
             "tolerance_shares",
             {
                 "tolerance": names,
@@ -559,7 +559,7 @@ def _combination_lines(folder: Path) -> list[str]:
     return lines
 
 
-def _account_section(result: Result, context: Context) -> Section:
+def _account_section(result: SearchResult, context: Context) -> Section:
     return Section(
         "Account of the search",
         "What was looked at and what was taken for granted. Solved: searched to the end. "
@@ -570,9 +570,9 @@ def _account_section(result: Result, context: Context) -> Section:
     )
 
 
-def _account(result: Result, context: Context) -> list[Figure | Rows | Notes | Raw]:
+def _account(result: SearchResult, context: Context) -> list[Figure | PageTable | Notes | Raw]:
     lines = _combination_lines(result.folder)
-    blocks: list[Figure | Rows | Notes | Raw] = [
+    blocks: list[Figure | PageTable | Notes | Raw] = [
         Notes(f"How every combination ended: {len(lines)}", lines, len(lines) > 12)
     ]
     if result.assumed:
@@ -585,15 +585,15 @@ def _account(result: Result, context: Context) -> list[Figure | Rows | Notes | R
     return blocks
 
 
-def _nothing_section(result: Result, context: Context) -> Section:
+def _nothing_section(result: SearchResult, context: Context) -> Section:
     rows: Sequence[Sequence[str]] = [
         (limit_name(limit["limit"]), rounded_up(relaxation(limit)[0]), relaxation(limit)[1])
         for limit in (result.infeasible or {}).get("relax", [])
     ]
-    blocks: list[Figure | Rows | Notes | Raw] = []
+    blocks: list[Figure | PageTable | Notes | Raw] = []
     if rows:
         blocks.append(
-            Rows(
+            PageTable(
                 "What would have to give",
                 ("limit", "by", "unit"),
                 rows,

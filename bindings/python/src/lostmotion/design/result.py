@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lostmotion.design.engine import engine, figure_value, figures, limits, text_of
+from lostmotion.design.engine import c_string, engine, figure_value, figures, limit_names
 from lostmotion.design.spec import Spec
 
 if sys.version_info >= (3, 11):
@@ -19,7 +19,7 @@ else:
 
 
 @dataclass
-class Result:
+class SearchResult:
     """The end of a search, or how far it came.
 
     Attributes
@@ -38,7 +38,7 @@ class Result:
     finished : bool
         False when it was stopped; ``resume`` goes on.
     certificate : dict or None
-        The best design looked at once more, finer: ``holds``, ``limits``, ``checks``,
+        The best design looked at once more, finer: ``holds``, ``limit_names``, ``checks``,
         ``lost_motion_arcmin`` and so on.
     infeasible : dict or None
         When no design exists: which limits to relax, and by how much.
@@ -131,7 +131,7 @@ class Designs:
         """Dotted key of a number of `lm_key`."""
         text = self.ffi.new("char[]", self.lib.LM_KEY_NAME_MAX)
         self.lib.lm_write_key(key, text)
-        return text_of(text)
+        return c_string(text)
 
     def values(self, combination: int, unit: Any) -> dict[str, float]:
         """Values of all keys at a point, 0 where the model's default stands."""
@@ -194,7 +194,7 @@ class Designs:
         }
         margins = {
             name: lib.lm_margin_of(self.problem, self.layout, self.result, i)
-            for i, name in enumerate(limits())
+            for i, name in enumerate(limit_names())
         }
         return values, margins
 

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lostmotion.design.engine import FATES, STAGES, engine, figure_value, text_of
+from lostmotion.design.engine import FATES, STAGES, c_string, engine, figure_value
 from lostmotion.design.report import Context, write_search_report
-from lostmotion.design.result import Designs, Result
+from lostmotion.design.result import Designs, SearchResult
 from lostmotion.design.spec import Spec, read_spec
 from lostmotion.design.start import Start, starts_of
 from lostmotion.design.tasks import build_mark, do_task
@@ -50,7 +50,7 @@ def search(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
     command: str | None = None,
-) -> Result:
+) -> SearchResult:
     """Search for designs.
 
     Parameters
@@ -139,7 +139,7 @@ class _Run:
             one,
             self.note,
         )
-        said = text_of(self.note)
+        said = c_string(self.note)
         if status == BAD_INPUT:
             match = re.fullmatch(r"(.*): found (.*), expected (.*)", said, re.S)
             if match is None:
@@ -217,7 +217,7 @@ class _Run:
         executor: Any,
         progress: Progress | None,
         stop: threading.Event | None,
-    ) -> Result:
+    ) -> SearchResult:
         interrupt: BaseException | None = None
         try:
             if executor is not None:
@@ -272,7 +272,7 @@ class _Run:
             self.show(progress)
 
         status = self.in_thread(call, each)
-        self.hear(text_of(self.note))
+        self.hear(c_string(self.note))
         return status
 
     def work_by(
@@ -354,10 +354,10 @@ class _Run:
             return done
 
         status = self.in_thread(call, lambda: None)
-        self.hear(text_of(self.note))
+        self.hear(c_string(self.note))
         return status
 
-    def collect(self, status: int) -> Result:
+    def collect(self, status: int) -> SearchResult:
         """Read what the search found and finish the files of the folder."""
         best = self.ffi.new("lm_solution *")
         document = certificate = infeasible = None
@@ -369,7 +369,7 @@ class _Run:
             infeasible = json.loads((self.folder / "infeasible.json").read_text())
         p = self.ffi.new("lm_progress *")
         self.lib.lm_read_progress(self.search, p)
-        result = Result(
+        result = SearchResult(
             document,
             self.designs.front(self.search),
             self.designs.names,

@@ -16,12 +16,12 @@ from typing import Any
 
 from lostmotion import structs, units
 from lostmotion.core import core
-from lostmotion.design.engine import engine, figures, keys, limits, text_of
+from lostmotion.design.engine import c_string, engine, figures, keys, limit_names
 from lostmotion.design.textbook import TORQUE_PER_D3, WIDTH_PER_D
 from lostmotion.drives import parse_drive, read_toml
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import read_bytes
-from lostmotion.keys import Key, Value, read_table, show
+from lostmotion.keys import Key, TableEntry, as_in_file, read_keys
 from lostmotion.structs import DEFORMATIONS, DISTRIBUTIONS, GENERATORS, ZONES, make_drive
 
 SECTIONS = ("drive", "design", "search")
@@ -194,7 +194,7 @@ class _Reader:
     def table(self, name: str) -> Mapping[str, Any]:
         table = self.search.get(name, {})
         if not isinstance(table, Mapping):
-            raise self.refuse(f"search.{name}", show(table), f"a table [search.{name}]")
+            raise self.refuse(f"search.{name}", as_in_file(table), f"a table [search.{name}]")
         return table
 
     def read(self) -> Spec:
@@ -207,8 +207,8 @@ class _Reader:
             raise self.refuse("search", "no such table", "[search] with objectives")
         self.search: Mapping[str, Any] = self.document["search"]
         numbers = {k: v for k, v in self.search.items() if k != "objectives"}
-        head = read_table(self.file, "search", numbers, SEARCH_KEYS, tables=TABLES)
-        drive = read_table(self.file, "drive", self.document.get("drive", {}), DRIVE_KEYS)
+        head = read_keys(self.file, "search", numbers, SEARCH_KEYS, tables=TABLES)
+        drive = read_keys(self.file, "drive", self.document.get("drive", {}), DRIVE_KEYS)
         self.read_objectives()
         self.read_head(head, drive)
         self.check_turning()
@@ -242,16 +242,16 @@ class _Reader:
             or not 1 <= len(found) <= 4
             or len(set(map(repr, found))) < len(found)
         ):
-            raise self.refuse("search.objectives", show(found), expected)
+            raise self.refuse("search.objectives", as_in_file(found), expected)
         for name in found:
             if name not in names:
                 hint = did_you_mean(name, names) if isinstance(name, str) else ""
-                raise self.refuse("search.objectives", show(name), expected + hint)
+                raise self.refuse("search.objectives", as_in_file(name), expected + hint)
         self.spec.objectives = tuple(names.index(name) for name in found)
         for name in found:
             self.say("search.objectives", "objective", name)
 
-    def read_head(self, head: Mapping[str, Value], drive: Mapping[str, Value]) -> None:
+    def read_head(self, head: Mapping[str, TableEntry], drive: Mapping[str, TableEntry]) -> None:
         names = {"torque": "torque_Nm", "rigid_gear_turns": "rigid_gear_turns"}
         for name in ("seed", "evaluations", "torque", "phases", "level", "rigid_gear_turns"):
             if name in head:
@@ -284,7 +284,7 @@ class _Reader:
         window = f"between {fewest // 2} and {most // 2 + 1} turns"
         expected = f"[lowest, highest], both of one sign, {window}"
         if not _is_pair(value) or not value[0] <= value[1] or value[0] * value[1] <= 0:
-            raise self.refuse("search.limits.ratio", show(value), expected)
+            raise self.refuse("search.limits.ratio", as_in_file(value), expected)
         low, high = sorted(abs(float(v)) for v in value)
         self.sign = -1 if value[0] < 0 else 1
         return low, high
@@ -309,11 +309,11 @@ class _Reader:
             known, kept = units.split_unit(name)
             if kept is not None and known == base and unit is not None:
                 if unit.dimension != kept.dimension:
-                    found = f"unit '{unit.symbol}', {units.describe(unit.dimension)}"
-                    raise self.refuse(place, found, units.describe(kept.dimension))
+                    found = f"unit '{unit.symbol}', {units.dimension_name(unit.dimension)}"
+                    raise self.refuse(place, found, units.dimension_name(kept.dimension))
                 return name, unit.scale / kept.scale
             if kept is not None and written == known:
-                found = units.describe(kept.dimension)
+                found = units.dimension_name(kept.dimension)
                 raise self.refuse(place, "no unit", f"{found} as a suffix, e.g. {name}")
         hint = did_you_mean(written, keys())
         expected = f"a dotted key of a drive file's [design], such as {MODULE}{hint}"
@@ -336,26 +336,26 @@ class _Reader:
             raise self.refuse(place, f"no {TEETH} beside it", "both in [search.fixed]")
         wanted = int(self.values[TEETH]) + (-2 if self.external() else 2)
         if found != wanted:
-            raise self.refuse(place, show(found), f"{wanted}, by {TEETH}")
+            raise self.refuse(place, as_in_file(found), f"{wanted}, by {TEETH}")
 
     def number(self, place: str, name: str, scale: float, value: Any) -> float:
         if name in NAMED:
             names = NAMED[name]
             if value not in names:
                 hint = did_you_mean(value, names) if isinstance(value, str) else ""
-                raise self.refuse(place, show(value), f"one of {', '.join(names)}{hint}")
+                raise self.refuse(place, as_in_file(value), f"one of {', '.join(names)}{hint}")
             return float(names.index(value))
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise self.refuse(place, show(value), "a number")
+            raise self.refuse(place, as_in_file(value), "a number")
         if not math.isfinite(value):
-            raise self.refuse(place, show(value), "a finite number")
+            raise self.refuse(place, as_in_file(value), "a finite number")
         return float(value) if scale == 1.0 else float(value) * scale
 
     def one_value(self, place: str, name: str, scale: float, value: Any) -> float:
         """Read a value that is not the end of a range."""
         number = self.number(place, name, scale, value)
         if name in WHOLE and number % WHOLE[name][1] != 0:
-            raise self.refuse(place, show(value), WHOLE[name][0])
+            raise self.refuse(place, as_in_file(value), WHOLE[name][0])
         return number
 
     def word(self, name: str, value: float) -> object:
@@ -372,7 +372,7 @@ class _Reader:
                 raise self.refuse(place, "a second value", f"one of this and {self.said[stated]}")
         self.said[name] = place
         if table == "range" and name == AXIAL_SECTIONS:
-            raise self.refuse(place, show(value), "it in [search.fixed], for it cannot vary")
+            raise self.refuse(place, as_in_file(value), "it in [search.fixed], for it cannot vary")
         if table == "fixed":
             number = self.one_value(place, name, scale, value)
             self.values[name] = number
@@ -385,10 +385,10 @@ class _Reader:
     def read_choice(self, place: str, name: str, scale: float, value: Mapping[str, Any]) -> None:
         found = value.get("choose")
         if set(value) != {"choose"} or not isinstance(found, list) or not found:
-            raise self.refuse(place, show(found if found is not None else value), _CHOICE)
+            raise self.refuse(place, as_in_file(found if found is not None else value), _CHOICE)
         numbers = [self.one_value(place, name, scale, each) for each in found]
         if len(set(numbers)) < len(numbers):
-            raise self.refuse(place, show(found), "each value once")
+            raise self.refuse(place, as_in_file(found), "each value once")
         if name == TEETH:
             numbers = self.teeth_in_window(place, numbers)
         self.choose(place, name, numbers)
@@ -402,10 +402,10 @@ class _Reader:
 
     def read_range(self, place: str, name: str, scale: float, value: Any) -> None:
         if name in NAMED or not _is_pair(value):
-            raise self.refuse(place, show(value), _RANGE if name not in NAMED else _CHOICE)
+            raise self.refuse(place, as_in_file(value), _RANGE if name not in NAMED else _CHOICE)
         low, high = (self.number(place, name, scale, each) for each in value)
         if not low < high:
-            raise self.refuse(place, show(value), _WIDE)
+            raise self.refuse(place, as_in_file(value), _WIDE)
         if name == TEETH:
             numbers = [float(z) for z in range(math.ceil(low), math.floor(high) + 1) if z % 2 == 0]
             self.choose(place, name, self.teeth_in_window(place, numbers))
@@ -449,7 +449,7 @@ class _Reader:
             expected = "one: where the rigid gear turns, its teeth and the ratio follow from it"
             raise self.refuse(place, "both deformations and a ratio", expected)
 
-    def fill_open(self, drive: Mapping[str, Value]) -> None:
+    def fill_open(self, drive: Mapping[str, TableEntry]) -> None:
         """State what the file leaves open and the search cannot do without."""
         if MODULE not in self.values:
             expected = "it in [search.fixed] or [search.range]"
@@ -490,14 +490,14 @@ class _Reader:
 
     def read_limits(self) -> None:
         _, lib = engine()
-        names = list(limits()[lib.LM_LIMIT_SAFETY :])
+        names = list(limit_names()[lib.LM_LIMIT_SAFETY :])
         for written, value in self.table("limits").items():
             place = f"search.limits.{written}"
             if written == "ratio":
                 continue
             if written in SWITCH_LIMITS:
                 if not isinstance(value, bool):
-                    raise self.refuse(place, show(value), "true or false")
+                    raise self.refuse(place, as_in_file(value), "true or false")
                 self.say(place, "limit", written, int(value))
                 continue
             name, scale = self.find_limit(place, written, names)
@@ -519,8 +519,8 @@ class _Reader:
                 return name, 1.0
             if kept is not None and unit is not None and known == base:
                 if unit.dimension != kept.dimension:
-                    found = f"unit '{unit.symbol}', {units.describe(unit.dimension)}"
-                    raise self.refuse(place, found, units.describe(kept.dimension))
+                    found = f"unit '{unit.symbol}', {units.dimension_name(unit.dimension)}"
+                    raise self.refuse(place, found, units.dimension_name(kept.dimension))
                 return name, unit.scale / kept.scale
         every = [*names, *SWITCH_LIMITS, "ratio"]
         hint = did_you_mean(written, every)
@@ -528,7 +528,7 @@ class _Reader:
 
     def read_cost(self) -> None:
         place = "search.cost"
-        for name, value in read_table(self.file, place, self.table("cost"), COST_KEYS).items():
+        for name, value in read_keys(self.file, place, self.table("cost"), COST_KEYS).items():
             self.say(f"{place}.{name}", "cost", name, value.value)
 
     # --- tolerances and chains ---
@@ -537,14 +537,16 @@ class _Reader:
         design = self.document.get("design", {})
         known = ("tolerance", "radial_chain", "torsion_chain")
         if not isinstance(design, Mapping):
-            raise self.refuse("design", show(design), "a table [design]")
+            raise self.refuse("design", as_in_file(design), "a table [design]")
         for name in design:
             if name not in known:
                 expected = f"[[design.{name}]] only for {', '.join(known)}; other values stand in "
                 raise self.refuse(f"design.{name}", "a key", expected + "[search.fixed]")
         entries = design.get("tolerance", [])
         if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
-            raise self.refuse("design.tolerance", show(entries), "tables [[design.tolerance]]")
+            raise self.refuse(
+                "design.tolerance", as_in_file(entries), "tables [[design.tolerance]]"
+            )
         for index, entry in enumerate(entries):
             self.read_tolerance(index, entry)
         for name, place in self.said.items():
@@ -555,13 +557,13 @@ class _Reader:
 
     def read_tolerance(self, index: int, entry: Mapping[str, Any]) -> None:
         place = f"design.tolerance[{index}]"
-        values = read_table(self.file, place, entry, TOLERANCE_KEYS)
+        values = read_keys(self.file, place, entry, TOLERANCE_KEYS)
         given = {name: value.value for name, value in values.items()}
         self.spec.link_names.append(given.get("name", ""))
         kind = given.get("kind")
         if kind not in POSITIONS:
             expected = "one of " + ", ".join(POSITIONS)
-            raise self.refuse(f"{place}.kind", show(kind) if kind else "nothing", expected)
+            raise self.refuse(f"{place}.kind", as_in_file(kind) if kind else "nothing", expected)
         sign, position = POSITIONS[kind]
         half = 0.5 if kind != "link" and given.get("diameter", True) else 1.0
         if kind == "link" and "influence" not in given:
@@ -602,7 +604,9 @@ class _Reader:
 
         def field(grade: float) -> float:
             if lib.lm_it_tolerance_continuous(nominal, grade, one, ffi.NULL) != 0:
-                raise self.refuse(f"{place}.nominal_mm", show(nominal), "from 0.001 to 500 mm")
+                raise self.refuse(
+                    f"{place}.nominal_mm", as_in_file(nominal), "from 0.001 to 500 mm"
+                )
             return float(one[0])
 
         low, high = map(float, GRADES)
@@ -711,7 +715,7 @@ class _Reader:
         except (InputError, ValueError, csv.Error) as error:
             found = error.found if isinstance(error, InputError) else str(error)
         if found:
-            raise self.refuse(place, f"{show(str(front))} ({found})", expected)
+            raise self.refuse(place, f"{as_in_file(str(front))} ({found})", expected)
         return lines.fieldnames or (), rows
 
     def check(self) -> None:
@@ -726,7 +730,7 @@ class _Reader:
         error = ffi.new("lm_spec_error *")
         if lib.lm_read_spec(self.spec.text.encode(), problem, error) == 0:
             return
-        said = text_of(error.text)
+        said = c_string(error.text)
         if error.line > 0:
             raise self.refuse(self.origins[error.line - 1], said, "what spec.h allows")
         match = re.fullmatch(r"(\S+): (.*) \(found (\S+), expected (\S+) to (\S+)\)", said)

@@ -205,7 +205,7 @@ def _nearest(margin: Callable[[float], float], start: float, end: float) -> None
     margin(round(digits, DIGITS))
 
 
-def explained(document: dict[str, Any], heading: str) -> str:
+def annotated_drive_file(document: dict[str, Any], heading: str) -> str:
     """Write a drive file in which every key of a design stands with its range and its meaning.
 
     Keys that the document leaves open stand as comments, with what they are taken to be.

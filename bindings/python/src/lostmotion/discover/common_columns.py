@@ -15,7 +15,7 @@ import numpy as np
 
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import tangent
-from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, parts_of
+from lostmotion.candidates.shapes import ANGLE_ORDERS, channels, legendre, varying_parts
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.linearise import columns_of, settle
@@ -153,7 +153,7 @@ def common_candidates(
                 out.append(candidate)
             else:
                 closed[name] = "not visible with this plan: it does nothing here"
-    parts = parts_of(base, point)
+    parts = varying_parts(base, point)
     for channel, values in channels(base).items():
         if channel == "run":
             continue

@@ -14,7 +14,7 @@ from lostmotion.recordings.columns import choose_columns, refuse_faults
 from lostmotion.recordings.conversion import read_numbers
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import REPLACED
-from lostmotion.recordings.reading import rows_of, run_codes
+from lostmotion.recordings.reading import rows_of_runs, run_codes
 from lostmotion.recordings.soundness import check_steps
 
 
@@ -59,7 +59,7 @@ def read_plan(
             names: list[int | str] = [file.name.split(".")[0]]
         else:
             codes, names = run_codes(str(file), "run", read.run, read.place)
-        for label, at in zip(names, rows_of(codes, len(names)), strict=True):
+        for label, at in zip(names, rows_of_runs(codes, len(names)), strict=True):
             check_steps(str(file), columns["time"][at])
             runs.append(Run(label, str(file), {k: v[at] for k, v in columns.items()}))
     return Campaign(runs)

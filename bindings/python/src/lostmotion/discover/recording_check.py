@@ -13,7 +13,7 @@ from lostmotion import rules
 from lostmotion.effects.columns import DERIVED, missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
-from lostmotion.recordings import Campaign, told
+from lostmotion.recordings import Campaign, say_findings
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
     return {
         "schema": "lostmotion.check/1",
         "sound": not campaign.findings,
-        "findings": told(campaign.findings),
+        "findings": say_findings(campaign.findings),
         "runs": conditions.runs,
         "samples": conditions.rows,
         "enough_runs": conditions.runs >= rules.RUNS_LEAST,

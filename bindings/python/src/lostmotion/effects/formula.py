@@ -21,7 +21,7 @@ from lostmotion.core import NEEDS, Kind
 from lostmotion.effects.conditions import CONDITIONS
 from lostmotion.effects.effect import Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
-from lostmotion.keys import show
+from lostmotion.keys import as_in_file
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -148,7 +148,7 @@ def _read(name: str, text: str) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError):
-        raise InputError(f"effect {name}", "formula", show(text), "an expression") from None
+        raise InputError(f"effect {name}", "formula", as_in_file(text), "an expression") from None
 
 
 def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
@@ -168,7 +168,7 @@ def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
         elif isinstance(node, ast.Name):
             if node.id not in allowed:
                 expected = "a value, a condition or pi" + did_you_mean(node.id, allowed)
-                raise InputError(where, "formula", show(node.id), expected)
+                raise InputError(where, "formula", as_in_file(node.id), expected)
             found.add(node.id)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             if node.func.id not in FUNCTIONS:
@@ -183,7 +183,7 @@ def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
                 walk(argument)
         else:
             expected = "numbers, names, + - * / ** and functions"
-            raise InputError(where, "formula", show(ast.unparse(node)), expected)
+            raise InputError(where, "formula", as_in_file(ast.unparse(node)), expected)
 
     walk(tree)
     return found - {"pi"}

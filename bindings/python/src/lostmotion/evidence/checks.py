@@ -122,7 +122,7 @@ def is_gram(matrix: npt.NDArray[np.float64]) -> bool:
 Check = Callable[[Any], bool]
 
 
-def number(value: Any) -> bool:
+def finite_number(value: Any) -> bool:
     """A finite number."""
     kind = isinstance(value, (int, float)) and not isinstance(value, bool)
     return kind and abs(value) <= SIZE_MAX and math.isfinite(value)
@@ -130,7 +130,7 @@ def number(value: Any) -> bool:
 
 def positive(value: Any) -> bool:
     """A number above zero."""
-    return number(value) and value > 0
+    return finite_number(value) and value > 0
 
 
 def text(value: Any) -> bool:
@@ -158,7 +158,7 @@ def table(**checks: Check) -> Check:
 
 ABOUT: dict[str, Check] = {
     "rated_torque_Nm": positive,
-    "ratio": lambda value: number(value) and abs(value) > 1,
+    "ratio": lambda value: finite_number(value) and abs(value) > 1,
     "knots_Nm": lambda value: listed(positive)(value) and len(value) > 0,
     "radius_Nm": lambda value: listed(positive)(value) and len(value) > 0,
     "effects": listed(text),
@@ -168,16 +168,18 @@ ABOUT: dict[str, Check] = {
             named=lambda value: isinstance(value, bool),
             covariate=text,
             shape=text,
-            starts=listed(listed(number)),
+            starts=listed(listed(finite_number)),
             start_of=listed(lambda value: isinstance(value, int) and not isinstance(value, bool)),
             kind=text,
         )
     ),
     "closed": named(text),
-    "swing_arcsec": listed(lambda value: number(value) and value >= 0),
-    "given_arcsec": named(number),
+    "swing_arcsec": listed(lambda value: finite_number(value) and value >= 0),
+    "given_arcsec": named(finite_number),
     "runs": lambda value: listed(text)(value) and len(set(value)) == len(value),
-    "events": listed(table(run=text, time_s=number, size_arcsec=number, score=number)),
+    "events": listed(
+        table(run=text, time_s=finite_number, size_arcsec=finite_number, score=finite_number)
+    ),
     "data_fingerprints": lambda value: listed(text)(value) and len(value) > 0,
     "run_fingerprints": listed(text),
     "alone": listed(table(verdict=text, effects=listed(text))),

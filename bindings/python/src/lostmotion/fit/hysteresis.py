@@ -22,7 +22,7 @@ from lostmotion.backbone import run_plays
 from lostmotion.core import core
 from lostmotion.drives import PLAY_ENVELOPE, PLAY_KNEE, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE
 from lostmotion.effects.conditions import Conditions
-from lostmotion.fit.parameters import Block, Filed, Prior, numbered
+from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
 from lostmotion.units import ARCSEC
 
@@ -296,7 +296,7 @@ class Hysteresis:
             np.multiply(point.slope[:, None], point.plays, out=out)
 
         return Block(
-            numbered("share", PLAYS),
+            block_names("share", PLAYS),
             self.shares,
             np.zeros(PLAYS),
             np.full(PLAYS, SHARE_MAX),
@@ -350,7 +350,7 @@ class Hysteresis:
 
         return [
             Block(
-                numbered("start" if session == 0 else f"start_{session}", PLAYS),
+                block_names("start" if session == 0 else f"start_{session}", PLAYS),
                 state,
                 np.full(PLAYS, -1.0),
                 np.ones(PLAYS),
@@ -375,7 +375,7 @@ class Hysteresis:
 
         return [
             Block(
-                numbered("outside", PLAYS),
+                block_names("outside", PLAYS),
                 self.outside,
                 np.zeros(PLAYS),
                 np.full(PLAYS, OUTSIDE_MAX * mean_slope),

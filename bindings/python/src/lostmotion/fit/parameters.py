@@ -181,6 +181,6 @@ def prior_rows(
     return np.concatenate(residuals), rows
 
 
-def numbered(name: str, count: int) -> list[str]:
+def block_names(name: str, count: int) -> list[str]:
     """Names of the values of a block."""
     return [f"{name}_{i}" for i in range(count)]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.hysteresis import RADIUS_STEP
-from lostmotion.fit.parameters import Block, Prior, numbered
+from lostmotion.fit.parameters import Block, Prior, block_names
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
@@ -114,7 +114,7 @@ class Additive:
             out[:] = self.columns
 
         return Block(
-            numbered(self.name, count),
+            block_names(self.name, count),
             self.coefficients,
             np.full(count, -np.inf),
             np.full(count, np.inf),

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from lostmotion.backbone import Backbone
 from lostmotion.drives import KNOT, SLOPE
 from lostmotion.effects.conditions import Conditions
-from lostmotion.fit.parameters import Block, Filed, Prior, numbered
+from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
 from lostmotion.units import ARCSEC
 
@@ -122,7 +122,7 @@ class TorsionCurve:
             np.multiply(point.ramps, point.stiffness[:, None], out=out)
 
         return Block(
-            numbered("slope", n),
+            block_names("slope", n),
             self.slopes,
             np.zeros(n),
             np.full(n, SLOPE_MAX * self.mean_slope),

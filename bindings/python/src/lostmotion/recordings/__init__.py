@@ -12,7 +12,7 @@ Angles get back the turns that their encoders lost (`encoders`), each run is loo
 
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import parse_map
-from lostmotion.recordings.findings import Finding, told
+from lostmotion.recordings.findings import Finding, say_findings
 from lostmotion.recordings.protocol import Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.reading import read_campaign, recording_files
@@ -28,5 +28,5 @@ __all__ = [
     "parse_map",
     "read_campaign",
     "recording_files",
-    "told",
+    "say_findings",
 ]

@@ -91,13 +91,13 @@ def lag_of(run: Run) -> float | None:
         return None
     speed = np.gradient(angle, time_s)
     lost = run.lost_motion_rad
-    share, slope = explained(speed, lost)
-    if share < LAG_SHARE or share < explained(np.sign(speed), lost)[0] + LAG_OVER_SIGN:
+    share, slope = share_explained(speed, lost)
+    if share < LAG_SHARE or share < share_explained(np.sign(speed), lost)[0] + LAG_OVER_SIGN:
         return None
     return -slope if abs(slope) >= LAG_STEPS * float(np.median(np.diff(time_s))) else None
 
 
-def explained(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+def share_explained(x: FloatArray, y: FloatArray) -> tuple[float, float]:
     """Share of one column that another explains, and the slope."""
     x, y = x - x.mean(), y - y.mean()
     across, up = float(x @ x), float(y @ y)

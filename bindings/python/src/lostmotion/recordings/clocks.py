@@ -93,7 +93,7 @@ def stamp_forms() -> list[tuple[str, str]]:
 STAMP_FORMS = [re.compile(form) for form, _ in stamp_forms()]
 
 
-def parts_of(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt.NDArray[np.bool_]]:
+def stamp_parts(texts: Any, form: str) -> tuple[dict[str, npt.NDArray[Any]], npt.NDArray[np.bool_]]:
     """Take stamps apart by a form: texts of every part, and which stamps have the form."""
     import pyarrow.compute as pc
 
@@ -183,7 +183,7 @@ def read_stamps(
     rows = len(texts)
     readings: list[tuple[str, IntArray, npt.NDArray[np.bool_]]] = []
     for form, order in stamp_forms():
-        parts, has = parts_of(texts, form)
+        parts, has = stamp_parts(texts, form)
         if not has.any():
             continue
         total = seconds_of_day(parts, rows)

@@ -19,7 +19,7 @@ from lostmotion.recordings.clocks import EPOCH_RANGE_S, UNITS_NS, stamped
 from lostmotion.recordings.encoders import Counter
 from lostmotion.recordings.findings import UNUSED
 from lostmotion.recordings.opening import header_of
-from lostmotion.recordings.protocol import FREE, ORDER, Protocol, advice
+from lostmotion.recordings.protocol import FREE, ORDER, Protocol, suggest_protocol
 from lostmotion.recordings.quantities import QUANTITIES, Quantity
 from lostmotion.recordings.tables import Header
 
@@ -116,7 +116,7 @@ def parse_map(entries: Iterable[str]) -> dict[str, str]:
 
 def expected_units(quantity: Quantity) -> str:
     """Say which units a column of this quantity may have."""
-    return units.describe(quantity.dimension)
+    return units.dimension_name(quantity.dimension)
 
 
 def normal(name: str) -> str:
@@ -204,7 +204,7 @@ def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnN
             expected += f"; counts by --map {shown}={quantity.name}_rev/COUNTS_IN_A_TURN"
         raise InputError(file, column, f"unknown unit '{suffix}'", expected)
     if unit.dimension != quantity.dimension:
-        described = units.describe(unit.dimension)
+        described = units.dimension_name(unit.dimension)
         raise InputError(file, column, f"unit '{suffix}', {described}", expected_units(quantity))
     return ColumnName(quantity, unit, factor, overflow)
 
@@ -454,7 +454,7 @@ def lacking(
     """Say which quantities a recording needs and a file has not."""
     faults = []
     recorded, there = there, {*there, *protocol.supplies(there)}
-    locked = advice(recorded) if protocol.locked is None else ""
+    locked = suggest_protocol(recorded) if protocol.locked is None else ""
     file, names = header.file, header.names
     nothing = f"no such column ({header.there_are()})"
 

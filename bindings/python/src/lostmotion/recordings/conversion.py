@@ -16,10 +16,10 @@ from lostmotion.recordings.columns import ColumnName
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.numerals import (
     TEXT_SHARE,
-    Reading,
+    NumberStyle,
     Texts,
-    decide,
     note_text,
+    number_styles,
     refuse_text,
 )
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -88,7 +88,7 @@ def writes_numbers(column: Any) -> bool:
     return not clocks.stamped([str(cell) for cell in known])
 
 
-def is_number(column: Any) -> bool:
+def holds_numbers(column: Any) -> bool:
     """Whether a column of Arrow holds numbers."""
     return str(column.type).startswith(("int", "uint", "float", "double", "halffloat", "decimal"))
 
@@ -143,13 +143,13 @@ def in_si(
     texts = {
         label: Texts(rows.columns[name.index], name.behind)
         for quantity, (label, name) in chosen.items()
-        if quantity not in ("run", "time") and not is_number(rows.columns[name.index])
+        if quantity not in ("run", "time") and not holds_numbers(rows.columns[name.index])
     }
     if "time" in chosen:
         label, name = chosen["time"]
         if writes_numbers(rows.columns[name.index]):
             texts[label] = Texts(rows.columns[name.index], name.behind)
-    readings = decide(file, texts, rows.place)
+    readings = number_styles(file, texts, rows.place)
     found: dict[str, FloatArray] = {}
     bad: dict[str, npt.NDArray[np.bool_]] = {}
     for quantity, (label, name) in chosen.items():
@@ -272,7 +272,7 @@ class Clock:
         rows: Rows,
         zero: int | None,
         texts: Texts | None,
-        reading: Reading | None,
+        reading: NumberStyle | None,
     ) -> None:
         self.file, self.label, self.name, self.rows, self.zero = file, label, name, rows, zero
         self.findings: list[Finding] = []
@@ -286,7 +286,7 @@ class Clock:
         elif kind.startswith("timestamp"):
             unit = kind.removeprefix("timestamp[").split(",")[0].rstrip("]")
             self.seconds = self.of_stamps(column.cast("int64"), unit)
-        elif is_number(column):
+        elif holds_numbers(column):
             self.seconds = self.of_numbers(column)
         elif texts is not None and reading is not None:
             self.seconds = self.of_text(texts, reading)
@@ -326,7 +326,8 @@ class Clock:
             numbers = as_floats(column)
             told = clocks.epoch_unit(self.file, self.label, numbers)
             if told is None:
-                expected = f"{units.describe(units.TIME)} as a suffix, or --map {self.label}=time_s"
+                time = units.dimension_name(units.TIME)
+                expected = f"{time} as a suffix, or --map {self.label}=time_s"
                 raise InputError(self.file, self.label, "no unit", expected)
             unit, finding = told
             self.findings.append(finding)
@@ -351,7 +352,7 @@ class Clock:
         self.findings += findings
         return self.from_zero(values, known, 1)
 
-    def of_text(self, texts: Texts, reading: Reading) -> FloatArray:
+    def of_text(self, texts: Texts, reading: NumberStyle) -> FloatArray:
         """Read a clock of numbers among text; whole numbers without loss."""
         import pyarrow as pa
 

@@ -70,7 +70,7 @@ class Finding:
         return f" at {shown} s" + (f" and {more} more" if more > 0 else "")
 
 
-def told(findings: Iterable[Finding]) -> list[str]:
+def say_findings(findings: Iterable[Finding]) -> list[str]:
     """Say findings in as few sentences as there are things to say, doubtful numbers first."""
     groups: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:

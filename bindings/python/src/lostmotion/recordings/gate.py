@@ -59,7 +59,7 @@ STIFFNESSES = ("Nm_per_rad", "Nm_per_deg", "Nm_per_arcmin", "Nmm_per_rad")
 
 
 @dataclass(frozen=True)
-class Reading:
+class Interpretation:
     """One way to read the files: what is changed, and how it is written.
 
     Attributes
@@ -142,7 +142,7 @@ class Gate:
         self.turns = [measured_ratio(run) for run in campaign.runs]
         self.torque_Nm = np.concatenate([run.torque_Nm for run in campaign.runs])
 
-    def consistency(self, reading: Reading) -> Consistency:
+    def consistency(self, reading: Interpretation) -> Consistency:
         """Say how a reading stands."""
         turns = self.ratio_by(reading)
         turning = None if turns is None else turns / reading.ratio
@@ -160,7 +160,7 @@ class Gate:
         times = both / across if across > 0 else 0.0
         return Consistency(turning, times, share, largest / self.rated_torque_Nm)
 
-    def ratio_by(self, reading: Reading) -> float | None:
+    def ratio_by(self, reading: Interpretation) -> float | None:
         """Turns of the input for one of the output, by the runs that turn; None where none does."""
         found = []
         for turns in self.turns:
@@ -178,7 +178,7 @@ class Gate:
                 found.append(slope)
         return float(np.median(found)) if found else None
 
-    def lost_motion(self, run: Run, reading: Reading) -> FloatArray:
+    def lost_motion(self, run: Run, reading: Interpretation) -> FloatArray:
         """Lost motion of a run as a reading has it."""
         if not {"input_angle", "output_angle"} <= run.columns.keys():
             return reading.output_by * run.lost_motion_rad
@@ -250,14 +250,14 @@ def check_gate(
         Names what contradicts, and every correction that makes all of it right.
     """
     gate = Gate(campaign, curve_for, rated_torque_Nm, ratio)
-    stated = Reading("", "", ratio)
+    stated = Interpretation("", "", ratio)
     stands = gate.consistency(stated)
     found = contradiction(gate, stands)
     if found is None:
         return
     column, text, decisive = found
     run = campaign.runs[0]
-    chosen = run.sources or sources_of(run)
+    chosen = run.sources or si_columns(run)
     judged = [(r, gate.consistency(r)) for r in readings(gate, drive_file, chosen, catalogue)]
     judged = [(reading, how) for reading, how in judged if how.right]
     # Where one reading has the drive turning, in its ratio, one that has it still is a chance.
@@ -283,7 +283,7 @@ def check_gate(
     raise InputError(run.file, column, text, expected)
 
 
-def sources_of(run: Run) -> dict[str, tuple[str, ColumnName]]:
+def si_columns(run: Run) -> dict[str, tuple[str, ColumnName]]:
     """Columns of a run under the names that they have in a file of SI units."""
     named = [QUANTITIES[name] for name in run.columns]
     return {q.name: (q.column, ColumnName(q, units.parse_unit(q.unit))) for q in named}
@@ -319,9 +319,9 @@ def readings(
     drive_file: str,
     chosen: Mapping[str, tuple[str, ColumnName]],
     catalogue: Mapping[str, object],
-) -> Iterator[Reading]:
+) -> Iterator[Interpretation]:
     """List the corrections of one mistake."""
-    stated = Reading("", "", gate.ratio)
+    stated = Interpretation("", "", gate.ratio)
     both = {"input_angle", "output_angle"} <= chosen.keys()
     if both:
         yield replace(
@@ -355,7 +355,7 @@ def readings(
             yield replace(stated, what=f"the angle is in {unit}", paste=paste, output_by=by)
     turns = gate.ratio_by(stated)
     if turns is not None and abs(turns) >= 1:
-        ratio = rounded(turns)
+        ratio = whole_ratio(turns)
         paste = f"ratio = {ratio:.7g} in {drive_file}"
         yield replace(stated, what="another ratio", paste=paste, ratio=ratio)
     if "torque" in chosen:
@@ -381,7 +381,7 @@ def readings(
         yield replace(stated, what=f"the stiffness is in {unit}", paste=paste, curve_by=by)
 
 
-def rounded(ratio: float) -> float:
+def whole_ratio(ratio: float) -> float:
     """Whole ratio within what the angles tell, else as measured."""
     whole = round(ratio)
     return float(whole) if abs(ratio / whole - 1) <= 0.2 * RATIO_TOLERANCE else ratio

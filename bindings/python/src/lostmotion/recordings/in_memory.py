@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lostmotion.errors import InputError
-from lostmotion.recordings.tables import Header, Rows, shown
+from lostmotion.recordings.tables import Header, Rows, first_cells
 
 TABLE_EXPECTED = (
     "columns: a data frame of pandas or polars, an Arrow table, a dictionary of arrays, or a "
@@ -27,7 +27,7 @@ class MemoryTable:
     """
 
     def __init__(self, name: str, data: Any) -> None:
-        named = columns_of(name, data)
+        named = named_columns(name, data)
         self.columns = [arrow_of(name, label, values) for label, values in named]
         names = tuple(label for label, _ in named)
         self.count = rows_in(name, names, self.columns)
@@ -35,14 +35,14 @@ class MemoryTable:
 
     def cells(self, column: int) -> list[str]:
         """First cells of a column."""
-        return shown(self.columns[column])
+        return first_cells(self.columns[column])
 
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
         """Take columns; `as_text` is for files of text."""
         return Rows({i: self.columns[i] for i in columns}, self.count)
 
 
-def columns_of(name: str, data: Any) -> list[tuple[str, Any]]:
+def named_columns(name: str, data: Any) -> list[tuple[str, Any]]:
     """Take the columns out of data, with their names.
 
     Raises

@@ -160,7 +160,7 @@ class Texts:
 
 
 @dataclass(frozen=True)
-class Reading:
+class NumberStyle:
     """How the numbers of a column are written: the mark before the decimals, and groups or none."""
 
     mark: str
@@ -177,32 +177,32 @@ def largest_jump(values: FloatArray) -> float:
     return float(np.max(np.abs(np.diff(known))) / np.ptp(known))
 
 
-def decide_column(texts: Texts, mark: str) -> Reading | None:
+def decide_column(texts: Texts, mark: str) -> NumberStyle | None:
     """Tell by the column alone what a mark means before three digits; None where nothing tells."""
     import pyarrow.compute as pc
 
     whole = texts.integer & ~texts.form(r"^[+-]?0+$")
     if bool(np.any(texts.form(r"^[+-]?[0-9]{4,}$"))):
-        return Reading(mark, False, "numbers above 999 without it")
+        return NumberStyle(mark, False, "numbers above 999 without it")
     if not bool(np.any(whole)):
         return None
     either = texts.of(mark)["either"]
     as_decimals = largest_jump(texts.numbers(mark, False))
     as_groups = largest_jump(texts.numbers(OTHER_MARK[mark], True))
     if as_groups * JUMP_RATIO <= as_decimals:
-        return Reading(OTHER_MARK[mark], True, "the steps from row to row")
+        return NumberStyle(OTHER_MARK[mark], True, "the steps from row to row")
     if as_decimals * JUMP_RATIO <= as_groups:
-        return Reading(mark, False, "the steps from row to row")
+        return NumberStyle(mark, False, "the steps from row to row")
     ends = texts.mask(pc.match_substring_regex(texts.text, "0$")) & either
     if np.count_nonzero(ends) >= AGREEING_MIN:
         # Decimals that end in 0 are of a fixed number, and then every number has them.
-        return Reading(OTHER_MARK[mark], True, "numbers below 1000 without it")
+        return NumberStyle(OTHER_MARK[mark], True, "numbers below 1000 without it")
     return None
 
 
-def decide(
+def number_styles(
     file: str, columns: Mapping[str, Texts], place: Callable[[int], str]
-) -> dict[str, Reading]:
+) -> dict[str, NumberStyle]:
     """Decide for the columns of a file how their numbers are written.
 
     Raises
@@ -232,7 +232,7 @@ def decide(
             other["groups"] | texts.of(mark)["both"]
         )
         told = f"'{OTHER_MARK[mark]}' separates thousands" if many and not contradicted else ""
-        readings[name] = Reading(mark, bool(told), told)
+        readings[name] = NumberStyle(mark, bool(told), told)
     return readings
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion.errors import InputError, one_line
-from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows, shown
+from lostmotion.recordings.tables import CELLS_SHOWN, Header, Rows, first_cells
 
 VALUE_BYTES = 8
 """Bytes of a number in memory."""
@@ -83,7 +83,7 @@ class ParquetTable:
         """First cells of a column."""
         with arrow_errors(self.file):
             for batch in self.batches(0, [column], CELLS_SHOWN):
-                return shown(batch.columns[column])
+                return first_cells(batch.columns[column])
         return []
 
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:

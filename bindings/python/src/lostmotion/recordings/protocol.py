@@ -170,7 +170,7 @@ FREE = Protocol()
 """Both sides measured, or the lost motion."""
 
 
-def advice(there: Collection[str]) -> str:
+def suggest_protocol(there: Collection[str]) -> str:
     """Say which protocol would read a file that lacks columns; nothing where none would."""
     if "lost_motion" in there:
         return ""

@@ -173,7 +173,7 @@ def read_campaign(
     return judged(runs, findings, ratio)
 
 
-def read_table(
+def campaign_of_table(
     data: Any,
     *,
     ratio: float | None = None,
@@ -205,7 +205,7 @@ def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Cam
     return campaign
 
 
-set_table_reader(read_table)
+set_table_reader(campaign_of_table)
 
 
 def _read_file(
@@ -268,7 +268,7 @@ def read_runs(
         codes, labels = runs_of_blocks(name, only, read, findings)
     counters = counters_of(chosen)
     runs = []
-    for label, index in zip(labels, rows_of(codes, len(labels)), strict=True):
+    for label, index in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
         if index[-1] - index[0] + 1 != index.size:
             pieces = int(np.count_nonzero(np.diff(index) > 1)) + 1
             findings.append(
@@ -299,7 +299,7 @@ def runs_of_blocks(
     return np.cumsum(codes), list(range(1, len(begin) + 2))
 
 
-def rows_of(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:
+def rows_of_runs(codes: npt.NDArray[np.intp], runs: int) -> Iterator[npt.NDArray[np.intp]]:
     """Yield the rows of every run, in the order of the file."""
     order = np.argsort(codes, kind="stable")
     yield from np.split(order, np.searchsorted(codes[order], np.arange(1, runs)))

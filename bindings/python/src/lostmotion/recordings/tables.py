@@ -79,12 +79,12 @@ class Table(Protocol):
         ...
 
 
-def shown(column: Any) -> list[str]:
+def first_cells(column: Any) -> list[str]:
     """First cells of a column as text."""
-    return [text_of(value) for value in column.slice(0, CELLS_SHOWN)]
+    return [arrow_text(value) for value in column.slice(0, CELLS_SHOWN)]
 
 
-def text_of(value: Any) -> str:
+def arrow_text(value: Any) -> str:
     """Return a value of Arrow as text: Python's own times end at microseconds."""
     kind = str(value.type)
     if not value.is_valid:

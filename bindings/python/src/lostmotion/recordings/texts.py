@@ -202,7 +202,7 @@ class TextTable:
                 if count > max(LINES_KEPT, most):
                     break
                 continue
-            kept.append(written(fields, separator.read_as))
+            kept.append(arrow_row(fields, separator.read_as))
             numbers.append(number)
         if count > LINES_SHARE * (count + len(kept)):
             number, first = torn[0]
@@ -308,7 +308,7 @@ def without_nuls(fields: list[str], line: bytes) -> list[str]:
     return [NUL_CELL if i == holding[0] else field for i, field in enumerate(fields)]
 
 
-def written(fields: Sequence[str], sign: str) -> bytes:
+def arrow_row(fields: Sequence[str], sign: str) -> bytes:
     """Write a row for Arrow."""
     quoted = (
         '"' + field.replace('"', '""') + '"' if sign in field or '"' in field else field

@@ -11,8 +11,8 @@ from lostmotion.catalogue import Catalogue
 from lostmotion.characterize import Characterization, StandardFigures
 from lostmotion.characterize.characterization import sheet_figures
 from lostmotion.characterize.printed import NAMES, cells, flat
-from lostmotion.report.chart import Axes, limits
-from lostmotion.report.page import Figure, Notes, Rows, Section, Table
+from lostmotion.report.chart import Axes, axis_range
+from lostmotion.report.page import Figure, FigureData, Notes, PageTable, Section
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import ORANGE, SMALL_SIZE, SOFT, Drawing, text_width
 from lostmotion.report.wording import written
@@ -36,7 +36,7 @@ def characterization_section(result: Characterization, files: Sequence[str | Pat
     if result.ratio is not None:
         facts.append(("ratio", f"{result.ratio:.6g} ({result.ratio_from})"))
     sheet = None if result.drive is None else result.drive.catalogue
-    blocks: list[Notes | Rows | Figure] = []
+    blocks: list[Notes | PageTable | Figure] = []
     if answer["findings"]:
         blocks.append(Notes("About the data", answer["findings"]))
     if result.figures.fit is not None:
@@ -60,7 +60,7 @@ def characterization_section(result: Characterization, files: Sequence[str | Pat
 
 def figures_table(
     figures: Mapping[str, StandardFigures], sheet: Catalogue | None, rated_torque_Nm: float
-) -> Rows:
+) -> PageTable:
     """List standard figures, of one kind of loops or of several side by side."""
     answers = {name: flat(found.answer()) for name, found in figures.items()}
     stated = {} if sheet is None else sheet_figures(sheet, rated_torque_Nm)
@@ -86,7 +86,7 @@ def figures_table(
         f"torque of {written(rated_torque_Nm)} N·m; hysteresis loss at zero torque."
     )
     missing = "; ".join(reasons)
-    return Rows(
+    return PageTable(
         "Standard figures",
         head,
         rows,
@@ -103,7 +103,7 @@ def curve_figure(result: Characterization) -> Figure:
         "Means of the loops' samples in cells of torque (grey), every loop about its own middle, "
         "and the mean curve as straight lines (orange).",
         lambda width: draw_curve(result, width),
-        Table(
+        FigureData(
             "loops",
             {
                 "loop": [int(loop) for loop in samples.loop],
@@ -148,8 +148,8 @@ def draw_curve(result: Characterization, width: float) -> str:
     axes = Axes(
         drawing,
         (58.0, 44.0, width - 72.0, height),
-        limits([samples.low_Nm, samples.high_Nm], 0.03),
-        limits([float(angle.min()), float(angle.max())]),
+        axis_range([samples.low_Nm, samples.high_Nm], 0.03),
+        axis_range([float(angle.min()), float(angle.max())]),
     )
     axes.frame("torque on the output, N·m", "lost motion, arcmin")
     axes.open()

@@ -32,7 +32,7 @@ def ticks_between(low: float, high: float, step: float) -> list[float]:
     return [i * step for i in range(first, last + 1)]
 
 
-def label(value: float, step: float) -> str:
+def tick_label(value: float, step: float) -> str:
     """Write a tick's number with the digits that its step needs, and a true minus sign."""
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     text = f"{value:.{digits}f}"
@@ -110,7 +110,14 @@ class Axes:
         for value in ticks_between(*self.y_range, y_step) if up else ():
             at = float(self.y(value))
             d.line((left, at, right, at), FAINT if value == 0 else GRID)
-            d.text(left - 7, at + 4, label(value, y_step), anchor="end", size=SMALL_SIZE, fill=SOFT)
+            d.text(
+                left - 7,
+                at + 4,
+                tick_label(value, y_step),
+                anchor="end",
+                size=SMALL_SIZE,
+                fill=SOFT,
+            )
         for value in ticks_between(*self.x_range, x_step):
             at = float(self.x(value))
             if value == 0 and self.x_range[0] < 0:
@@ -120,7 +127,7 @@ class Axes:
                 d.text(
                     at,
                     bottom + 17,
-                    label(value, x_step),
+                    tick_label(value, x_step),
                     anchor="middle",
                     size=SMALL_SIZE,
                     fill=SOFT,
@@ -167,7 +174,7 @@ class Axes:
         self.drawing.area(np.concatenate((there, back)), fill, stroke, 0.6, opacity)
 
 
-def limits(values: Sequence[float], share: float = 0.06) -> tuple[float, float]:
+def axis_range(values: Sequence[float], share: float = 0.06) -> tuple[float, float]:
     """Range that holds numbers with a little room."""
     low, high = min(values), max(values)
     room = share * (high - low) or 1.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.catalogue import PARTS, REVERSAL_TORQUE_SHARE, Catalogue
 from lostmotion.report.chart import Axes, round_up
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
     INK,
     PAPER,
@@ -79,7 +79,7 @@ class Contributions:
         return float(np.interp(torque_Nm, self.torque_Nm, values))
 
 
-def torques(rated_Nm: float, ends: Array | None = None) -> Array:
+def picture_torques(rated_Nm: float, ends: Array | None = None) -> Array:
     """Torques for the picture: dense around zero, with a hair on both sides of it.
 
     Parameters
@@ -117,7 +117,7 @@ def contributions_figure(data: Contributions) -> Figure:
         f"Characteristic of {data.name}",
         signs(caption),
         lambda width: draw_contributions(data, width),
-        Table("characteristic", columns),
+        FigureData("characteristic", columns),
     )
 
 

@@ -12,11 +12,11 @@ from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.few_readings import INCONCLUSIVE
 from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
-from lostmotion.recordings import told
+from lostmotion.recordings import say_findings
 from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.overlay import overlay_figure
-from lostmotion.report.page import Figure, Notes, Rows, Section
+from lostmotion.report.page import Figure, Notes, PageTable, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
@@ -27,12 +27,12 @@ from lostmotion.report.wording import (
     TOO_SMALL,
     chance,
     grouped,
+    named_numbers,
     parameter,
-    quantities,
-    rounded,
     split_quantity,
     unit_text,
     with_signs,
+    with_zeros,
     words,
     written,
 )
@@ -79,11 +79,20 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         lead,
         [
             ("verdict", answer["verdict"].replace("-", " ")),
-            ("error of the base, rms", f"{rounded(answer['ladder'][0]['rms_arcsec'])} arcsec"),
-            ("with what was found, rms", f"{rounded(last['rms_arcsec'])} arcsec"),
-            ("on runs that the fit has not seen", f"{rounded(last['rms_heldout_arcsec'])} arcsec"),
-            (NOISE_FLOOR, f"{rounded(floor)} arcsec"),
-            ("noise within runs", f"{rounded(answer['noise']['within_runs_arcsec'])} arcsec"),
+            (
+                "error of the base, rms",
+                f"{with_zeros(answer['ladder'][0]['rms_arcsec'])} arcsec",
+            ),
+            ("with what was found, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
+            (
+                "on runs that the fit has not seen",
+                f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
+            ),
+            (NOISE_FLOOR, f"{with_zeros(floor)} arcsec"),
+            (
+                "noise within runs",
+                f"{with_zeros(answer['noise']['within_runs_arcsec'])} arcsec",
+            ),
             ("samples", f"{grouped(str(answer['samples']))} in {count_runs(answer['runs'])}"),
         ],
         [],
@@ -91,7 +100,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     )
     blocks = section.blocks
     blocks.append(Notes("What to do next", [answer["next_experiment"]]))
-    findings = told(c.campaign.findings)
+    findings = say_findings(c.campaign.findings)
     if answer.get("outliers"):
         findings.append(f"{answer['outliers']} single wild samples set to their neighbours")
     if findings:
@@ -111,11 +120,11 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     blocks += [figure for figure in figures if figure is not None]
     if answer["events"]:
         blocks.append(
-            Rows(
+            PageTable(
                 "Sudden changes",
                 ("run", "at, s", "size, arcsec"),
                 [
-                    (str(e["run"]), f"{e['time_s']:.6g}", signs(rounded(e["size_arcsec"])))
+                    (str(e["run"]), f"{e['time_s']:.6g}", signs(with_zeros(e["size_arcsec"])))
                     for e in answer["events"]
                 ],
                 (1, 2),
@@ -129,18 +138,18 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     return section
 
 
-def _contest(answer: dict[str, Any]) -> Rows:
+def _contest(answer: dict[str, Any]) -> PageTable:
     rows = []
     for candidate in [c for c in answer["candidates"] if c["testable"]][:CANDIDATES_SHOWN]:
         chosen = candidate["name"] in answer["effects"]
-        known = quantities(
+        known = named_numbers(
             candidate["parameters"], candidate.get("at_bound", ()), candidate.get("not_fitted", ())
         )
         values = ", ".join(known[:VALUES_SHOWN])
         if len(known) > VALUES_SHOWN:
             values += " …"
         if candidate.get("too_small"):
-            values += f" ({rounded(candidate['size_arcsec'])} arcsec, {TOO_SMALL})"
+            values += f" ({with_zeros(candidate['size_arcsec'])} arcsec, {TOO_SMALL})"
         rows.append(
             (
                 words(candidate["name"]) + (" ✓" if chosen else ""),
@@ -150,7 +159,7 @@ def _contest(answer: dict[str, Any]) -> Rows:
                 values if candidate["plausible"] else f"!{values} (implausible)",
             )
         )
-    return Rows(
+    return PageTable(
         "The contest",
         ("effect", "gain, nats", "p", "like", "values"),
         rows,
@@ -164,7 +173,7 @@ def _contest(answer: dict[str, Any]) -> Rows:
     )
 
 
-def detectable_rows(answer: Mapping[str, Any]) -> Rows:
+def detectable_rows(answer: Mapping[str, Any]) -> PageTable:
     """Make the table of the smallest sizes that the runs of a diagnosis would have shown."""
     untestable = {c["name"] for c in answer["candidates"] if not c["testable"]}
     sizes = {
@@ -180,7 +189,7 @@ def detectable_rows(answer: Mapping[str, Any]) -> Rows:
         without.setdefault(why, []).append(words(name))
     for why, names in without.items():
         said += f" {', '.join(names)}: {why}."
-    return Rows(
+    return PageTable(
         "The smallest that would have been found",
         ("effect", "parameter", "smallest size", "", "rms, arcsec"),
         rows,
@@ -195,15 +204,15 @@ def sized(detectable: Mapping[str, Any]) -> tuple[str, str, str]:
     return parameter(detectable["parameter"]), written(detectable["value"]), unit_text(unit)
 
 
-def _scatter(answer: dict[str, Any]) -> Rows:
+def _scatter(answer: dict[str, Any]) -> PageTable:
     scatter = answer["noise"]["scatter"]
     rows = []
     for name, value in scatter.items():
         if name in ("stiffness", "friction"):
-            rows.append((name, f"{rounded(100 * value, 2)} %"))
+            rows.append((name, f"{with_zeros(100 * value, 2)} %"))
         else:
-            rows.append((name.removesuffix("_arcsec"), f"{rounded(value)} arcsec"))
-    return Rows("Scatter from run to run", ("of", "standard deviation"), rows, (1,))
+            rows.append((name.removesuffix("_arcsec"), f"{with_zeros(value)} arcsec"))
+    return PageTable("Scatter from run to run", ("of", "standard deviation"), rows, (1,))
 
 
 def _of_effect(key: str, value: float, known: str, error: float) -> tuple[str, ...]:
@@ -232,16 +241,19 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     names = [words(term.effect.name) for term in after.terms]
     section = Section(
         f"{drive.name}: fitted" + (f" with {', '.join(names)}" if names else ""),
-        f"The error falls from {rounded(first['rms_arcsec'])} to {rounded(last['rms_arcsec'])} "
-        "arcsec; on runs that the fit has not seen it is "
-        f"{rounded(last['rms_heldout_arcsec'])} arcsec. The noise floor is {rounded(floor)} "
+        f"The error falls from {with_zeros(first['rms_arcsec'])} "
+        f"to {with_zeros(last['rms_arcsec'])} arcsec; on runs that the fit has not seen it is "
+        f"{with_zeros(last['rms_heldout_arcsec'])} arcsec. The noise floor is {with_zeros(floor)} "
         "arcsec.",
         [
-            ("error of the base, rms", f"{rounded(first['rms_arcsec'])} arcsec"),
-            ("with effects, rms", f"{rounded(last['rms_arcsec'])} arcsec"),
-            ("on runs that the fit has not seen", f"{rounded(last['rms_heldout_arcsec'])} arcsec"),
-            (NOISE_FLOOR, f"{rounded(floor)} arcsec"),
-            ("noise within runs", f"{rounded(model.within_runs_arcsec)} arcsec"),
+            ("error of the base, rms", f"{with_zeros(first['rms_arcsec'])} arcsec"),
+            ("with effects, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
+            (
+                "on runs that the fit has not seen",
+                f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
+            ),
+            (NOISE_FLOOR, f"{with_zeros(floor)} arcsec"),
+            ("noise within runs", f"{with_zeros(model.within_runs_arcsec)} arcsec"),
             ("samples", f"{grouped(str(c.rows))} in {count_runs(c.runs)}"),
         ],
         [ladder_figure(model.ladder, floor, drive.name)],
@@ -266,7 +278,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     of_effects += [_of_effect(name, value, NOT_FITTED, 0.0) for name, value in held.items()]
     if of_effects:
         section.blocks.append(
-            Rows(
+            PageTable(
                 "Values of the effects",
                 ("effect", "parameter", "value", "± standard error", ""),
                 of_effects,
@@ -282,7 +294,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
         lines = [f"{a} and {b}" for a, b in model.inseparable]
         section.blocks.append(Notes("Not separated by these recordings", lines))
     section.blocks.append(
-        Rows(
+        PageTable(
             f"Values of the base: {len(rest)}",
             ("parameter", "value", "± standard error", ""),
             rest,

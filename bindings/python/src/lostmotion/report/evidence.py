@@ -11,8 +11,8 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.candidates.shapes import channels
 from lostmotion.discover.selection import Selection, Step
-from lostmotion.report.chart import Axes, limits
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.chart import Axes, axis_range
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
     BLUE,
     GRID,
@@ -40,7 +40,7 @@ SHAPE_BINS = 160
 """Bins of what a shape depends on."""
 
 
-def shorten(text: str, room: float) -> str:
+def cut_to_width(text: str, room: float) -> str:
     """Cut a text that is wider than the room there is."""
     if text_width(text) <= room:
         return text
@@ -75,7 +75,7 @@ def dots_figure(selection: Selection, labels: Sequence[object], name: str) -> Fi
         "others with the candidate in the model: right of zero the run speaks for it. An effect "
         "that a single run carries is none. Dark: the sum over all runs.",
         lambda width: draw_dots(gains, width, name),
-        Table(
+        FigureData(
             "gain_by_run",
             {
                 "run": [str(label) for label in labels],
@@ -87,7 +87,7 @@ def dots_figure(selection: Selection, labels: Sequence[object], name: str) -> Fi
 
 def draw_dots(gains: Sequence[tuple[str, Array]], width: float, name: str) -> str:
     """Draw a row of dots for each candidate."""
-    texts = [shorten(n, 0.4 * width) for n, _ in gains]
+    texts = [cut_to_width(n, 0.4 * width) for n, _ in gains]
     left = 14.0 + max(text_width(t) for t in texts)
     top, row = 24.0, 30.0
     height = row * len(gains)
@@ -96,7 +96,7 @@ def draw_dots(gains: Sequence[tuple[str, Array]], width: float, name: str) -> st
     axes = Axes(
         drawing,
         (left, top, width - left - 74, height),
-        limits([min(0.0, float(every.min())), max(1.0, float(every.max()))]),
+        axis_range([min(0.0, float(every.min())), max(1.0, float(every.max()))]),
         (0.0, 1.0),
     )
     axes.frame("gain of a run, nats", "", ticks=(max((width - left) / 90, 2), 0.0))
@@ -137,7 +137,7 @@ def alike_figure(step: Step, name: str) -> Figure | None:
         "cannot tell them apart, whatever their number. The strongest "
         f"{len(chosen)} are shown.",
         lambda width: draw_alike([words(n) for n in chosen], angle, width, name),
-        Table(
+        FigureData(
             "angles",
             {
                 "effect": [chosen[i] for i, _ in pairs],
@@ -151,7 +151,7 @@ def alike_figure(step: Step, name: str) -> Figure | None:
 def draw_alike(names: Sequence[str], angle: Array, width: float, name: str) -> str:
     """Draw the lower triangle of the angles."""
     numbered = width < 600
-    texts = [f"{i + 1} {shorten(n, 150)}" for i, n in enumerate(names)]
+    texts = [f"{i + 1} {cut_to_width(n, 150)}" for i, n in enumerate(names)]
     left = 14.0 + max(text_width(t) for t in texts)
     cell = min((width - left - 12) / max(len(names) - 1, 1), 58.0)
     tall = min(cell, 30.0)
@@ -224,7 +224,7 @@ def shape_figure(step: Step, name: str) -> Figure | None:
         "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect "
         "on the lost motion.",
         lambda width: draw_shape(middle, line, mean, half, label, width, name),
-        Table(
+        FigureData(
             "shape",
             {
                 label: list(middle),
@@ -270,8 +270,8 @@ def draw_shape(
     axes = Axes(
         drawing,
         (52.0, 34.0, width - 66.0, height),
-        limits([float(x.min()), float(x.max())], 0.02),
-        limits([float(every.min()), float(every.max())]),
+        axis_range([float(x.min()), float(x.max())], 0.02),
+        axis_range([float(every.min()), float(every.max())]),
     )
     axes.frame(label, "arcsec")
     axes.open()

@@ -7,9 +7,9 @@ from html import escape
 
 import numpy as np
 
-from lostmotion.report.chart import Axes, limits
-from lostmotion.report.page import Figure, Table
-from lostmotion.report.svg import BLUE, INK, SMALL_SIZE, SOFT, Drawing, fine, number
+from lostmotion.report.chart import Axes, axis_range
+from lostmotion.report.page import Figure, FigureData
+from lostmotion.report.svg import BLUE, INK, SMALL_SIZE, SOFT, Drawing, coord, fine
 from lostmotion.report.wording import words, written
 
 Values = Sequence[Sequence[float]]
@@ -32,7 +32,7 @@ def front_figure(front: Values, names: Sequence[str], units: Sequence[str], name
         "One dot a design: none of them is better than another in every objective. Along the "
         f"axis {across}, upwards {up}.{hidden}",
         lambda width: draw_front(front, names, units, width),
-        Table(
+        FigureData(
             "front",
             {
                 f"{one} {unit}".strip(): [row[i] for row in front]
@@ -75,8 +75,8 @@ def draw_front(
     axes = Axes(
         drawing,
         (left, top, width - left - right, height),
-        limits([float(x.min()), float(x.max())], 0.08),
-        limits([float(y.min()), float(y.max())], 0.1),
+        axis_range([float(x.min()), float(x.max())], 0.08),
+        axis_range([float(y.min()), float(y.max())], 0.1),
     )
     axes.frame(axis_name(names[i], units[i]), axis_name(names[j], units[j]))
     order = np.argsort(x, kind="stable")
@@ -89,7 +89,7 @@ def draw_front(
         )
         mark = picked == k
         drawing.add(
-            f'<circle data-design="{k}" cx="{number(across)}" cy="{number(up)}" '
+            f'<circle data-design="{k}" cx="{coord(across)}" cy="{coord(up)}" '
             f'r="{fine(RADIUS + 2 * mark)}" fill="{INK if mark else BLUE}" stroke="#ffffff" '
             f'stroke-width="1.2"><title>{escape(title)}</title></circle>'
         )

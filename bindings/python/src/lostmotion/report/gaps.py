@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lostmotion.model import Clearances, DesignModel
-from lostmotion.report.chart import Axes, limits
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.chart import Axes, axis_range
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import BLUE, ORANGE, PAPER, RED, SMALL_SIZE, SOFT, Array, Drawing, signs
 from lostmotion.units import ARCMIN
 
@@ -149,7 +149,7 @@ def gaps_figure(data: Gaps) -> Figure:
         f"Side clearances of {data.name}",
         signs(caption),
         lambda width: draw_gaps(data, width),
-        Table(
+        FigureData(
             "clearances",
             {
                 "section": [int(s) for s in table.section],
@@ -211,7 +211,7 @@ def draw_gaps(data: Gaps, width: float) -> str:
         drawing,
         (left, second, width - left - right, lower),
         span,
-        limits([*values.tolist(), data.rigid_tip_mm], 0.12),
+        axis_range([*values.tolist(), data.rigid_tip_mm], 0.12),
     )
     below.frame(
         f"angle from the {data.axis}, degrees",

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lostmotion.report.chart import Axes, round_up
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import BLUE, FAINT, INK, ORANGE, SMALL_SIZE, SOFT, Drawing
-from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, rounded, words
+from lostmotion.report.wording import NOISE_FLOOR, NOISE_FLOOR_IS, with_zeros, words
 
 FLOOR = "#e3e5e8"
 
@@ -33,7 +33,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
         "second number on runs that the fit has not seen. The grey band is the "
         f"{NOISE_FLOOR}: {NOISE_FLOOR_IS}.",
         lambda width: draw_ladder(rungs, floor_arcsec, width),
-        Table(
+        FigureData(
             "error_ladder",
             {
                 "effects": [" + ".join(["base", *rung["effects"]]) for rung in rungs],
@@ -61,7 +61,7 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: 
     drawing.rectangle(left, top, end - left, height, FLOOR)
     axes.frame("", "", ticks=(width / 110, 0.0))
     # Under the numbers beside the bars too: in the workbench the axis alone is too short for it.
-    under = f"rms, arcsec (grey: noise floor {rounded(floor_arcsec)})"
+    under = f"rms, arcsec (grey: noise floor {with_zeros(floor_arcsec)})"
     drawing.text(width - left, top + height + 34, under, size=SMALL_SIZE, anchor="end")
     drawing.line((end, top, end, top + height), FAINT, 1.0, "3 3")
     for i, rung in enumerate(rungs):
@@ -72,7 +72,7 @@ def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: 
         drawing.text(left + 4, y + 15, step_name(rungs, i), size=SMALL_SIZE, halo=True)
         drawing.rectangle(left, y + 21, max(fitted - left, 1.0), 12, ink)
         drawing.dots([(held, y + 27)], 4.0, "#ffffff", INK, 1.4)
-        numbers = f"{rounded(rung['rms_arcsec'])} / {rounded(rung['rms_heldout_arcsec'])}"
+        numbers = f"{with_zeros(rung['rms_arcsec'])} / {with_zeros(rung['rms_heldout_arcsec'])}"
         drawing.text(max(fitted, held) + 9, y + 31, numbers, size=SMALL_SIZE, weight="600")
     drawing.line((left, top, left, top + height), SOFT)
     return drawing.render()

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from lostmotion.compare import REPEATABILITY, Comparison
-from lostmotion.report.chart import Axes, limits, nice_step
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.chart import Axes, axis_range, nice_step
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
     BLUE,
     FAINT,
@@ -21,7 +21,7 @@ from lostmotion.report.svg import (
     shortened,
     text_width,
 )
-from lostmotion.report.wording import chance, rounded, words
+from lostmotion.report.wording import chance, with_zeros, words
 from lostmotion.units import ARCMIN, ARCSEC
 
 MEASURED, MODEL = SOFT, ORANGE
@@ -68,7 +68,7 @@ def groups(result: Comparison) -> list[list[int]]:
     return [group[:RUNS_SHOWN] for group in found]
 
 
-def unit_of(result: Comparison) -> tuple[float, str]:
+def error_unit(result: Comparison) -> tuple[float, str]:
     """Unit for errors: arcsec, or arcmin where they are large."""
     large = result.as_it_stands_rms_rad / ARCSEC >= ARCSEC_MOST
     return (ARCMIN, "arcmin") if large else (ARCSEC, "arcsec")
@@ -78,15 +78,15 @@ def loops_figure(result: Comparison, name: str) -> Figure:
     """Make the figure of the loops and what the model leaves of them."""
     shown = groups(result)
     drawn = sum(len(group) for group in shown)
-    unit, unit_name = unit_of(result)
+    unit, unit_name = error_unit(result)
     left_out = len(result.campaign.runs) - drawn
     caption = (
         "Measured lost motion (grey) and the fitted base model (orange) against torque, each run "
         "about its own zero; beneath, measured minus model on the same axis, with the "
-        f"{REPEATABILITY} of ±{rounded(result.noise.floor_rad / unit)} {unit_name} as a grey band "
-        f"({result.noise.parts}). "
-        f"rms {rounded(result.rms_rad / unit)} {unit_name}, on runs that the fit has not seen "
-        f"{rounded(result.heldout_rms_rad / unit)} {unit_name}; friction "
+        f"{REPEATABILITY} of ±{with_zeros(result.noise.floor_rad / unit)} {unit_name} as a grey "
+        f"band ({result.noise.parts}). "
+        f"rms {with_zeros(result.rms_rad / unit)} {unit_name}, on runs that the fit has not seen "
+        f"{with_zeros(result.heldout_rms_rad / unit)} {unit_name}; friction "
         f"{WHERE[result.friction]} the elasticity."
     )
     if left_out:
@@ -96,7 +96,7 @@ def loops_figure(result: Comparison, name: str) -> Figure:
         f"Measured loops of {name} against the model",
         caption,
         lambda width: draw_loops(result, name, width),
-        Table(
+        FigureData(
             "loops",
             {
                 "run": [labels[i] for i in result.run_of],
@@ -157,17 +157,20 @@ def _loop_panels(
     strip: float,
 ) -> None:
     x, y, width = place
-    unit, unit_name = unit_of(result)
+    unit, unit_name = error_unit(result)
     at = [slice(result.starts[i], result.starts[i + 1]) for i in group]
     torque = [result.torque_Nm[a] for a in at]
     measured = [result.measured_rad[a] / ARCMIN for a in at]
     residual = [result.residual_rad[a] / unit for a in at]
     every = np.concatenate(torque)
-    across = limits([float(every.min()), float(every.max())], 0.03)
+    across = axis_range([float(every.min()), float(every.max())], 0.03)
     modelled = [m - r * unit / ARCMIN for m, r in zip(measured, residual, strict=True)]
     angles = np.concatenate(measured + modelled)
     axes = Axes(
-        drawing, (x, y, width, height), across, limits([float(angles.min()), float(angles.max())])
+        drawing,
+        (x, y, width, height),
+        across,
+        axis_range([float(angles.min()), float(angles.max())]),
     )
     axes.frame("", LOST_MOTION, x_numbers=False)
     axes.open()
@@ -212,7 +215,7 @@ def failures_figure(result: Comparison, name: str) -> Figure:
         f"Where the model of {name} fails",
         caption,
         lambda width: draw_failures(result, name, width),
-        Table(
+        FigureData(
             "where_it_fails",
             {
                 "covariate": [f.covariate for f in failures],

@@ -10,15 +10,15 @@ import numpy.typing as npt
 
 from lostmotion.branches import directions
 from lostmotion.effects.conditions import Conditions
-from lostmotion.report.chart import Axes, label, limits, nice_step
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.chart import Axes, axis_range, nice_step, tick_label
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
     INK,
     SMALL_SIZE,
     SOFT,
     TEAL,
     Drawing,
-    number,
+    coord,
     text_width,
 )
 from lostmotion.report.wording import written
@@ -163,7 +163,7 @@ def cell_text(of: Map, cell: int) -> str:
     return text + (": too few samples" if np.isnan(mean) else f": mean {mean:+.2f} arcsec")
 
 
-def colour(value: float, most: float) -> str:
+def diverging_colour(value: float, most: float) -> str:
     """Blue below zero, orange above, white at it."""
     share = min(abs(value) / most, 1.0) if most > 0 else 0.0
     full = (0x00, 0x77, 0xBB) if value < 0 else (0xEE, 0x77, 0x33)
@@ -186,7 +186,7 @@ def map_figure(data: Residuals, covariate: str) -> Figure:
         "Beneath, the mean along the quantity for either sign of the torque; the grey band is the "
         f"{data.against}.",
         lambda width: draw_map(of, width) + draw_profile(data, covariate, width),
-        Table(
+        FigureData(
             f"residual_by_{covariate}",
             {
                 "torque_from_Nm": of.torque_edges[i],
@@ -219,11 +219,11 @@ def draw_map(of: Map, width: float, picked: int | None = None, most: float | Non
         for i in range(ACROSS):
             value = of.mean[j, i]
             cell = j * ACROSS + i
-            empty = bool(np.isnan(value))
+            paper = "#f4f5f6" if np.isnan(value) else diverging_colour(float(value), end)
             x, y = left + i * w, top + height - (j + 1) * h
             drawing.add(
-                f'<rect data-cell="{cell}" x="{number(x)}" y="{number(y)}" width="{number(w)}" '
-                f'height="{number(h)}" fill="{"#f4f5f6" if empty else colour(float(value), end)}" '
+                f'<rect data-cell="{cell}" x="{coord(x)}" y="{coord(y)}" width="{coord(w)}" '
+                f'height="{coord(h)}" fill="{paper}" '
                 f'stroke="#ffffff" stroke-width="1"><title>{escape(cell_text(of, cell))}</title>'
                 "</rect>"
             )
@@ -235,7 +235,7 @@ def draw_map(of: Map, width: float, picked: int | None = None, most: float | Non
         drawing.text(
             left - 7,
             float(axes.y(j + 0.5)) + 4,
-            label(middle, nice_step(step, 4)) if abs(middle) < 1e5 else written(middle, 2),
+            tick_label(middle, nice_step(step, 4)) if abs(middle) < 1e5 else written(middle, 2),
             anchor="end",
             size=SMALL_SIZE,
             fill=SOFT,
@@ -243,8 +243,8 @@ def draw_map(of: Map, width: float, picked: int | None = None, most: float | Non
     if picked is not None:
         j, i = divmod(picked, ACROSS)
         drawing.add(
-            f'<rect x="{number(left + i * w)}" y="{number(top + height - (j + 1) * h)}" '
-            f'width="{number(w)}" height="{number(h)}" fill="none" stroke="{INK}" '
+            f'<rect x="{coord(left + i * w)}" y="{coord(top + height - (j + 1) * h)}" '
+            f'width="{coord(w)}" height="{coord(h)}" fill="none" stroke="{INK}" '
             'stroke-width="2.4" pointer-events="none"/>'
         )
     _colour_key(drawing, end, width, (top, height), wide=wide)
@@ -266,7 +266,7 @@ def _colour_key(
                 (width - 80) / 20 + 0.5,
                 10.0,
             )
-        drawing.rectangle(x, y, w, h, colour(share * end, end))
+        drawing.rectangle(x, y, w, h, diverging_colour(share * end, end))
     digits = 0 if end >= 10 else 1 if end >= 1 else 2
     for share in (-1, 0, 1):
         text = f"{share * end:+.{digits}f}".replace("-", "−") if share else "0"
@@ -316,7 +316,7 @@ def draw_profile(data: Residuals, covariate: str, width: float) -> str:
     axes = Axes(
         drawing,
         (left, top, width - left - right, height),
-        limits([float(values.min()), float(values.max())], 0.03),
+        axis_range([float(values.min()), float(values.max())], 0.03),
         (-most, most),
     )
     y0, y1 = float(axes.y(data.floor_arcsec)), float(axes.y(-data.floor_arcsec))

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.report.chart import Axes, limits, nice_step
+from lostmotion.report.chart import Axes, axis_range, nice_step
 from lostmotion.report.loops import LOOP_LEAST
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
     BLUE,
     GRID,
@@ -24,7 +24,7 @@ from lostmotion.report.svg import (
     shortened,
     text_width,
 )
-from lostmotion.report.wording import rounded
+from lostmotion.report.wording import with_zeros
 from lostmotion.units import ARCMIN, ARCSEC
 
 IntArray = npt.NDArray[np.intp]
@@ -89,7 +89,7 @@ class Overlay:
             self.model.append([(measured - left[at]) * ARCSEC / ARCMIN for left in self.left])
         self.runs = c.runs
 
-    def table(self) -> Table:
+    def table(self) -> FigureData:
         """Return the numbers behind the picture."""
         columns: dict[str, list[object]] = {
             "run": [label for label, t in zip(self.labels, self.torque, strict=True) for _ in t],
@@ -101,7 +101,7 @@ class Overlay:
         for k, name in enumerate(("base", "base_and_effects")[: len(self.left)]):
             columns[f"{name}_arcmin"] = [x for m in self.model for x in m[k]]
             columns[f"{name}_residual_arcsec"] = [x for r in self.residual for x in r[k]]
-        return Table("runs", columns)
+        return FigureData("runs", columns)
 
 
 def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[IntArray]]:
@@ -132,7 +132,7 @@ def overlay_figure(
     caption += " against torque, or against the generator's angle where the torque stood still. "
     caption += (
         f"Beneath each what is left of it, in arcsec; the grey band is the noise floor, ±"
-        f"{rounded(floor_arcsec)} arcsec. "
+        f"{with_zeros(floor_arcsec)} arcsec. "
     )
     if data.runs > len(data.shown):
         caption += (
@@ -190,10 +190,10 @@ def _panel(
     x, y, width = place
     high, strip = size
     places, name = data.across[i]
-    across = limits([float(places.min()), float(places.max())], 0.03)
+    across = axis_range([float(places.min()), float(places.max())], 0.03)
     every = np.concatenate([data.measured[i], *data.model[i]])
     axes = Axes(
-        drawing, (x, y, width, high), across, limits([float(every.min()), float(every.max())])
+        drawing, (x, y, width, high), across, axis_range([float(every.min()), float(every.max())])
     )
     axes.frame("", "arcmin", x_numbers=False, ticks=(width / 60, high / 45))
     room = width - text_width("arcmin", SMALL_SIZE)

@@ -33,7 +33,7 @@ CSV_DIGITS = 10
 
 
 @dataclass(frozen=True)
-class Table:
+class FigureData:
     """Numbers behind a picture: columns of one length, named with their unit.
 
     Attributes
@@ -86,17 +86,17 @@ class Figure:
         What it shows, and how to read it. Plain text.
     draw : callable
         Gives the SVG for a width.
-    table : Table
+    table : FigureData
     """
 
     title: str
     caption: str
     draw: Callable[[float], str]
-    table: Table
+    table: FigureData
 
 
 @dataclass(frozen=True)
-class Rows:
+class PageTable:
     """A table on the page.
 
     Attributes
@@ -149,7 +149,7 @@ class Section:
     title: str
     lead: str
     facts: list[tuple[str, str]] = field(default_factory=list)
-    blocks: list[Figure | Rows | Notes | Raw] = field(default_factory=list)
+    blocks: list[Figure | PageTable | Notes | Raw] = field(default_factory=list)
     sources: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -188,7 +188,7 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
             if isinstance(block, Figure):
                 figures += 1
                 out.append(_figure(block, figures))
-            elif isinstance(block, Rows):
+            elif isinstance(block, PageTable):
                 out.append(rows_html(block))
             elif isinstance(block, Raw):
                 out.append(block.html)
@@ -228,7 +228,7 @@ def _figure(figure: Figure, number: int) -> str:
     )
 
 
-def rows_html(rows: Rows) -> str:
+def rows_html(rows: PageTable) -> str:
     """Write a table."""
 
     def cells(row: Sequence[str], tag: str) -> str:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from lostmotion.branches import directions
 from lostmotion.compare.loops import branch_blocks
 from lostmotion.effects.conditions import Conditions
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import GRID, INK, SMALL_SIZE, SOFT, Array, Drawing
 from lostmotion.report.wording import NOISE_FLOOR, angle_text, written
 
@@ -70,7 +70,7 @@ class Grid:
         return mean.reshape(shape), t.reshape(shape)
 
 
-def quantities(c: Conditions) -> list[tuple[str, str, Array]]:
+def varying_quantities(c: Conditions) -> list[tuple[str, str, Array]]:
     """Quantities that vary in a campaign, with their unit; angles within one turn, in degrees."""
     found: list[tuple[str, str, Array]] = []
     for name, unit, column in (
@@ -100,7 +100,7 @@ def make_grids(c: Conditions) -> list[Grid]:
     torque_edges = np.linspace(float(c.torque.min()), float(c.torque.max()), ACROSS + 1)
     across = bins_of(c.torque, torque_edges)
     grids = []
-    for name, unit, values in quantities(c):
+    for name, unit, values in varying_quantities(c):
         edges = edges_of(values)
         cell = (direction * (edges.size - 1) + bins_of(values, edges)) * ACROSS + across
         grids.append(Grid(name, unit, torque_edges, edges, cell.astype(np.intp), stretch))
@@ -190,7 +190,7 @@ def grids_figure(
         f"Where the model of {name} misses",
         caption,
         lambda width: draw_maps(grids, made, labels, scale, name, width),
-        Table("residual_grids", rows),
+        FigureData("residual_grids", rows),
     )
 
 
@@ -252,7 +252,7 @@ def _map(
             value = means[u, a]
             if not np.isfinite(value):
                 continue
-            fill = GRID if abs(t[u, a]) < CLEAR_T else colour(value / scale)
+            fill = GRID if abs(t[u, a]) < CLEAR_T else residual_colour(value / scale)
             drawing.rectangle(x + a * w, y + (up - 1 - u) * h, w + 0.3, h + 0.3, fill)
     for ends in (
         (x, y, x + width, y),
@@ -263,7 +263,7 @@ def _map(
         drawing.line(ends, INK, 0.6)
 
 
-def colour(share: float) -> str:
+def residual_colour(share: float) -> str:
     """Colour of a mean residual over the largest one, from white to the full colour."""
     strength = min(abs(share), 1.0) ** 0.7
     full = WARM if share > 0 else COLD

@@ -15,17 +15,17 @@ from lostmotion.drives import Drive
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
 from lostmotion.report.characterization import figures_table
-from lostmotion.report.contributions import Contributions, contributions_figure, torques
+from lostmotion.report.contributions import Contributions, contributions_figure, picture_torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
-from lostmotion.report.loops import WHERE, failures_figure, loops_figure, unit_of
-from lostmotion.report.page import Notes, Rows, Section
+from lostmotion.report.loops import WHERE, error_unit, failures_figure, loops_figure
+from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import file_fingerprint, sources_of
 from lostmotion.report.stages import collect_stages, stages_figure, stages_table
 from lostmotion.report.svg import signs
 from lostmotion.report.teeth import teeth_figure
 from lostmotion.report.tolerances import Tolerances, tolerances_figure
-from lostmotion.report.wording import grouped, rounded, words, written
+from lostmotion.report.wording import grouped, with_zeros, words, written
 from lostmotion.units import ARCMIN, ARCSEC
 
 NOTHING = 1e-9
@@ -88,7 +88,7 @@ def _facts(data: Contributions, answer: dict[str, Any]) -> list[tuple[str, str]]
         ),
         (
             "stiffness at rated torque",
-            f"{rounded(_at(answer, 'stiffness_Nm_per_rad', rated) / 1e3)}·10³ N·m/rad",
+            f"{with_zeros(_at(answer, 'stiffness_Nm_per_rad', rated) / 1e3)}·10³ N·m/rad",
         ),
     ]
 
@@ -103,7 +103,7 @@ def _catalogue_section(drive: Drive) -> Section:
     sheet = drive.catalogue
     assert sheet is not None
     ends = np.array([sheet.T1_Nm, sheet.T2_Nm])
-    answer = predict(drive, torques(drive.rated_torque_Nm, ends))
+    answer = predict(drive, picture_torques(drive.rated_torque_Nm, ends))
     data = _contributions(drive, answer)
     facts = _facts(data, answer)
     for name, key in (("hysteresis loss", "hysteresis"), ("lost motion", "lost_motion")):
@@ -125,7 +125,7 @@ def _catalogue_section(drive: Drive) -> Section:
 
 def _design_section(drive: Drive, phase_rad: float) -> Section:
     model = design_model(drive)
-    answer = predict(drive, torques(drive.rated_torque_Nm), phase_rad)
+    answer = predict(drive, picture_torques(drive.rated_torque_Nm), phase_rad)
     data = _contributions(drive, answer)
     gaps = collect_gaps(model, drive.name, phase_rad)
     stages = collect_stages(model, drive.name, phase_rad)
@@ -206,7 +206,7 @@ def _tolerances(model: DesignModel, drive: Drive, answer: dict[str, Any]) -> Tol
     )
 
 
-def tolerance_table(answer: dict[str, Any]) -> Rows:
+def tolerance_table(answer: dict[str, Any]) -> PageTable:
     """List the tolerance limits."""
     gap, lost = answer["tolerance_um"], answer["tolerance_lost_motion_arcmin"]
     names = dict(zip(LIMITS, ("least", "greatest") * 2, strict=True))
@@ -219,7 +219,7 @@ def tolerance_table(answer: dict[str, Any]) -> Rows:
         )
         for key in LIMITS
     ]
-    return Rows(
+    return PageTable(
         "Tolerance limits",
         ("limit", "", "radial gap, µm", "lost motion in one direction, arcmin"),
         rows,
@@ -227,7 +227,7 @@ def tolerance_table(answer: dict[str, Any]) -> Rows:
     )
 
 
-def budget_table(budget: Sequence[dict[str, Any]]) -> Rows:
+def budget_table(budget: Sequence[dict[str, Any]]) -> PageTable:
     """List the tolerances with what each takes of the limits."""
     rows = [
         (
@@ -241,7 +241,7 @@ def budget_table(budget: Sequence[dict[str, Any]]) -> Rows:
         )
         for link in budget
     ]
-    return Rows(
+    return PageTable(
         "Tolerance budget",
         ("tolerance", "zone", "influence", "lower, µm", "upper, µm", "worst, %", "probable, %"),
         rows,
@@ -251,7 +251,7 @@ def budget_table(budget: Sequence[dict[str, Any]]) -> Rows:
     )
 
 
-def checks_table(checks: Sequence[Check]) -> Rows:
+def checks_table(checks: Sequence[Check]) -> PageTable:
     """List the checks of a design with their margins; pass and fail by word and sign."""
     rows = []
     for check in checks:
@@ -275,7 +275,7 @@ def checks_table(checks: Sequence[Check]) -> Rows:
                 word,
             )
         )
-    return Rows(
+    return PageTable(
         "Checks",
         ("check", "value", "limit", "margin", "unit", "result"),
         rows,
@@ -287,10 +287,10 @@ def checks_table(checks: Sequence[Check]) -> Rows:
 def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | Path]) -> Section:
     """Say how well the model of a drive fits recordings, and where it fails."""
     answer = result.answer()
-    unit, unit_name = unit_of(result)
+    unit, unit_name = error_unit(result)
 
     def shown(arcsec: float) -> str:
-        return f"{rounded(arcsec * ARCSEC / unit)} {unit_name}"
+        return f"{with_zeros(arcsec * ARCSEC / unit)} {unit_name}"
 
     facts = [
         ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
@@ -320,7 +320,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
         section.blocks.append(Notes("About the data", answer["findings"]))
     section.blocks.append(loops_figure(result, drive.name))
     section.blocks.append(
-        Rows(
+        PageTable(
             "Error by run",
             ("run", "samples", f"rms, {unit_name}", f"held out, {unit_name}"),
             [
@@ -354,7 +354,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     return section
 
 
-def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
+def _fitted_tables(answer: dict[str, Any]) -> list[PageTable]:
     parameters = answer["parameters"]
     ends = [0.0, *parameters["knot_Nm"]]
     stretches = [
@@ -372,14 +372,14 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
     ]
     envelope, knee = parameters["play_envelope_Nm"], parameters["play_envelope_knee_Nm"]
     return [
-        Rows(
+        PageTable(
             f"Fitted compliance by torque, in {len(stretches)} stretches",
             ("torque, N·m", "compliance, arcmin/(N·m)"),
             stretches,
             (0, 1),
             folded=True,
         ),
-        Rows(
+        PageTable(
             "Fitted friction",
             (
                 "half width of the play, N·m",
@@ -389,7 +389,7 @@ def _fitted_tables(answer: dict[str, Any]) -> list[Rows]:
             plays,
             (0, 1, 2),
         ),
-        Rows(
+        PageTable(
             "What the plays follow: an envelope of the torque",
             (
                 "further than the torque, N·m",

@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.model import DesignModel
 from lostmotion.report.chart import Axes
 from lostmotion.report.gaps import BACKWARD, FORWARD
-from lostmotion.report.page import Figure, Rows, Table
+from lostmotion.report.page import Figure, FigureData, PageTable
 from lostmotion.report.svg import PAPER, SMALL_SIZE, SOFT, Drawing, signs, text_width
 from lostmotion.units import ARCMIN
 
@@ -18,7 +18,7 @@ EVENTS_SHOWN = 14
 
 
 @dataclass(frozen=True)
-class Event:
+class FlankEvent:
     """A pair of flanks begins or ceases to carry on the way up from rest."""
 
     torque_Nm: float
@@ -36,17 +36,17 @@ class Stages:
 
     Attributes
     ----------
-    at_rest : list of Event
+    at_rest : list of FlankEvent
         Pairs that carry without load, as events at torque 0.
-    events : list of Event
+    events : list of FlankEvent
         In the order in which they happen.
     """
 
     name: str
     phase_rad: float
     rated_torque_Nm: float
-    at_rest: list[Event]
-    events: list[Event]
+    at_rest: list[FlankEvent]
+    events: list[FlankEvent]
     limit_deg: float
 
     def carrying(self, torque_Nm: float) -> set[tuple[int, int, int]]:
@@ -83,9 +83,9 @@ def collect_stages(model: DesignModel, name: str, phase_rad: float = 0.0) -> Sta
     table = model.clearances(phase_rad)
     angles = np.degrees(table.angle_rad[table.section == 0])
 
-    def event(contact: int, torque_Nm: float, angle_rad: float, joined: bool) -> Event:
+    def event(contact: int, torque_Nm: float, angle_rad: float, joined: bool) -> FlankEvent:
         pair = workspace.contacts[contact]
-        return Event(
+        return FlankEvent(
             torque_Nm,
             angle_rad / ARCMIN,
             float(angles[pair.tooth]),
@@ -129,7 +129,7 @@ def stages_figure(data: Stages) -> Figure:
         f"Stages of take-up of {data.name}",
         caption,
         lambda width: draw_stages(data, width),
-        Table(
+        FigureData(
             "stages",
             {
                 "torque_Nm": [e.torque_Nm for e in rows],
@@ -206,7 +206,7 @@ def _spells(data: Stages, pair: tuple[int, int, int], reach: float) -> list[tupl
     return spells
 
 
-def stages_table(data: Stages) -> Rows:
+def stages_table(data: Stages) -> PageTable:
     """List the first stages."""
     events = [*data.at_rest, *data.events]
     rows = []
@@ -224,7 +224,7 @@ def stages_table(data: Stages) -> Rows:
             )
         )
     left = len(events) - len(rows)
-    return Rows(
+    return PageTable(
         "Stages of take-up",
         (
             "torque, N·m",

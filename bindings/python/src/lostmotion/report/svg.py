@@ -68,7 +68,7 @@ def abridged(names: Sequence[str]) -> list[str]:
     return ["…" * (first > 0) + name + "…" * (last > 0) for name in inner]
 
 
-def number(value: float) -> str:
+def coord(value: float) -> str:
     """Write a coordinate: a tenth of a pixel is enough."""
     return f"{value:.1f}".removesuffix(".0").replace("-0.0", "0")
 
@@ -172,10 +172,10 @@ class Drawing:
 
     def open_window(self, x: float, y: float, width: float, height: float) -> None:
         """Clip everything up to `close_window` to a rectangle; coordinates stay."""
-        box = " ".join(number(v) for v in (x, y, width, height))
+        box = " ".join(coord(v) for v in (x, y, width, height))
         self.add(
-            f'<svg x="{number(x)}" y="{number(y)}" width="{number(width)}" '
-            f'height="{number(height)}" viewBox="{box}">'
+            f'<svg x="{coord(x)}" y="{coord(y)}" width="{coord(width)}" '
+            f'height="{coord(height)}" viewBox="{box}">'
         )
 
     def close_window(self) -> None:
@@ -190,7 +190,7 @@ class Drawing:
         dash: str = "",
     ) -> None:
         """Draw a straight line from ``ends[:2]`` to ``ends[2:]``."""
-        x1, y1, x2, y2 = (number(v) for v in ends)
+        x1, y1, x2, y2 = (coord(v) for v in ends)
         self.add(
             f'<path d="M{x1} {y1}L{x2} {y2}" stroke="{stroke}" stroke-width="{fine(width)}"'
             f"{_dash(dash)}/>"
@@ -240,8 +240,8 @@ class Drawing:
         """Draw a rectangle."""
         edge = "" if stroke == "none" else f' stroke="{stroke}"'
         self.add(
-            f'<rect x="{number(x)}" y="{number(y)}" width="{number(width)}" '
-            f'height="{number(height)}" fill="{fill}"{edge}{_opacity(opacity)}/>'
+            f'<rect x="{coord(x)}" y="{coord(y)}" width="{coord(width)}" '
+            f'height="{coord(height)}" fill="{fill}"{edge}{_opacity(opacity)}/>'
         )
 
     def dots(
@@ -255,7 +255,7 @@ class Drawing:
         """Draw round marks."""
         edge = "" if stroke == "none" else f' stroke="{stroke}" stroke-width="{fine(width)}"'
         r = fine(radius)
-        marks = "".join(f'<circle cx="{number(x)}" cy="{number(y)}" r="{r}"/>' for x, y in points)
+        marks = "".join(f'<circle cx="{coord(x)}" cy="{coord(y)}" r="{r}"/>' for x, y in points)
         if marks:
             self.add(f'<g fill="{fill}"{edge}>{marks}</g>')
 
@@ -287,7 +287,7 @@ class Drawing:
         extra += f' font-weight="{weight}"' if weight else ""
         if halo:
             extra += f' paint-order="stroke" stroke="{PAPER}" stroke-width="3.5"'
-        self.add(f'<text x="{number(x)}" y="{number(y)}"{extra}>{rich(text)}</text>')
+        self.add(f'<text x="{coord(x)}" y="{coord(y)}"{extra}>{rich(text)}</text>')
 
     def arrow(
         self, ends: Sequence[float], stroke: str = INK, width: float = 1.2, *, both: bool = False
@@ -306,10 +306,10 @@ class Drawing:
 
     def render(self) -> str:
         """Return the SVG element."""
-        size = f"{number(self.width)} {number(self.height)}"
+        size = f"{coord(self.width)} {coord(self.height)}"
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size}" '
-            f'width="{number(self.width)}" height="{number(self.height)}" role="img" '
+            f'width="{coord(self.width)}" height="{coord(self.height)}" role="img" '
             f'font-family="{FONT}" font-size="{fine(TEXT_SIZE)}" fill="{INK}">'
             f"<title>{escape(self.title, quote=False)}</title>" + "".join(self.elements) + "</svg>"
         )

@@ -19,7 +19,7 @@ from lostmotion.report.mesh import (
     rigid_shape,
     touch_place,
 )
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
     BLUE,
     INK,
@@ -292,7 +292,7 @@ def teeth_figure(
         f"Meshing teeth of {name}",
         caption,
         lambda width: draw_teeth(mesh, touches, name, width),
-        Table(
+        FigureData(
             "teeth",
             {
                 "angle_deg": [math.degrees(t.angle_rad) for t, _ in rows],

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lostmotion.report.chart import Axes, label, nice_step, round_up, ticks_between
-from lostmotion.report.page import Figure, Table
+from lostmotion.report.chart import Axes, nice_step, round_up, tick_label, ticks_between
+from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import BLUE, INK, PAPER, SMALL_SIZE, SOFT, Drawing
 
 
@@ -43,7 +43,7 @@ def tolerances_figure(data: Tolerances) -> Figure:
         f"Tolerance limits of {data.name}",
         caption,
         lambda width: draw_tolerances(data, width),
-        Table(
+        FigureData(
             "tolerances",
             {
                 "limit": list(kinds),
@@ -69,7 +69,9 @@ def draw_tolerances(data: Tolerances, width: float) -> str:
     for value in ticks_between(0.0, angle, step):
         at = float(axes.x(value / data.arcmin_per_um))
         drawing.line((at, top, at, top - 4), SOFT)
-        drawing.text(at, top - 9, label(value, step), anchor="middle", size=SMALL_SIZE, fill=SOFT)
+        drawing.text(
+            at, top - 9, tick_label(value, step), anchor="middle", size=SMALL_SIZE, fill=SOFT
+        )
     drawing.text(
         width - right,
         top - 30,

@@ -71,7 +71,7 @@ def written(value: float, digits: int = 3) -> str:
     return signs(grouped(plain_number(value, digits)))
 
 
-def rounded(value: float, digits: int = 3) -> str:
+def with_zeros(value: float, digits: int = 3) -> str:
     """Write a number as `written` does, with the zeros at its end: 1.50 stands beside 1.66."""
     size = float(f"{value:.{digits}g}")
     if not SMALLEST <= abs(size) < LARGEST:
@@ -153,7 +153,7 @@ NOT_FITTED = "a limit, not fitted"
 """Said of a value that only says how far an effect can go, and is left as it is."""
 
 
-def quantities(
+def named_numbers(
     values: Mapping[str, float], at_bound: Sequence[str] = (), not_fitted: Sequence[str] = ()
 ) -> list[str]:
     """Write the named numbers that are not nothing or stand at a bound, and which do."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from nicegui import ui
 
-from lostmotion.design import Result, search
+from lostmotion.design import SearchResult, search
 from lostmotion.design.engine import figures
 from lostmotion.design.report import limit_name, margin_unit
 from lostmotion.design.spec import read_spec
@@ -20,11 +20,11 @@ from lostmotion.drives import format_toml
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.files import check_plain, is_inside, write_whole
 from lostmotion.report.front import axis_name, draw_front
-from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
+from lostmotion.report.page import NARROW, WIDE, PageTable, rows_html
 from lostmotion.report.svg import signs
 from lostmotion.report.wording import written
 from lostmotion.workbench.bench import Bench
-from lostmotion.workbench.disclosure import told
+from lostmotion.workbench.disclosure import public_message
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import LOG, Work
 
@@ -46,7 +46,7 @@ class Search:
         Of the objectives.
     seen : dict or None
         The last progress.
-    result : Result or None
+    result : SearchResult or None
         Of the last search that ended or was stopped.
     """
 
@@ -57,7 +57,7 @@ class Search:
         self.names: tuple[str, ...] = ()
         self.units: tuple[str, ...] = ()
         self.seen: dict[str, Any] | None = None
-        self.result: Result | None = None
+        self.result: SearchResult | None = None
         self.message = ""
         self.running = False
         self.version = 0
@@ -97,7 +97,7 @@ class Search:
             )
             self.message = self.result.note
         except LostMotionError as error:
-            self.message = told(error)
+            self.message = public_message(error)
         except Exception as error:
             LOG.exception("the search failed")
             self.message = f"{type(error).__name__}; the terminal says more"
@@ -298,11 +298,15 @@ class DesignPanel(Panel):
             ]
             with ui.element("div").classes("two"):
                 self.html(
-                    rows_html(Rows(f"Design {self.picked + 1}", ("objective", "value"), rows, (1,)))
+                    rows_html(
+                        PageTable(f"Design {self.picked + 1}", ("objective", "value"), rows, (1,))
+                    )
                 )
                 self.html(
                     rows_html(
-                        Rows("Margins, the tightest first", ("limit", "margin", ""), margins, (1,))
+                        PageTable(
+                            "Margins, the tightest first", ("limit", "margin", ""), margins, (1,)
+                        )
                     )
                 )
             with ui.element("div").classes("line"):

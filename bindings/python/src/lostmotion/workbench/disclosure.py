@@ -20,7 +20,7 @@ COLUMN = re.compile(rf"(?:^|[^a-z])(?:{'|'.join(sorted(QUANTITIES))})_[a-z]", re
 """A column of a recording, with its unit."""
 
 
-def told(error: LostMotionError) -> str:
+def public_message(error: LostMotionError) -> str:
     """Return the message of an error, or a plain one where it would quote a file of another kind.
 
     A page can be made to name any file that its user can read: a key, a password list. What it

@@ -9,14 +9,14 @@ from lostmotion.report.page import (
     NARROW,
     WIDE,
     Figure,
+    FigureData,
     Notes,
     Section,
-    Table,
     facts_html,
     notes_html,
     rows_html,
 )
-from lostmotion.report.page import Rows as TableRows
+from lostmotion.report.page import PageTable as TableRows
 
 
 @dataclass
@@ -33,7 +33,7 @@ class Rendered:
     """
 
     html: str = ""
-    tables: dict[str, Table] = field(default_factory=dict)
+    tables: dict[str, FigureData] = field(default_factory=dict)
     pictures: dict[str, str] = field(default_factory=dict)
 
 

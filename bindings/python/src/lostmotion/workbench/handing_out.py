@@ -12,7 +12,7 @@ from nicegui import ui
 
 from lostmotion.errors import LostMotionError, one_line
 from lostmotion.export import PROFILES, SETTINGS, Profile
-from lostmotion.report.page import Rows, rows_html
+from lostmotion.report.page import PageTable, rows_html
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, field
@@ -63,7 +63,7 @@ class ExportPanel(Panel):
             limits = {**self.answer["limits"], **self.answer["watch"]}
             rows = [(name.replace("_", " "), f"{value:.6g}") for name, value in limits.items()]
             self.html(
-                rows_html(Rows("Limits of the correction", ("limit", "value"), rows, (1,)))
+                rows_html(PageTable("Limits of the correction", ("limit", "value"), rows, (1,)))
                 + "".join(f'<p class="small">{escape(note)}</p>' for note in self.answer["notes"])
             )
 

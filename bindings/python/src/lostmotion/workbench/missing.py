@@ -14,9 +14,9 @@ from lostmotion import rules
 from lostmotion.report.discovery import detectable_rows, verdict_sentence
 from lostmotion.report.evidence import draw_dots
 from lostmotion.report.ladder import ladder_figure
-from lostmotion.report.page import NARROW, WIDE, Rows, rows_html
+from lostmotion.report.page import NARROW, WIDE, PageTable, rows_html
 from lostmotion.report.svg import signs
-from lostmotion.report.wording import quantities, words
+from lostmotion.report.wording import named_numbers, words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel, action, field
 from lostmotion.workbench.work import Work
@@ -99,7 +99,7 @@ class EffectsPanel(Panel):
         lines = [capitalized(effect.mechanism)]
         if not entry["testable"]:
             lines.append(entry.get("reason") or "not testable")
-        elif known := quantities(
+        elif known := named_numbers(
             entry.get("parameters") or {},
             entry.get("at_bound") or (),
             entry.get("not_fitted") or (),
@@ -216,7 +216,7 @@ class AlikePanel(Panel):
                     rows.append(("runs for it", f"{int((gain > 0).sum())} of {gain.size}"))
                 with ui.element("div"):
                     self.html(
-                        rows_html(Rows(words(name), ("", ""), rows, (1,)))
+                        rows_html(PageTable(words(name), ("", ""), rows, (1,)))
                         + f'<p class="small">{escape(capitalized(about.mechanism))}.<br>'
                         f"{escape(about.equation)}<br><b>Told apart by:</b> "
                         f"{escape(about.experiment or 'nothing known')}</p>"
@@ -278,7 +278,7 @@ class NextPanel(Panel):
             ]
             head = ("run", "nats", "minutes", "nats a minute")
             between = ", ".join(map(words, ranking["between"]))
-            self.html(rows_html(Rows(f"To decide between {between}", head, rows, (1, 2, 3))))
+            self.html(rows_html(PageTable(f"To decide between {between}", head, rows, (1, 2, 3))))
         if found.smallest_detectable:
             self.html(rows_html(detectable_rows(found.answer())))
 

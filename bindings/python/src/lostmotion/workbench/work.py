@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from lostmotion.errors import LostMotionError
-from lostmotion.workbench.disclosure import told
+from lostmotion.workbench.disclosure import public_message
 
 LOG = logging.getLogger(__name__)
 
@@ -83,7 +83,7 @@ class Work:
         except StoppedError:
             message = f"{self.label}: stopped"
         except LostMotionError as error:
-            message = told(error)
+            message = public_message(error)
         except MemoryError:
             message = f"{self.label}: not enough memory"
         except Exception as error:
