@@ -39,6 +39,10 @@ HOST = ALL[0]
 JOINT = [EXAMPLES / "joint" / f"{name}.c" for name in ("main", "table", "loop", "motion")]
 PLANT = [EXAMPLES / "joint" / f"{name}.c" for name in ("plant", "sine")]
 GLUE = sorted((EXAMPLES / "glue").glob("*.c"))
+COMMISSIONING = [
+    *sorted((EXAMPLES / "commissioning").glob("*.c")),
+    EXAMPLES / "joint" / "sine.c",
+]
 MINIMAL = [EXAMPLES / "minimal" / "main.c"]
 FAULT_EXIT_CODE = 99
 
@@ -98,7 +102,9 @@ def test_joint_keeps_its_bars_and_prints_the_same_as_here(
 
 
 @pytest.mark.parametrize("target", BARE, ids=name_of)
-@pytest.mark.parametrize("sources", [MINIMAL, GLUE], ids=["minimal", "glue"])
+@pytest.mark.parametrize(
+    "sources", [MINIMAL, GLUE, COMMISSIONING], ids=["minimal", "glue", "commissioning"]
+)
 def test_small_examples_run(tmp_path: Path, target: Target, sources: list[Path]) -> None:
     program = build(need(target), sources, tmp_path / "example")
     assert output_of(target, program) == (0, "")

@@ -18,7 +18,14 @@
 #define PI 3.14159265358979323846
 
 void plant_start(plant *joint) {
+  static const plant_make make = {
+      DEAD_RAD,       STIFFNESS,         CUBIC,
+      DAMPING,        BOUC_WEN_NM,       BOUC_WEN_SLOPE,
+      PLANT_ARM_KGM2, PLANT_ROTOR_KGM2,  PLANT_COULOMB_NM,
+      STRIBECK_NM,    PLANT_VISCOUS_NMS, ENCODER_COUNTS * PLANT_RATIO,
+  };
   memset(joint, 0, sizeof *joint);
+  joint->make = make;
   joint->gravity_Nm = PLANT_GRAVITY_NM;
   joint->temperature_C = 20;
 }
@@ -28,49 +35,53 @@ double plant_output(const plant *joint) {
 }
 
 double plant_motor_encoder(const plant *joint) {
-  double count_rad = 2 * PI / (ENCODER_COUNTS * PLANT_RATIO);
+  double count_rad = 2 * PI / joint->make.counts;
   return floor(joint->motor_rad / count_rad) * count_rad;
 }
 
 static double spring(const plant *joint) {
-  double dead = fmax(DEAD_RAD + DEAD_RAD_PER_K * (joint->temperature_C - 20), 0);
+  double dead = fmax(joint->make.dead_rad + DEAD_RAD_PER_K * (joint->temperature_C - 20), 0);
   double beyond = fmax(fabs(joint->twist_rad) - dead, 0);
-  return copysign(STIFFNESS * beyond + CUBIC * beyond * beyond * beyond, joint->twist_rad);
+  return copysign(joint->make.stiffness_Nm_per_rad * beyond +
+                      joint->make.cubic_Nm_per_rad3 * beyond * beyond * beyond,
+                  joint->twist_rad);
 }
 
 static void rub(plant *joint, double turned_rad) {
-  double share = joint->friction_Nm / BOUC_WEN_NM;
+  double share = joint->friction_Nm / joint->make.slip_Nm;
   double resists = share * turned_rad > 0 ? fabs(share) : 0;
-  joint->friction_Nm += BOUC_WEN_SLOPE * turned_rad * (1 - resists);
+  joint->friction_Nm += joint->make.stick_Nm_per_rad * turned_rad * (1 - resists);
 }
 
 static double motor_friction(plant *joint) {
   double v = joint->motor_rad_s;
   double ratio = v / STRIBECK_RAD_S;
-  double g = PLANT_COULOMB_NM + (STRIBECK_NM - PLANT_COULOMB_NM) * exp(-ratio * ratio);
+  double g = joint->make.coulomb_Nm +
+             (joint->make.stribeck_Nm - joint->make.coulomb_Nm) * exp(-ratio * ratio);
   double before = joint->bristle_rad;
   /* Backward in time: stable at any speed. */
   joint->bristle_rad =
       (before + v * PLANT_STEP_S) / (1 + BRISTLE_STIFFNESS * fabs(v) / g * PLANT_STEP_S);
   return BRISTLE_STIFFNESS * joint->bristle_rad +
          BRISTLE_DAMPING * exp(-ratio * ratio) * (joint->bristle_rad - before) / PLANT_STEP_S +
-         PLANT_VISCOUS_NMS * v;
+         joint->make.viscous_Nms * v;
 }
 
 void plant_step(plant *joint, double motor_Nm) {
   double output_rad_s = joint->motor_rad_s + joint->twist_rad_s;
   double load_Nm;
-  joint->shaft_Nm = spring(joint) + joint->friction_Nm + DAMPING * joint->twist_rad_s;
+  joint->shaft_Nm =
+      spring(joint) + joint->friction_Nm + joint->make.damping_Nms * joint->twist_rad_s;
   if (joint->braked) {
     joint->motor_rad_s = 0;
     joint->bristle_rad = 0;
   } else {
     double turning_Nm = motor_Nm + joint->shaft_Nm - motor_friction(joint);
-    joint->motor_rad_s += turning_Nm / PLANT_ROTOR_KGM2 * PLANT_STEP_S;
+    joint->motor_rad_s += turning_Nm / joint->make.rotor_kgm2 * PLANT_STEP_S;
     joint->motor_rad += joint->motor_rad_s * PLANT_STEP_S;
   }
   load_Nm = joint->outside_Nm - joint->gravity_Nm * sin(plant_output(joint)) - joint->shaft_Nm;
-  output_rad_s += load_Nm / PLANT_ARM_KGM2 * PLANT_STEP_S;
+  output_rad_s += load_Nm / joint->make.arm_kgm2 * PLANT_STEP_S;
   joint->twist_rad_s = output_rad_s - joint->motor_rad_s;
   joint->twist_rad += joint->twist_rad_s * PLANT_STEP_S;
   rub(joint, joint->twist_rad_s * PLANT_STEP_S);

@@ -20,7 +20,18 @@
 #define PLANT_RATED_NM 40.0
 #define PLANT_STEP_S 2.5e-5
 
+/* What the joint is made of; plant_start takes that of the numbers above and of plant.c. */
+typedef struct plant_make {
+  double dead_rad; /* half the dead zone at 20 degrees C */
+  double stiffness_Nm_per_rad, cubic_Nm_per_rad3, damping_Nms;
+  double slip_Nm, stick_Nm_per_rad; /* friction of the gear when it slips and when it sticks */
+  double arm_kgm2, rotor_kgm2;
+  double coulomb_Nm, stribeck_Nm, viscous_Nms; /* of the motor */
+  double counts; /* of the motor's encoder over a turn of the output */
+} plant_make;
+
 typedef struct plant {
+  plant_make make;
   double motor_rad, motor_rad_s;
   double twist_rad, twist_rad_s;
   double bristle_rad; /* LuGre */

@@ -1,0 +1,796 @@
+#include "commissioning.h"
+
+#include "../joint/sine.h"
+
+#define PI 3.14159265f
+
+/* Times of the stages. */
+#define STAND_S 1.0f
+#define MOVE_S 1.0f
+#define SETTLE_S 0.5f
+#define MEASURE_S 0.3f
+#define BACK_S 0.3f /* in which the correction of an aborted run returns to zero */
+#define SHAKE_CYCLES 5
+#define SHAKE_RAMP_CYCLES 2
+#define SWEEP_TONES 24
+#define SWEEP_STEP 1.08f /* from tone to tone; a resonance of Q 12 is as wide */
+#define SWEEP_FIRST 2.0f /* first tone over ringing_Hz, which is a fifth of the resonance */
+#define SWEEP_CYCLES 8
+#define SWEEP_RAMP_CYCLES 4
+#define SWEEP_RAD_S2 0.5f
+#define SWEEP_RAD 1e-4f
+
+/* What is judged. Each stands half-way, in its measure, between sound and the mildest fault that is
+ * meant. */
+#define PERIOD_SHARE 0.02f     /* mean; crystals are within 1e-4, a wrong divider is off by 2 */
+#define PERIOD_ONE 0.5f        /* any one tick, as LM_STATE_PERIOD_WRONG */
+#define NOISE_SHARE (1.0f / 3) /* of the acceleration limit, as lostmotion export allows */
+#define STUCK_SHARE 0.5f       /* 1 is sound, 0 is not */
+#define INPUT_SHARE 0.02f      /* of the travel: more than any position loop leaves at rest */
+#define OUTPUT_LOOP_SHARE 0.5f /* 0: the motor stands where it is told; 1: the output does */
+#define OUTPUT_STUCK_SHARE 0.1f
+#define TORQUE_STUCK_SHARE 0.02f /* model over measured */
+#define TORQUE_LEAST 0.25f       /* the same: at light load a data sheet is off by up to 3 */
+#define TORQUE_MOST 2.0f
+#define LATE_TANGENT 0.7f   /* of the phase: 35 degrees */
+#define HEADROOM_SHARE 0.5f /* of the lost motion's swing that the correction may miss */
+#define PATH_LEAST 0.5f
+#define PATH_MOST 1.5f
+#define LOOP_GAIN 0.7f /* of the loop through the torque; it rings at 1 */
+#define RUSH_SHARE 0.5f
+#define RUSH_AFTER_S 0.5f   /* after that any position loop has followed */
+#define RUSH_MOST_S 1.0f    /* for a fifth of the correction: slower, it lags behind any motion */
+#define SEEN_FRICTIONS 2.0f /* of the motor: less is not told from them in its current */
+#define SEEN_NOISES 4.0f    /* a swing of so many noise_rad is told from noise */
+
+enum { STAND, TRAVEL, SHAKE, PATH, SWEEP, RUSH, OVER };
+
+static float size(float value) {
+  return value < 0 ? -value : value;
+}
+
+static float least(float a, float b) {
+  return a < b ? a : b;
+}
+
+/* Whether low <= value <= high; NaN is not. */
+static int within(float value, float low, float high) {
+  return value >= low && value <= high;
+}
+
+/* Whether it was told (LM_UNKNOWN). */
+static int known(float value) {
+  return within(value, -1e12f, 1e12f);
+}
+
+static int32_t ticks_of(const commissioning *run, float seconds) {
+  return (int32_t)(seconds / run->set.parameters->limits.period_s + 0.5f);
+}
+
+static void begin(commissioning *run, int32_t stage) {
+  int i;
+  run->stage = stage;
+  run->tick = 0;
+  run->part = 0;
+  for (i = 0; i < 12; ++i) {
+    run->sum[i] = 0;
+  }
+}
+
+static void next_part(commissioning *run) {
+  int32_t part = run->part + 1;
+  begin(run, run->stage);
+  run->part = part;
+}
+
+static void end(commissioning *run, commissioning_finding finding) {
+  begin(run, OVER);
+  run->finding = finding;
+  run->back_rad = run->correction_rad;
+}
+
+static void give_up(commissioning *run, commissioning_finding finding) {
+  end(run, finding);
+  run->stop = 1;
+}
+
+commissioning_settings commissioning_suggest(const lm_parameters *parameters, float ratio) {
+  commissioning_settings set;
+  set.parameters = parameters;
+  set.headroom.correction_rad = parameters->limits.correction_rad;
+  set.headroom.velocity_rad_s = parameters->limits.velocity_rad_s;
+  set.headroom.acceleration_rad_s2 = parameters->limits.acceleration_rad_s2;
+  set.headroom.jerk_rad_s3 = parameters->limits.jerk_rad_s3;
+  set.ratio = ratio;
+  set.travel_rad = 0.05f;
+  set.shake_rad = 0.02f;
+  set.shake_Hz = 2.5f;
+  set.path_rad = parameters->limits.correction_rad / 5;
+  set.friction_Nm = 0;
+  set.torque_bound_Nm = parameters->torque_limit_Nm / 2;
+  set.follow_bound_rad = set.travel_rad / 5;
+  return set;
+}
+
+static int has_sense(const commissioning_settings *set) {
+  const lm_limits *limits = &set->parameters->limits;
+  return within(size(set->ratio), 1, 1000) && within(set->travel_rad, 1e-3f, 1) &&
+         within(set->shake_rad, 1e-5f, set->travel_rad) && within(set->shake_Hz, 0.2f, 10) &&
+         set->friction_Nm >= 0 &&
+         within(set->path_rad, 10 * set->parameters->watch.noise_rad,
+                1.001f * limits->correction_rad / 5) &&
+         set->headroom.velocity_rad_s > 0 && set->headroom.acceleration_rad_s2 > 0 &&
+         set->torque_bound_Nm > 0 && set->follow_bound_rad > 0 && limits->period_s <= 0.01f;
+}
+
+commissioning_finding commissioning_start(commissioning *run,
+                                          const commissioning_settings *settings) {
+  run->set = *settings;
+  run->unchecked = 0;
+  run->found = 0;
+  run->stop = 0;
+  run->started = 0;
+  run->correction_rad = 0;
+  run->command_rad = 0;
+  run->finding = COMMISSIONING_RUNNING;
+  begin(run, STAND);
+  if (lm_check_parameters(settings->parameters, 0) != LM_OK) {
+    end(run, COMMISSIONING_PARAMETERS);
+  } else if (!has_sense(settings)) {
+    end(run, COMMISSIONING_SETTINGS);
+  }
+  return run->finding;
+}
+
+void commissioning_abort(commissioning *run) {
+  if (run->finding == COMMISSIONING_RUNNING) {
+    give_up(run, COMMISSIONING_ABORTED);
+  }
+}
+
+/* --- motions --- */
+
+/* From 0 to 1 in a unit of time, at rest at both ends: place, speed, acceleration. The greatest
+ * speed is 1.875, the greatest acceleration 5.7735. */
+typedef struct way {
+  float place, speed, change;
+} way;
+
+static way go(float u) {
+  way at = {0, 0, 0};
+  if (u >= 1) {
+    at.place = 1;
+  } else if (u > 0) {
+    at.place = u * u * u * (10 + u * (6 * u - 15));
+    at.speed = 30 * u * u * (1 - u) * (1 - u);
+    at.change = 60 * u * (1 - u) * (1 - 2 * u);
+  }
+  return at;
+}
+
+static void command(commissioning_output *out, float from_rad, float to_rad, float time_s,
+                    float in_s) {
+  way at = go(time_s / in_s);
+  float by_rad = to_rad - from_rad;
+  out->command_rad = from_rad + by_rad * at.place;
+  out->velocity_rad_s = by_rad * at.speed / in_s;
+  out->acceleration_rad_s2 = by_rad * at.change / (in_s * in_s);
+}
+
+static void correct(commissioning_output *out, float from_rad, float to_rad, float time_s,
+                    float in_s) {
+  way at = go(time_s / in_s);
+  float by_rad = to_rad - from_rad;
+  out->correction.correction_rad = from_rad + by_rad * at.place;
+  out->correction.velocity_rad_s = by_rad * at.speed / in_s;
+  out->correction.acceleration_rad_s2 = by_rad * at.change / (in_s * in_s);
+}
+
+/* A sine that grows over some cycles, goes on for others and fades again; ends at rest. */
+typedef struct tone {
+  int32_t cycle; /* ticks */
+  int32_t ramp, whole, length;
+  float rate_per_s;
+} tone;
+
+static tone make_tone(const commissioning *run, float frequency_Hz, int32_t ramp, int32_t cycles) {
+  tone t;
+  float period_s = run->set.parameters->limits.period_s;
+  t.cycle = ticks_of(run, 1 / frequency_Hz);
+  t.cycle = t.cycle < 4 ? 4 : t.cycle;
+  t.ramp = ramp * t.cycle;
+  t.whole = cycles * t.cycle;
+  t.length = 2 * t.ramp + t.whole;
+  t.rate_per_s = 2 * PI / ((float)t.cycle * period_s);
+  return t;
+}
+
+static float phase_of(const tone *t, int32_t tick) {
+  return 2 * PI * (float)(tick % t->cycle) / (float)t->cycle;
+}
+
+/* Place, velocity and acceleration of the tone of amplitude 1: the envelope's own derivatives
+ * included. */
+static way sound(const tone *t, float period_s, int32_t tick) {
+  float phase = phase_of(t, tick);
+  float s = sine(phase);
+  float c = sine(phase + PI / 2);
+  float ramp_s = (float)t->ramp * period_s;
+  int32_t left = t->length - tick;
+  int rising = tick < t->ramp;
+  way e = go(rising ? (float)tick / (float)t->ramp : (float)left / (float)t->ramp);
+  float slope = (rising ? e.speed : -e.speed) / ramp_s;
+  float bend = e.change / (ramp_s * ramp_s);
+  way at;
+  at.place = e.place * s;
+  at.speed = e.place * t->rate_per_s * c + slope * s;
+  at.change = (bend - e.place * t->rate_per_s * t->rate_per_s) * s + 2 * slope * t->rate_per_s * c;
+  return at;
+}
+
+static int is_whole(const tone *t, int32_t tick) {
+  return tick >= t->ramp && tick < t->ramp + t->whole;
+}
+
+/* Adds a sample to the sine and cosine parts sum[2 k], sum[2 k + 1] of a signal. */
+static void listen(commissioning *run, int k, const tone *t, float value) {
+  float phase = phase_of(t, run->tick);
+  run->sum[2 * k] += value * sine(phase) * 2 / (float)t->whole;
+  run->sum[2 * k + 1] += value * sine(phase + PI / 2) * 2 / (float)t->whole;
+}
+
+static float amplitude(const commissioning *run, int k) {
+  float a = run->sum[2 * k];
+  float b = run->sum[2 * k + 1];
+  return square_root(a * a + b * b);
+}
+
+/* --- what the host measures, from where the axis stood --- */
+
+static float motor_rad(const commissioning *run, const commissioning_input *now) {
+  return (now->input_angle_rad - run->input_start_rad) / run->set.ratio;
+}
+
+static float output_rad(const commissioning *run, const commissioning_input *now) {
+  return now->output_angle_rad - run->output_start_rad;
+}
+
+static float noise_rad(const commissioning *run) {
+  return run->set.parameters->watch.noise_rad;
+}
+
+/* --- stages: each tick, and the judgement at the end --- */
+
+/* Time that the limits and the headroom leave for a fifth of the largest correction. */
+static float rush_seconds(const commissioning *run) {
+  const lm_limits *limits = &run->set.parameters->limits;
+  const lm_headroom *room = &run->set.headroom;
+  float rad = limits->correction_rad / 5;
+  float by_speed_s = 1.875f * rad / least(limits->velocity_rad_s, room->velocity_rad_s);
+  float change_rad_s2 = least(limits->acceleration_rad_s2, room->acceleration_rad_s2);
+  float by_change_s = square_root(5.7735f * rad / change_rad_s2);
+  return by_speed_s > by_change_s ? by_speed_s : by_change_s;
+}
+
+static void judge_standstill(commissioning *run) {
+  const lm_limits *limits = &run->set.parameters->limits;
+  float n = (float)run->tick;
+  float mean_s = run->sum[0] / n;
+  float mean_rad = run->sum[3] / n;
+  float unrest_rad2 = run->sum[4] / n - mean_rad * mean_rad;
+  float unrest_rad_s2 = square_root(run->sum[2] / n);
+  float most_rad = least(limits->correction_rad, run->set.headroom.correction_rad);
+  float torque_Nm = run->set.parameters->valid.torque_Nm;
+  float side;
+  run->torque_start_Nm = run->sum[5] / n;
+  run->found = mean_s;
+  if (size(mean_s / limits->period_s - 1) > PERIOD_SHARE ||
+      run->sum[1] > PERIOD_ONE * limits->period_s) {
+    end(run, COMMISSIONING_PERIOD);
+    return;
+  }
+  run->found = unrest_rad_s2;
+  if (unrest_rad_s2 > NOISE_SHARE * limits->acceleration_rad_s2 ||
+      unrest_rad2 > noise_rad(run) * noise_rad(run)) {
+    end(run, COMMISSIONING_TORQUE_NOISE);
+    return;
+  }
+  /* The largest correction that the fitted range of torque asks for. */
+  torque_Nm = torque_Nm > 0 ? torque_Nm : run->set.parameters->torque_limit_Nm;
+  for (side = -1; side < 2; side += 2) {
+    lm_memory memory;
+    lm_conditions at = LM_CONDITIONS_UNKNOWN;
+    at.torque_Nm = side * torque_Nm;
+    run->found = size(lm_evaluate_model(run->set.parameters, &run->shadow.memory, &memory, &at));
+    if (run->found > most_rad) {
+      end(run, COMMISSIONING_HEADROOM_SIZE);
+      return;
+    }
+  }
+  run->found = rush_seconds(run);
+  if (run->found > RUSH_MOST_S) {
+    end(run, COMMISSIONING_HEADROOM_RATE);
+    return;
+  }
+  begin(run, TRAVEL);
+}
+
+static void stand(commissioning *run, const commissioning_input *now, const lm_correction *shadow) {
+  const lm_limits *limits = &run->set.parameters->limits;
+  float off_s = size(now->elapsed_s - limits->period_s);
+  float moved_rad = shadow->correction_rad - run->stood_rad;
+  run->sum[0] += now->elapsed_s;
+  run->sum[1] = off_s > run->sum[1] ? off_s : run->sum[1];
+  run->sum[2] += shadow->acceleration_rad_s2 * shadow->acceleration_rad_s2;
+  run->sum[3] += moved_rad;
+  run->sum[4] += moved_rad * moved_rad;
+  run->sum[5] += now->conditions.torque_Nm;
+  run->tick += 1;
+  if (shadow->status & LM_STATE_CONDITION_MISSING) {
+    give_up(run, COMMISSIONING_CONDITION);
+  } else if (shadow->status & (LM_STATE_TORQUE_CLIPPED | LM_STATE_EXTRAPOLATED)) {
+    give_up(run, COMMISSIONING_RANGE);
+  } else if (run->tick >= ticks_of(run, STAND_S)) {
+    judge_standstill(run);
+  }
+}
+
+/* What of four values at the stops varies with the load: without their mean, and without the part
+ * that changes sign with the direction the stop was reached from, as friction does. */
+static void leave_load(float value[COMMISSIONING_STOPS]) {
+  static const float direction[COMMISSIONING_STOPS] = {1, -1, -1, 1};
+  float mean = 0;
+  float turned = 0;
+  int i;
+  for (i = 0; i < COMMISSIONING_STOPS; ++i) {
+    mean += value[i] / COMMISSIONING_STOPS;
+    turned += value[i] * direction[i] / COMMISSIONING_STOPS;
+  }
+  for (i = 0; i < COMMISSIONING_STOPS; ++i) {
+    value[i] -= mean + turned * direction[i];
+  }
+}
+
+/* Where the loop closes on the output, or the drive compensates already, the motor leaves its
+ * command by what the lost motion is, and the output does not. */
+static void judge_loop(commissioning *run) {
+  float lost_rad[COMMISSIONING_STOPS];
+  float off_rad[COMMISSIONING_STOPS];
+  float power = 0;
+  float shared = 0;
+  int i;
+  for (i = 0; i < COMMISSIONING_STOPS; ++i) {
+    lost_rad[i] = run->at_output[i] - run->at_input[i];
+    off_rad[i] = run->at_command[i] - run->at_input[i];
+  }
+  leave_load(lost_rad);
+  leave_load(off_rad);
+  for (i = 0; i < COMMISSIONING_STOPS; ++i) {
+    power += lost_rad[i] * lost_rad[i];
+    shared += lost_rad[i] * off_rad[i];
+  }
+  if (power < SEEN_NOISES * SEEN_NOISES * noise_rad(run) * noise_rad(run)) {
+    run->unchecked |= COMMISSIONING_UNCHECKED_LOOP;
+  } else {
+    run->found = shared / power;
+    if (run->found > OUTPUT_LOOP_SHARE) {
+      end(run, COMMISSIONING_OUTPUT_LOOP);
+      return;
+    }
+  }
+  begin(run, SHAKE);
+}
+
+static void judge_ratio(commissioning *run) {
+  float input_rad = run->at_input[0] - run->at_input[2];
+  float out_rad = run->at_output[0] - run->at_output[2];
+  float tooth_rad = size(input_rad / run->set.ratio); /* by which a ratio off by 1 shows */
+  float lost_rad = 2 * size(run->at_model[0] - run->at_model[2]) + SEEN_NOISES * noise_rad(run);
+  float limit_rad = tooth_rad / 2;
+  if (limit_rad < lost_rad) {
+    run->unchecked |= COMMISSIONING_UNCHECKED_TOOTH;
+    limit_rad = lost_rad;
+  }
+  run->found = out_rad == 0 ? 0 : run->set.ratio * input_rad / out_rad;
+  if (size(out_rad) < OUTPUT_STUCK_SHARE * size(input_rad)) {
+    end(run, COMMISSIONING_OUTPUT_STUCK);
+  } else if (out_rad * input_rad < 0) {
+    end(run, COMMISSIONING_RATIO_SIGN);
+  } else if (size(out_rad - input_rad) > limit_rad) {
+    end(run, COMMISSIONING_RATIO);
+  } else {
+    judge_loop(run);
+  }
+}
+
+static void judge_travel(commissioning *run) {
+  float wish_rad = run->at_command[0] - run->at_command[2];
+  float share = (run->at_input[0] - run->at_input[2]) / wish_rad;
+  float close = INPUT_SHARE + 0.5f / size(run->set.ratio);
+  run->found = share;
+  if (size(share) < STUCK_SHARE) {
+    end(run, COMMISSIONING_STUCK);
+  } else if (share < 0) {
+    end(run, COMMISSIONING_INPUT_SIGN);
+  } else if (size(share - 1) > close) {
+    end(run, COMMISSIONING_INPUT_SCALE);
+  } else if (run->has_output) {
+    judge_ratio(run);
+  } else {
+    run->unchecked |= COMMISSIONING_UNCHECKED_OUTPUT;
+    begin(run, SHAKE);
+  }
+}
+
+static void travel(commissioning *run, const commissioning_input *now, const lm_correction *shadow,
+                   commissioning_output *out) {
+  static const float stop[COMMISSIONING_STOPS + 1] = {0, 1, 0, -1, 0};
+  float time_s = (float)run->tick * run->set.parameters->limits.period_s;
+  int32_t from = ticks_of(run, MOVE_S + SETTLE_S);
+  int32_t n = ticks_of(run, MEASURE_S);
+  int32_t i = run->part;
+  command(out, run->set.travel_rad * stop[i], run->set.travel_rad * stop[i + 1], time_s, MOVE_S);
+  if (run->tick >= from) {
+    run->sum[0] += motor_rad(run, now) / (float)n;
+    run->sum[1] += (run->has_output ? output_rad(run, now) : 0) / (float)n;
+    run->sum[2] += shadow->lost_motion_rad / (float)n;
+  }
+  run->tick += 1;
+  if (run->tick >= from + n) {
+    run->at_command[i] = run->set.travel_rad * stop[i + 1];
+    run->at_input[i] = run->sum[0];
+    run->at_output[i] = run->sum[1];
+    run->at_model[i] = run->sum[2];
+    next_part(run);
+    if (run->part == COMMISSIONING_STOPS) {
+      judge_travel(run);
+    }
+  }
+}
+
+/* Signal k over signal 0, as the part in phase and the part that is late. */
+static commissioning_finding judge_torque(commissioning *run, int k) {
+  const float *a = &run->sum[0];
+  const float *b = &run->sum[2 * k];
+  float power = a[0] * a[0] + a[1] * a[1];
+  float in_phase = (a[0] * b[0] + a[1] * b[1]) / power;
+  float late = (a[1] * b[0] - a[0] * b[1]) / power;
+  float gain = square_root(in_phase * in_phase + late * late);
+  run->found = gain;
+  if (gain < TORQUE_STUCK_SHARE) {
+    return COMMISSIONING_TORQUE_STUCK;
+  }
+  if (in_phase < 0) {
+    return COMMISSIONING_TORQUE_SIGN;
+  }
+  if (size(late) > LATE_TANGENT * in_phase) {
+    return COMMISSIONING_TORQUE_LATE;
+  }
+  return within(gain, TORQUE_LEAST, TORQUE_MOST) ? COMMISSIONING_RUNNING
+                                                 : COMMISSIONING_TORQUE_SCALE;
+}
+
+/* Greatest slope of the model's curve, rad/(N*m). */
+static float greatest_slope(const lm_parameters *parameters) {
+  const lm_curve *curve = &parameters->curve;
+  float most = 0;
+  int32_t i;
+  for (i = 1; i < curve->count; ++i) {
+    float slope = (curve->angle_rad[i] - curve->angle_rad[i - 1]) /
+                  (curve->torque_Nm[i] - curve->torque_Nm[i - 1]);
+    most = slope > most ? slope : most;
+  }
+  return most;
+}
+
+/* Signal 0 is the lost motion that was measured, or without an encoder at the output the torque by
+ * the motor's current; 1 the model's lost motion; 2 the torque that was told. */
+static void judge_shake(commissioning *run) {
+  commissioning_finding finding = COMMISSIONING_RUNNING;
+  float seen_rad = SEEN_NOISES * noise_rad(run);
+  float model_rad = amplitude(run, 1);
+  float missed_rad = square_root(2 * run->sum[8] / run->sum[9]);
+  int seen = run->has_output
+                 ? amplitude(run, 0) > seen_rad
+                 : amplitude(run, 0) > SEEN_FRICTIONS * run->set.friction_Nm &&
+                       amplitude(run, 0) * greatest_slope(run->set.parameters) > seen_rad;
+  if (seen) {
+    finding = judge_torque(run, run->has_output ? 1 : 2);
+  } else if (run->has_output && model_rad > 2 * seen_rad) {
+    run->found = model_rad / amplitude(run, 0);
+    finding = COMMISSIONING_TORQUE_SCALE;
+  } else {
+    run->unchecked |= COMMISSIONING_UNCHECKED_TORQUE;
+  }
+  if (finding == COMMISSIONING_RUNNING && model_rad > seen_rad &&
+      missed_rad > HEADROOM_SHARE * model_rad) {
+    run->found = missed_rad / model_rad;
+    finding = COMMISSIONING_HEADROOM_RATE;
+  }
+  if (finding != COMMISSIONING_RUNNING) {
+    end(run, finding);
+  } else {
+    begin(run, PATH);
+  }
+}
+
+static void shake(commissioning *run, const commissioning_input *now, const lm_correction *shadow,
+                  commissioning_output *out) {
+  float period_s = run->set.parameters->limits.period_s;
+  tone t = make_tone(run, run->set.shake_Hz, SHAKE_RAMP_CYCLES, SHAKE_CYCLES);
+  way at = sound(&t, period_s, run->tick);
+  out->command_rad = run->set.shake_rad * at.place;
+  out->velocity_rad_s = run->set.shake_rad * at.speed;
+  out->acceleration_rad_s2 = run->set.shake_rad * at.change;
+  if (is_whole(&t, run->tick)) {
+    float missed_rad = shadow->correction_rad + shadow->lost_motion_rad;
+    float torque_Nm = now->conditions.torque_Nm - run->torque_start_Nm;
+    float by_current_Nm =
+        known(now->motor_torque_Nm) ? now->motor_torque_Nm - run->motor_start_Nm : 0;
+    listen(run, 0, &t,
+           run->has_output ? output_rad(run, now) - motor_rad(run, now) : by_current_Nm);
+    listen(run, 1, &t, shadow->lost_motion_rad);
+    listen(run, 2, &t, torque_Nm);
+    run->sum[8] += missed_rad * missed_rad;
+    run->sum[9] += 1;
+  }
+  run->tick += 1;
+  if (run->tick > t.length + ticks_of(run, SETTLE_S)) {
+    judge_shake(run);
+  }
+}
+
+static void judge_path(commissioning *run) {
+  float motor = (run->at_input[0] - run->at_input[1]) / run->set.path_rad;
+  float reported = (run->at_output[0] - run->at_output[1]) / run->set.path_rad;
+  run->found = motor;
+  if (size(motor) < PATH_LEAST) {
+    end(run, COMMISSIONING_CORRECTION_MISSING);
+  } else if (motor < 0) {
+    end(run, COMMISSIONING_CORRECTION_SIGN);
+  } else if (motor > PATH_MOST) {
+    end(run, COMMISSIONING_CORRECTION_SCALE);
+  } else if (size(reported) > PATH_LEAST) {
+    run->found = reported;
+    end(run, COMMISSIONING_REPORTED);
+  } else {
+    begin(run, SWEEP);
+  }
+}
+
+static void path(commissioning *run, const commissioning_input *now, commissioning_output *out) {
+  float time_s = (float)run->tick * run->set.parameters->limits.period_s;
+  int32_t from = ticks_of(run, MOVE_S + SETTLE_S);
+  int32_t n = ticks_of(run, MEASURE_S);
+  float from_rad = run->part ? run->set.path_rad : 0;
+  correct(out, from_rad, run->set.path_rad - from_rad, time_s, MOVE_S);
+  if (run->tick >= from) {
+    run->sum[0] += motor_rad(run, now) / (float)n;
+    run->sum[1] += (now->reported_rad - run->start_rad) / (float)n;
+  }
+  run->tick += 1;
+  if (run->tick >= from + n) {
+    run->at_input[run->part] = run->sum[0];
+    run->at_output[run->part] = run->sum[1];
+    next_part(run);
+    if (run->part == 2) {
+      judge_path(run);
+    }
+  }
+}
+
+/* Share of a swing of the target that the correction follows: three stages of 1, 4 and 16 times the
+ * response (compensator.h). */
+static float followed_share(float rate_per_s, float response_per_s) {
+  float share = 1;
+  int i;
+  for (i = 0; i < 3; ++i) {
+    float ratio = rate_per_s / response_per_s;
+    share /= square_root(1 + ratio * ratio);
+    response_per_s *= 4;
+  }
+  return share;
+}
+
+static void sweep(commissioning *run, const commissioning_input *now, commissioning_output *out) {
+  const lm_parameters *p = run->set.parameters;
+  float frequency_Hz =
+      p->watch.ringing_Hz > 0 ? p->watch.ringing_Hz : p->limits.response_per_s / (4 * PI);
+  float rad;
+  tone t;
+  way at;
+  int32_t i;
+  frequency_Hz *= SWEEP_FIRST;
+  for (i = 0; i < run->part; ++i) {
+    frequency_Hz *= SWEEP_STEP;
+  }
+  t = make_tone(run, frequency_Hz, SWEEP_RAMP_CYCLES, SWEEP_CYCLES);
+  rad = least(SWEEP_RAD, SWEEP_RAD_S2 / (t.rate_per_s * t.rate_per_s));
+  at = sound(&t, p->limits.period_s, run->tick);
+  out->correction.correction_rad = rad * at.place;
+  out->correction.velocity_rad_s = rad * at.speed;
+  out->correction.acceleration_rad_s2 = rad * at.change;
+  if (is_whole(&t, run->tick)) {
+    listen(run, 0, &t, now->conditions.torque_Nm - run->torque_start_Nm);
+  }
+  run->tick += 1;
+  if (run->tick > t.length) {
+    run->found = amplitude(run, 0) / rad * greatest_slope(p) *
+                 followed_share(t.rate_per_s, p->limits.response_per_s);
+    if (run->found > LOOP_GAIN) {
+      end(run, COMMISSIONING_TORQUE_LOOP);
+      return;
+    }
+    next_part(run);
+    if (run->part == SWEEP_TONES) {
+      begin(run, RUSH);
+    }
+  }
+}
+
+/* A fifth of the largest correction as fast as the limits allow; a drive that follows has covered
+ * most of it soon after. */
+static void rush(commissioning *run, const commissioning_input *now, commissioning_output *out) {
+  const lm_limits *limits = &run->set.parameters->limits;
+  const lm_headroom *room = &run->set.headroom;
+  float rad = limits->correction_rad / 5;
+  float time_s = (float)run->tick * limits->period_s;
+  float by_speed_s = 1.875f * rad / least(limits->velocity_rad_s, room->velocity_rad_s);
+  float by_change_s =
+      square_root(5.7735f * rad / least(limits->acceleration_rad_s2, room->acceleration_rad_s2));
+  float in_s = by_speed_s > by_change_s ? by_speed_s : by_change_s;
+  int32_t seen = ticks_of(run, in_s + RUSH_AFTER_S);
+  in_s += 4 / limits->response_per_s; /* the correction is no faster than its response */
+  if (run->tick == 0) {
+    run->back_rad = motor_rad(run, now);
+  }
+  correct(out, run->part ? rad : 0, run->part ? 0 : rad, time_s, in_s);
+  if (run->part == 0 && run->tick == seen) {
+    run->found = (motor_rad(run, now) - run->back_rad) / rad;
+    if (run->found < RUSH_SHARE) {
+      run->sum[0] = 1;
+    }
+  }
+  run->tick += 1;
+  if (run->tick > seen + ticks_of(run, SETTLE_S)) {
+    if (run->part == 0) {
+      float lagging = run->sum[0];
+      next_part(run);
+      run->sum[0] = lagging;
+    } else {
+      end(run, run->sum[0] > 0 ? COMMISSIONING_DRIVE_LIMIT : COMMISSIONING_SOUND);
+    }
+  }
+}
+
+/* --- every tick --- */
+
+static void take_start(commissioning *run, const commissioning_input *now) {
+  run->started = 1;
+  run->start_rad = now->reported_rad;
+  run->input_start_rad = now->input_angle_rad;
+  run->has_output = known(now->output_angle_rad);
+  run->output_start_rad = now->output_angle_rad;
+  run->torque_start_Nm = now->conditions.torque_Nm;
+  run->motor_start_Nm = now->motor_torque_Nm;
+  if (run->stage != OVER) {
+    (void)lm_start_compensator(&run->shadow, run->set.parameters, now->conditions.torque_Nm, 0);
+    lm_set_headroom(&run->shadow, &run->set.headroom);
+    run->stood_rad = lm_settle_compensator(&run->shadow, &now->conditions).correction_rad;
+  }
+}
+
+/* What ends a run in any stage. */
+static void guard(commissioning *run, const commissioning_input *now) {
+  if (!known(now->input_angle_rad) || !known(now->reported_rad) ||
+      !known(now->conditions.torque_Nm) || !known(now->elapsed_s) ||
+      (run->has_output && !known(now->output_angle_rad))) {
+    give_up(run, COMMISSIONING_INPUT);
+  } else if (size(now->reported_rad - run->start_rad - run->command_rad) >
+             run->set.follow_bound_rad) {
+    int stuck = size(motor_rad(run, now)) < (1 - STUCK_SHARE) * size(run->command_rad);
+    give_up(run, stuck ? COMMISSIONING_STUCK : COMMISSIONING_FOLLOW);
+  } else if (run->stage != STAND &&
+             size(now->conditions.torque_Nm - run->torque_start_Nm) > run->set.torque_bound_Nm) {
+    run->found = now->conditions.torque_Nm - run->torque_start_Nm;
+    give_up(run, COMMISSIONING_TORQUE_BOUND);
+  } else if (known(now->motor_torque_Nm) &&
+             size(now->motor_torque_Nm - run->motor_start_Nm) > run->set.torque_bound_Nm) {
+    run->found = now->motor_torque_Nm - run->motor_start_Nm;
+    give_up(run, COMMISSIONING_TORQUE_BOUND);
+  }
+}
+
+commissioning_output commissioning_step(commissioning *run, const commissioning_input *now) {
+  commissioning_output out = {0, 0, 0, {0, 0, 0, 0, 0}, 0, COMMISSIONING_RUNNING};
+  if (!run->started) {
+    take_start(run, now);
+  }
+  if (run->stage != OVER) {
+    guard(run, now);
+  }
+  if (run->stage != OVER) {
+    lm_correction shadow = lm_step_compensator(&run->shadow, &now->conditions);
+    switch (run->stage) {
+      case STAND:
+        stand(run, now, &shadow);
+        break;
+      case TRAVEL:
+        travel(run, now, &shadow, &out);
+        break;
+      case SHAKE:
+        shake(run, now, &shadow, &out);
+        break;
+      case PATH:
+        path(run, now, &out);
+        break;
+      case SWEEP:
+        sweep(run, now, &out);
+        break;
+      default:
+        rush(run, now, &out);
+        break;
+    }
+  } else {
+    if (run->back_rad != 0) {
+      float period_s = run->set.parameters->limits.period_s;
+      correct(&out, run->back_rad, 0, (float)run->tick * period_s, BACK_S);
+      run->tick += run->tick < ticks_of(run, BACK_S);
+    }
+    /* Braked: the command follows, so that nothing jumps when the loop closes again. */
+    out.command_rad = run->stop ? now->reported_rad - run->start_rad : 0;
+  }
+  run->command_rad = out.command_rad;
+  run->correction_rad = out.correction.correction_rad;
+  out.command_rad += run->start_rad;
+  out.stop = run->stop;
+  out.finding = run->finding;
+  return out;
+}
+
+const char *commissioning_sentence(commissioning_finding finding) {
+  static const char *const sentence[COMMISSIONING_FINDINGS] = {
+      "The test is running.",
+      "Nothing wrong was found.",
+      "A setting is outside its range (commissioning.h).",
+      "lm_check_parameters refuses the parameters.",
+      "An angle, the torque or the time is not finite: find the sensor.",
+      "A condition that the model needs is not told: fill in lm_conditions.",
+      "Torque or a condition is outside the fitted range at rest: scale or unit of the torque, "
+      "thermometer, or export for a larger range.",
+      "The tick is not the period of the parameters, or not regular: export with --set period_us=.",
+      "The torque's noise would move the standing axis: filter it, or export with "
+      "--set torque_noise_Nm=.",
+      "The reported angle left the command by more than the bound: gains or sign of the loop, a "
+      "collision.",
+      "The torque changed by more than the bound: a collision, or the scale of the torque.",
+      "The motor did not follow the command: brake, enable, encoder.",
+      "The motor's encoder counts against the command: sign of the ratio stated here, or of the "
+      "encoder.",
+      "Motor angle over ratio does not cover the commanded way: the loop has another ratio than "
+      "the one stated here.",
+      "The encoder at the output does not move.",
+      "The output turns against the command: sign of the ratio, or of the output's encoder.",
+      "The output does not turn by motor angle over ratio: wrong ratio, or scale of an encoder.",
+      "The motor leaves its command by the lost motion: the loop closes on the output, or the "
+      "drive compensates already.",
+      "The torque that is told does not follow the load: a frozen sensor, or a wrong source.",
+      "The torque has the wrong sign: a positive torque turns the output in its positive "
+      "direction.",
+      "The torque comes late: its filter is too slow, or the encoders are not latched together.",
+      "The lost motion is not that of the parameters: scale of the torque, or parameters of "
+      "another joint.",
+      "The correction that the fitted torque asks for exceeds limit or headroom.",
+      "The headroom of velocity or acceleration is too small: the correction does not keep up.",
+      "The correction does not reach the motor: it is not added to the command.",
+      "The correction is added with the wrong sign.",
+      "The correction moves the motor by more than itself: it is added twice, or in another unit.",
+      "The reported angle moves with the correction: take it off what is reported.",
+      "The correction would ring through the torque: filter it at a tenth of the resonance, or "
+      "take it from the command.",
+      "The drive does not follow the correction at its limits: give it more, or export slower "
+      "limits.",
+      "The host ended the run.",
+  };
+  return (unsigned)finding < COMMISSIONING_FINDINGS ? sentence[finding] : "unknown";
+}

@@ -1,0 +1,167 @@
+/* Commissioning: small test motions of one axis that check, before the correction is switched on
+ * for the first time, what the compensator takes for granted - signs, ratio, torque, period,
+ * headroom - and name the first thing that is wrong.
+ *
+ * The host's position loop runs as it will later, on the motor's encoder, with the correction
+ * wired in. The routine takes the places of the motion planner and of the compensator: each tick
+ * it gets what the host has measured and returns a command and a correction. The compensator runs
+ * in its shadow, stepped with the host's conditions; what it says moves nothing.
+ *
+ *     stage      motion                                     what is judged
+ *     stand      none, 1 s                                  period, noise and range of the torque
+ *     travel     +travel, back, -travel, back               ratio, encoders, which encoder the loop
+ *                                                           closes on
+ *     shake      sine of shake_rad at shake_Hz              sign, scale and delay of the torque,
+ *                                                           headroom
+ *     path       correction of path_rad and back            sign of the correction, added once,
+ *                                                           taken off what is reported
+ *     sweep      correction of at most 0.5 rad/s2 through   loop from the correction through the
+ *                the resonance                              torque back to the correction
+ *     rush       a fifth of the largest correction at the   whether the drive follows the
+ *                limits of velocity and acceleration        correction at its limits
+ *
+ * Bounds that are kept: the command stays within travel_rad of where the axis stood, the correction
+ * within a fifth of limits.correction_rad and the limits of the parameters. Where the reported
+ * angle leaves the command by more than follow_bound_rad, or the torque leaves its value at
+ * standstill by more than torque_bound_Nm, or an input is not finite, `stop` is set: the host stops
+ * as in an emergency (brake), and the correction returns to zero. Unless `stop` is set it ends as
+ * it starts: with the axis at rest where it stood and the correction zero.
+ *
+ * What is needed: an axis at rest, free to move by travel_rad either way, loaded as it will be.
+ * Without an encoder at the output (LM_UNKNOWN) the ratio and the loop's encoder are not checked,
+ * and the torque only against motor_torque_Nm; `unchecked` says so. Both encoders have to be
+ * latched at the same moment: 0.1 ms between them at the velocity of the shake looks like a late
+ * torque.
+ *
+ * C99, no heap, no libm; one struct of the caller's. Not for the gap profile, which has no torque.
+ */
+#ifndef COMMISSIONING_H
+#define COMMISSIONING_H
+
+#include "lostmotion/runtime.h"
+
+typedef enum commissioning_finding {
+  COMMISSIONING_RUNNING = 0,
+  COMMISSIONING_SOUND,
+  COMMISSIONING_SETTINGS,
+  COMMISSIONING_PARAMETERS,
+  COMMISSIONING_INPUT,
+  COMMISSIONING_CONDITION,
+  COMMISSIONING_RANGE,
+  COMMISSIONING_PERIOD,
+  COMMISSIONING_TORQUE_NOISE,
+  COMMISSIONING_FOLLOW,
+  COMMISSIONING_TORQUE_BOUND,
+  COMMISSIONING_STUCK,
+  COMMISSIONING_INPUT_SIGN,
+  COMMISSIONING_INPUT_SCALE,
+  COMMISSIONING_OUTPUT_STUCK,
+  COMMISSIONING_RATIO_SIGN,
+  COMMISSIONING_RATIO,
+  COMMISSIONING_OUTPUT_LOOP,
+  COMMISSIONING_TORQUE_STUCK,
+  COMMISSIONING_TORQUE_SIGN,
+  COMMISSIONING_TORQUE_LATE,
+  COMMISSIONING_TORQUE_SCALE,
+  COMMISSIONING_HEADROOM_SIZE,
+  COMMISSIONING_HEADROOM_RATE,
+  COMMISSIONING_CORRECTION_MISSING,
+  COMMISSIONING_CORRECTION_SIGN,
+  COMMISSIONING_CORRECTION_SCALE,
+  COMMISSIONING_REPORTED,
+  COMMISSIONING_TORQUE_LOOP,
+  COMMISSIONING_DRIVE_LIMIT,
+  COMMISSIONING_ABORTED,
+  COMMISSIONING_FINDINGS /* how many */
+} commissioning_finding;
+
+/* What could not be checked, as bits. */
+#define COMMISSIONING_UNCHECKED_OUTPUT 1u /* no encoder at the output */
+#define COMMISSIONING_UNCHECKED_TORQUE 2u /* the load hardly changed: a larger or faster shake */
+#define COMMISSIONING_UNCHECKED_LOOP                                                               \
+  4u                                     /* the lost motion hardly changed: more travel, or a load \
+                                          */
+#define COMMISSIONING_UNCHECKED_TOOTH 8u /* a ratio that is off by 1 would not have been seen */
+
+typedef struct commissioning_settings {
+  const lm_parameters *parameters;
+  lm_headroom headroom;   /* that the host will leave to the correction at its fastest motion */
+  float ratio;            /* signed: turns of the motor for one of the output, 1 to 1000 in size */
+  float travel_rad;       /* of the output, 1e-3 to 1 */
+  float shake_rad;        /* at most travel_rad */
+  float shake_Hz;         /* 0.2 to 10, below the bandwidth of the position loop */
+  float path_rad;         /* at most a fifth of limits.correction_rad, at least 10 noise_rad */
+  float friction_Nm;      /* of the motor, on the output side; of motor_torque_Nm less than twice
+                           * that is not told from it. >= 0 */
+  float torque_bound_Nm;  /* > 0 */
+  float follow_bound_rad; /* > 0 */
+} commissioning_settings;
+
+/* What the host has measured in this tick. LM_UNKNOWN: not there, where it says
+ * so. */
+typedef struct commissioning_input {
+  float elapsed_s;        /* since the tick before, by a clock that is not the tick's own */
+  float input_angle_rad;  /* motor's encoder, not divided by the ratio, not wrapped */
+  float output_angle_rad; /* encoder at the output, not wrapped; LM_UNKNOWN */
+  float reported_rad;     /* output angle that the host reports: input / ratio - correction */
+  float motor_torque_Nm;  /* external torque by the motor's current (lm_estimate_torque); LM_UNKNOWN
+                           * where  there is none or where conditions.torque_Nm is that itself */
+  lm_conditions conditions; /* that the host tells the compensator */
+} commissioning_input;
+
+/* What the host does in this tick. */
+typedef struct commissioning_output {
+  float command_rad; /* output angle, absolute as reported_rad */
+  float velocity_rad_s;
+  float acceleration_rad_s2;
+  lm_correction correction; /* in the place of the compensator's: angle, velocity, acceleration */
+  int32_t stop;             /* 1: stop as in an emergency, brake */
+  commissioning_finding finding; /* other than COMMISSIONING_RUNNING: it is over */
+} commissioning_output;
+
+#define COMMISSIONING_STOPS 4 /* of the travel */
+
+/* One run. The fields are for debuggers. */
+typedef struct commissioning {
+  commissioning_settings set;
+  lm_compensator shadow;
+  commissioning_finding finding;
+  uint32_t unchecked; /* COMMISSIONING_UNCHECKED_ bits */
+  float found;        /* the number that was judged last: a ratio, a gain, seconds */
+  int32_t stage;
+  int32_t tick; /* of the stage */
+  int32_t part; /* of the stage */
+  int32_t stop;
+  int32_t has_output;
+  int32_t started;
+  float start_rad, input_start_rad, output_start_rad;
+  float torque_start_Nm, motor_start_Nm;
+  float stood_rad;                   /* correction of the shadow where the axis stood */
+  float command_rad, correction_rad; /* as returned last, the command from start_rad on */
+  float back_rad;                    /* correction at an abort */
+  float sum[12];
+  float at_command[COMMISSIONING_STOPS];
+  float at_input[COMMISSIONING_STOPS];
+  float at_output[COMMISSIONING_STOPS];
+  float at_model[COMMISSIONING_STOPS];
+} commissioning;
+
+/* Settings for an axis: travel 0.05 rad, shake 0.02 rad at 2.5 Hz, path a fifth of the largest
+ * correction, no friction, bounds of half the torque limit and a fifth of the travel. Headroom: the
+ * parameters'. */
+commissioning_settings commissioning_suggest(const lm_parameters *parameters, float ratio);
+
+/* Before the first tick. Refused settings or parameters are the finding, and of the first tick. */
+commissioning_finding commissioning_start(commissioning *run,
+                                          const commissioning_settings *settings);
+
+/* Every tick until a finding; goes on returning it, the axis at rest, as long as it is called. */
+commissioning_output commissioning_step(commissioning *run, const commissioning_input *now);
+
+/* The host ends it: `stop` from the next step on, COMMISSIONING_ABORTED. */
+void commissioning_abort(commissioning *run);
+
+/* One sentence: what is wrong and where to look. */
+const char *commissioning_sentence(commissioning_finding finding);
+
+#endif
