@@ -46,7 +46,9 @@ find_tool() {
   done
 }
 
-c_files() { find lib optimizer firmware_examples tests -name '*.[ch]' | LC_ALL=C sort; }
+c_files() {
+  find lib optimizer firmware_examples tests bindings/python/src -name '*.[ch]' | LC_ALL=C sort
+}
 library_sources() { find lib -name '*.c' | LC_ALL=C sort; }
 
 format_c() { c_files | xargs "$clang_format" --dry-run -Werror; }

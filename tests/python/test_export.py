@@ -404,7 +404,7 @@ def test_correction_is_reached_within_the_limits_of_the_defaults() -> None:
         (["--set", "response_per_s=1000"], "at most 62.5"),
         (["--set", "misfit_arcsec=1", "--set", "noise_arcsec=2"], "misfit_rad"),
         (["--name", "3 joints"], "a name in C"),
-        (["-o", "params.txt"], ".h or .bin"),
+        (["-o", "params.txt"], ".h, .bin or .fmu"),
         (["-o", "nowhere/params.h"], "folder"),
     ],
 )

@@ -24,6 +24,7 @@ FLOORS = (
     "export",
     "report",
     "replay",
+    "simulators",
     "design",
     "demo",
     "workbench",

@@ -870,14 +870,23 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
     """
     path = Path(file)
     if path.suffix not in (".h", ".bin"):
-        raise InputError("--output", "", f"'{path.name}'", "a name that ends in .h or .bin")
-    blob = format_blob(controller)
-    content = blob if path.suffix == ".bin" else format_header(controller, name, title)
+        raise InputError("--output", "", f"'{path.name}'", "a name that ends in .h, .bin or .fmu")
+    content = (
+        format_blob(controller) if path.suffix == ".bin" else format_header(controller, name, title)
+    )
     sources = _own_sources(controller, path.parent)
     write_whole(path, content)
     for source, text in sources.items():
         write_whole(source, text)
+    return describe_export(controller, path, [str(source) for source in sources])
+
+
+def describe_export(
+    controller: Controller, path: Path, sources: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the answer of the command on what was written."""
     limits = controller.limits
+    blob = format_blob(controller)
     return {
         "schema": "lostmotion.export/1",
         "file": str(path),
@@ -887,7 +896,7 @@ def export(controller: Controller, file: str | Path, *, name: str, title: str) -
         "plays_outside": len(controller.outside),
         "plays_inside": len(controller.inside),
         "effects": [effect for effect, _ in controller.effects],
-        "sources": [str(source) for source in sources],
+        "sources": list(sources),
         "torque_limit_Nm": controller.torque_limit_Nm,
         "dead_band_rad": controller.dead_band_rad,
         "limits": {entry.name: getattr(limits, entry.name) for entry in fields(limits)},
@@ -933,9 +942,16 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
         print(f"  effect {effect}", file=out)
     for source in answer["sources"]:
         print(f"written: {source}, to be compiled with the library", file=out)
-    print("\nlimits of the correction:", file=out)
-    for name, value in {**answer["limits"], **answer["watch"]}.items():
-        print(f"  {name} = {value:.6g}", file=out)
+    if "fmi" in answer:
+        binary = answer["binary"] or "none, sources alone"
+        print(f"\nFMI {answer['fmi']}, co-simulation; binary: {binary}", file=out)
+        print(f"  inputs: {', '.join(answer['inputs'])}", file=out)
+        print(f"  outputs: {', '.join(answer['outputs'])}", file=out)
+        print(f"  parameters that may be tuned: {answer['tunable']}", file=out)
+    if answer.get("kind", "compensator") == "compensator":
+        print("\nlimits of the correction:", file=out)
+        for name, value in {**answer["limits"], **answer["watch"]}.items():
+            print(f"  {name} = {value:.6g}", file=out)
     stated = {name: value for name, value in answer["valid"].items() if np.any(value)}
     if stated:
         print("\nfitted for:", file=out)

@@ -156,13 +156,20 @@ def make_parser() -> argparse.ArgumentParser:
     added = command(
         "export",
         "lostmotion.commands.export:run_export",
-        "Parameters for the controller, as a C header or a binary blob.",
+        "Parameters for the controller, as a C header or a binary blob; the drive as an FMU.",
         "lostmotion export drive.toml -o params.h --set period_us=500",
     )
     add_drive(added)
     added.add_argument(
-        "-o", "--output", metavar="FILE", required=True, help="a name that ends in .h or .bin"
+        "-o", "--output", metavar="FILE", required=True, help="a name that ends in .h, .bin or .fmu"
     )
+    added.add_argument(
+        "--fmu",
+        choices=("torque", "angles", "compensator"),
+        help="what the FMU is: torque in and output angle out (default), both angles in and torque "
+        "out, or the controller's compensator",
+    )
+    added.add_argument("--fmi", choices=("2", "3"), help="version of FMI (default: 2)")
     added.add_argument(
         "--name",
         default="joint_parameters",
@@ -171,8 +178,7 @@ def make_parser() -> argparse.ArgumentParser:
     added.add_argument(
         "--profile",
         choices=PROFILES,
-        default="standard",
-        help="of the controller (default: standard)",
+        help="of the controller (default: standard; of an FMU: full)",
     )
     add_effects(added)
     add_settings(added)
