@@ -1,20 +1,17 @@
-/* Runs both drives of this folder to a position under load, and checks that the motor goes beyond
+/* Runs the drives of this folder to a position under load, and checks that the motor goes beyond
  * it by the wind-up while the reported position is the commanded one, and that a stop in between
  * changes nothing. The exit code is the number of the first check that fails. */
 #include "glue.h"
+
+#include "checks.h"
 #include "params.h"
 
 #define PERIOD_S 5e-4f
 #define TICKS 4000
 #define COMMAND_RAD 0.5f
 #define LOAD_NM (-12.0f)
-#define CLOSE_RAD 2e-5f
 #define TURN_RAD 6.28318531f
 #define DAMPING 45.0f /* N*m*s/rev of the simulated motor, which has no inertia */
-
-static int is_close(float a, float b) {
-  return a - b < CLOSE_RAD && b - a < CLOSE_RAD;
-}
 
 static float wind_up(void) {
   static lm_memory memory;
@@ -70,5 +67,10 @@ static int check_servo(void) {
 
 int main(void) {
   int failed = check_foc();
-  return failed ? failed : check_servo();
+  failed = failed ? failed : check_servo();
+  if (failed == 0) {
+    failed = check_cia402();
+    failed = failed ? failed + 10 : 0;
+  }
+  return failed;
 }

@@ -46,6 +46,7 @@ COMMISSIONING = [
 MINIMAL = [EXAMPLES / "minimal" / "main.c"]
 FAULT_EXIT_CODE = 99
 
+INTEGRATION = PAGE.parent / "integration.md"
 README = ROOT / "README.md"
 MARKERS = r"<!-- minimal example -->\s*```c\n(.*?)```\s*<!-- end of minimal example -->"
 
@@ -108,6 +109,27 @@ def test_joint_keeps_its_bars_and_prints_the_same_as_here(
 def test_small_examples_run(tmp_path: Path, target: Target, sources: list[Path]) -> None:
     program = build(need(target), sources, tmp_path / "example")
     assert output_of(target, program) == (0, "")
+
+
+SIX_AXES = EXAMPLES / "six_axes"
+
+
+@pytest.mark.parametrize("target", BARE, ids=name_of)
+def test_six_axes_run_from_blobs(tmp_path: Path, target: Target) -> None:
+    program = build(need(target), [SIX_AXES / "main.c"], tmp_path / "six_axes")
+    code, text = output_of(target, program)
+    assert code == 0, text
+    ram = re.fullmatch(r"RAM of six axes, bytes: (\d+)\n", text)
+    assert ram is not None, text
+    quoted = re.search(r"six axes take ([\d,]+) bytes", INTEGRATION.read_text())
+    assert quoted is not None
+    assert quoted[1].replace(",", "") == ram[1]
+
+
+def test_blobs_of_the_six_axes_are_what_export_writes(tmp_path: Path) -> None:
+    made = tmp_path / "blobs.h"
+    subprocess.run([sys.executable, SIX_AXES / "make_blobs.py", made], check=True)
+    assert made.read_text() == (SIX_AXES / "blobs.h").read_text()
 
 
 def test_example_of_the_readme_is_the_minimal_example() -> None:

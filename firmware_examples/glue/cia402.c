@@ -1,0 +1,129 @@
+#include "cia402.h"
+
+#include <string.h>
+
+#define TURN_RAD 6.28318531f
+#define PERIOD_TOLERANCE 0.01f
+#define RATIO_MAX 1e4f
+
+/* To the nearest increment, within an INTEGER32. */
+static int32_t to_increments(float value) {
+  const float most = 2147483520.0f; /* largest float below 2^31 */
+  value = value > most ? most : value < -most ? -most : value == value ? value : 0;
+  return (int32_t)(value < 0 ? value - 0.5f : value + 0.5f);
+}
+
+static lm_status refuse(lm_fault *fault, lm_status status, const char *input, float found,
+                        float low, float high) {
+  if (fault) {
+    fault->status = status;
+    fault->input = input;
+    fault->found = found;
+    fault->low = low;
+    fault->high = high;
+  }
+  return status;
+}
+
+static float period_of(const cia402_drive *drive) {
+  float period_s = (float)drive->period_value;
+  int32_t i;
+  for (i = drive->period_exponent; i < 0; ++i) {
+    period_s *= 0.1f;
+  }
+  return period_s;
+}
+
+lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
+                       const lm_parameters *parameters, const lm_saved *kept,
+                       const lm_conditions *at, const cia402_input *in, lm_fault *fault) {
+  lm_status status;
+  float period_s = period_of(drive);
+  float size = drive->ratio < 0 ? -drive->ratio : drive->ratio;
+  memset(axis, 0, sizeof *axis);
+  if (drive->increments_per_rev < 1) {
+    return refuse(fault, LM_OUT_OF_RANGE, "increments_per_rev", 0, 1, 4294967295.0f);
+  }
+  if (!(size >= 1 && size <= RATIO_MAX)) {
+    return refuse(fault, LM_OUT_OF_RANGE, "ratio", drive->ratio, 1, RATIO_MAX);
+  }
+  if (drive->period_exponent < -6 || drive->period_exponent > 0) {
+    return refuse(fault, LM_OUT_OF_RANGE, "period_exponent", drive->period_exponent, -6, 0);
+  }
+  status = lm_start_compensator(&axis->compensator, parameters, at->torque_Nm, fault);
+  if (status != LM_OK) {
+    return status;
+  }
+  if (!(period_s > (1 - PERIOD_TOLERANCE) * parameters->limits.period_s &&
+        period_s < (1 + PERIOD_TOLERANCE) * parameters->limits.period_s)) {
+    memset(&axis->compensator, 0, sizeof axis->compensator); /* not started: corrects nothing */
+    return refuse(fault, LM_INCONSISTENT, "period_s", period_s,
+                  (1 - PERIOD_TOLERANCE) * parameters->limits.period_s,
+                  (1 + PERIOD_TOLERANCE) * parameters->limits.period_s);
+  }
+  if (kept) {
+    (void)lm_restore_compensator(&axis->compensator, kept, 0); /* refused: history unknown */
+  }
+  axis->drive = *drive;
+  axis->increments_per_rad = (float)drive->increments_per_rev * drive->ratio / TURN_RAD;
+  /* The drive is off: the correction settles before the loop closes on it. */
+  axis->correction = lm_settle_compensator(&axis->compensator, at);
+  axis->sent.position_offset =
+      to_increments(axis->correction.correction_rad * axis->increments_per_rad);
+  axis->command_rad = cia402_reported(axis, in);
+  return LM_OK;
+}
+
+/* Increments of the output: exact in integers, a float would lose the last ones of a long way. */
+static int32_t output_increments(const cia402_axis *axis, const cia402_input *in) {
+  return axis->drive.reports_offset ? in->position_actual - axis->sent.position_offset
+                                    : in->position_actual;
+}
+
+float cia402_reported(const cia402_axis *axis, const cia402_input *in) {
+  return axis->zero_rad + (float)output_increments(axis, in) / axis->increments_per_rad;
+}
+
+void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad) {
+  axis->zero_rad += angle_rad - cia402_reported(axis, in);
+  axis->command_rad = angle_rad;
+}
+
+/* The way through the drive's states; one step a cycle. */
+static uint16_t controlword(uint16_t statusword, int32_t enable) {
+  switch (statusword & CIA402_STATE_MASK) {
+    case CIA402_OPERATION_ENABLED:
+      return enable ? CIA402_ENABLE : CIA402_QUICK_STOP;
+    case CIA402_SWITCHED_ON:
+      return enable ? CIA402_ENABLE : CIA402_SHUTDOWN;
+    case CIA402_READY:
+      return enable ? CIA402_SWITCH_ON : CIA402_SHUTDOWN;
+    case CIA402_QUICK_STOP_ACTIVE:
+      return CIA402_QUICK_STOP;
+    default: /* switch on disabled; a fault is reset by the host alone */
+      return enable ? CIA402_SHUTDOWN : 0;
+  }
+}
+
+cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
+                           float wish_rad, int32_t enable) {
+  int enabled = (in->statusword & CIA402_STATE_MASK) == CIA402_OPERATION_ENABLED;
+  float reported_rad = cia402_reported(axis, in);
+  int32_t standing = output_increments(axis, in);
+  axis->correction = lm_step_compensator(&axis->compensator, at);
+  axis->sent.controlword = controlword(in->statusword, enable);
+  axis->sent.position_offset =
+      to_increments(axis->correction.correction_rad * axis->increments_per_rad);
+  axis->sent.velocity_offset =
+      enabled ? to_increments(axis->correction.velocity_rad_s * axis->increments_per_rad) : 0;
+  if (enabled && enable) {
+    axis->command_rad = wish_rad;
+    axis->sent.target_position =
+        to_increments((wish_rad - axis->zero_rad) * axis->increments_per_rad);
+  } else {
+    /* Stands, brakes or is moved: the target follows the output, so that nothing jumps. */
+    axis->command_rad = reported_rad;
+    axis->sent.target_position = standing;
+  }
+  return axis->sent;
+}

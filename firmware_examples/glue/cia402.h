@@ -1,0 +1,99 @@
+/* A drive of CiA 402 (CANopen, EtherCAT) in mode CSP: the controller that sends its set points
+ * runs the compensator, and hands the correction over in the objects that are meant for it.
+ *
+ *     object  to the drive                       object  from the drive
+ *     0x6040  controlword                        0x6041  statusword
+ *     0x607A  target position                    0x6064  position actual value
+ *     0x60B0  position offset: correction
+ *     0x60B1  velocity offset: its rate
+ *
+ * The drive adds 0x60B0 to its position demand and 0x60B1 to its velocity demand, so the target
+ * stays that of the output, and the output's angle is (0x6064 - 0x60B0) in increments. (A drive
+ * that reports 0x6064 without the offset: state reports_offset 0.) Increments: 0x608F encoder
+ * increments per motor turn times the gear's ratio over one turn of the output; 0x6091 and 0x6092
+ * are taken to be 1. Velocity is in increments per second.
+ *
+ * An offset is an absolute number, rounded to the nearest increment: nothing adds up. Set points
+ * act one sync period after they were sent; the correction comes as late, with the target that it
+ * belongs to.
+ *
+ * Mode: 0x6060 = 8 (CSP) before the drive is enabled; 0x60C2 states the sync period, which has to
+ * be the period of the parameters. In modes PP, HM and CSV drives ignore 0x60B0 or add it in their
+ * own way: keep the compensator in LM_MODE_HOLD while the drive homes itself (mode HM), and take
+ * the reference from 0x6064 less the offset.
+ */
+#ifndef CIA402_H
+#define CIA402_H
+
+#include "lostmotion/runtime.h"
+
+/* 0x6041 & CIA402_STATE_MASK */
+#define CIA402_STATE_MASK 0x6Fu
+#define CIA402_READY 0x21u
+#define CIA402_SWITCHED_ON 0x23u
+#define CIA402_OPERATION_ENABLED 0x27u
+#define CIA402_QUICK_STOP_ACTIVE 0x07u
+#define CIA402_SWITCH_ON_DISABLED 0x40u
+#define CIA402_FAULT 0x08u
+
+/* 0x6040 */
+#define CIA402_SHUTDOWN 0x06u
+#define CIA402_SWITCH_ON 0x07u
+#define CIA402_ENABLE 0x0Fu
+#define CIA402_QUICK_STOP 0x02u
+#define CIA402_FAULT_RESET 0x80u
+
+/* What is configured in the drive. */
+typedef struct cia402_drive {
+  uint32_t increments_per_rev; /* 0x608F, of the motor, at least 1 */
+  float ratio;                 /* signed: turns of the motor for one of the output */
+  uint8_t period_value;        /* 0x60C2:01 */
+  int8_t period_exponent;      /* 0x60C2:02, -6 to 0: seconds are value * 10^exponent */
+  int32_t reports_offset;      /* 1: 0x6064 is the motor's place, offset and all; 0: without it */
+} cia402_drive;
+
+/* Process data of one cycle. */
+typedef struct cia402_output {
+  uint16_t controlword;
+  int32_t target_position;
+  int32_t position_offset;
+  int32_t velocity_offset;
+} cia402_output;
+
+typedef struct cia402_input {
+  uint16_t statusword;
+  int32_t position_actual;
+} cia402_input;
+
+typedef struct cia402_axis {
+  cia402_drive drive;
+  lm_compensator compensator;
+  lm_correction correction;
+  float increments_per_rad; /* of the output, signed */
+  float zero_rad;           /* output angle at position_actual zero, by homing */
+  float command_rad;        /* where the output is told to be; the reported angle while open */
+  cia402_output sent;
+} cia402_axis;
+
+/* Power-up: the drive is not enabled and has reported its position. Checks the parameters, and
+ * that the sync period is theirs. kept: the history of the last power-down, or null.
+ * LM_OUT_OF_RANGE
+ * ("increments_per_rev", "ratio", "period_exponent"), LM_INCONSISTENT ("period_s"), those of
+ * lm_start_compensator. */
+lm_status cia402_start(cia402_axis *axis, const cia402_drive *drive,
+                       const lm_parameters *parameters, const lm_saved *kept,
+                       const lm_conditions *at, const cia402_input *in, lm_fault *fault);
+
+/* One sync period. wish_rad: where the output is to be, used once the drive is enabled; it begins
+ * at command_rad. enable 0: quick stop, then switched off. Steps the compensator in every state of
+ * the drive. */
+cia402_output cia402_cycle(cia402_axis *axis, const cia402_input *in, const lm_conditions *at,
+                           float wish_rad, int32_t enable);
+
+/* Output angle as it is reported upward. */
+float cia402_reported(const cia402_axis *axis, const cia402_input *in);
+
+/* Homing is done: the output stands at angle_rad. Mode LM_MODE_HOLD and LM_STATE_SETTLED first. */
+void cia402_reference(cia402_axis *axis, const cia402_input *in, float angle_rad);
+
+#endif
