@@ -1,4 +1,4 @@
-/* Parameters of six joints, written by make_blobs.py: in a robot they lie in a flash page
+/* Parameters of six joints, written by make_blobs.py: in a robot they lie in flash
  * or come over the bus. */
 #ifndef SIX_AXES_BLOBS_H
 #define SIX_AXES_BLOBS_H

@@ -52,7 +52,7 @@ def blob_of(name: str, folder: Path) -> bytes:
 def text_of(blobs: dict[str, bytes]) -> str:
     """Text of blobs.h."""
     lines = [
-        "/* Parameters of six joints, written by make_blobs.py: in a robot they lie in a flash page",
+        "/* Parameters of six joints, written by make_blobs.py: in a robot they lie in flash",
         " * or come over the bus. */",
         "#ifndef SIX_AXES_BLOBS_H",
         "#define SIX_AXES_BLOBS_H",
