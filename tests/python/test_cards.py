@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -16,15 +17,16 @@ from conftest import needs_compiler
 from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.own_forms import own_forms
 from lostmotion.candidates.tangents import given_values, grid, resolved
-from lostmotion.core import NEEDS, core
+from lostmotion.core import FILLED_IN, NEEDS, core
 from lostmotion.discover import Effect, Value, effect, include_folder, library, load
-from lostmotion.effects.conditions import CONDITIONS, Conditions
+from lostmotion.effects.conditions import MEASURED, Conditions
 from lostmotion.effects.formula import formula, write_c
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import start_values
 
 PACKAGE = Path(lostmotion.__file__).parent
+LIB = Path(__file__).resolve().parents[2] / "lib"
 
 OTHER_THINGS = {
     "kinematic_error": ("design/spec.py",),  # an objective of the design search
@@ -55,7 +57,7 @@ def said_in(file: Path) -> set[str]:
 
 def test_no_file_names_an_effect_or_one_of_its_values() -> None:
     values = {value.name for one in library().values() for value in one.values}
-    general = {*CONDITIONS, "ratio", "share", "exponent"} | {v for v in values if "_" not in v}
+    general = {*NEEDS, "ratio", "share", "exponent"} | {v for v in values if "_" not in v}
     names = {*library(), *values} - general
     assert {"thermal_gap", "takeup_Nm", "onset_s", "threshold_Nm"} <= names
     named = {
@@ -68,10 +70,19 @@ def test_no_file_names_an_effect_or_one_of_its_values() -> None:
 
 
 def test_conditions_are_the_fields_that_the_library_has() -> None:
-    assert set(CONDITIONS) == set(NEEDS)
-    fields = {name for name, _ in core(64).ffi.typeof("lm_conditions").fields}
-    assert fields == {*NEEDS, "elastic_rad", "wound_Nm"}
-    assert fields | {"count"} == {n for n, _ in core(64).ffi.typeof("lm_recording").fields}
+    assert set(MEASURED) < set(NEEDS)
+    assert [name for name, _ in core(64).ffi.typeof("lm_conditions").fields] == [*NEEDS, *FILLED_IN]
+    columns = [name for name, _ in core(64).ffi.typeof("lm_recording").fields]
+    assert columns == ["count", *NEEDS, *FILLED_IN]
+
+
+@pytest.mark.skipif(not (LIB / "runtime").exists(), reason="the C sources are not beside the tests")
+def test_an_effect_is_a_file_and_a_row_of_the_list() -> None:
+    rows = re.findall(r"EFFECT\((\w+)\)", (LIB / "include/lostmotion/effect_list.h").read_text())
+    files = sorted(file.stem for file in (LIB / "runtime" / "effects").glob("*.c"))
+    assert rows == files == sorted(library())
+    others = [file for file in LIB.rglob("*.[ch]") if file.stem not in (*files, "effect_list")]
+    assert [f.name for f in others for e in files if f"lm_effect_{e}" in f.read_text()] == []
 
 
 def test_forms_of_their_own_belong_to_effects() -> None:

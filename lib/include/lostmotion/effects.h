@@ -15,13 +15,14 @@
  * return a finite number for finite inputs, must not loop without a bound, and keeps whatever it
  * must remember in `memory`, which starts at zero.
  *
- * Twenty-seven effects come with the library, one file each under lib/runtime/effects/.
+ * The library's effects are listed in effect_list.h, one file each under lib/runtime/effects/.
  */
 #ifndef LOSTMOTION_EFFECTS_H
 #define LOSTMOTION_EFFECTS_H
 
 #include <stdint.h>
 
+#include "lostmotion/effect_list.h"
 #include "lostmotion/elementary.h"
 #include "lostmotion/profile.h"
 #include "lostmotion/real.h"
@@ -36,9 +37,10 @@ LM_BEGIN_DECLS
 #error "lostmotion: LM_EFFECT_CARDS must be 0 or 1"
 #endif
 
-#define LM_EFFECT_VALUES_MAX 6                 /* values of one effect */
-#define LM_EFFECT_COUNT 27                     /* effects of the library */
-#define LM_REFERENCE_TEMPERATURE_C LM_REAL(20) /* where thermal effects are nothing */
+#define LM_EFFECT_VALUES_MAX 6 /* values of one effect */
+#define LM_COUNT_EFFECT(name) +1
+#define LM_EFFECT_COUNT (0 LM_EFFECT_LIST(LM_COUNT_EFFECT)) /* effects of the library */
+#define LM_REFERENCE_TEMPERATURE_C LM_REAL(20)              /* where thermal effects are nothing */
 #define LM_ANGLE_MAX_RAD LM_REAL(1600) /* input and output angle: a quarter of LM_TURN_MAX_RAD */
 
 /* What a condition is while the host does not know it. A number, so that it passes any compiler;
@@ -186,33 +188,9 @@ typedef struct lm_effect {
 /* The library's effects in the order of their names; listing the table links them all. */
 extern const lm_effect *const lm_effects[LM_EFFECT_COUNT];
 
-extern const lm_effect lm_effect_asymmetric_stiffness;
-extern const lm_effect lm_effect_axial_shift;
-extern const lm_effect lm_effect_creep;
-extern const lm_effect lm_effect_free_play;
-extern const lm_effect lm_effect_inertia;
-extern const lm_effect lm_effect_input_coupling_play;
-extern const lm_effect lm_effect_input_lock_compliance;
-extern const lm_effect lm_effect_kinematic_error;
-extern const lm_effect lm_effect_kinematic_sideband;
-extern const lm_effect lm_effect_load_dependent_friction;
-extern const lm_effect lm_effect_lobe_eccentricity;
-extern const lm_effect lm_effect_output_eccentricity;
-extern const lm_effect lm_effect_output_tilt;
-extern const lm_effect lm_effect_ratcheting;
-extern const lm_effect lm_effect_sensor_lag;
-extern const lm_effect lm_effect_soft_windup;
-extern const lm_effect lm_effect_stiffening;
-extern const lm_effect lm_effect_stiffness_modulation;
-extern const lm_effect lm_effect_stribeck_friction;
-extern const lm_effect lm_effect_thermal_drift;
-extern const lm_effect lm_effect_thermal_friction;
-extern const lm_effect lm_effect_thermal_gap;
-extern const lm_effect lm_effect_thermal_stiffness;
-extern const lm_effect lm_effect_torque_offset;
-extern const lm_effect lm_effect_torque_scale;
-extern const lm_effect lm_effect_viscous_friction;
-extern const lm_effect lm_effect_wear;
+/* Each of them: lm_effect_<name>. */
+#define LM_DECLARE_EFFECT(name) extern const lm_effect lm_effect_##name;
+LM_EFFECT_LIST(LM_DECLARE_EFFECT)
 
 /* The effect with an id, or null, in a table of `count` pointers. */
 const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, uint32_t id);

@@ -20,19 +20,13 @@ Kind = Literal["torque", "width", "angle"]
 KINDS: tuple[Kind, ...] = ("torque", "width", "angle")
 """Kinds of effects in the order of `lm_effect_kind`."""
 
-NEEDS = (
-    "torque_Nm",
-    "input_angle_rad",
-    "output_angle_rad",
-    "input_velocity_rad_s",
-    "output_acceleration_rad_s2",
-    "temperature_C",
-    "cycles",
-    "tilt_moment_Nm",
-    "axial_force_N",
-    "elapsed_s",
+FILLED_IN = ("elastic_rad", "wound_Nm")
+"""Fields of `lm_conditions` that the model fills in, the last ones."""
+
+NEEDS: tuple[str, ...] = tuple(
+    name for name, _ in _core64.ffi.typeof("lm_conditions").fields if name not in FILLED_IN
 )
-"""Fields of `lm_conditions` in the order of the LM_NEEDS_ bits."""
+"""Fields of `lm_conditions` that a host measures, in the order of the LM_NEEDS_ bits."""
 
 
 class Core:

@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.recordings import Campaign
+from lostmotion.core import NEEDS
+from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
@@ -22,24 +23,8 @@ noise of the input's encoder over the ratio, and a start is short."""
 SAME_ANGLE = 1e-9
 """Relative difference of two angles, far below any encoder, that is rounding."""
 
-MEASURED = {
-    "torque_Nm": "torque",
-    "input_angle_rad": "input_angle",
-    "output_angle_rad": "output_angle",
-    "temperature_C": "temperature",
-    "cycles": "cycles",
-    "tilt_moment_Nm": "tilt_moment",
-    "axial_force_N": "axial_force",
-}
-"""Conditions that are columns of a recording."""
-
-CONDITIONS = (
-    *MEASURED,
-    "input_velocity_rad_s",
-    "output_acceleration_rad_s2",
-    "elapsed_s",
-)
-"""All conditions but the elastic angle, which the model fills in."""
+MEASURED = {q.column: q.name for q in QUANTITIES.values() if q.column in NEEDS}
+"""Conditions that are columns of a recording; the others are rates of these, or times."""
 
 NEUTRAL = {"temperature_C": 20.0}
 """Value of a condition that was not measured, where it is not zero."""
@@ -60,7 +45,7 @@ class Conditions:
     Attributes
     ----------
     columns : dict
-        Arrays by the names of `CONDITIONS`; what was not measured is missing. The output angle is
+        Arrays by the names of `NEEDS`; what was not measured is missing. The output angle is
         where the output would be without lost motion, see `unwound`, and its acceleration that.
     lost_motion : ndarray
         Arc seconds.

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.core import NEEDS, Kind
-from lostmotion.effects.conditions import CONDITIONS, NEUTRAL, Conditions
+from lostmotion.effects.conditions import NEUTRAL, Conditions
 from lostmotion.errors import InputError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
@@ -319,7 +319,7 @@ def effect(
         ) -> FloatArray:
             size = run["torque_Nm"].size
             everything = {
-                condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in CONDITIONS
+                condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in NEEDS
             }
             p = SimpleNamespace(**{v.name: float(n) for v, n in zip(values, numbers, strict=True)})
             try:

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import NEEDS, Kind
-from lostmotion.effects.conditions import CONDITIONS
+from lostmotion.core import FILLED_IN, NEEDS, Kind
 from lostmotion.effects.effect import Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import as_in_file
@@ -71,9 +70,6 @@ HELPERS = {
 
 TURNS = {"input_turns": "input_angle_rad", "output_turns": "output_angle_rad"}
 """Angles in turns, for formulas with a period."""
-
-FILLED_IN = ("elastic_rad", "wound_Nm")
-"""Conditions that the model fills in from the torque."""
 
 OPERATORS: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Add: ("+", np.add),
@@ -153,7 +149,7 @@ def _read(name: str, text: str) -> ast.expr:
 
 def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
     """Names that the formula uses, but for functions and pi; refuses what is no formula."""
-    allowed = {*values, *CONDITIONS, *FILLED_IN, *TURNS, "pi"}
+    allowed = {*values, *NEEDS, *FILLED_IN, *TURNS, "pi"}
     found: set[str] = set()
     where = f"effect {name}"
 

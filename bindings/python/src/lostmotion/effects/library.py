@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import KINDS, NEEDS, Bits, core
-from lostmotion.effects.conditions import CONDITIONS
+from lostmotion.core import FILLED_IN, KINDS, NEEDS, Bits, core
 from lostmotion.effects.effect import ROLES, SCALES, Effect, Value
 
 FloatArray = npt.NDArray[np.float64]
@@ -41,7 +40,7 @@ def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
         recording = c.ffi.new("lm_recording *")
         columns = {
             name: c.pointer(c.array(campaign[name]))
-            for name in (*CONDITIONS, "elastic_rad", "wound_Nm")
+            for name in (*NEEDS, *FILLED_IN)
             if name in campaign
         }
         out = c.zeros(starts[-1])
