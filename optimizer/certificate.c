@@ -326,14 +326,15 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
   memset(c, 0, sizeof *c);
   status = lm_point_drive(problem, combination, unit, &c->drive, fault);
   if (status == LM_OK) {
-    status = lm_prepare_meshes(&c->drive, LM_CERTAIN_NODES, &workspace->design, fault);
+    status = lm_make_face(&c->drive, lm_face_sections(&c->drive), LM_CERTAIN_NODES,
+                          workspace->design.face, fault);
   }
   if (status == LM_OK) {
-    status = lm_find_smallest_gap(workspace->design.meshes, c->drive.axial_sections,
+    status = lm_find_smallest_gap(workspace->design.face, lm_face_sections(&c->drive),
                                   LM_CERTAIN_STEPS, &c->smallest, fault);
   }
   if (status == LM_OK) {
-    status = lm_check_design(&c->drive, workspace->design.meshes, c->drive.axial_sections,
+    status = lm_check_design(&c->drive, workspace->design.face, lm_face_sections(&c->drive),
                              &c->smallest, c->check, fault);
   }
   if (status != LM_OK) {

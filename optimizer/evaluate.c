@@ -438,18 +438,24 @@ static lm_real end_row(const lm_problem *problem, const tolerance_state *toleran
   return gap_row(problem, tolerance, &end.gap);
 }
 
+/* Places of the face width that the limits look at: both edges, for no gap between them is smaller
+ * (lm_face_sections); the middle where planar_only is asked for. */
+static int edges_of(const lm_drive *drive) {
+  return drive->planar_only ? 1 : LM_EDGES;
+}
+
 /* Angle slowest, then section, then flank; last the ends of the overlap. The angles that count from
  * the axis stand first and rise. */
 static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const lm_drive *drive,
                          const tolerance_state *tolerance, const lm_design_workspace *workspace,
                          lm_real row[]) {
-  const lm_real junction = workspace->meshes[0].line.shape.contact_half_angle_rad;
-  const int sections = drive->axial_sections;
+  const lm_real junction = workspace->face[0].line.shape.contact_half_angle_rad;
+  const int sections = edges_of(drive);
   lm_real *ends = row + 2 * scan->count * sections;
   int section;
   int i;
   for (section = 0; section < sections; section++) {
-    const lm_mesh *mesh = &workspace->meshes[section];
+    const lm_mesh *mesh = &workspace->face[section];
     lm_clearance before = lm_tooth_clearance(mesh, LM_REAL(0));
     ends[2 * section] = LM_REAL(-LM_GAP_FREE_ARCMIN);
     ends[2 * section + 1] = LM_REAL(-LM_GAP_FREE_ARCMIN);
@@ -501,7 +507,10 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     status = lm_prepare_meshes(drive, scan->nodes, workspace, fault);
   }
   if (status == LM_OK) {
-    status = lm_check_design(drive, workspace->meshes, drive->axial_sections, &apart, check, fault);
+    status = lm_make_face(drive, edges_of(drive), scan->nodes, workspace->face, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_check_design(drive, workspace->face, edges_of(drive), &apart, check, fault);
   }
   if (status == LM_OK) {
     status = find_gapless(problem, drive, gapless, workspace, fault);
@@ -513,7 +522,7 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     return status;
   }
   result[layout->figure_start[LM_FIGURE_STRESS]] = LM_REAL(1) / check[LM_CHECK_SAFETY].value;
-  measure_limits(problem, drive, check, &workspace->meshes[0].geometry,
+  measure_limits(problem, drive, check, &workspace->face[0].geometry,
                  result + layout->single_start);
   measure_gaps(problem, scan, drive, &tolerance, workspace, result + layout->gap_start);
   return LM_OK;

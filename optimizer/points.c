@@ -230,7 +230,8 @@ static lm_status check_range(const lm_range *range, unsigned char seen[], lm_fau
 static lm_status check_choice(const lm_choice *choice, unsigned char seen[], lm_fault *fault) {
   lm_status status = LM_OK;
   int k;
-  if (seen[choice->key]++ || choice->key == LM_KEY_AXIAL_SECTIONS) {
+  if (seen[choice->key]++ || choice->key == LM_KEY_AXIAL_SECTIONS ||
+      choice->key == LM_KEY_PLANAR_ONLY) {
     return refuse_number(fault, LM_INCONSISTENT, entry_of(choice->key)->name, 0, 0, 0);
   }
   for (k = 0; k < choice->count && status == LM_OK; k++) {
@@ -467,7 +468,7 @@ void lm_default_scan(lm_scan *scan) {
 }
 
 void lm_lay_out(const lm_problem *problem, const lm_scan *scan, lm_layout *layout) {
-  const int sections = (int)problem->value[LM_KEY_AXIAL_SECTIONS];
+  const int sections = problem->value[LM_KEY_PLANAR_ONLY] > 0.5 ? 1 : LM_EDGES;
   int figure;
   int next = 0;
   for (figure = 0; figure < LM_FIGURE_COUNT; figure++) {

@@ -171,9 +171,10 @@ typedef struct lm_problem {
   double deviate[LM_LINK_MAX][LM_LOOP_SAMPLES]; /* deviations in units of tau */
 } lm_problem;
 
-/* Where the side clearance is looked at: every flank and section at each of these angles. */
+/* Where the side clearance is looked at: every flank at both edges of the face, at each of these
+ * angles. */
 #define LM_ANGLE_MAX 96
-#define LM_SECTION_MAX 7
+#define LM_EDGES 2
 
 typedef struct lm_gap_angle {
   double offset_rad;
@@ -188,10 +189,10 @@ typedef struct lm_scan {
 } lm_scan;
 
 /* Where the results of one evaluation stand: the branches of each figure (the figure is the largest
- * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and section, and
+ * of them), the single rows by lm_limit, then the gaps: two flanks for each angle and edge, and
  * for each end of the overlap. */
 #define LM_BRANCH_MAX (3 * LM_PHASE_MAX + LM_PHASE_MAX * (LM_PHASE_MAX - 1) + 2)
-#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * (LM_ANGLE_MAX + 1) * LM_SECTION_MAX)
+#define LM_RESULT_MAX (LM_BRANCH_MAX + LM_SINGLE_ROWS + 2 * (LM_ANGLE_MAX + 1) * LM_EDGES)
 
 typedef struct lm_layout {
   int figure_start[LM_FIGURE_COUNT];

@@ -19,8 +19,9 @@ static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps,
   lm_drive *drive = &s->workspace->drive;
   lm_smallest_gap smallest;
   if (lm_point_drive(s->problem, s->combination, unit, drive, NULL) != LM_OK ||
-      lm_prepare_meshes(drive, nodes, &s->workspace->design, NULL) != LM_OK ||
-      lm_find_smallest_gap(s->workspace->design.meshes, drive->axial_sections, steps, &smallest,
+      lm_make_face(drive, lm_face_sections(drive), nodes, s->workspace->design.face, NULL) !=
+          LM_OK ||
+      lm_find_smallest_gap(s->workspace->design.face, lm_face_sections(drive), steps, &smallest,
                            NULL) != LM_OK) {
     return 0;
   }

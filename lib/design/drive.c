@@ -165,6 +165,9 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
     status = lm_make_geometry(&drive->teeth, drive->generator.deflection_mm,
                               drive->flexspline.rim_thickness_mm, &geometry, fault);
   }
+  if (status == LM_OK && drive->planar_only && drive->axial_sections > 1) {
+    status = refuse_contradiction(fault, "planar_only", LM_REAL(1), LM_REAL(0), LM_REAL(0));
+  }
   /* The coarsest line of the widest axial section tells whether there is one. */
   if (status == LM_OK) {
     const int sections = drive->axial_sections;

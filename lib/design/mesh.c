@@ -218,9 +218,8 @@ lm_real lm_section_factor(const lm_drive *drive, int section, int sections) {
 }
 
 /* The root that the rack does not cut is as deep as the tip opposite needs, which comes furthest in
- * the widest axial section. */
-static void deepen_root(const lm_drive *drive, lm_geometry *g) {
-  const int sections = drive->axial_sections;
+ * the widest of several sections. */
+static void deepen_root(const lm_drive *drive, int sections, lm_geometry *g) {
   const lm_real wider =
       g->deflection_mm * (lm_section_factor(drive, sections - 1, sections) - LM_REAL(1));
   if (sections < 2) {
@@ -234,20 +233,17 @@ static void deepen_root(const lm_drive *drive, lm_geometry *g) {
   }
 }
 
-lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
-                       lm_fault *fault) {
+/* The mesh of one of `sections` sections. */
+static lm_status make_section(const lm_drive *drive, int sections, lm_real section_factor,
+                              int nodes, lm_mesh *mesh, lm_fault *fault) {
   lm_geometry geometry;
-  lm_status status;
-  if (drive == 0 || mesh == 0) {
-    return refuse(fault, LM_NULL, drive == 0 ? "drive" : "mesh");
-  }
-  status = check_range(fault, "section_factor", section_factor, LM_REAL(0.2), LM_REAL(2));
+  lm_status status = check_range(fault, "section_factor", section_factor, LM_REAL(0.2), LM_REAL(2));
   if (status == LM_OK) {
     status = lm_make_geometry(&drive->teeth, drive->generator.deflection_mm,
                               drive->flexspline.rim_thickness_mm, &geometry, fault);
   }
   if (status == LM_OK) {
-    deepen_root(drive, &geometry);
+    deepen_root(drive, sections, &geometry);
     status = lm_make_neutral_line(&drive->generator, drive->teeth.deformation, geometry.neutral_mm,
                                   drive->generator.deflection_mm * section_factor, nodes,
                                   &mesh->line, fault);
@@ -255,6 +251,36 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
   if (status == LM_OK) {
     mesh->geometry = geometry;
     limit_flanks(mesh);
+  }
+  return status;
+}
+
+lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
+                       lm_fault *fault) {
+  if (drive == 0 || mesh == 0) {
+    return refuse(fault, LM_NULL, drive == 0 ? "drive" : "mesh");
+  }
+  return make_section(drive, drive->axial_sections, section_factor, nodes, mesh, fault);
+}
+
+int lm_face_sections(const lm_drive *drive) {
+  if (drive->planar_only) {
+    return 1;
+  }
+  return drive->axial_sections > LM_FACE_SECTIONS ? drive->axial_sections : LM_FACE_SECTIONS;
+}
+
+lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh meshes[],
+                       lm_fault *fault) {
+  lm_status status;
+  int i;
+  if (drive == 0 || meshes == 0) {
+    return refuse(fault, LM_NULL, drive == 0 ? "drive" : "meshes");
+  }
+  status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
+  for (i = 0; i < sections && status == LM_OK; i++) {
+    status = make_section(drive, sections, lm_section_factor(drive, i, sections), nodes, &meshes[i],
+                          fault);
   }
   return status;
 }

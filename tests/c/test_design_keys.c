@@ -35,7 +35,7 @@ static void test_rows_stand_in_the_order_of_the_list(void) {
   TEST_ASSERT_TRUE(key.usual > LM_REAL(0.349065) && key.usual < LM_REAL(0.349066));
   TEST_ASSERT_EQUAL_INT(LM_OK, lm_describe_design_key(LM_DESIGN_KEY_COUNT - 1, &key, NULL));
   TEST_ASSERT_EQUAL_STRING("drive", key.section);
-  TEST_ASSERT_EQUAL_STRING("axial_sections", key.stem);
+  TEST_ASSERT_EQUAL_STRING("planar_only", key.stem);
   TEST_ASSERT_EQUAL_STRING("", key.suffix);
 }
 

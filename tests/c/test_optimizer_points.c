@@ -33,7 +33,7 @@ static const char reference_spec[] =
     "objective lost_motion\n"
     "phases 1\n"
     "fixed generator.type discs\n"
-    "fixed teeth.module_mm 0.25\n"
+    "fixed planar_only 1\nfixed teeth.module_mm 0.25\n"
     "fixed teeth.flexspline_teeth 200\n"
     "fixed teeth.face_width_mm 10\n"
     "fixed flexspline.rim_thickness_mm 0.6\n"
@@ -176,7 +176,7 @@ static void test_closing_never_takes_too_much(void) {
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\nphases 1\nrigid_gear_turns 1\n"
       "fixed teeth.deformation external\nfixed generator.type ring\n"
-      "fixed teeth.module_mm 0.25\nfixed teeth.flexspline_teeth 200\n"
+      "fixed planar_only 1\nfixed teeth.module_mm 0.25\nfixed teeth.flexspline_teeth 200\n"
       "fixed teeth.face_width_mm 10\nfixed generator.deflection_modules 1\n"
       "fixed generator.contact_half_angle_deg 30\n"
       "range teeth.flexspline_shift 2 4\nrange teeth.shift_difference -0.3 0.3\n";

@@ -30,7 +30,7 @@ void tearDown(void) {
 
 static const char small_spec[] =
     "rated_torque_Nm 40\n"
-    "fixed teeth.module_mm 0.25\n"
+    "fixed planar_only 1\nfixed teeth.module_mm 0.25\n"
     "fixed teeth.flexspline_teeth 200\n"
     "fixed teeth.face_width_mm 10\n"
     "range teeth.flexspline_shift 2 4\n"
@@ -125,7 +125,7 @@ static void test_points_without_a_shift_leave_the_gaps(void) {
   lm_spec_error error = {0, ""};
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
-      "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
+      "fixed planar_only 1\nfixed generator.type discs\nfixed teeth.module_mm 0.25\n"
       "fixed teeth.flexspline_teeth 200\nfixed teeth.face_width_mm 10\n"
       "range generator.deflection_modules 0.88 1.05\n";
   TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(spec, &problem, &error), error.text);
@@ -186,7 +186,7 @@ static void take_one_gradient(const double unit[]) {
 static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(void) {
   static const char without_shift[] =
       "rated_torque_Nm 40\nobjective lost_motion\n"
-      "fixed generator.type discs\nfixed teeth.module_mm 0.25\n"
+      "fixed planar_only 1\nfixed generator.type discs\nfixed teeth.module_mm 0.25\n"
       "fixed teeth.flexspline_teeth 200\nfixed teeth.face_width_mm 10\n"
       "fixed teeth.flexspline_shift 3\nfixed teeth.shift_difference -0.1\n"
       "range generator.deflection_modules 0.94 0.96\n";

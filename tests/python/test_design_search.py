@@ -30,8 +30,9 @@ from lostmotion import design
 from lostmotion.cli import main
 from lostmotion.core import core
 from lostmotion.design.spec import parse_spec
-from lostmotion.drives import format_toml, read_drive, read_toml
+from lostmotion.drives import format_toml, parse_drive, read_drive, read_toml
 from lostmotion.errors import InputError
+from lostmotion.model import ADVICE, design_model
 from lostmotion.structs import make_drive
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -59,7 +60,7 @@ SMALL: dict[str, Any] = {
             "teeth.shift_difference": [-0.3, 0.3],
             "generator.deflection_modules": [0.88, 1.05],
             "generator.contact_half_angle_deg": [22, 35],
-            "teeth.engagement_depth": [0.9, 1.3],
+            "teeth.engagement_depth": [0.6, 1.3],
             "tolerance.0.it_grade": [5, 9],
         },
         "limits": {"safety_factor_min": 1.5},
@@ -1042,19 +1043,45 @@ def test_the_loops_quantile_is_that_of_many_samples(shipped: Any) -> None:
     assert searched == pytest.approx(sampled, rel=0.03)
 
 
-def section_designs(run: Path) -> list[tuple[int, polygons.Design, Any]]:
-    """The best drive as polygons, one for each axial section, and the library's mesh."""
+@pytest.mark.parametrize("sections", [1, 3, 5, 7])
+def test_what_is_certified_holds_however_many_sections_share_the_load(
+    shipped: Any, sections: int
+) -> None:
+    _, run = shipped
+    document = read_toml(run / "best.toml", "a drive file")
+    document["design"]["axial_sections"] = sections
+    broken = [c for c in design_model(parse_drive(document)).checks() if c.margin < 0]
+    assert [c.name for c in broken if c.name not in ADVICE] == []
+
+
+def test_planar_only_is_asked_for_and_said(write: Write, tmp_path: Path, small: Any) -> None:
+    small["search"]["fixed"]["planar_only"] = True
+    result = design.search(write(small), tmp_path / "run")
+    assert result.certificate["holds"]
+    assert "Planar only, as the drive file asks" in (tmp_path / "run/report.html").read_text()
+    best = read_toml(tmp_path / "run/best.toml", "a drive file")
+    assert best["design"]["planar_only"] is True
+    best["design"]["planar_only"] = False
+    checks = {c.name: c.margin for c in design_model(parse_drive(best)).checks()}
+    assert checks["smallest_gap"] < 0  # a planar verdict is none on the cup
+
+
+def face_designs(run: Path, sections: int) -> list[tuple[int, polygons.Design, Any]]:
+    """The best drive as polygons, one for each place of the face, and the library's meshes."""
     drive = make_drive(read_drive(run / "best.toml").design)
     c = core(64)
     workspace = c.ffi.new("lm_design_workspace *")
-    c.check(c.lib.lm_prepare_meshes(drive, 256, workspace, c.ffi.NULL))
+    c.check(c.lib.lm_make_face(drive, sections, 256, workspace.face, c.ffi.NULL))
     t, g = drive.teeth, drive.generator
     found = []
-    for section in range(drive.axial_sections):
-        factor = c.lib.lm_section_factor(drive, section, drive.axial_sections)
+    for section in range(sections):
+        factor = c.lib.lm_section_factor(drive, section, sections)
         wave = g.deflection_mm * factor
         # The metal stays: the same radii with another wave need another depth.
         depth = t.engagement_depth + (wave - g.deflection_mm) / t.module_mm
+        # With internal teeth the root, and with it the rim, is where the widest place needs it.
+        beyond = g.deflection_mm * c.lib.lm_section_factor(drive, sections - 1, sections) - wave
+        rim = drive.flexspline.rim_thickness_mm + (2 * beyond if t.deformation else 0.0)
         types = ("cosine", "ellipse", "discs", "rollers", "ring")
         found.append(
             (
@@ -1070,7 +1097,7 @@ def section_designs(run: Path) -> list[tuple[int, polygons.Design, Any]]:
                     tooth_height=t.tooth_height,
                     engagement_depth=depth,
                     root_clearance=t.root_clearance,
-                    rim_thickness_mm=drive.flexspline.rim_thickness_mm,
+                    rim_thickness_mm=rim,
                     generator_type=types[g.type],
                     deflection_mm=wave,
                     contact_half_angle_deg=math.degrees(g.contact_half_angle_rad),
@@ -1081,16 +1108,17 @@ def section_designs(run: Path) -> list[tuple[int, polygons.Design, Any]]:
     return found
 
 
+@pytest.mark.parametrize("sections", [2, 3])
 def test_polygons_of_a_certified_design_do_not_overlap_and_have_its_clearances(
-    shipped: Any,
-) -> None:
+    shipped: Any, sections: int
+) -> None:  # at both edges, and in the middle of the face
     result, run = shipped
     c = core(64)
     smallest = result.certificate["smallest_gap"]["angle_deg"]
     angles = np.unique(np.concatenate((np.arange(-60.0, 60.1, 2.5), [smallest, -smallest])))
     compared = 0
-    for section, drawn, workspace in section_designs(run):
-        mesh = c.ffi.addressof(workspace.meshes[section])
+    for section, drawn, workspace in face_designs(run, sections):
+        mesh = c.ffi.addressof(workspace.face[section])
         for angle in angles:
             clearance = c.lib.lm_tooth_clearance(mesh, math.radians(angle))
             assert polygons.overlap_area_mm2(drawn, angle) < 1e-9, (section, angle)

@@ -68,8 +68,9 @@ typedef struct lm_pair_give {
 
 /* Memory of one evaluation, owned by the caller; sizeof is its constant size. */
 typedef struct lm_design_workspace {
-  lm_mesh meshes[LM_SECTIONS_MAX];
-  lm_pair_give give; /* the same at all tooth phases: the first evaluation makes it */
+  lm_mesh meshes[LM_SECTIONS_MAX]; /* of the axial sections, which share the load */
+  lm_mesh face[LM_SECTIONS_MAX];   /* what the checks look at (lm_make_face); the caller fills it */
+  lm_pair_give give;               /* the same at all tooth phases: the first evaluation makes it */
   lm_clearance clearances[LM_SECTIONS_MAX][LM_LOBE_TEETH_MAX];
   lm_contact contacts[LM_CONTACTS_MAX];
   lm_foundation foundation;

@@ -138,11 +138,14 @@
       0, SAME, "radial stiffness of one lobe of the ring that closes the gap, equation (9a)")
 
 /* Keys of [design] itself. */
-#define LM_DRIVE_KEYS(ROW, DEPENDENT)                                                           \
-  ROW(FRICTION_ANGLE_DEG, drive, friction_angle, _rad, REAL, ONE, 0, 0.3, FILLED, 0, IN_DEG,    \
-      "friction angle rho of the flanks: separates the loading and the unloading branch")       \
-  ROW(AXIAL_SECTIONS, drive, axial_sections, , COUNT, ONE, 1, LM_SECTIONS_MAX, FILLED, 1, SAME, \
-      "sections of the face width: 1 is the planar model, 2 to 7 the spatial one")
+#define LM_DRIVE_KEYS(ROW, DEPENDENT)                                                              \
+  ROW(FRICTION_ANGLE_DEG, drive, friction_angle, _rad, REAL, ONE, 0, 0.3, FILLED, 0, IN_DEG,       \
+      "friction angle rho of the flanks: separates the loading and the unloading branch")          \
+  ROW(AXIAL_SECTIONS, drive, axial_sections, , COUNT, ONE, 1, LM_SECTIONS_MAX, FILLED, 1, SAME,    \
+      "sections of the face width that share the load: 1 is the planar model, 2 to 7 the spatial " \
+      "one")                                                                                       \
+  ROW(PLANAR_ONLY, drive, planar_only, , SWITCH, ONE, 0, 1, DEFAULT, 0, SAME,                      \
+      "true: the checks see the middle of the face alone; false: both edges of it as well")
 
 /* All of them, by section. */
 #define LM_DESIGN_KEYS(ROW, DEPENDENT) \

@@ -126,7 +126,9 @@ typedef struct lm_drive {
   lm_support support;
   lm_radial_gap gap;
   lm_real friction_angle_rad; /* rho of the flanks, 0 .. 0.3: loading and unloading branch */
-  int axial_sections;         /* 1 = planar; 2 .. 7 = spatial */
+  int axial_sections;         /* that share the load: 1 = planar; 2 .. 7 = spatial */
+  int planar_only;            /* 1: checks see the middle of the face alone; 0: both edges too. Only
+                                 with one axial section */
   int radial_law_count;
   lm_radial_law radial_laws[LM_RADIAL_LAWS_MAX];
   int torsion_count;

@@ -70,6 +70,18 @@ lm_real lm_section_place(int section, int sections);
  * teeth. */
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 
+/* How many places of the face width the checks look at: both edges and the middle, or the axial
+ * sections where they are more; 1, the middle, where planar_only is asked for. The deflection grows
+ * along the face, and the smallest gap is a concave function of it, so it is smallest at an edge.
+ */
+#define LM_FACE_SECTIONS 3
+int lm_face_sections(const lm_drive *drive);
+
+/* The meshes at `sections` (1 .. LM_SECTIONS_MAX) places of the face width; 2: both edges. Errors
+ * as lm_make_mesh, and LM_OUT_OF_RANGE ("sections"). */
+lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh meshes[],
+                       lm_fault *fault);
+
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
 

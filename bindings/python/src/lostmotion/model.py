@@ -254,9 +254,10 @@ class DesignModel:
         c = self.core
         fine = c.ffi.new("lm_design_workspace *")
         nodes, steps = c.lib.LM_CERTAIN_NODES, c.lib.LM_CERTAIN_STEPS
-        self._call(partial(c.lib.lm_prepare_meshes, self.drive, nodes, fine))
+        sections = c.lib.lm_face_sections(self.drive)
+        self._call(partial(c.lib.lm_make_face, self.drive, sections, nodes, fine.face))
         smallest = c.ffi.new("lm_smallest_gap *")
-        where = (fine.meshes, self.sections)
+        where = (fine.face, sections)
         self._call(partial(c.lib.lm_find_smallest_gap, *where, steps, smallest))
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
         self._call(partial(c.lib.lm_check_design, self.drive, *where, smallest, found))

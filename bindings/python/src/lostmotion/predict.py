@@ -10,6 +10,7 @@ import numpy.typing as npt
 from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
+from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model, fitted_backbone, reversal_torque
 from lostmotion.units import ARCMIN
 
@@ -137,6 +138,7 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
             for check in model.checks()
         ],
         "assumptions": [
+            *idealisations(model),
             "All angles but the reversal lost motion and the free play are one-sided: "
             "from the torque-free middle, in one direction.",
             "tolerance_lost_motion is equation (9) in one direction; a reversal sees twice that.",

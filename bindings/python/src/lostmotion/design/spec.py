@@ -17,6 +17,7 @@ from typing import Any
 from lostmotion import structs, units
 from lostmotion.core import core
 from lostmotion.design.engine import c_string, engine, figures, keys, limit_names
+from lostmotion.design.textbook import SECTIONS as SECTIONS_OF_FACE
 from lostmotion.design.textbook import TORQUE_PER_D3, WIDTH_PER_D
 from lostmotion.drives import parse_drive, read_toml
 from lostmotion.errors import InputError, did_you_mean
@@ -74,6 +75,8 @@ TEETH, MODULE, WIDTH = "teeth.flexspline_teeth", "teeth.module_mm", "teeth.face_
 RIGID, DIFFERENCE = "teeth.rigid_shift", "teeth.shift_difference"
 RIGID_TEETH = "teeth.rigid_teeth"
 AXIAL_SECTIONS = "axial_sections"
+PLANAR_ONLY = "planar_only"
+DEPTH = "teeth.engagement_depth"
 DEFLECTION, DEFLECTION_MODULES = "generator.deflection_mm", "generator.deflection_modules"
 
 RIVALS = {
@@ -103,10 +106,21 @@ NAMED = {
 }
 """Keys whose values are names."""
 
+SWITCHES = {
+    structs.field_path(key.section, key) for key in structs.design_keys() if key.kind == "switch"
+}
+"""Keys that are true or false."""
+
+FIXED_ONLY = (AXIAL_SECTIONS, PLANAR_ONLY)
+"""Keys that say how a drive is looked at: the same for all drives of a search."""
+
 WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
 """Keys between whose values nothing lies."""
 
 DEFAULT_TEETH = 200
+DEFAULT_DEPTH = (0.6, 1.2)
+"""Range of the engagement depth, in modules: what a short cup leaves at its edges, to the book's.
+"""
 DEFAULT_DIFFERENCE = (-0.4, 0.6)
 """Range of x2 - x1 that holds every interference-free pair from w0/m = 0.85 to 1.2."""
 
@@ -345,6 +359,10 @@ class _Reader:
                 hint = did_you_mean(value, names) if isinstance(value, str) else ""
                 raise self.refuse(place, as_in_file(value), f"one of {', '.join(names)}{hint}")
             return float(names.index(value))
+        if name in SWITCHES:
+            if not isinstance(value, bool):
+                raise self.refuse(place, as_in_file(value), "true or false")
+            return float(value)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.refuse(place, as_in_file(value), "a number")
         if not math.isfinite(value):
@@ -371,7 +389,7 @@ class _Reader:
             if stated in self.said:
                 raise self.refuse(place, "a second value", f"one of this and {self.said[stated]}")
         self.said[name] = place
-        if table == "range" and name == AXIAL_SECTIONS:
+        if table == "range" and name in FIXED_ONLY:
             raise self.refuse(place, as_in_file(value), "it in [search.fixed], for it cannot vary")
         if table == "fixed":
             number = self.one_value(place, name, scale, value)
@@ -463,10 +481,18 @@ class _Reader:
                 numbers = [float(z) for z in range(fewest, most + 1, 2)]
                 place = "search.limits.ratio" if "ratio" in self.table("limits") else "drive.ratio"
                 self.choose(place, TEETH, self.teeth_in_window(place, numbers))
+        if AXIAL_SECTIONS not in self.values and not self.values.get(PLANAR_ONLY):
+            self.assume(AXIAL_SECTIONS, SECTIONS_OF_FACE)
+            self.say("search.fixed", "fixed", AXIAL_SECTIONS, SECTIONS_OF_FACE)
+            self.values[AXIAL_SECTIONS] = float(SECTIONS_OF_FACE)
         if RIGID not in self.values and DIFFERENCE not in self.values:
             self.assume(DIFFERENCE, list(DEFAULT_DIFFERENCE))
             self.say("search.range", "range", DIFFERENCE, *DEFAULT_DIFFERENCE)
             self.values[DIFFERENCE] = 0.0
+        if DEPTH not in self.values:
+            self.assume(DEPTH, list(DEFAULT_DEPTH))
+            self.say("search.range", "range", DEPTH, *DEFAULT_DEPTH)
+            self.values[DEPTH] = sum(DEFAULT_DEPTH) / 2
         diameter = self.values[MODULE] * self.values[TEETH]
         if WIDTH not in self.values:
             width = WIDTH_PER_D * diameter

@@ -154,7 +154,7 @@ def textbook_drive(
     document = {
         "drive": {"name": name, "ratio": ratio, "rated_torque_Nm": float(f"{rated:.3g}")},
         "design": {
-            "axial_sections": 1 if external else SECTIONS,
+            "axial_sections": SECTIONS,
             "teeth": table,
             "generator": wave,
             "flexspline": {
