@@ -21,11 +21,10 @@ from lostmotion import cli
 
 from .clean import DRIVE, HIDDEN, RATIO, Sheet, clean
 from .dress import EITHER, REFUSED, SAME
-from .open_logs import OPEN
 
 WITHIN = 0.02
-"""How far an rms may lie from the clean copy's, in shares of the first rung: with the effect
-in it the fit is down at the noise, and one row fewer moves that by some percent."""
+"""How far the rms of a rung may lie from the clean copy's, or from that of the clean copy without
+the rows that the fault made useless, as a share of it."""
 COMMANDS = ("check", "compare", "diagnose", "fit")
 BAD_INPUT = 2
 
@@ -147,8 +146,7 @@ def differs(
         return f"{' '.join(map(str, same))}, not {' '.join(map(str, wanted_same))}"
     for name, value in wanted.items():
         low, high = sorted((value, fewer[name]))
-        slack = within * next(iter(wanted.values()))
-        if name not in found or not low - slack <= found[name] <= high + slack:
+        if name not in found or not (1 - within) * low <= found[name] <= (1 + within) * high:
             return f"{name} {found.get(name, float('nan')):.4g}, not {value:.4g}"
     return ""
 
@@ -177,7 +175,7 @@ class Verdict:
 
     def line(self) -> str:
         """Write it."""
-        mark = ("open" if self.name in OPEN else "WRONG") if self.wrong else "ok"
+        mark = "WRONG" if self.wrong else "ok"
         said = f"  [{self.said}]" if self.said else ""
         return f"{mark:5} {self.name:78} {self.got:8} {self.wrong}{said}"
 

@@ -10,12 +10,6 @@ from .two_encoders_judge import changed, misread
 LOGS = 1500
 """Generated logs, each way; `python -m logs --two-encoders N` takes more."""
 
-OPEN = {
-    1370: "a counter that rests at its end: the six samples beyond it are set aside as wild values "
-    "and named, where its overflow is to be put back",
-}
-"""Wrapped logs that reading does not restore yet, by seed; one that comes right goes out of here."""
-
 
 def test_reading_changes_no_bit_of_a_continuous_lost_motion() -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -27,9 +21,7 @@ def test_a_wrapped_log_is_restored_or_left_open_but_never_misread() -> None:
     with tempfile.TemporaryDirectory() as folder:
         said = {seed: misread(seed, Path(folder)) for seed in range(LOGS)}
     wrapped = {seed: line for seed, line in said.items() if line is not None}
-    wrong = {seed: line for seed, line in wrapped.items() if line}
-    print(f"{len(wrapped)} of {LOGS} logs are wrapped; open: {OPEN}")
+    wrong = [line for line in wrapped.values() if line]
+    print(f"{len(wrapped)} of {LOGS} logs are wrapped")
     assert len(wrapped) > LOGS / 2
-    assert wrong.keys() == OPEN.keys(), f"{len(wrong)} of {len(wrapped)}:\n" + "\n".join(
-        [*wrong.values()][:20]
-    )
+    assert not wrong, f"{len(wrong)} of {len(wrapped)}:\n" + "\n".join(wrong[:20])

@@ -94,7 +94,8 @@ def test_check_needs_no_ratio_to_be_right_about_a_turning_joint(tmp_path, capsys
     assert findings(turning_joint(tmp_path / "b.csv", locked=True)) == (False, [])
     for more in ([], ["--ratio", "100"]):
         (text,) = findings(turning_joint(tmp_path / "c.csv", dead=True), *more)[1]
-        assert "output_angle_rad (run c): stuck x 500" in text
+        assert "output_angle_rad (run c at" in text
+        assert "wild x 499: the reading stood still while the drive moved" in text
     for ratio, expected in (("0", "1 to 10000, or"), ("-2e4", "1 to 10000, or"), ("x", "a number")):
         assert main(["check", sound, "--ratio", ratio]) == 2
         assert f"--ratio: found '{ratio}', expected {expected}" in capsys.readouterr().err

@@ -17,6 +17,7 @@ from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign
 from lostmotion.recordings.campaign import FloatArray
 from lostmotion.recordings.encoders import unwrap
+from lostmotion.recordings.gate import check_encoders
 from lostmotion.sample import sample_campaign
 from lostmotion.units import ARCMIN, convert
 
@@ -351,7 +352,7 @@ def test_runs_keep_the_order_in_which_they_begin(write: Write) -> None:
     text = f"run,{HEAD}\n" + "".join(f"{r},{i},{i},{i}\n" for i, r in enumerate("zzaz"))
     campaign = read_campaign(write(text, "a.csv"))
     assert [(run.label, len(run)) for run in campaign.runs] == [("z", 3), ("a", 1)]
-    assert kinds(campaign) == {"split_run": 2}
+    assert kinds(campaign) == {"split_run": 2, "runs": 1}
 
 
 def test_rows_without_numbers_are_left_out_and_counted(write: Write) -> None:
@@ -406,16 +407,16 @@ def test_a_clock_that_starts_again_with_each_run_is_no_fault(write: Write) -> No
     assert read_campaign(write(text, "a.csv")).findings == []
 
 
-def test_a_stuck_sensor_is_reported(write: Write) -> None:
+def test_a_frozen_sensor_is_reported_and_its_readings_left_out(write: Write) -> None:
     torque = np.sin(np.linspace(0, 12, 400))
     angle = np.where((np.arange(400) > 100) & (np.arange(400) < 200), 0.5, torque)
     text = f"{HEAD}\n" + "".join(
         f"{i},{t},{a}\n" for i, (t, a) in enumerate(zip(torque, angle, strict=True))
     )
     campaign = read_campaign(write(text, "a.csv"))
-    assert kinds(campaign) == {"stuck": 99}
+    assert kinds(campaign) == {"wild": 98, "gap": 1}
     assert campaign.findings[0].column == "lost_motion_rad"
-    assert campaign.rows == 400
+    assert campaign.rows == 302
 
 
 @pytest.mark.parametrize("dead", ["input_angle", "output_angle"])
@@ -426,17 +427,23 @@ def test_an_encoder_that_stands_still_while_the_other_turns_is_reported(
     torque = 30 * np.sin(0.02 * np.arange(2000))
     angles = {"input_angle": 100 * (output - torque / 3e4), "output_angle": output}
     sound = angles[dead].copy()
-    angles[dead][1000:] = sound[1000]
+    angles[dead][900:] = sound[900]
 
-    def read() -> dict[str, tuple[int, str]]:
+    def campaign() -> Campaign:
         rows = zip(torque, angles["input_angle"], angles["output_angle"], strict=True)
         text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n" + "".join(
             f"{i},{t},{a},{b}\n" for i, (t, a, b) in enumerate(rows)
         )
-        found = read_campaign(write(text, "a.csv"), ratio=100).findings
-        return {f.kind: (f.count, f.column) for f in found}
+        return read_campaign(write(text, "a.csv"), ratio=100)
 
-    assert read() == {"stuck": (1000, f"{dead}_rad")}
+    def read() -> dict[str, tuple[int, str]]:
+        return {f.kind: (f.count, f.column) for f in campaign().findings}
+
+    assert read() == {"stuck": (1100, f"{dead}_rad")}
+    with pytest.raises(InputError, match=f"{dead}_rad: .*stands still for 1100 of 2000 rows"):
+        check_encoders(campaign(), 100)
+    angles[dead][1200:] = sound[1200:]
+    assert read() == {"wild": (299, f"{dead}_rad"), "gap": (1, "time_s")}
     angles[dead] = sound
     assert read() == {}
 
@@ -447,8 +454,8 @@ def test_a_dead_output_encoder_is_named_also_where_the_input_is_held(write: Writ
     text = "time_s,torque_Nm,input_angle_rad,output_angle_rad\n" + "".join(
         f"{i},{t},7.5,{a}\n" for i, (t, a) in enumerate(zip(torque, angle, strict=True))
     )
-    (finding,) = read_campaign(write(text, "a.csv"), ratio=100).findings
-    assert (finding.kind, finding.column, finding.count) == ("stuck", "output_angle_rad", 99)
+    finding, _ = read_campaign(write(text, "a.csv"), ratio=100).findings
+    assert (finding.kind, finding.column, finding.count) == ("wild", "output_angle_rad", 98)
 
 
 def test_an_encoder_that_wraps_is_unwrapped_and_counted(write: Write) -> None:

@@ -157,8 +157,8 @@ def test_a_dead_sensor_is_dead_in_the_sample_too(tmp_path: Path) -> None:
     data.runs[3].columns["torque"][400:1200] = data.runs[3].columns["torque"][400]
     sampled = sample_campaign([write(data, tmp_path / "data")], ratio=RATIO, rows=20_000)
     assert sampled.rows < data.rows
-    (stuck,) = [finding for finding in sampled.findings if finding.kind == "stuck"]
-    assert (stuck.column, str(stuck.run)) == ("torque_Nm", str(data.runs[3].label))
+    (frozen,) = [finding for finding in sampled.findings if finding.kind == "wild"]
+    assert (frozen.column, str(frozen.run)) == ("torque_Nm", str(data.runs[3].label))
 
 
 def test_small_recordings_are_read_whole(folder: Path) -> None:

@@ -9,7 +9,8 @@ import pytest
 
 from conftest import DATA
 from lostmotion.recordings import Campaign, Run, read_campaign, say_findings
-from lostmotion.recordings.wild import bursts, set_wild_aside
+from lostmotion.recordings.bursts import bursts
+from lostmotion.recordings.wild import set_wild_aside
 from lostmotion.units import ARCSEC
 
 CLEAN = 400

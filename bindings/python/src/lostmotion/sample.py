@@ -36,31 +36,26 @@ from lostmotion.recordings import (
     read_campaign,
     recording_files,
 )
-from lostmotion.recordings.asynchronous import check_asynchronous
 from lostmotion.recordings.bags import is_bag
 from lostmotion.recordings.columns import ColumnName, check_map, resolve_columns
 from lostmotion.recordings.conversion import Numbers, in_si, indices_of, integers, read_numbers
-from lostmotion.recordings.encoders import WRAP_SLACK, bring_together, unwrap
+from lostmotion.recordings.encoders import WRAP_SLACK, unwrap
 from lostmotion.recordings.joining import Join
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.parquet import ParquetTable, is_parquet, open_parquet
 from lostmotion.recordings.protocol import FREE, REPLACED
 from lostmotion.recordings.reading import (
     RATIO_EXPECTED,
-    name_apart,
+    judged,
     note_columns,
-    note_missing,
     rows_of_runs,
     run_codes,
 )
 from lostmotion.recordings.soundness import (
     BACKWARD_ACTION,
     DUPLICATE_ACTION,
-    check_ratio,
-    check_sign,
     sound_run,
 )
-from lostmotion.recordings.wild import set_wild_aside
 from lostmotion.threads import cores
 
 FloatArray = npt.NDArray[np.float64]
@@ -394,14 +389,8 @@ def sample_campaign(
             runs.append(run)
     if not runs:
         raise InputError(files[0], "torque_Nm", "no row with numbers for torque and angle", "some")
-    name_apart(runs)
-    campaign = Campaign(runs, findings, sum(totals.values()))
-    note_missing(campaign)
-    set_wild_aside(campaign)
-    check_ratio(campaign, ratio)
-    bring_together(campaign, ratio)
-    check_sign(campaign)
-    check_asynchronous(campaign)
+    campaign = judged(runs, findings, ratio)
+    campaign.recorded_rows = sum(totals.values())
     if max(strides.values()) > 1:
         note_sample(campaign)
     return campaign
@@ -457,11 +446,11 @@ def join_parts(
     joined = {name: np.concatenate(values) for name, values in columns.items()}
     if "lost_motion" not in joined and ratio is None:
         raise InputError(file, "input_angle_rad", "no ratio", RATIO_EXPECTED)
-    # Unusable rows were counted over all rows, and the sample's clock has gaps by design; a dead
-    # sensor is dead in the sample too.
+    # Unusable rows were counted over all rows, and the sample's clock has gaps by design; a sensor
+    # that is dead or frozen is so in the sample too.
     of_sample: list[Finding] = []
     run = sound_run(file, label, joined, ratio, of_sample)
-    kinds = ("stuck", *(("wrap", "jump") if not single_angle(columns) else ()))
+    kinds = ("stuck", "wild", *(("wrap", "jump") if not single_angle(columns) else ()))
     findings += [finding for finding in of_sample if finding.kind in kinds]
     return run
 

@@ -44,7 +44,7 @@ from lostmotion.recordings import (
     say_findings,
 )
 from lostmotion.recordings.findings import RUNS_LISTED
-from lostmotion.recordings.gate import measured_ratio
+from lostmotion.recordings.gate import check_encoders, measured_ratio
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
@@ -167,6 +167,8 @@ def run_check(arguments: argparse.Namespace) -> None:
                 paths, ratio=found, mapping=mapping, protocol=protocol, join=arguments.join
             )
         campaign.findings = [f for f in campaign.findings if not in_doubt(f, campaign, found)]
+    else:
+        check_encoders(campaign, stated)
     answer = {**check(campaign, library()), "ratio_known": known}
     deliver(answer, arguments, lambda out: show_check(answer, out))
 

@@ -245,7 +245,10 @@ def follow(
     if end_in is not None and end_out is not None:
         own = -np.rint(np.diff(output_rad) / size_out)
         phase = lost + size_out * np.concatenate(([0.0], np.cumsum(own)))
-    rows = np.flatnonzero(~stray(phase / unit, bound / unit))
+    left_out = stray(phase / unit, bound / unit)
+    if end_in is not None:
+        left_out |= output_alone(input_rad / size_in, output_rad / unit, size_out / unit)
+    rows = np.flatnonzero(~left_out)
     put_in, put_out = input_rad[rows], output_rad[rows]
     step_in, step_out, step = np.diff(put_in), np.diff(put_out), np.diff(lost[rows])
     zero = np.zeros(step.size)
@@ -369,6 +372,43 @@ def stray(phase: FloatArray, bound: float, whole: float = 1.0) -> BoolArray:
         found = away(before, behind) <= bound
         for k in range(1, length + 1):
             found &= away(phase[k : k - length - 1], before) > 2 * bound
+        for k in range(1, length + 1):
+            marked[k : k - length - 1 or None] |= found
+    return marked
+
+
+def output_alone(input_moduli: FloatArray, output: FloatArray, size_out: float) -> BoolArray:
+    """Mark bursts in which the output's reading alone leaves, and comes back.
+
+    The input would have made whole turns and as many back, to the same reading, between a few
+    samples: a wild reading of the output is likelier.
+
+    Parameters
+    ----------
+    input_moduli : ndarray
+        Reading of the input in its moduli.
+    output : ndarray
+        Reading of the output, in what a modulus of the input makes of it.
+    size_out : float
+        Modulus of the output in the same unit, 0 where it has none.
+    """
+    marked = np.zeros(output.size, dtype=bool)
+    if (
+        float(np.quantile(np.abs(np.diff(output)), 0.9)) > WRAP_SLACK
+    ):  # it turns as far all the time
+        return marked
+    for length in range(1, BURST + 1):
+        if output.size < length + 2:
+            break
+        found = np.abs(output[length + 1 :] - output[: -length - 1]) < WRAP_SLACK
+        found &= np.abs(input_moduli[length + 1 :] - input_moduli[: -length - 1]) < STILL
+        for k in range(1, length + 1):
+            away = np.abs(output[k : k - length - 1] - output[: -length - 1])
+            found &= away > 1 - WRAP_SLACK
+            if size_out:
+                turns = np.rint(away / size_out)
+                found &= (turns == 0) | (np.abs(away - turns * size_out) > WRAP_SLACK)
+            found &= np.abs(input_moduli[k : k - length - 1] - input_moduli[: -length - 1]) < STILL
         for k in range(1, length + 1):
             marked[k : k - length - 1 or None] |= found
     return marked

@@ -23,7 +23,7 @@ from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import ColumnName
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.scale import SCALE_DOUBT, SCALE_SHARE
-from lostmotion.recordings.soundness import STUCK_TURN_RAD
+from lostmotion.recordings.soundness import FROZEN_MAX, STUCK_TURN_RAD, dead_encoders
 
 FloatArray = npt.NDArray[np.float64]
 Curve = Callable[[FloatArray], FloatArray]
@@ -221,6 +221,34 @@ def measured_ratio(run: Run) -> Turns | None:
     return Turns(both / across, float(np.ptp(y)), float(np.ptp(x)))
 
 
+def check_encoders(campaign: Campaign, ratio: float | None) -> None:
+    """Refuse runs in most of which one of two encoders was dead: no lost motion can be told.
+
+    A ratio of 1 states none: an output that is locked stands still while the input winds up.
+
+    Raises
+    ------
+    InputError
+        Names the encoder and the run.
+    """
+    for run in campaign.runs:
+        for quantity, count in dead_encoders(run.columns, ratio).items():
+            if count <= FROZEN_MAX * len(run):
+                continue
+            if quantity == "output_angle" and abs(ratio or 1.0) <= 1:
+                continue
+            other = "input" if quantity == "output_angle" else "output"
+            turned = float(np.ptp(run.columns[f"{other}_angle"]))
+            raise InputError(
+                run.file,
+                QUANTITIES[quantity].column,
+                f"a reading that stands still for {count} of {len(run)} rows of run {run.label}, "
+                f"in which the {other} angle goes {turned:.3g} rad",
+                "an encoder that works, or an angle in its own unit; or the recordings without "
+                "this run",
+            )
+
+
 def check_gate(
     campaign: Campaign,
     curve_for: Callable[[float], Curve],
@@ -230,7 +258,7 @@ def check_gate(
     rated_torque_Nm: float,
     catalogue: Mapping[str, object],
 ) -> None:
-    """Refuse recordings that contradict the drive file, with what would repair it.
+    """Refuse recordings that contradict the drive file, with what would repair it, or each other.
 
     Parameters
     ----------
@@ -249,7 +277,13 @@ def check_gate(
     InputError
         Names what contradicts, and every correction that makes all of it right.
     """
-    gate = Gate(campaign, curve_for, rated_torque_Nm, ratio)
+    refuse_contradiction(Gate(campaign, curve_for, rated_torque_Nm, ratio), drive_file, catalogue)
+    check_encoders(campaign, ratio)
+
+
+def refuse_contradiction(gate: Gate, drive_file: str, catalogue: Mapping[str, object]) -> None:
+    """Refuse recordings that contradict the drive file where a single correction repairs it."""
+    campaign, ratio = gate.campaign, gate.ratio
     stated = Interpretation("", "", ratio)
     stands = gate.consistency(stated)
     found = contradiction(gate, stands)

@@ -25,6 +25,7 @@ from lostmotion.recordings.bags import (
     list_columns,
     read_channels,
 )
+from lostmotion.recordings.bursts import BURST
 from lostmotion.recordings.campaign import Campaign, Run, set_table_reader
 from lostmotion.recordings.cells import MISSING
 from lostmotion.recordings.columns import (
@@ -45,7 +46,7 @@ from lostmotion.recordings.protocol import FREE, Protocol
 from lostmotion.recordings.quantities import QUANTITIES
 from lostmotion.recordings.soundness import check_ratio, check_sign, sound_run
 from lostmotion.recordings.tables import Header, Table
-from lostmotion.recordings.wild import BURST, set_wild_aside
+from lostmotion.recordings.wild import set_wild_aside
 
 LOG = logging.getLogger(__name__)
 
@@ -76,6 +77,8 @@ LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque
 
 MISSING_ACTION = "only other runs have the column; not used"
 """What is done about a quantity that some runs have."""
+
+SINGLE_ACTION = "a run of one sample, kept: no motion can be told from it"
 
 WHOLE_MAX = 2.0**53
 """Below this a float holds every integer, and a run label that is a whole number stays one."""
@@ -195,6 +198,7 @@ def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Cam
     name_apart(runs)
     campaign = Campaign(runs, findings)
     note_missing(campaign)
+    note_single(campaign)
     set_wild_aside(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
@@ -341,6 +345,14 @@ def note_missing(campaign: Campaign) -> None:
             campaign.findings.append(
                 Finding("missing", run.file, quantity.column, run.label, len(run), MISSING_ACTION)
             )
+
+
+def note_single(campaign: Campaign) -> None:
+    """Note the runs of one sample where others have more."""
+    single = [run for run in campaign.runs if len(run) == 1]
+    if len(single) < len(campaign.runs):
+        for run in single:
+            campaign.findings.append(Finding("runs", run.file, "run", run.label, 1, SINGLE_ACTION))
 
 
 def name_apart(runs: Sequence[Run]) -> None:

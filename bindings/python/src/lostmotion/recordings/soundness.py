@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError
+from lostmotion.recordings.astray import astray
 from lostmotion.recordings.campaign import Campaign, Log, Run
 from lostmotion.recordings.encoders import (
     FOLLOWED_SLACK,
@@ -18,12 +19,14 @@ from lostmotion.recordings.encoders import (
     UNDECIDED_ACTION,
     Counter,
     PutBack,
+    count_rad,
     open_steps,
     put_back,
     unwrap,
     unwrap_known,
 )
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.frozen import frozen_rows
 from lostmotion.recordings.quantities import QUANTITIES
 
 FloatArray = npt.NDArray[np.float64]
@@ -36,6 +39,13 @@ STUCK_SWING = 0.25
 
 STUCK_TURN_RAD = 0.2
 """Turn of the output that no drive takes up as wind-up: both encoders must see it."""
+
+FROZEN_MAX = 0.5
+"""Largest share of a run that a sensor may have been frozen; of more the run is not judged."""
+
+FROZEN_ACTION = "the reading stood still while the drive moved; rows left out"
+
+ASTRAY_ACTION = "wild values; rows left out"
 
 LOAD_JUMP = 0.25
 """Share of the range of the torque from which a step of it is a jump of the load."""
@@ -93,10 +103,17 @@ def sound_run(
             note("nan", column, count, "kept; the column is not used for these rows")
     if not usable.any():
         return None
-    # Over all rows: where some are left out, a step is longer than the encoder made it.
+    misread = np.zeros(usable.size, dtype=bool)
+    for quantity, rows, action in misreadings(columns, ratio, counters):
+        seconds = tuple(float(t) for t in columns["time"][rows])
+        column, count = QUANTITIES[quantity].column, int(np.count_nonzero(rows))
+        findings.append(Finding("wild", file, column, label, count, action, seconds))
+        misread |= rows
+    usable &= ~misread
+    # Over all other rows: where some are left out, a step is longer than the encoder made it.
     log = Log(columns, np.flatnonzero(usable))
     columns = dict(columns)
-    complete_angles(columns, ratio, note, counters)
+    complete_angles(columns, misread, ratio, note, counters)
     if not usable.all():
         columns = {quantity: values[usable] for quantity, values in columns.items()}
 
@@ -121,8 +138,32 @@ def sound_run(
     return Run(label, file, columns, log=log)
 
 
+def misreadings(
+    columns: Mapping[str, FloatArray],
+    ratio: float | None,
+    counters: Mapping[str, Counter] | None,
+) -> Iterator[tuple[str, npt.NDArray[np.bool_], str]]:
+    """Yield readings that can be judged as they were recorded: quantity, rows, what is said."""
+    angles = ("input_angle", "output_angle")
+    if columns.keys() >= set(angles) and ratio is not None and math.isfinite(ratio):
+        known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
+        for one, other, turns in ((*angles, ratio), (*angles[::-1], 1 / ratio)):
+            rows = np.zeros(known.size, dtype=bool)
+            if known.any():
+                values = columns[one][known]
+                stated = (counters or {}).get(one)
+                count = count_rad(values) if stated is None else stated.count_rad
+                rows[known] = astray(values, columns[other][known], turns, count)
+            if rows.any():
+                yield one, rows, ASTRAY_ACTION
+    for quantity, rows in frozen_rows(columns, ratio).items():
+        if np.count_nonzero(rows) <= FROZEN_MAX * rows.size:
+            yield quantity, rows, FROZEN_ACTION
+
+
 def complete_angles(
     columns: dict[str, FloatArray],
+    misread: npt.NDArray[np.bool_],
     ratio: float | None,
     note: Callable[[str, str, int, str], None],
     counters: Mapping[str, Counter] | None,
@@ -133,6 +174,7 @@ def complete_angles(
     opened = {name: open_steps(columns[name]) for name in angles}
     if ratio is not None and math.isfinite(ratio) and len(angles) == 2:
         known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
+        known &= ~misread
         found = put_back(
             columns["input_angle"][known], columns["output_angle"][known], ratio, counters
         )
@@ -179,17 +221,24 @@ def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dic
             quantity = "output_angle" if stood >= count else quantity
         if count:
             found[quantity] = count
-    both = {"input_angle", "output_angle"} <= columns.keys()
-    if both and ratio is not None and math.isfinite(ratio):
-        turns = {
-            "input_angle": columns["input_angle"] / ratio,
-            "output_angle": columns["output_angle"],
-        }
-        for quantity, other in (("input_angle", "output_angle"), ("output_angle", "input_angle")):
-            count = longest_stuck(turns[quantity], turns[other], STUCK_TURN_RAD)
-            if count:
-                found[quantity] = max(count, found.get(quantity, 0))
+    for quantity, count in dead_encoders(columns, ratio).items():
+        found[quantity] = max(count, found.get(quantity, 0))
     return found
+
+
+def dead_encoders(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
+    """Name the encoders that stood still while the other turned further than a drive winds up."""
+    if not {"input_angle", "output_angle"} <= columns.keys():
+        return {}
+    if ratio is None or not math.isfinite(ratio):
+        return {}
+    turns = {
+        "input_angle": columns["input_angle"] / ratio,
+        "output_angle": columns["output_angle"],
+    }
+    pairs = (("input_angle", "output_angle"), ("output_angle", "input_angle"))
+    counts = {one: longest_stuck(turns[one], turns[other], STUCK_TURN_RAD) for one, other in pairs}
+    return {quantity: count for quantity, count in counts.items() if count}
 
 
 def longest_stuck(values: FloatArray, other: FloatArray, swing: float | None = None) -> int:

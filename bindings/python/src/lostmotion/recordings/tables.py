@@ -89,6 +89,8 @@ def arrow_text(value: Any) -> str:
     kind = str(value.type)
     if not value.is_valid:
         return ""
+    if kind.startswith("duration"):
+        return str(value.value)
     if kind.startswith("timestamp"):
         return str(value.cast("string"))
     return str(value.as_py())

@@ -1,71 +1,50 @@
-"""Wild values: single samples or short bursts that no drive and no sensor made, set aside.
+"""Wild values: samples that no drive and no sensor made, set aside.
 
-A dropped torque, a sensor's power-on value, a reading of zero: the channel leaves where it is and
-comes back within a few samples, by far more than it moves before and behind. The bounds are the
-channel's own: its steps beside the burst, and the scatter of its steps in the run. A step that
-stays (a slip, a moved zero, a load step) is no burst, and the corner of a triangle stands out by no
-more than the steps beside it.
+A dropped torque, a sensor's power-on value, a reading of zero or of full scale: the channel leaves
+where it is by far more than it moves, and comes back. A step that stays (a slip, a moved zero, a
+load step) does not.
 
 Torque and lost motion check each other. What is looked at is the lost motion less the mean curve
 over the torque, so a load that really jumps, which the lost motion follows, is none; and a torque
 that drops in the middle of its swing, where its own steps are as large, is found.
+
+There are three ways to leave: in a burst of a few samples (`bursts.bursts`), to a value that the
+device writes again and again (`bursts.markers`), and for longer, by many times what the curve
+leaves elsewhere (`departures`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import comb
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.recordings.bursts import (
+    BURST,
+    DEVIATIONS,
+    TIMES_BESIDE,
+    bursts,
+    local_noise,
+    markers,
+    resolution,
+    scatter,
+)
 from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.columns import counters_of
+from lostmotion.recordings.encoders import count_rad
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.frozen import OTHER_SWING
+from lostmotion.recordings.mean_curve import MeanCurve
 from lostmotion.recordings.quantities import QUANTITIES
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
 
-BURST = 5
-"""Longest burst of wild samples."""
-
-BURST_AT_END = 3
-"""The same at the first and last sample of a run, where only one side shows it."""
-
-BESIDE = 3
-"""Steps on either side of a burst to which it is compared."""
-
-TIMES_BESIDE = 4.0
-"""A burst stands out by this many times the largest step beside it. White noise has one of seven
-steps that large once in 1e6 samples, and then it is no more than 6 deviations ..."""
-
-DEVIATIONS = 6.0
-"""... so it also stands out by this many standard deviations of the steps of its run."""
-
-TIMES_AT_END = 1.0
-"""At an end it also exceeds the range of its run so many times."""
-
 OWN_DEVIATIONS = 12.0
 """What stands out of the lost motion over the torque also stands out of its own column's noise, by
 so many standard deviations: the estimated torques of motor drives have tails that reach 10."""
-
-NOISE_REACH = 16
-"""Samples on either side from which that noise is taken."""
-
-NOISE_ORDER = 8
-"""Highest difference that is tried: what is left of 8 samples a loop is a hundredth."""
-
-SHARE_MAX = 0.05
-"""More samples of a run than this share, and more than `COUNT_FREE`, are what the channel does."""
-
-COUNT_FREE = 3
-
-ROUNDS = 6
-"""Times that a run is searched anew without what was found: bursts hide each other."""
-
-CONSTANT_SHARE = 0.1
-"""A channel that has one value leaves it by this share of it at least: sensors of few steps."""
 
 CATEGORIES = ("direction",)
 """Columns whose values are names: no value of theirs is nearer to another than the rest."""
@@ -77,18 +56,18 @@ that came back is nearer than this share of the burst to where it was."""
 FOLLOWED_SHARE = 0.2
 """Share of one that the other must follow to be a load, whatever the curve makes of it."""
 
-BINS = 24
-"""Intervals of the torque, equally wide, in which the mean curve is the median."""
+COUNTS = 2.0
+"""What departs by so many counts of the encoders may be their rounding, one on either side."""
 
-PULSES = 0.1
-"""A torque that is nearly always within so small a part of its range is held, but for pulses that
-are then part of the plan."""
+DEPARTURE = 10.0
+"""A departure is so many times what the curve leaves of three quarters of the samples. Hysteresis,
+temperature and a lag of a sample stay within three."""
 
-BIN_SAMPLES = 5
-"""Fewest samples of an interval: a median of two wild ones would be wild."""
+DEPARTED_MAX = 0.4
+"""Largest share of a run in departures: of two halves nobody knows which one departed."""
 
-PASSES = 3
-"""Times that the curve and the zeros of the runs are taken in turn."""
+ERRATIC = 0.2
+"""Usual step within a departure, in shares of it, from which the readings jump about."""
 
 PLAUSIBLE = {"temperature": (-60.0, 200.0)}
 """Range outside of which a value says that a sensor is off, in the unit of the quantity. Greases
@@ -100,27 +79,23 @@ PLAUSIBLE_SHARE = 0.01
 LEFT_OUT = "wild values; rows left out"
 NOT_USED = "wild values; the column is not used for these rows"
 
+CHECKED = ("torque", "input_angle", "output_angle", "lost_motion")
+"""Columns that check each other, in which a wild value takes its row with it."""
+
 
 def set_wild_aside(campaign: Campaign) -> None:
     """Leave out rows with wild values, and wild values of columns that a row can do without."""
     curve = MeanCurve(campaign.runs)
+    jumping = any(finding.kind == "jump" for finding in campaign.findings)
     for run in campaign.runs:
-        for name in run.columns.keys() - {"time", "torque", "lost_motion"}:
-            if name in ("input_angle", "output_angle", *CATEGORIES):
-                continue
+        for name in sorted(run.columns.keys() - {"time", *CHECKED, *CATEGORIES}):
             values = run.columns[name]
             wild = wild_values(values, PLAUSIBLE.get(name))
             if wild.any():
                 run.columns[name] = np.where(wild, np.nan, values)
                 note(campaign, run, name, wild, NOT_USED)
-        wild_rows: dict[str, BoolArray] = {"time": wild_clock(run.time_s)}
-        for name in ("torque", "lost_motion", "input_angle", "output_angle"):
-            wild_rows[name] = np.zeros(len(run), dtype=bool)
-        found = bursts(curve.rest(run), curve.noise(run))
-        for burst in np.split(rows := np.flatnonzero(found), np.flatnonzero(np.diff(rows) > 1) + 1):
-            culprit = curve.culprit(run, burst, found) if burst.size else None
-            if culprit is not None:
-                wild_rows[culprit][burst] = True
+        found = wild_rows_of(run, curve, in_bursts_only=jumping)
+        wild_rows = {"time": wild_clock(run.time_s), **found}
         aside = np.logical_or.reduce(list(wild_rows.values()))
         if not aside.any() or aside.all():
             continue
@@ -138,98 +113,130 @@ def note(campaign: Campaign, run: Run, name: str, wild: BoolArray, action: str) 
     campaign.findings.append(Finding("wild", run.file, column, run.label, count, action, seconds))
 
 
-class MeanCurve:
-    """Lost motion over the torque, by medians, whatever a few samples are."""
+def wild_rows_of(run: Run, curve: MeanCurve, in_bursts_only: bool) -> dict[str, BoolArray]:
+    """Mark the wild values of the columns that check each other, by column.
 
-    def __init__(self, runs: Iterable[Run]) -> None:
-        runs = list(runs)
-        torque = np.concatenate([run.torque_Nm for run in runs])
-        lost = [run.lost_motion_rad for run in runs]
-        size = [values.size for values in lost]
-        low, high = np.quantile(torque, [0.005, 0.995])
-        self.torque_Nm = np.zeros(1)
-        self.lost_rad = np.zeros(1)
-        self.covers = bool(high - low >= PULSES * np.ptp(torque))
-        if torque.size < 2 * BIN_SAMPLES + 2 or not np.ptp(torque) > 0:
-            return
-        ends = np.partition(torque, [BIN_SAMPLES, -BIN_SAMPLES - 1])[
-            [BIN_SAMPLES, -BIN_SAMPLES - 1]
-        ]
-        if high - low < PULSES * (ends[1] - ends[0]):
-            low, high = ends
-        edges = np.linspace(low, high, BINS + 1)
-        place = np.clip(np.searchsorted(edges, torque, side="right") - 1, 0, BINS - 1)
-        filled = np.flatnonzero(np.bincount(place, minlength=BINS) >= BIN_SAMPLES)
-        if filled.size < 2:
-            return
-        order = np.argsort(place, kind="stable")
-        cuts = np.searchsorted(place[order], np.arange(1, BINS))
-        self.torque_Nm = (0.5 * (edges[:-1] + edges[1:]))[filled]
-        self.lost_rad = np.zeros(filled.size)
-        for _ in range(PASSES):
-            curve = np.split(self(torque), np.cumsum(size)[:-1])
-            zeros = [np.median(y - f) for y, f in zip(lost, curve, strict=True)]
-            level = np.concatenate([y - zero for y, zero in zip(lost, zeros, strict=True)])
-            parts = np.split(level[order], cuts)
-            self.lost_rad = np.array([np.median(parts[k]) for k in filled])
+    Where the lost motion of a campaign jumps for a reason that stays open, its mean curve is
+    nothing to hold a column against for longer than a burst.
+    """
+    wild = {name: np.zeros(len(run), dtype=bool) for name in CHECKED}
+    rest, noise = curve.rest(run), curve.noise(run)
+    if not in_bursts_only:
+        written = [markers(run.columns[name]) for name in CHECKED if name in run.columns]
+        name_culprits(run, curve, np.logical_or.reduce(written), wild)
+        found = np.logical_or.reduce(list(wild.values()))
+        left = np.flatnonzero(~found)
+        found[left] = departures(rest[left])
+        name_culprits(run, curve, found, wild, lasting=True)
+    found = np.logical_or.reduce(list(wild.values()))
+    left = np.flatnonzero(~found)
+    found[left] = bursts(rest[left], noise[left])
+    name_culprits(run, curve, found, wild)
+    return wild
 
-    def __call__(self, torque_Nm: FloatArray) -> FloatArray:
-        """Lost motion in rad at torques; beyond those that were measured, on a straight line."""
-        x, y = self.torque_Nm, self.lost_rad
-        if x.size == 1:
-            return np.zeros(torque_Nm.size)
-        slope = (y[-1] - y[0]) / (x[-1] - x[0])
-        inside = np.clip(torque_Nm, x[0], x[-1])
-        return np.asarray(np.interp(inside, x, y) + slope * (torque_Nm - inside))
 
-    def slope(self, torque_Nm: FloatArray) -> FloatArray:
-        """Compliance in rad/Nm at torques, or between those where it is larger."""
-        x, y = self.torque_Nm, self.lost_rad
-        if x.size == 1:
-            return np.zeros(torque_Nm.size)
-        return np.asarray(np.interp(torque_Nm, x, np.abs(np.gradient(y, x))))
+def name_culprits(
+    run: Run,
+    curve: MeanCurve,
+    found: BoolArray,
+    wild: dict[str, BoolArray],
+    lasting: bool = False,
+) -> None:
+    """Put what was found down to a column, stretch by stretch; not what was put down before."""
+    known = np.logical_or.reduce(list(wild.values()))
+    for stretch in consecutive_rows(found & ~known):
+        if lasting and stretch.size <= BURST:
+            continue
+        name = culprit(run, curve, stretch, found)
+        if name is not None and (not lasting or may_last(run, name, stretch)):
+            wild[name][stretch] = True
 
-    def noise(self, run: Run) -> FloatArray:
-        """Scatter from sample to sample that the noise of the torque makes, by the slope there.
 
-        Where the drive is soft, as in its backlash, a little torque is a large angle.
-        """
-        slope = self.slope(run.torque_Nm)
-        beside = np.maximum(slope[1:], slope[:-1])
-        step = np.diff(self.rest(run))
-        steep = beside > 0
-        return slope * scatter(step[steep] / beside[steep])
+def consecutive_rows(found: BoolArray) -> Iterator[IntArray]:
+    """Yield the rows of every stretch of marked samples."""
+    rows = np.flatnonzero(found)
+    if rows.size:
+        yield from np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
 
-    def rest(self, run: Run) -> FloatArray:
-        """Lost motion that the torque does not explain."""
-        return run.lost_motion_rad - self(run.torque_Nm)
 
-    def culprit(self, run: Run, burst: IntArray, found: BoolArray) -> str | None:
-        """Name the column that makes a burst, or nothing where it may be the drive.
+def departures(rest: FloatArray) -> BoolArray:
+    """Mark the stretches by which what the curve leaves departs in one step, and returns in one."""
+    marked = np.zeros(rest.size, dtype=bool)
+    if rest.size < 2 * BURST:
+        return marked
+    off = np.abs(rest - np.median(rest))
+    bound = DEPARTURE * float(np.quantile(off, 0.75))
+    beyond = off > bound
+    if bound <= 0 or np.count_nonzero(beyond) > DEPARTED_MAX * rest.size:
+        return marked
+    for stretch in consecutive_rows(beyond):
+        first, last = stretch[0], stretch[-1]
+        steps = [abs(rest[first] - rest[first - 1])] if first > 0 else []
+        steps += [abs(rest[last + 1] - rest[last])] if last + 1 < rest.size else []
+        if min(steps) > OWN_SHARE * float(np.max(off[stretch])) or min(steps) > bound:
+            marked[stretch] = True
+    return marked
 
-        Torque and lost motion that leave together are a load. A column that does not come back to
-        where it was is none that left it.
-        """
-        rest = off_neighbours(self.rest(run), burst, found)
-        at = int(np.argmax(np.abs(rest)))
-        lost = float(off_neighbours(run.lost_motion_rad, burst, found)[at])
-        load = float(off_neighbours(self(run.torque_Nm), burst, found)[at])
-        most = max(abs(lost), abs(load))
-        if abs(rest[at]) < OWN_SHARE * most or lost * load > FOLLOWED_SHARE * most**2:
-            return None
-        name = "lost_motion"
-        angles = [name for name in ("input_angle", "output_angle") if name in run.columns]
-        if abs(load) > abs(lost):
-            name = "torque"
-        elif len(angles) == 2:
-            jerk = [standing_out(run.columns[name], burst, found) for name in angles]
-            name = angles[int(np.argmax(jerk))]
-        torque, angle = (
-            leaves(run.columns[q], burst, found, at) for q in ("torque", "lost_motion")
-        )
-        if torque and angle and not self.covers:
-            return None
-        return name if (torque if name == "torque" else angle) else None
+
+def may_last(run: Run, name: str, stretch: IntArray) -> bool:
+    """Whether a departure of more than a burst is one of the sensor's.
+
+    A load that the lost motion does not follow is none. An angle that stays elsewhere for a while
+    may be teeth that slipped and slipped back, unless it stands still while the torque moves, or
+    jumps about.
+    """
+    if name == "torque":
+        return True
+    if stretch[0] == 0 or stretch[-1] + 1 == len(run):
+        return False
+    reading = run.columns[name][stretch]
+    step = np.abs(np.diff(reading))
+    beside = abs(float(reading[0] - run.columns[name][stretch[0] - 1]))
+    loaded = np.ptp(run.torque_Nm[stretch]) > OTHER_SWING * np.ptp(run.torque_Nm)
+    return bool((loaded and not step.any()) or np.median(step) > ERRATIC * beside)
+
+
+def culprit(run: Run, curve: MeanCurve, burst: IntArray, found: BoolArray) -> str | None:
+    """Name the column that makes a burst, or nothing where it may be the drive.
+
+    Torque and lost motion that leave together are a load. A column that does not come back to where
+    it was is none that left it.
+    """
+    rest = off_neighbours(curve.rest(run), burst, found)
+    at = int(np.argmax(np.abs(rest)))
+    lost = float(off_neighbours(run.lost_motion_rad, burst, found)[at])
+    load = float(off_neighbours(curve(run.torque_Nm), burst, found)[at])
+    most = max(abs(lost), abs(load))
+    if abs(rest[at]) < COUNTS * lost_motion_count(run):
+        return None
+    if abs(rest[at]) < OWN_SHARE * most or lost * load > FOLLOWED_SHARE * most**2:
+        return None
+    name = "lost_motion"
+    angles = [name for name in ("input_angle", "output_angle") if name in run.columns]
+    if abs(load) > abs(lost):
+        name = "torque"
+    elif len(angles) == 2:
+        jerk = [standing_out(run.columns[name], burst, found) for name in angles]
+        name = angles[int(np.argmax(jerk))]
+    torque, angle = (leaves(run.columns[q], burst, found, at) for q in ("torque", "lost_motion"))
+    if torque and angle and not curve.covers:
+        return None
+    return name if (torque if name == "torque" else angle) else None
+
+
+def lost_motion_count(run: Run) -> float:
+    """Angle in rad by which the counts of the encoders of a run move its lost motion."""
+    if not {"input_angle", "output_angle"} <= run.columns.keys():
+        return count_rad(run.lost_motion_rad) or 0.0
+    stated = counters_of(run.sources)
+    count = {
+        name: stated[name].count_rad if name in stated else count_rad(run.columns[name]) or 0.0
+        for name in ("input_angle", "output_angle")
+    }
+    turned = float(np.ptp(run.columns["input_angle"]))
+    turned_out = float(np.ptp(run.columns["output_angle"] - run.lost_motion_rad))
+    share = turned_out / turned if turned > 0 else 0.0
+    return count["input_angle"] * share + count["output_angle"]
 
 
 def sound_near(burst: IntArray, found: BoolArray) -> IntArray:
@@ -250,8 +257,9 @@ def off_neighbours(values: FloatArray, burst: IntArray, found: BoolArray) -> Flo
 def leaves(values: FloatArray, burst: IntArray, found: BoolArray, at: int) -> bool:
     """Whether a column itself leaves its noise and its steps in a burst, and comes back."""
     off = abs(float(off_neighbours(values, burst, found)[at]))
+    sound = np.flatnonzero(~found)
     least = max(
-        OWN_DEVIATIONS * local_noise(values, int(burst[at])),
+        OWN_DEVIATIONS * local_noise(values[sound], int(np.searchsorted(sound, burst[at]))),
         DEVIATIONS * resolution(values, np.abs(np.diff(values))),
     )
     return off > least and comes_back(values, burst, found, off)
@@ -276,32 +284,6 @@ def standing_out(values: FloatArray, burst: IntArray, found: BoolArray) -> float
     return float(np.max(np.abs(off_neighbours(values, burst, found)))) / usual
 
 
-def local_noise(values: FloatArray, at: int) -> float:
-    """Standard deviation of the noise about a sample, whatever the channel does smoothly.
-
-    Differences of a higher order leave less of a smooth channel; those of white noise have the
-    variance binom(2k, k) times its own.
-    """
-    near = values[max(at - NOISE_REACH, 0) : at + NOISE_REACH + 1]
-    found = [
-        1.4826 * float(np.median(np.abs(np.diff(near, k)))) / comb(2 * k, k) ** 0.5
-        for k in range(1, min(NOISE_ORDER, near.size - 1) + 1)
-    ]
-    return min(found, default=0.0)
-
-
-def scatter(step: FloatArray) -> float:
-    """Standard deviation of most steps: by their middle, or a third of their tenth largest.
-
-    A channel of few values stands still most of the time; what it does then is not noise alone.
-    """
-    size = np.abs(step)
-    if size.size == 0:
-        return 0.0
-    middle, high = np.quantile(size, [0.5, 0.9])
-    return float(max(1.4826 * middle, high / 3.0))
-
-
 def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> BoolArray:
     """Mark the wild values of a column that nothing checks."""
     wild = np.zeros(values.size, dtype=bool)
@@ -312,8 +294,10 @@ def wild_values(values: FloatArray, plausible: tuple[float, float] | None) -> Bo
         if np.count_nonzero(beyond) < 0.5 * np.count_nonzero(known):
             wild |= beyond
     rows = np.flatnonzero(known & ~wild)
+    wild[rows[markers(values[rows], absolute=True)]] = True
+    rows = np.flatnonzero(known & ~wild)
     least = 0.0 if plausible is None else PLAUSIBLE_SHARE * (plausible[1] - plausible[0])
-    wild[rows[bursts(values[rows], np.full(rows.size, least / DEVIATIONS))]] = True
+    wild[rows[bursts(values[rows], np.full(rows.size, least / DEVIATIONS), absolute=True)]] = True
     return wild
 
 
@@ -328,76 +312,3 @@ def wild_clock(time_s: FloatArray) -> BoolArray:
     wild[0] |= step[0] < -TIMES_BESIDE * usual
     wild[-1] |= step[-1] < -TIMES_BESIDE * usual
     return wild
-
-
-def bursts(values: FloatArray, noise: FloatArray | None = None) -> BoolArray:
-    """Mark samples that leave the others and come back, by far more than these move.
-
-    Parameters
-    ----------
-    values : ndarray
-    noise : ndarray, optional
-        Scatter from sample to sample that is known besides that of the values themselves.
-    """
-    if noise is None:
-        noise = np.zeros(values.size)
-    wild = np.zeros(values.size, dtype=bool)
-    for _ in range(ROUNDS):
-        rows = np.flatnonzero(~wild)
-        found = bursts_once(values[rows], noise[rows])
-        if not found.any():
-            break
-        wild[rows[found]] = True
-    if np.count_nonzero(wild) > max(COUNT_FREE, SHARE_MAX * values.size):
-        return np.zeros(values.size, dtype=bool)
-    return wild
-
-
-def bursts_once(x: FloatArray, noise: FloatArray) -> BoolArray:
-    """Mark the bursts that stand out of a channel as it is, shorter ones before longer ones."""
-    marked = np.zeros(x.size, dtype=bool)
-    if x.size < 2 * BESIDE + 3:
-        return marked
-    step = np.abs(np.diff(x))
-    floor = DEVIATIONS * max(scatter(step), resolution(x, step))
-    if np.max(step) <= floor:
-        return marked
-    # Largest of the BESIDE steps that end, and that begin, at each sample.
-    wide = np.pad(step, BESIDE, constant_values=0.0)
-    window = np.lib.stride_tricks.sliding_window_view(wide, BESIDE).max(axis=1)
-    ending, beginning = window[: x.size], window[BESIDE : BESIDE + x.size]
-    for length in range(1, BURST + 1):
-        first = np.arange(1, x.size - length)
-        before, behind = x[first - 1], x[first + length]
-        off = np.full(first.size, np.inf)
-        for k in range(length):
-            chord = before + (behind - before) * (k + 1) / (length + 1)
-            off = np.minimum(off, np.abs(x[first + k] - chord))
-        beside = np.maximum(ending[first - 1], beginning[first + length])
-        beside = np.maximum(beside, np.abs(behind - before) / (length + 1))
-        around = np.lib.stride_tricks.sliding_window_view(noise, length + 2).max(axis=1)
-        least = np.maximum(floor, DEVIATIONS * around)
-        for i in first[(off > TIMES_BESIDE * beside) & (off > least)]:
-            marked[i : i + length] = True
-        if marked.any():
-            return marked
-    swing = float(np.ptp(x[BURST_AT_END:-BURST_AT_END]))
-    for turned in (x, x[::-1]):
-        mark = marked if turned is x else marked[::-1]
-        for length in range(1, BURST_AT_END + 1):
-            rest = np.abs(np.diff(turned[length : length + 2 * BESIDE + 1]))
-            least_off = float(np.min(np.abs(turned[:length] - turned[length])))
-            bound = max(floor, TIMES_BESIDE * float(rest.max()), TIMES_AT_END * swing)
-            if least_off > bound:
-                mark[:length] = True
-                break
-    return marked
-
-
-def resolution(x: FloatArray, step: FloatArray) -> float:
-    """Least step of a channel of few values; of one that has a single value, a share of it."""
-    level = float(np.median(np.abs(x)))
-    moved = step[step > 1e-12 * (level + 1e-300)]
-    if moved.size <= 2 * BURST:  # a constant, but for what may be wild
-        return CONSTANT_SHARE * max(level, 0.0) / DEVIATIONS if level else 0.0
-    return float(moved.min())

@@ -1,0 +1,80 @@
+"""Readings of an angle that no shaft reached: 65535, -999, another column's value.
+
+They leave the range of the other readings of their run by more than that range and a turn, from one
+sample to the next, the other shaft does not follow, and they come back. They are found in the
+readings as they were recorded, before whole turns are put back: what is put back for such a reading
+would be carried on to the samples behind it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.recordings.bursts import BURST_AT_END
+from lostmotion.recordings.encoders import COUNTER_BITS, TURN
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+SHARE_MAX = 0.25
+"""Largest share of a run: the quartiles of the readings, from which the range is taken, hold it."""
+
+RANGES = 2.0
+"""Ranges between the quartiles, on either side of them, that a shaft reaches: one that turns
+steadily through the run reaches half of one."""
+
+FOLLOWED = 0.5
+"""Share of a move that the other shaft shows where the drive really moved."""
+
+WHOLE = 0.02
+"""How near, in shares of it, a move is to what an encoder loses where it begins anew."""
+
+
+def astray(
+    angle_rad: FloatArray, other_rad: FloatArray, ratio: float, count_rad: float | None
+) -> BoolArray:
+    """Mark the readings of one angle that no shaft reached.
+
+    Parameters
+    ----------
+    angle_rad, other_rad : ndarray
+        Readings of both angles of one run, finite.
+    ratio : float
+        Turns of this shaft for one of the other, signed.
+    count_rad : float or None
+        Count of this encoder, where it is known.
+    """
+    marked = np.zeros(angle_rad.size, dtype=bool)
+    low, middle, high = np.quantile(angle_rad, [0.25, 0.5, 0.75])
+    reach = TURN + RANGES * (high - low)
+    outside = (angle_rad < low - reach) | (angle_rad > high + reach)
+    count = int(np.count_nonzero(outside))
+    if count == 0 or count > SHARE_MAX * angle_rad.size:
+        return marked
+    rows = np.flatnonzero(outside)
+    apart = angle_rad - ratio * other_rad
+    for stretch in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+        first, last = stretch[0], stretch[-1]
+        edges = [i for i in (first - 1, last) if i >= 0 and i + 1 < angle_rad.size]
+        if len(edges) < 2 and stretch.size > BURST_AT_END:
+            continue
+        away = float(np.min(np.abs(angle_rad[stretch] - middle)))
+        alone = [abs(apart[i + 1] - apart[i]) for i in edges]
+        if min(alone) < FOLLOWED * away or is_lost(alone[0], abs(ratio) * TURN, count_rad):
+            continue
+        marked[stretch] = True
+    return marked
+
+
+def is_lost(move_rad: float, other_turn_rad: float, count_rad: float | None) -> bool:
+    """Whether a move is what a counter loses, or the other encoder, where it begins anew.
+
+    An encoder of one turn leaves no range of more than one.
+    """
+    turns = round(move_rad / other_turn_rad)
+    if turns and abs(move_rad - turns * other_turn_rad) < WHOLE * other_turn_rad:
+        return True
+    if count_rad is None:
+        return False
+    return any(abs(move_rad / (2.0**bits * count_rad) - 1) < WHOLE for bits in COUNTER_BITS)

@@ -1,0 +1,201 @@
+"""Bursts: a few samples by which a channel leaves its course and comes back.
+
+They stand out by far more than the channel moves before and behind. The bounds are the channel's
+own: its steps beside the burst, and the scatter of its steps in the run. A step that stays is no
+burst, and the corner of a triangle stands out by no more than the steps beside it.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+BURST = 5
+"""Longest burst of wild samples."""
+
+BURST_AT_END = 3
+"""The same at the first and last sample of a run, where only one side shows it."""
+
+BESIDE = 3
+"""Steps on either side of a burst to which it is compared."""
+
+TIMES_BESIDE = 4.0
+"""A burst stands out by this many times the largest step beside it. White noise has one of seven
+steps that large once in 1e6 samples, and then it is no more than 6 deviations ..."""
+
+DEVIATIONS = 6.0
+"""... so it also stands out by this many standard deviations of the steps of its run."""
+
+TIMES_AT_END = 1.0
+"""At an end it also exceeds the range of its run so many times."""
+
+NOISE_REACH = 16
+"""Samples on either side from which the noise about a sample is taken."""
+
+NOISE_ORDER = 8
+"""Highest difference that is tried: what is left of 8 samples a loop is a hundredth."""
+
+SHARE_MAX = 0.05
+"""More samples of a run than this share, and more than `COUNT_FREE`, are what the channel does."""
+
+COUNT_FREE = 3
+
+ROUNDS = 6
+"""Times that a run is searched anew without what was found: bursts hide each other."""
+
+MARKED_SHARE = 0.25
+"""Largest share of the samples that a device may have written a marker in the place of."""
+
+MARKERS_TRIED = 8
+"""Values that are tried, those first that stand alone most often."""
+
+MARKERS_LEAST = 3
+"""Fewest moments at which a marker stands: two wild values alike may be a chance."""
+
+CONSTANT_SHARE = 0.1
+"""A channel that has one value leaves it by this share of it at least: sensors of few steps."""
+
+
+def bursts(
+    values: FloatArray, noise: FloatArray | None = None, absolute: bool = False
+) -> BoolArray:
+    """Mark samples that leave the others and come back, by far more than these move.
+
+    Parameters
+    ----------
+    values : ndarray
+    noise : ndarray, optional
+        Scatter from sample to sample that is known besides that of the values themselves.
+    absolute : bool, optional
+        As of `resolution`.
+    """
+    if noise is None:
+        noise = np.zeros(values.size)
+    wild = np.zeros(values.size, dtype=bool)
+    for _ in range(ROUNDS):
+        rows = np.flatnonzero(~wild)
+        found = bursts_once(values[rows], noise[rows], absolute)
+        if not found.any():
+            break
+        wild[rows[found]] = True
+    if np.count_nonzero(wild) > max(COUNT_FREE, SHARE_MAX * values.size):
+        return np.zeros(values.size, dtype=bool)
+    return wild
+
+
+def bursts_once(x: FloatArray, noise: FloatArray, absolute: bool) -> BoolArray:
+    """Mark the bursts that stand out of a channel as it is, shorter ones before longer ones."""
+    marked = np.zeros(x.size, dtype=bool)
+    if x.size < 2 * BESIDE + 3:
+        return marked
+    step = np.abs(np.diff(x))
+    floor = DEVIATIONS * max(scatter(step), resolution(x, step, absolute))
+    if np.max(step) <= floor:
+        return marked
+    # Largest of the BESIDE steps that end, and that begin, at each sample.
+    wide = np.pad(step, BESIDE, constant_values=0.0)
+    window = np.lib.stride_tricks.sliding_window_view(wide, BESIDE).max(axis=1)
+    ending, beginning = window[: x.size], window[BESIDE : BESIDE + x.size]
+    for length in range(1, BURST + 1):
+        first = np.arange(1, x.size - length)
+        before, behind = x[first - 1], x[first + length]
+        off = np.full(first.size, np.inf)
+        for k in range(length):
+            chord = before + (behind - before) * (k + 1) / (length + 1)
+            off = np.minimum(off, np.abs(x[first + k] - chord))
+        beside = np.maximum(ending[first - 1], beginning[first + length])
+        beside = np.maximum(beside, np.abs(behind - before) / (length + 1))
+        around = np.lib.stride_tricks.sliding_window_view(noise, length + 2).max(axis=1)
+        least = np.maximum(floor, DEVIATIONS * around)
+        for i in first[(off > TIMES_BESIDE * beside) & (off > least)]:
+            marked[i : i + length] = True
+        if marked.any():
+            return marked
+    swing = float(np.ptp(x[BURST_AT_END:-BURST_AT_END]))
+    for turned in (x, x[::-1]):
+        mark = marked if turned is x else marked[::-1]
+        for length in range(1, BURST_AT_END + 1):
+            rest = np.abs(np.diff(turned[length : length + 2 * BESIDE + 1]))
+            least_off = float(np.min(np.abs(turned[:length] - turned[length])))
+            bound = max(floor, TIMES_BESIDE * float(rest.max()), TIMES_AT_END * swing)
+            if least_off > bound:
+                mark[:length] = True
+                break
+    return marked
+
+
+def resolution(x: FloatArray, step: FloatArray, absolute: bool = False) -> float:
+    """Least step of a channel of few values; of one that has a single value, a share of it.
+
+    `absolute` says that its zero is one: then a channel that leaves its value seldom has one value.
+    """
+    level = float(np.median(np.abs(x)))
+    moved = step[step > 1e-12 * (level + 1e-300)]
+    constant = np.count_nonzero(x == np.median(x)) >= (1 - MARKED_SHARE) * x.size
+    if moved.size <= 2 * BURST or (
+        absolute and constant and level > 0
+    ):  # a constant, but for what may be wild
+        return CONSTANT_SHARE * level / DEVIATIONS
+    return float(moved.min())
+
+
+def local_noise(values: FloatArray, at: int) -> float:
+    """Standard deviation of the noise about a sample, whatever the channel does smoothly.
+
+    Differences of a higher order leave less of a smooth channel; those of white noise have the
+    variance binom(2k, k) times its own.
+    """
+    near = values[max(at - NOISE_REACH, 0) : at + NOISE_REACH + 1]
+    found = [
+        1.4826 * float(np.median(np.abs(np.diff(near, k)))) / comb(2 * k, k) ** 0.5
+        for k in range(1, min(NOISE_ORDER, near.size - 1) + 1)
+    ]
+    return min(found, default=0.0)
+
+
+def scatter(step: FloatArray) -> float:
+    """Standard deviation of most steps: by their middle, or a third of their tenth largest.
+
+    A channel of few values stands still most of the time; what it does then is not noise alone.
+    """
+    size = np.abs(step)
+    if size.size == 0:
+        return 0.0
+    middle, high = np.quantile(size, [0.5, 0.9])
+    return float(max(1.4826 * middle, high / 3.0))
+
+
+def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
+    """Mark a value that a device writes again and again in the place of a reading: 0, full scale.
+
+    It stands alone or in bursts, exactly the same each time, and what is left of the channel
+    without it goes on as if nothing had been.
+    """
+    marked = np.zeros(values.size, dtype=bool)
+    if values.size < 2 * BESIDE + 3:
+        return marked
+    alone = np.zeros(values.size, dtype=bool)
+    alone[1:-1] = (values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0
+    levels, counts = np.unique(values[alone], return_counts=True)
+    for level in levels[np.argsort(-counts, kind="stable")][:MARKERS_TRIED]:
+        same = values == level
+        rows, rest = np.flatnonzero(same), np.flatnonzero(~same)
+        if not MARKERS_LEAST <= rows.size <= MARKED_SHARE * values.size:
+            continue
+        stretch = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+        if len(stretch) < MARKERS_LEAST or max(map(len, stretch)) > BURST:
+            continue
+        step = np.abs(np.diff(values[rest]))
+        floor = DEVIATIONS * max(scatter(step), resolution(values[rest], step, absolute))
+        wide = np.lib.stride_tricks.sliding_window_view(np.pad(step, BESIDE), 2 * BESIDE)
+        beside = wide.max(axis=1)[np.minimum(np.searchsorted(rest, rows), rest.size - 1)]
+        off = np.abs(level - np.interp(rows, rest, values[rest]))
+        stands_out = off > np.maximum(TIMES_BESIDE * beside, floor)
+        if 2 * np.count_nonzero(stands_out) >= rows.size and stands_out.sum() >= MARKERS_LEAST:
+            marked[rows[stands_out]] = True
+    return marked

@@ -1,0 +1,134 @@
+"""Frozen readings: a sensor that repeats one reading while what it measures moves on.
+
+A logger repeats the last reading when a bus, an amplifier or a driver hangs. The stretch is as long
+as the fault was, so it is no burst, and each of its readings is plausible. Three things together
+show it: the channel repeats its readings there as it does nowhere else, the other channel covers
+a good part of its range meanwhile, and at its end the reading jumps to where the drive is by then,
+alone; or the other channel covers half its range and nothing turns, and the drive is back where it
+was at the end. A load that is held repeats, and the drive stands, or jumps with it when it changes;
+a coarse encoder repeats all the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.intp]
+
+FROZEN_LEAST = 8
+"""Fewest readings of a frozen stretch; a shorter one is judged as a burst."""
+
+CHANCE = 1e-6
+"""Probability, by the share of repeated readings elsewhere in the run, below which a stretch of
+repeated readings is none by chance."""
+
+OTHER_SWING = 0.25
+"""Share of its range by which the other channel must move meanwhile."""
+
+NO_JUMP_SWING = 0.5
+"""The same where the reading does not jump: more than a drive creeps under a load that is held."""
+
+RANGE = (0.01, 0.99)
+"""Quantiles between which the range of a channel is taken, whatever a few wild samples are."""
+
+TURN_LEAST_RAD = 0.2
+"""Turn of the output that no drive takes up as wind-up: there the input must turn with it."""
+
+JUMP = 4.0
+"""The step that ends a frozen stretch exceeds the largest of the steps beside it so many times."""
+
+BESIDE = 10
+"""Steps on either side of a stretch to which the step at its end is compared."""
+
+
+def frozen_rows(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, BoolArray]:
+    """Mark the frozen readings of torque and angles, but for the first reading of each stretch.
+
+    Parameters
+    ----------
+    columns : mapping
+        Quantities of one run, before anything was put back in them; NaN where there is none.
+    ratio : float, optional
+        Input turns for one output turn.
+    """
+    found: dict[str, BoolArray] = {}
+    for name, other, swing in witnesses(columns, ratio):
+        rows = np.flatnonzero(np.isfinite(columns[name]) & np.isfinite(other))
+        if rows.size < 2 * FROZEN_LEAST:
+            continue
+        turned = columns.get("output_angle", np.zeros(other.size))[rows]
+        marked = frozen(columns[name][rows], other[rows], swing, turned)
+        if marked.any():
+            found.setdefault(name, np.zeros(other.size, dtype=bool))[rows[marked]] = True
+    return found
+
+
+def witnesses(
+    columns: Mapping[str, FloatArray], ratio: float | None
+) -> list[tuple[str, FloatArray, float | None]]:
+    """List each channel with one that moves where it does, and by how much that must move.
+
+    The range of the other channel itself tells by how much where None is given.
+    """
+    pairs: list[tuple[str, FloatArray, float | None]] = []
+    angle = next((name for name in ("lost_motion", "output_angle") if name in columns), None)
+    if angle is not None:
+        pairs += [("torque", columns[angle], None), (angle, columns["torque"], None)]
+    if {"input_angle", "output_angle"} <= columns.keys():
+        by = 1.0 if ratio is None or math.isinf(ratio) else abs(ratio)
+        pairs += [
+            ("input_angle", columns["output_angle"], TURN_LEAST_RAD),
+            ("output_angle", columns["input_angle"] / by, TURN_LEAST_RAD),
+        ]
+    return pairs
+
+
+def frozen(
+    values: FloatArray, other: FloatArray, swing: float | None, turned_rad: FloatArray
+) -> BoolArray:
+    """Mark the frozen readings of a channel, but for the first of each stretch.
+
+    Parameters
+    ----------
+    values, other : ndarray
+        The channel, and one that moves where it does ...
+    swing : float, optional
+        ... by so much at least; by default `OTHER_SWING` of its range.
+    turned_rad : ndarray
+        Angle of the output: under a load that is held the lost motion varies as the drive turns.
+    """
+    marked = np.zeros(values.size, dtype=bool)
+    step = np.diff(values)
+    edges = np.concatenate(([0], np.flatnonzero(step != 0) + 1, [values.size]))
+    lengths = np.diff(edges)
+    low, high = np.quantile(other, RANGE)
+    extent = float(high - low)
+    swing = OTHER_SWING * extent if swing is None else swing
+    if swing <= 0:
+        return marked
+    for i in np.flatnonzero(lengths >= FROZEN_LEAST):
+        begin, end = int(edges[i]), int(edges[i + 1])
+        elsewhere = values.size - (end - begin)
+        repeats = int(np.count_nonzero(step == 0)) - (end - begin - 1)
+        share = (repeats + 1.0) / (elsewhere + 1.0)
+        if elsewhere < FROZEN_LEAST or share ** (end - begin - 1) * values.size > CHANCE:
+            continue
+        moved = float(np.ptp(other[begin:end]))
+        jumped = end == values.size or jumps_behind(step, begin, end)
+        alone = end == values.size or not jumps_behind(np.diff(other), begin, end)
+        still = float(np.ptp(turned_rad[begin:end])) < TURN_LEAST_RAD
+        if moved >= swing and alone and (jumped or (still and moved > NO_JUMP_SWING * extent)):
+            marked[begin + 1 : end] = True
+    return marked
+
+
+def jumps_behind(step: FloatArray, begin: int, end: int) -> bool:
+    """Whether the step behind a stretch is far larger than those before and behind it."""
+    near = np.concatenate((step[max(begin - 1 - BESIDE, 0) : begin], step[end : end + BESIDE]))
+    return bool(near.size > 0 and abs(step[end - 1]) > JUMP * np.max(np.abs(near)))
