@@ -70,6 +70,7 @@ def compile_shared(
     texts: Mapping[str, str],
     units: Sequence[str],
     extra: Sequence[str] = (),
+    linked: Sequence[str] = (),
 ) -> bytes:
     """Compile sources to a shared object and return its bytes.
 
@@ -83,6 +84,8 @@ def compile_shared(
         Those of them that are compiled; the others are included.
     extra : sequence of str
         More options: include folders, sanitizers.
+    linked : sequence of str
+        What it is linked with: libraries and their options.
 
     Raises
     ------
@@ -102,7 +105,7 @@ def compile_shared(
             else:
                 made.write_bytes(known)
             objects.append(made.name)
-        _run([*compiler, "-shared", *extra, *objects, "-o", "made"], place)
+        _run([*compiler, "-shared", *extra, *objects, *linked, "-o", "made"], place)
         return (place / "made").read_bytes()
 
 

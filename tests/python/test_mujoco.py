@@ -1,0 +1,287 @@
+"""Drives in MuJoCo: no energy is created, and the lost motion is that of `predict`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from conftest import DATA, needs_compiler
+from lostmotion.drives import read_drive
+from lostmotion.errors import InputError
+from lostmotion.predict import predict
+from lostmotion.simulators.mujoco import Placed, load_plugin, put_drives, set_timestep
+from lostmotion.units import ARCMIN
+
+mujoco = pytest.importorskip("mujoco", reason="no MuJoCo: pip install 'lostmotion[mujoco]'")
+
+pytestmark = needs_compiler
+
+DRIVES = sorted(
+    file
+    for folder in ("drives", "joint", "cycloidal_locked_output", "friction_damper")
+    for file in (DATA / folder).glob("*.toml")
+)
+
+JOINT = DATA / "joint" / "joint.toml"
+
+EFFECTS = """
+[[effect]]
+name = "kinematic_error"
+cosine_2_rad = 1e-4
+sine_2_rad = 3e-5
+cosine_4_rad = 1e-5
+sine_4_rad = 0.0
+[[effect]]
+name = "creep"
+share = 0.01
+onset_s = 1.0
+[[effect]]
+name = "torque_offset"
+offset_Nm = 0.5
+"""
+
+STEPS_S = (5e-4, 2e-3, 4e-3)
+LOCKED = 1e9
+"""Armature of an input that does not move."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@pytest.fixture
+def with_effects(tmp_path: Path) -> Path:
+    file = tmp_path / "with_effects.toml"
+    file.write_text(JOINT.read_text(encoding="utf-8") + EFFECTS, encoding="utf-8")
+    return file
+
+
+def one_joint(step_s: float = 2e-3, armature: float = 0.1, more: str = "") -> mujoco.MjSpec:
+    """A link on a hinge, without gravity."""
+    return mujoco.MjSpec.from_string(
+        f"""<mujoco>
+        <option timestep="{step_s}" gravity="0 0 0" integrator="implicitfast"/>
+        <default><joint damping="0.0" frictionloss="0.0"/></default>
+        <worldbody><body name="link">
+          <joint name="elbow" axis="0 0 1" armature="{armature}"/>
+          <geom type="box" size=".2 .05 .05" mass="1"/>
+        </body></worldbody>
+        <actuator><motor joint="elbow"/></actuator>{more}</mujoco>"""
+    )
+
+
+def swing(placed: Placed, torque_Nm: float, period_s: float = 20.0) -> tuple[Floats, Floats]:
+    """Torque and lost motion over the second of two slow swings of a sine."""
+    model = placed.model
+    data = mujoco.MjData(model)
+    count = round(period_s / model.opt.timestep)
+    torque = torque_Nm * np.sin(2 * np.pi * np.arange(2 * count) / count)
+    lost = np.empty(2 * count)
+    for k in range(2 * count):
+        data.qfrc_applied[:] = torque[k]
+        mujoco.mj_step(model, data)
+        lost[k] = data.qpos[1]
+    return torque[count:], lost[count:]
+
+
+def middle(torque: Floats, lost: Floats, at: Floats) -> Floats:
+    """Middle of the loop's two branches at some torques."""
+    quarter = torque.size // 4
+    rising = np.r_[3 * quarter : torque.size, 0:quarter]
+    falling = np.arange(quarter, 3 * quarter)[::-1]
+    branches = [np.interp(at, torque[part], lost[part]) for part in (rising, falling)]
+    return np.asarray(np.mean(branches, axis=0))
+
+
+@pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: f"{file.parent.name}-{file.stem}")
+def test_slow_reversal_with_a_locked_input_gives_what_predict_does(drive_file: Path) -> None:
+    drive = read_drive(drive_file)
+    placed = put_drives(one_joint(armature=LOCKED), {"elbow": drive})
+    # Both branches slip in the inner fifth of a loop.
+    at = np.array([-0.2, -0.1, 0.1, 0.2]) * drive.rated_torque_Nm
+    found = middle(*swing(placed, drive.rated_torque_Nm), at)
+    predicted = np.array(predict(drive, at)["total_arcmin"]) * ARCMIN
+    np.testing.assert_allclose(found, predicted, rtol=0.01)
+
+
+def test_the_step_does_not_change_the_lost_motion() -> None:
+    drive = read_drive(JOINT)
+    found = []
+    for step_s in STEPS_S:
+        placed = put_drives(one_joint(step_s, LOCKED), {"elbow": drive})
+        torque, lost = swing(placed, drive.rated_torque_Nm)
+        middles = middle(torque, lost, np.array([-0.1, 0.1]) * drive.rated_torque_Nm)
+        found.append([np.ptp(middles), np.ptp(lost)])
+    for row in found[1:]:
+        assert row == pytest.approx(found[0], rel=0.02)
+
+
+@pytest.mark.parametrize("step_s", [*STEPS_S, 1e-2])
+@pytest.mark.parametrize("armature", [0.1, 1e-3])
+def test_no_energy_is_created(with_effects: Path, step_s: float, armature: float) -> None:
+    """Random torques on both sides, then none: the motion never holds more than what they did."""
+    for file in (JOINT, with_effects):
+        placed = put_drives(one_joint(step_s, armature), {"elbow": file})
+        model, data = placed.model, mujoco.MjData(placed.model)
+        rng = np.random.default_rng(3)
+        mass = np.zeros((2, 2))
+        work = largest = 0.0
+        for k in range(3000):
+            if k % 20 == 0:
+                scale = np.array([10.0 * min(1.0, 10 * armature), 50.0])
+                data.qfrc_applied[:] = rng.normal(size=2) * scale if k < 2000 else 0.0
+            mujoco.mj_step(model, data)
+            # The torque is constant over a step, its work that along the way which was gone.
+            work += step_s * float(data.qfrc_applied @ data.qvel)
+            mujoco.mj_fullM(model, data, mass)
+            motion = 0.5 * float(data.qvel @ mass @ data.qvel)
+            largest = max(largest, motion)
+            assert motion <= work + 1e-9 * largest
+        assert largest > 1e-3
+        assert np.all(np.isfinite(data.qpos))
+
+
+def test_the_kinematic_error_moves_the_output_and_the_input_feels_it(with_effects: Path) -> None:
+    placed = put_drives(one_joint(armature=LOCKED), {"elbow": with_effects})
+    assert placed.drives[0].effects == ("kinematic_error", "creep")
+    assert list(placed.drives[0].set_aside) == ["torque_offset"]
+    model, data = placed.model, mujoco.MjData(placed.model)
+    ratio = read_drive(with_effects).ratio
+    data.qvel[0] = 0.005  # slow, for the damping of the step lags behind
+    angle, lost = [], []
+    for _ in range(16000):
+        mujoco.mj_step(model, data)
+        angle.append(ratio * data.qpos[0])
+        lost.append(data.qpos[1])
+    phase = 2.0 * np.array(angle[4000:])
+    share = np.array([np.cos(phase), np.sin(phase)]) @ np.array(lost[4000:]) * 2 / len(phase)
+    assert share == pytest.approx([1e-4, 3e-5], rel=0.1, abs=5e-6)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_passive[0] != 0.0  # at rest the teeth hold the input where the error stands
+
+
+def test_a_state_that_is_set_back_goes_on_as_before(with_effects: Path) -> None:
+    placed = put_drives(one_joint(), {"elbow": with_effects})
+    model, data = placed.model, mujoco.MjData(placed.model)
+    rng = np.random.default_rng(5)
+    torques = rng.normal(size=300) * 40.0
+
+    def go(one: mujoco.MjData, part: Floats) -> list[float]:
+        found = []
+        for torque in part:
+            one.qfrc_applied[:] = torque
+            mujoco.mj_step(model, one)
+            found += one.qpos.tolist()
+        return found
+
+    go(data, torques[:150])
+    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    known = go(data, torques[150:])
+    mujoco.mj_setState(model, data, state, kind)
+    assert go(data, torques[150:]) == known
+    mujoco.mj_setState(model, data, state, kind)
+    other = mujoco.MjData(model)
+    mujoco.mj_copyData(other, model, data)
+    mujoco.mj_resetData(model, data)
+    assert go(other, torques[150:]) == known
+    go(data, torques[:150])
+    assert go(data, torques[150:]) == known
+    # A look at another place, without a step, leaves no trace.
+    mujoco.mj_resetData(model, data)
+    go(data, torques[:150])
+    kept = data.qpos.copy()
+    data.qpos[1] = 3e-3
+    mujoco.mj_forward(model, data)
+    data.qpos[:] = kept
+    assert go(data, torques[150:]) == known
+
+
+def test_it_costs_less_than_two_microseconds_a_joint_and_step(with_effects: Path) -> None:
+    count = 4000
+
+    def measure(model: mujoco.MjModel) -> float:
+        data = mujoco.MjData(model)
+        best = np.inf
+        for _ in range(5):
+            data.qpos[1] = 1.5e-3
+            data.qfrc_applied[0] = 20.0
+            start = time.process_time()
+            mujoco.mj_step(model, data, nstep=count)
+            best = min(best, (time.process_time() - start) / count)
+        return float(best)
+
+    placed = put_drives(one_joint(), {"elbow": with_effects})
+    spring = one_joint()
+    added = spring.body("link").add_joint(
+        name="spring", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1]
+    )
+    added.range = [-1e-2, 1e-2]
+    assert measure(placed.model) - measure(spring.compile()) < 2e-6
+
+
+def test_a_model_keeps_its_keyframes_and_its_file(tmp_path: Path) -> None:
+    key = '<keyframe><key name="bent" qpos="0.7" qvel="0.1"/></keyframe>'
+    spec = one_joint(more=key)
+    placed = put_drives(spec, {"elbow": JOINT})
+    assert placed.model.key("bent").qpos.tolist() == [0.7, 0.0]
+    assert placed.model.key("bent").qvel.tolist() == [0.1, 0.0]
+    again = mujoco.MjModel.from_xml_string(spec.to_xml())
+    found = []
+    for model in (placed.model, again):
+        data = mujoco.MjData(model)
+        data.qfrc_applied[1] = 30.0
+        mujoco.mj_step(model, data, nstep=50)
+        found.append(data.qpos[1])
+    assert found[1] == pytest.approx(found[0], rel=1e-4)  # MJCF is written with six digits
+
+
+def test_another_timestep_is_refused_until_the_damping_is_set() -> None:
+    placed = put_drives(one_joint(), {"elbow": JOINT})
+    model, data = placed.model, mujoco.MjData(placed.model)
+    model.opt.timestep = 4e-3
+    with pytest.raises(mujoco.FatalError, match="set_timestep"):
+        mujoco.mj_step(model, data)
+    model.opt.timestep = 2e-3
+    set_timestep(placed, 4e-3)
+    mujoco.mj_step(model, data)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    with pytest.raises(mujoco.FatalError, match="implicit"):
+        mujoco.mj_step(model, data)
+
+
+def test_what_cannot_have_a_drive_is_told(tmp_path: Path) -> None:
+    cases = [
+        (one_joint(), "knee", "elbow"),
+        (one_joint(armature=0.0), "elbow", "armature"),
+    ]
+    spec = one_joint()
+    spec.body("link").add_joint(name="second", axis=[1, 0, 0])
+    cases.append((spec, "elbow", "2 joints"))
+    spec = one_joint()
+    spec.joint("elbow").type = mujoco.mjtJoint.mjJNT_SLIDE
+    cases.append((spec, "elbow", "hinge"))
+    spec = one_joint()
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    cases.append((spec, "elbow", "RK4"))
+    for given, name, said in cases:
+        with pytest.raises(InputError, match=said):
+            put_drives(given, {name: JOINT})
+    with pytest.raises(InputError, match="no_model"):
+        put_drives(tmp_path / "no_model.xml", {"elbow": JOINT})
+
+
+def test_the_package_does_not_import_what_was_not_asked_for() -> None:
+    code = (
+        "import sys, lostmotion.cli, lostmotion; "
+        "sys.exit(any(name.split('.')[0] in ('mujoco', 'fmpy') or 'simulators' in name "
+        "for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    assert load_plugin().is_file()
