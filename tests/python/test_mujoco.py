@@ -15,6 +15,7 @@ from conftest import DATA, needs_compiler
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.predict import predict
+from lostmotion.simulators.arm import run_arm
 from lostmotion.simulators.mujoco import Placed, load_plugin, put_drives, set_timestep
 from lostmotion.units import ARCMIN
 
@@ -285,3 +286,15 @@ def test_the_package_does_not_import_what_was_not_asked_for() -> None:
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     assert load_plugin().is_file()
+
+
+def test_the_arm_repeats_and_tracks_better_with_its_compensators() -> None:
+    found = run_arm(2e-3)
+    repeats = {variant: row["repeatability_um"] for variant, row in found.items()}
+    tracks = {variant: row["tracking_rms_um"] for variant, row in found.items()}
+    assert repeats["rigid"] < 0.5
+    assert tracks["rigid"] < 50
+    assert repeats["drives"] > 20
+    assert repeats["compensated"] < 0.6 * repeats["drives"]
+    assert tracks["drives"] > 500
+    assert tracks["compensated"] < 0.25 * tracks["drives"]

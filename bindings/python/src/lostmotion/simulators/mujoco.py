@@ -6,9 +6,9 @@
 
 The joint that is named keeps its name, its actuator and its sensors: it is the input side, in
 angles of the output. A second hinge on the same axis, ``shoulder_lost_motion``, follows it; its
-angle is the lost motion, and an engine plugin (``c/mujoco_plugin.c``) applies the torque of the drive
-to it. The plugin is compiled once against the headers of the MuJoCo that is installed, and is kept
-in the user's cache.
+angle is the lost motion. An engine plugin (``c/mujoco_plugin.c``) applies the drive's torque to it.
+The plugin is compiled once against the headers of the MuJoCo that is installed, and is kept in the
+user's cache.
 
 Needs MuJoCo (``pip install lostmotion[mujoco]``) and a C compiler.
 """
@@ -98,7 +98,7 @@ class Placed:
     drives: tuple[PlacedDrive, ...]
 
 
-def _mujoco() -> Any:
+def import_mujoco() -> Any:
     """Import MuJoCo.
 
     Raises
@@ -125,7 +125,7 @@ def load_plugin() -> Path:
     InputError
         When MuJoCo or a C compiler is missing.
     """
-    mujoco = _mujoco()
+    mujoco = import_mujoco()
     root = Path(mujoco.__file__).parent
     library = next(
         (file for pattern in ("libmujoco.so*", "libmujoco*.dylib") for file in root.glob(pattern)),
@@ -195,7 +195,7 @@ def put_drives(
     InputError
         When a joint is not there or cannot have a drive, MuJoCo or a compiler is missing.
     """
-    mujoco = _mujoco()
+    mujoco = import_mujoco()
     load_plugin()
     if isinstance(spec, (str, Path)):
         try:
