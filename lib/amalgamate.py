@@ -128,6 +128,9 @@ def main() -> int:
     (place / "lostmotion.h").write_text(make_header(seen), encoding="utf-8")
     (place / "lostmotion.c").write_text(make_source(seen), encoding="utf-8")
     if arduino:
+        # The name under which every other package has it.
+        (place / "lostmotion").mkdir(exist_ok=True)
+        (place / "lostmotion" / "runtime.h").write_text('#include "../lostmotion.h"\n')
         for name in ("library.properties", "LICENSE"):
             shutil.copy(LIB / name, folder / name)
     return 0

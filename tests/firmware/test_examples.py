@@ -39,6 +39,7 @@ HOST = ALL[0]
 JOINT = [EXAMPLES / "joint" / f"{name}.c" for name in ("main", "table", "loop", "motion")]
 PLANT = [EXAMPLES / "joint" / f"{name}.c" for name in ("plant", "sine")]
 GLUE = sorted((EXAMPLES / "glue").glob("*.c"))
+AXIS = sorted((EXAMPLES / "axis").glob("*.c"))
 COMMISSIONING = [
     *sorted((EXAMPLES / "commissioning").glob("*.c")),
     EXAMPLES / "joint" / "sine.c",
@@ -104,7 +105,9 @@ def test_joint_keeps_its_bars_and_prints_the_same_as_here(
 
 @pytest.mark.parametrize("target", BARE, ids=name_of)
 @pytest.mark.parametrize(
-    "sources", [MINIMAL, GLUE, COMMISSIONING], ids=["minimal", "glue", "commissioning"]
+    "sources",
+    [MINIMAL, GLUE, COMMISSIONING, AXIS],
+    ids=["minimal", "glue", "commissioning", "axis"],
 )
 def test_small_examples_run(tmp_path: Path, target: Target, sources: list[Path]) -> None:
     program = build(need(target), sources, tmp_path / "example")

@@ -27,7 +27,7 @@ SECONDS = 120
 SAFELY = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
 
 PROFILES = ("GAP", "STANDARD", "FULL")
-SIZES = ("CURVE_POINTS_MAX", "PLAYS_MAX", "EFFECTS_MAX", "EFFECT_MEMORY_MAX")
+SIZES = ("CURVE_POINTS_MAX", "PLAYS_MAX", "EFFECTS_MAX", "EFFECT_MEMORY_MAX", "ENVELOPE")
 
 QUIET = {
     **os.environ,
@@ -130,10 +130,19 @@ STUBS = {
     # What the two systems' own CMake functions do, as far as this library calls them.
     "idf": """
 function(idf_component_register)
-  cmake_parse_arguments(own "" "" "SRCS;INCLUDE_DIRS;PRIV_INCLUDE_DIRS" ${ARGN})
+  cmake_parse_arguments(own "" "" "SRCS;INCLUDE_DIRS;PRIV_INCLUDE_DIRS;REQUIRES" ${ARGN})
   add_library(${COMPONENT_LIB} STATIC ${own_SRCS})
+  foreach(scope INCLUDE_DIRS PRIV_INCLUDE_DIRS)
+    foreach(folder ${own_${scope}})
+      get_filename_component(folder ${folder} ABSOLUTE BASE_DIR ${CMAKE_CURRENT_LIST_DIR})
+      if(NOT IS_DIRECTORY ${folder})
+        message(FATAL_ERROR "Include directory '${folder}' is not a directory.")
+      endif()
+      list(APPEND absolute_${scope} ${folder})
+    endforeach()
+  endforeach()
   target_include_directories(${COMPONENT_LIB}
-    PUBLIC ${own_INCLUDE_DIRS} PRIVATE ${own_PRIV_INCLUDE_DIRS})
+    PUBLIC ${absolute_INCLUDE_DIRS} PRIVATE ${absolute_PRIV_INCLUDE_DIRS})
 endfunction()
 set(ESP_PLATFORM ON)
 set(COMPONENT_LIB __idf_lostmotion)
