@@ -120,6 +120,13 @@ def test_torques_start_where_the_card_says(name: str, base: BaselineModel) -> No
     assert grid(one_of(stated), 0, base) == [0.5 * base.largest]
 
 
+def test_only_a_torque_starts_as_one_in_its_own_unit(base: BaselineModel) -> None:
+    usual = [1e3 * share * RATED_NM for share in (0.02, 0.1)]
+    assert grid(one_of(shape("closing_mNm")), 0, base)[:2] == pytest.approx(usual)
+    for name in ("compliance_rad_per_Nm", "softening_per_Nm", "stiffness_Nm_per_rad"):
+        assert grid(one_of(shape(name)), 0, base) == [0.25, 1.0, 4.0]
+
+
 def test_a_value_without_a_torque_starts_about_what_is_typical(base: BaselineModel) -> None:
     assert grid(one_of(shape("exponent")), 0, base) == [0.25, 1.0, 4.0]
     assert grid(one_of(shape("exponent", starts=(0.5, 2.0))), 0, base) == [0.5, 2.0]

@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import units
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, Value
 from lostmotion.fit.baseline import BaselineModel
@@ -51,8 +52,8 @@ def grid(effect: Effect, index: int, base: BaselineModel) -> list[float]:
     elif value.starts:
         sense = -1.0 if value.sign == "ratio" and value.high <= 0 else 1.0
         starts = [sense * share * start_scale(value, base) for share in value.starts]
-    elif value.name.endswith("_Nm"):
-        starts = [share * base.rated_torque_Nm for share in TORQUE_SHARES]
+    elif (unit := units.split_unit(value.name)[1]) and unit.dimension == units.TORQUE:
+        starts = [float(unit.from_si(share * base.rated_torque_Nm)) for share in TORQUE_SHARES]
     elif value.typical == 0:
         starts = [0.0]
     else:

@@ -21,6 +21,7 @@ from lostmotion.core import FILLED_IN, NEEDS, Kind
 from lostmotion.effects.effect import Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import as_in_file
+from lostmotion.units import split_unit
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -365,11 +366,7 @@ def _pairs(text: str) -> bool:
 
 def _bit(need: str) -> str:
     """The LM_NEEDS_ bit of a condition."""
-    words = {"elapsed_s": "TIME", "temperature_C": "TEMPERATURE", "cycles": "CYCLES"}
-    units = ("_rad_s2", "_rad_s", "_rad", "_Nm", "_N")
-    if need in words:
-        return words[need]
-    return next(need.removesuffix(unit) for unit in units if need.endswith(unit)).upper()
+    return "TIME" if need == "elapsed_s" else split_unit(need)[0].upper()
 
 
 def _quoted(text: str) -> str:

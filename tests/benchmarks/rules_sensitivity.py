@@ -1,0 +1,192 @@
+"""How many verdicts move when a threshold of `rules.py` is changed by 30 % either way.
+
+    cd tests
+    python benchmarks/judging_suites.py CAMPAIGNS --seeds develop --share 0.1
+    python benchmarks/rules_sensitivity.py CAMPAIGNS --results FILE.jsonl [--campaigns 200]
+
+Every campaign is diagnosed with the rules as they stand, which also tells what rules were looked at
+at all: one that a campaign does not look at cannot move its verdict, and is not tried on it. A
+verdict has moved where the word, the named effects, the runs of sudden events or what an
+unexplained rest depends on have. Whole numbers change by one at least. A result is appended to
+FILE.jsonl as soon as it is there, and what is there already is not done again. Rules that move none
+of 200 can go: the table names them last.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from bench_diagnosis import diagnosed, in_turn, load, read
+from verdicts import good, judge
+
+from lostmotion import rules
+from lostmotion.threads import one_thread
+
+Record = dict[str, Any]
+
+CHANGE = 0.3
+"""Share by which a rule is changed, down and up."""
+
+NAMES = tuple(name for name in vars(rules) if name.isupper())
+"""Every rule."""
+
+
+LOOKED_AT: set[str] = set()
+"""Rules that the diagnosis under way has looked at."""
+
+
+class Watched(ModuleType):
+    """A module that notes which of its rules are looked at."""
+
+    def __getattribute__(self, name: str) -> Any:
+        """Give an attribute, and note it."""
+        if name.isupper():
+            LOOKED_AT.add(name)
+        return super().__getattribute__(name)
+
+
+def changed(value: float, share: float) -> float:
+    """A rule changed by a share; a whole number by one at least, and not below 1."""
+    if isinstance(value, int):
+        step = max(1, round(abs(share) * value))
+        return max(1, value + (step if share > 0 else -step))
+    return value * (1 + share)
+
+
+def signature(answer: dict[str, Any]) -> list[Any]:
+    """What counts as the verdict of an answer."""
+    rest = answer["unexplained"] or {"depends_on": []}
+    return [
+        answer["verdict"],
+        answer["effects"],
+        sorted({str(event["run"]) for event in answer["events"]}),
+        sorted({str(entry["covariate"]) for entry in rest["depends_on"]}),
+    ]
+
+
+def run(truth_file: Path, rule: str = "", share: float = 0.0) -> Record:
+    """Diagnose a campaign with one rule changed, or none."""
+    rules.__class__ = Watched
+    kept = getattr(rules, rule) if rule else None
+    if rule:
+        setattr(rules, rule, changed(kept, share))
+    LOOKED_AT.clear()
+    try:
+        truth, drive, campaign = read(truth_file)
+        with one_thread():
+            answer = diagnosed(drive, campaign).answer()
+    finally:
+        if rule:
+            setattr(rules, rule, kept)
+    return {
+        "campaign": f"{truth_file.parent.name}/{truth_file.name.removesuffix('.truth.json')}",
+        "rule": rule,
+        "share": share,
+        "answer": signature(answer),
+        "good": good(truth, judge(truth, answer)),
+        **({} if rule else {"looked_at": sorted(LOOKED_AT)}),
+    }
+
+
+def trials(found: Record, wanted: Iterable[str]) -> Iterator[tuple[str, float]]:
+    """Rules to be changed on a campaign, and the share: those that it looks at."""
+    for name in wanted:
+        for share in (-CHANGE, CHANGE):
+            if name in found["looked_at"] and changed(getattr(rules, name), share) != getattr(
+                rules, name
+            ):
+                yield name, share
+
+
+def table(records: Iterable[Record]) -> str:
+    """Rules, how many verdicts each moves, and how many answers it makes good or spoils."""
+    plain: dict[str, Record] = {}
+    changes: dict[str, list[Record]] = defaultdict(list)
+    for record in records:
+        if record["rule"]:
+            changes[record["rule"]].append(record)
+        else:
+            plain[record["campaign"]] = record
+    count = len(plain)
+    lines = [
+        f"{count} campaigns, rules changed by {100 * CHANGE:g} %",
+        f"{'rule':24} {'looked at':>10} {'down moves':>11} {'up moves':>9} "
+        f"{'better':>7} {'worse':>6}",
+    ]
+
+    def counts(name: str) -> list[int]:
+        mine = changes[name]
+        seen = sum(name in record["looked_at"] for record in plain.values())
+        moved = [r for r in mine if r["answer"] != plain[r["campaign"]]["answer"]]
+        down = sum(r["share"] < 0 for r in moved)
+        better = sum(r["good"] > plain[r["campaign"]]["good"] for r in mine)
+        worse = sum(r["good"] < plain[r["campaign"]]["good"] for r in mine)
+        return [seen, down, len(moved) - down, better, worse]
+
+    rows = {name: counts(name) for name in NAMES if name in changes or not tried(name, plain)}
+    for name, (seen, down, up, better, worse) in sorted(
+        rows.items(), key=lambda row: -row[1][1] - row[1][2]
+    ):
+        lines.append(f"{name:24} {seen:10} {down:11} {up:9} {better:7} {worse:6}")
+    still = [name for name, row in rows.items() if row[1] + row[2] == 0]
+    lines.append(f"move none: {', '.join(still) or 'no rule'}")
+    return "\n".join(lines)
+
+
+def tried(name: str, plain: dict[str, Record]) -> bool:
+    """Whether any campaign looks at a rule, so that it has to be tried."""
+    return any(name in record["looked_at"] for record in plain.values())
+
+
+def main() -> None:
+    """Diagnose, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("campaigns_in", type=Path, nargs="*", help="folders of campaigns")
+    parser.add_argument("--results", type=Path, required=True)
+    parser.add_argument("--campaigns", type=int, default=4, help="how many (%(default)s)")
+    parser.add_argument("--rules", nargs="*", default=list(NAMES), choices=NAMES, metavar="RULE")
+    parser.add_argument("--but", nargs="*", default=[], metavar="RULE", help="all but these")
+    parser.add_argument("--workers", type=int, default=2)
+    arguments = parser.parse_args()
+    wanted = [name for name in arguments.rules if name not in arguments.but]
+    records = load(arguments.results)
+    done = {(r["campaign"], r["rule"], r["share"]): r for r in records}
+    files = in_turn(arguments.campaigns_in, {})[: arguments.campaigns]
+    with (
+        ProcessPoolExecutor(arguments.workers) as pool,
+        arguments.results.open("a", encoding="utf-8") as out,
+    ):
+
+        def keep(record: Record) -> Record:
+            out.write(json.dumps(record) + "\n")
+            out.flush()
+            return record
+
+        name_of = {
+            file: f"{file.parent.name}/{file.name.removesuffix('.truth.json')}" for file in files
+        }
+        plain = [file for file in files if (name_of[file], "", 0.0) not in done]
+        found = {r["campaign"]: r for r in map(keep, pool.map(run, plain))}
+        found |= {r["campaign"]: r for r in records if not r["rule"]}
+        futures = [
+            pool.submit(partial(run, file, name, share))
+            for file in files
+            for name, share in trials(found[name_of[file]], wanted)
+            if (name_of[file], name, share) not in done
+        ]
+        for future in as_completed(futures):
+            keep(future.result())
+    print(table(load(arguments.results)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
