@@ -357,7 +357,7 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
     fitted = diagnose(data, parse_drive(tomllib.loads(format_toml(model.document(drive)))))
     assert (fitted.verdict, fitted.effects) == ("complete", [])
     assert fitted.selection.given_arcsec == pytest.approx(
-        plain.selection.steps[0].chosen.size, rel=0.1
+        plain.selection.steps[0].selected.size, rel=0.1
     )
     assert plain.selection.given_arcsec == 0.0
 

@@ -15,7 +15,7 @@ from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.named import named_candidates
 from lostmotion.candidates.shapes import waves
 from lostmotion.discover import diagnose, library
-from lostmotion.discover.contest_round import Field, make_candidates, make_field
+from lostmotion.discover.contest_round import RecordedRound, make_candidates, make_round
 from lostmotion.discover.gates import accepted, judge, paid_by_kind
 from lostmotion.discover.linearise import noise_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -26,6 +26,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.overlap import absorbed_share
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.recordings import Campaign, Run
@@ -85,8 +86,7 @@ def test_what_part_of_a_block_columns_of_the_base_could_do_is_that_of_least_squa
     starts = np.arange(RUNS + 1) * ROWS
     noise = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
     evidence = gather(columns, np.zeros(3), offset, [("b", block[:, None])], block, noise, starts)
-    contest = Contest(evidence)
-    contest.null_omega = np.zeros(1)
+    omega = np.zeros(1)
     own = columns[:, [0]]
     beside = columns[:, 1:]
 
@@ -96,9 +96,10 @@ def test_what_part_of_a_block_columns_of_the_base_could_do_is_that_of_least_squa
     free, target = left(own), left(block)
     fitted = free @ np.linalg.lstsq(free, target, rcond=None)[0]
     share = float(fitted @ fitted / (target @ target))
-    assert contest.taken_up("b", np.ones(1), evidence.fixed[:1]) == pytest.approx(share, rel=1e-6)
+    by_first = absorbed_share(evidence, omega, "b", np.ones(1), evidence.fixed[:1])
+    assert by_first == pytest.approx(share, rel=1e-6)
     assert 0.1 < share < 0.5
-    assert contest.taken_up("b", np.ones(1), evidence.fixed[:0]) == 0.0
+    assert absorbed_share(evidence, omega, "b", np.ones(1), evidence.fixed[:0]) == 0.0
 
 
 def test_the_level_is_shared_evenly_among_kinds_and_within_each():
@@ -110,9 +111,21 @@ def test_the_level_is_shared_evenly_among_kinds_and_within_each():
     made = [candidate(f"wave {k}", "ripple") for k in range(50)]
     made += [candidate("step", "run", tests=2), candidate("drift", "run")]
     made += [candidate("plain", "effect"), candidate("grid", "effect", starts=4)]
+    columns = [(c.name, np.ones((4, c.columns.shape[1]))) for c in made]
+    noise = Noise([np.zeros(0)] * 2, np.ones(2))
+    evidence = gather(
+        np.ones((4, 1)),
+        np.ones(1),
+        np.ones((4, 1)),
+        columns,
+        np.zeros(4),
+        noise,
+        np.array([0, 2, 4]),
+    )
     nothing: Any = None
-    stage = Field(nothing, nothing, {c.name: c for c in made}, {}, 0.0)
-    paid = paid_by_kind(stage)
+    candidates = {c.name: c for c in made}
+    current = RecordedRound(Contest(evidence), candidates, {}, 0.0, nothing)
+    paid = paid_by_kind(current)
     assert paid == {"ripple": 3 * 50, "run": 3 * 3, "effect": 3 * 6, "shape": 3}
     # Where each passes with a chance of level / paid, all together do with the level.
     tests = {"ripple": 50, "run": 3, "effect": 6}
@@ -255,9 +268,9 @@ def test_lobes_that_do_not_run_true_are_fitted_whatever_their_direction(directio
     runs = base.conditions.runs
     settled = settle(base, Noise([np.zeros(0)] * runs, np.full(runs, sigma)))
     candidates, _ = named_candidates({effect.name: effect}, base, base.at(), RATIO)
-    stage = make_field(settled, candidates, {})
-    result = judge(stage, effect.name)
-    contender = refit(stage, result)
+    current = make_round(settled, candidates, {})
+    result = judge(current, effect.name)
+    contender = refit(current, result)
     assert contender.gain > 0.7 * result.gain > 10.0
 
 
@@ -281,8 +294,8 @@ def test_a_coupling_falls_over_the_same_way_whichever_way_the_drive_turns(sense)
     runs = base.conditions.runs
     settled = settle(base, Noise([np.zeros(0)] * runs, np.full(runs, sigma)))
     candidates, _ = named_candidates({effect.name: effect}, base, base.at(), sense * RATIO)
-    stage = make_field(settled, candidates, {})
-    contender = refit(stage, judge(stage, effect.name))
+    current = make_round(settled, candidates, {})
+    contender = refit(current, judge(current, effect.name))
     assert contender.gain > 50.0
     assert contender.settled is not None
     play, _, _, found_drag, _ = contender.settled.base.terms[-1].values

@@ -151,14 +151,11 @@ def test_large_effects_keep_their_names() -> None:
     body = gather_body(whole, library(), RATIO)
     found = judge_body(merge_bodies([body], ["a.npz"]), library())
     assert whole.effects == found["effects"] == ["load_dependent_friction", "thermal_gap"]
-    # A shape that one step leaves over is not the last word, and the answer says so.
-    assert whole.verdict == "missing-effect"
-    assert found["verdict"] == "unexplained"
+    assert whole.verdict == found["verdict"] == "missing-effect"
     assert found["alone"] == [
         {"file": "a.npz", "runs": 14, "verdict": whole.verdict, "effects": whole.effects}
     ]
-    assert "No campaign alone shows what is left over" in found["next_experiment"]
-    assert "diagnose the recordings together" in found["next_experiment"]
+    assert "refit the effect" in found["next_experiment"]
 
 
 def test_what_a_fitted_drive_has_is_not_missing_in_its_evidence(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from small_campaigns import ARCSEC, RATED_NM, RATIO, campaign
 
 from lostmotion.candidates.ripples import ripples
 from lostmotion.discover import diagnose
-from lostmotion.discover.contest_round import make_field
+from lostmotion.discover.contest_round import make_round
 from lostmotion.discover.gates import judge_all
 from lostmotion.discover.linearise import settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -70,6 +70,6 @@ def test_the_best_of_many_orders_pays_for_all_of_them() -> None:
         base = base_of(turning(100 + seed, rows=200))
         (ripple,) = ripples(base)
         settled = settle(base, estimate_noise(base, [ripple.columns]))
-        (result,) = judge_all(make_field(settled, [ripple], {}))
+        (result,) = judge_all(make_round(settled, [ripple], {}))
         alarms += result.p < level
     assert alarms <= most(trials, level)

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from small_campaigns import RATED_NM, RATIO, answer_of, campaign, gap
 
-from lostmotion.discover import diagnose, library, selection
-from lostmotion.discover.gates import size_of
+from lostmotion.discover import diagnose, library
+from lostmotion.discover.choice import choose, of_use, simplest
+from lostmotion.discover.growing_model import Lead
 from lostmotion.discover.linearise import plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
-from lostmotion.discover.refits import refitted, without_deviations
-from lostmotion.discover.selection import taken_from_all, without_idle
+from lostmotion.discover.recorded_model import RecordedModel, fall_of_error, without_idle
+from lostmotion.discover.refits import refit, refitted, without_deviations
+from lostmotion.discover.shortlist import Limits, strongest
 from lostmotion.discover.terms import term_size
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
@@ -29,13 +31,13 @@ def warm_gap():
 def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
     """Nor does it hide a weaker effect: its tangent goes on beyond the kink that it moves."""
     sizes = []
-    fitted_size = selection.fitted_size
+    size_within = RecordedModel.size_within
 
-    def noted(stage, contender):
-        sizes.append((contender.result.name, fitted_size(stage, contender)))
+    def noted(model, contender):
+        sizes.append((contender.name, size_within(model, contender)))
         return sizes[-1][1]
 
-    monkeypatch.setattr(selection, "fitted_size", noted)
+    monkeypatch.setattr(RecordedModel, "size_within", noted)
     data = campaign(seed=3, add=lambda at, wound: 9.0 * np.tanh(wound / 0.1) + 0.5 * gap(at, wound))
     for run in data.runs:
         run.columns["torque"] = run.columns["torque"] + 1.5
@@ -64,56 +66,62 @@ def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
     assert plain_rms(led_back) <= 1.0001 * plain_rms(before)
 
 
-def test_a_lead_that_does_not_stand_hides_no_weaker_one(warm_gap, monkeypatch):
+def model_before(diagnosis) -> RecordedModel:
+    """The model of a diagnosis as it was in its first round."""
+    base = diagnosis.selection.settled[0].base
+    model = RecordedModel(base, library(), RATIO)
+    model.settled = [diagnosis.selection.settled[0]]
+    return model
+
+
+def test_a_lead_that_does_not_pass_hides_no_weaker_one(warm_gap, monkeypatch):
     """What a blurred tangent promises is refitted first; where it fails the next has its turn."""
     first = warm_gap.selection.steps[0]
     found = {result.name: result for result in first.results}
     blurred = dataclasses.replace(found["kinematic_error"], gain=1e4)
     leads = [
-        selection.Lead(first.field, one, size_of(first.field, one))
-        for one in (blurred, found["thermal_gap"])
+        Lead(first.round, one, first.round.size_of(one)) for one in (blurred, found["thermal_gap"])
     ]
-    assert [lead.result.name for lead in selection.strongest(leads)] == ["kinematic_error"]
-    monkeypatch.setattr(selection, "find_leads", lambda *_: leads)
-    refit = selection.refit
+    assert [lead.name for lead in strongest(leads)] == ["kinematic_error"]
+    monkeypatch.setattr("lostmotion.discover.choice.find_leads", lambda *_: leads)
+    with_candidate = RecordedModel.with_candidate
 
-    def flattering(stage, result, reference):
+    def flattering(model, lead):
         """Give the gain that the tangent promised; the gates are those of the true refit."""
-        contender = refit(stage, result, reference)
-        if result.name == "kinematic_error":
+        contender = with_candidate(model, lead)
+        if lead.name == "kinematic_error":
             contender.gain = 1e4
         return contender
 
-    monkeypatch.setattr(selection, "refit", flattering)
-    least = 0.5 * size_of(first.field, blurred)
-    step = selection.choose(first.field, [blurred, found["thermal_gap"]], least)
-    tried = {c.result.name: c.passes for c in step.contenders}
+    monkeypatch.setattr(RecordedModel, "with_candidate", flattering)
+    monkeypatch.setattr(RecordedModel, "more_starts", lambda _, leads, count: leads)
+    least = 0.5 * first.round.size_of(blurred)
+    model = model_before(warm_gap)
+    results = [blurred, found["thermal_gap"]]
+    step = choose(model, first.round, results, Limits(least, least, {}))
+    tried = {c.name: c.passes for c in step.contenders}
     assert not tried["kinematic_error"]
-    assert step.chosen.result.name == "thermal_gap"
+    assert step.selected.name == "thermal_gap"
     assert step.rivals == []
 
 
 def test_what_unseen_runs_do_not_confirm_is_of_no_use_beside_an_effect(warm_gap):
     """A gain within the runs of a fit is not enough: their form may be spelled out by anything."""
-    stage = warm_gap.selection.steps[0].field
+    model, current = model_before(warm_gap), warm_gap.selection.steps[0].round
     found = {result.name: result for result in warm_gap.selection.steps[0].results}
-    opened, spelled = (
-        selection.refit(stage, found[name]) for name in ("thermal_gap", "kinematic_error")
-    )
+    opened, spelled = (refit(current, found[name]) for name in ("thermal_gap", "kinematic_error"))
     spelled.gain = 2.0 * opened.gain
-    assert selection.simplest([opened, spelled]) is spelled
-    fit, idle = selection.of_use(stage, [opened, spelled])
-    assert (fit, idle) == ([opened], [spelled])
-    fit, idle = selection.of_use(stage, [spelled])
-    assert (fit, idle) == ([], [spelled])
+    assert simplest([opened, spelled]) is spelled
+    assert of_use(model, [opened, spelled]) == ([opened], [spelled])
+    assert of_use(model, [spelled]) == ([], [spelled])
     # A shape may be the same remainder without its name.
-    nameless = [r for r in found.values() if not stage.candidates[r.name].named]
-    shape = selection.refit(stage, nameless[-1])
-    assert selection.held_out_fall(stage, shape) < 0.01
-    assert selection.of_use(stage, [shape]) == ([shape], [])
-    assert selection.of_use(stage, [spelled, shape]) == ([], [spelled, shape])
+    nameless = [r for r in found.values() if not current.candidates[r.name].named]
+    shape = refit(current, nameless[-1])
+    assert model.fall_of_left_out(shape) < 0.01
+    assert of_use(model, [shape]) == ([shape], [])
+    assert of_use(model, [spelled, shape]) == ([], [spelled, shape])
     # What an effect of the least size, a tenth of the noise, takes of the error (arcsec^2).
-    assert selection.held_out_fall(stage, spelled) < 0.01 < selection.held_out_fall(stage, opened)
+    assert model.fall_of_left_out(spelled) < 0.01 < model.fall_of_left_out(opened)
 
 
 def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
@@ -149,4 +157,4 @@ def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
     hidden = settled.base.copy()
     hidden.terms.append(Term(modulation, 0.2 * wanted.terms[0].values, modulation.free()))
     assert term_size(hidden, 0) < 0.3 * size
-    assert taken_from_all(settled.base, hidden) == pytest.approx(size, rel=0.1)
+    assert fall_of_error(settled.base, hidden) == pytest.approx(size, rel=0.1)

@@ -17,8 +17,9 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.shapes import usual_rates
-from lostmotion.evidence.contest import Contest, reduce
+from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.noise import group_within
+from lostmotion.evidence.scatter import reduce
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
 
@@ -64,7 +65,7 @@ def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
     matrix = reduce(e, index, contest.null_omega).matrix
     n0 = e.fixed.size
     total = matrix.sum(axis=0)
-    h0 = total[:n0, :n0] + np.diag(contest.ridge(e.index())[:n0])
+    h0 = total[:n0, :n0] + np.diag(e.ridge(e.index())[:n0])
     # Rows: the column of each parting against the base, itself and the residual.
     cross = masks @ matrix[:, n0, :n0]
     own = masks @ matrix[:, n0, n0]

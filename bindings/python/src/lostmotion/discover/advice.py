@@ -1,12 +1,13 @@
-"""The verdict in words, and what to do next."""
+"""What to do next."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from lostmotion import rules
-from lostmotion.discover.contest_round import Field
-from lostmotion.discover.odd_runs import OddRuns
+from lostmotion.discover.conclusion import Conclusion
+from lostmotion.discover.contest_round import ContestRound
 from lostmotion.effects.columns import NO_COLUMN
 from lostmotion.effects.effect import Effect
 
@@ -16,25 +17,7 @@ ASK_WHAT_DIFFERED = (
 )
 
 
-def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tuple[str, list[str]]:
-    """Decide the verdict, and the effects that it shows.
-
-    Parameters
-    ----------
-    runs : int
-        Runs that were judged.
-    names, rivals : list of str
-        Effects that were found, and those that do as well as one of them.
-    nameless : bool
-        Whether a shape or an event without a name was found, too.
-    """
-    if runs < rules.RUNS_LEAST:
-        return ("unexplained" if names or nameless else "complete"), []
-    if nameless:
-        return "unexplained", names
-    if names and rivals:
-        return "ambiguous", names + rivals
-    return ("missing-effect" if names else "complete"), names
+RUNS_ASKED = f"{rules.RUNS_LEAST} runs or more"
 
 
 def count_runs(runs: int) -> str:
@@ -42,39 +25,58 @@ def count_runs(runs: int) -> str:
     return "1 run" if runs == 1 else f"{runs} runs"
 
 
-def advise(
-    verdict: str,
-    names: list[str],
-    rivals: list[str],
-    effects: Mapping[str, Effect],
-    stage: Field,
-    runs: int,
-    odd: OddRuns | None,
-) -> str:
-    """Say what to do next."""
+def too_few(runs: int) -> str:
+    """Say that so many runs are too few."""
+    return f"{count_runs(runs)} cannot carry a name"
+
+
+def advise(found: Conclusion, effects: Mapping[str, Effect], last: ContestRound, runs: int) -> str:
+    """Say what to do next, of recordings that can be repeated."""
     if runs < rules.RUNS_LEAST:
-        least = f"{rules.RUNS_LEAST} runs or more"
-        return f"{count_runs(runs)} cannot carry a name: repeat the plan, {least}."
-    if odd is not None:
+        return f"{too_few(runs)}: repeat the plan, {RUNS_ASKED}."
+    if found.odd is not None:
         return ASK_WHAT_DIFFERED
-    if verdict == "ambiguous":
-        first = [effects[name].experiment for name in (*names, *rivals) if effects[name].experiment]
-        pair = " and ".join((*names[:1], *rivals))
+    if found.verdict == "ambiguous":
+        both = (*found.names, *found.rivals)
+        first = [effects[name].experiment for name in both if effects[name].experiment]
+        pair = " and ".join((*found.names[:1], *found.rivals))
         return f"To tell {pair} apart: " + "; ".join(dict.fromkeys(first)) + "."
-    if verdict == "unexplained":
+    if found.verdict == "unexplained":
         return (
             "Repeat runs in which what it depends on is changed alone, "
             "and look at the rig: no effect of the library does this."
         )
     what = "Nothing is left above the noise."
-    if names:
-        add = " ".join(f"--add {name}" for name in names)
-        it = "it" if len(names) == 1 else "them"
+    if found.names:
+        add = " ".join(f"--add {name}" for name in found.names)
+        it = "it" if len(found.names) == 1 else "them"
         what = f"Add {it}: fit {add}. Nothing else is left above the noise."
-    blind = sorted(name for name, why in stage.closed.items() if why.startswith("not visible"))
+    blind = sorted(name for name, why in last.closed.items() if why.startswith("not visible"))
     if blind:
         what += f" This plan could not have shown: {', '.join(blind)}."
-    lacking = sorted(name for name, why in stage.closed.items() if NO_COLUMN in why)
+    lacking = sorted(name for name, why in last.closed.items() if NO_COLUMN in why)
     if lacking:
         what += f" Without their columns nothing is known of: {', '.join(lacking)}."
     return what
+
+
+def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any]]) -> str:
+    """Say what to do next, of evidence; `alone` is what each campaign said by itself."""
+    if runs < rules.RUNS_LEAST:
+        return f"{too_few(runs)}: add evidence, {RUNS_ASKED}."
+    if found.odd is not None:
+        return ASK_WHAT_DIFFERED
+    said = {name for one in alone for name in one["effects"]}
+    new = [name for name in found.shown if name not in said]
+    left = found.verdict == "unexplained" and all(one["verdict"] != found.verdict for one in alone)
+    if new or left:
+        return (
+            f"No campaign alone shows {', '.join(new) or 'what is left over'}: diagnose the "
+            "recordings together, which refits what is one step here."
+        )
+    return {
+        "complete": "Nothing is left above the noise.",
+        "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",
+        "ambiguous": "Add evidence of runs in which only one of the effects changes.",
+        "unexplained": "Look at the recordings in which what it depends on changes alone.",
+    }[found.verdict]

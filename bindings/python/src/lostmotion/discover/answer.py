@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import slips_of
+from lostmotion.discover.choice import Step
 from lostmotion.discover.events import (
     EVENT_NAME,
     Event,
@@ -20,11 +21,10 @@ from lostmotion.discover.gates import (
     family_p,
     large_enough,
     paid_by_kind,
-    size_of,
 )
 from lostmotion.discover.linearise import Settled
+from lostmotion.discover.recorded_model import Selection
 from lostmotion.discover.refits import term_of
-from lostmotion.discover.selection import Selection, Step
 from lostmotion.discover.terms import contest_of_term, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
@@ -90,21 +90,10 @@ def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -
     term = settled.base.terms[place]
     contest, name = contest_of_term(settled, place)
     result = contest.test(name)
-    paid = paid_by_kind(step.field)["effect"]
-    values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
-    return {
-        "name": name,
-        "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
-        "evidence": 0.0 if result is None else result.gain,
-        "parameters": values,
-        "at_bound": [],
-        "not_fitted": not_fitted(term.effect),
-        "confused_with": [],
-        "plausible": plausible(term.effect, term.values),
-        "testable": True,
-        "p": 1.0 if result is None else min(1.0, result.p * paid),
-        "size_arcsec": term_size(settled.base, place),
-    }
+    paid = paid_by_kind(step.round)["effect"]
+    gain, p = (0.0, 1.0) if result is None else (result.gain, min(1.0, result.p * paid))
+    held, size = rung["rms_heldout_arcsec"], term_size(settled.base, place)
+    return entry(term.effect, term.values, held, gain, p, [], size)
 
 
 def told_slips(base: BaselineModel, place: int, within: float) -> list[dict[str, Any]]:
@@ -133,29 +122,12 @@ def make_ladder(models: list[BaselineModel]) -> list[dict[str, Any]]:
     return rungs
 
 
-def describe(step: Step) -> list[dict[str, Any]]:
-    """Say on what a shape without a name hangs; on several things, where they look alike."""
-    assert step.chosen is not None
-    candidate, result = step.chosen.candidate, step.chosen.result
-    if candidate.named:
-        return []
-    return [
-        {
-            "covariate": covariate,
-            "shape": shape,
-            "p": family_p(step.field, candidate, result),
-            "rms_arcsec": step.chosen.size,
-        }
-        for covariate, shape in ((candidate.covariate, candidate.shape), *candidate.also)
-    ]
-
-
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:
     """What passes the gates but is too small to count."""
-    paid = paid_by_kind(step.field)
+    paid = paid_by_kind(step.round)
     out = []
     for result in step.results[:10]:
-        candidate = step.field.candidates[result.name]
+        candidate = step.round.candidates[result.name]
         if accepted(result, paid[candidate.kind]):
             out.append(
                 {
@@ -165,6 +137,45 @@ def weak_leftovers(step: Step) -> list[dict[str, Any]]:
                 }
             )
     return out
+
+
+def entry(
+    effect: Effect,
+    values: FloatArray,
+    heldout_rms_arcsec: float,
+    gain: float,
+    p: float,
+    confused_with: Sequence[str],
+    size_arcsec: float,
+) -> dict[str, Any]:
+    """Make the entry of an effect among the candidates.
+
+    Parameters
+    ----------
+    effect : Effect
+    values : ndarray
+    heldout_rms_arcsec : float
+        Leave-one-run-out error of the model with it, or of the last one.
+    gain : float
+        Leave-one-run-out gain, nats.
+    p : float
+        Over all candidates of its kind.
+    confused_with : sequence of str
+    size_arcsec : float
+    """
+    return {
+        "name": effect.name,
+        "heldout_rms_arcsec": heldout_rms_arcsec,
+        "evidence": gain,
+        "parameters": {v.name: float(x) for v, x in zip(effect.values, values, strict=True)},
+        "at_bound": effect.at_bound(values),
+        "not_fitted": not_fitted(effect),
+        "confused_with": sorted(confused_with),
+        "plausible": plausible(effect, values),
+        "testable": True,
+        "p": p,
+        "size_arcsec": size_arcsec,
+    }
 
 
 def list_candidates(
@@ -180,33 +191,26 @@ def list_candidates(
     first = selection.steps[0]
     shown: set[str] = set()
     for number, step in enumerate(selection.steps):
-        if step.chosen is not None and step.chosen.result.name in present:
-            name = step.chosen.result.name
+        if step.selected is not None and step.selected.result.name in present:
+            name = step.selected.result.name
             if name in shown:
                 continue
             shown.add(name)
             term = present[name]
             rung = next(r for r in ladder[number + 1 :] if name in r["effects"])
-            values = {
-                v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)
-            }
             out.append(
-                {
-                    "name": name,
-                    "heldout_rms_arcsec": rung["rms_heldout_arcsec"],
-                    "evidence": step.chosen.gain,
-                    "parameters": values,
-                    "at_bound": term.effect.at_bound(term.values),
-                    "not_fitted": not_fitted(term.effect),
-                    "confused_with": sorted(step.rivals),
-                    "plausible": plausible(term.effect, term.values),
-                    "testable": True,
-                    "p": family_p(step.field, step.chosen.candidate, step.chosen.result),
-                    "size_arcsec": step.chosen.size,
-                }
+                entry(
+                    term.effect,
+                    term.values,
+                    rung["rms_heldout_arcsec"],
+                    step.selected.gain,
+                    family_p(step.round, step.selected.candidate, step.selected.result),
+                    step.rivals,
+                    step.selected.size,
+                )
             )
-    stage = selection.steps[-1]
-    judged = {r.name: (r, stage) for r in stage.results}
+    last = selection.steps[-1]
+    judged = {r.name: (r, last) for r in last.results}
     for result in first.results:
         # A rival of a chosen effect is judged where it competed.
         if result.name in rivals:
@@ -214,36 +218,22 @@ def list_candidates(
     order = sorted(judged.values(), key=lambda pair: (-pair[0].gain, pair[0].name))
     held = ladder[-1]["rms_heldout_arcsec"]
     for result, where in order:
-        candidate = where.field.candidates[result.name]
+        candidate = where.round.candidates[result.name]
         if not candidate.named or result.name in shown:
             continue
         shown.add(result.name)
         effect = candidate.effect
         assert effect is not None
-        values_array = term_of(where.field, result).values
+        values_array = term_of(where.round, result).values
         fitted = [c.size for c in where.contenders if c.result.name == result.name]
-        size = fitted[0] if fitted else size_of(where.field, result)
-        stands_out = accepted(result, paid_by_kind(where.field)["effect"])
-        large = large_enough(where.field, result, size, where.least_arcsec)
-        out.append(
-            {
-                "name": result.name,
-                "heldout_rms_arcsec": held,
-                "evidence": result.gain,
-                "parameters": {
-                    v.name: float(x) for v, x in zip(effect.values, values_array, strict=True)
-                },
-                "at_bound": effect.at_bound(values_array),
-                "not_fitted": not_fitted(effect),
-                "confused_with": sorted(present) if result.name in rivals else [],
-                "plausible": plausible(effect, values_array),
-                "testable": True,
-                "p": family_p(where.field, candidate, result),
-                "size_arcsec": size,
-                "too_small": stands_out and not large,
-            }
-        )
-    closed = {**selection.steps[0].field.closed, **stage.field.closed}
+        size = fitted[0] if fitted else where.round.size_of(result)
+        stands_out = accepted(result, paid_by_kind(where.round)["effect"])
+        large = large_enough(where.round, result, size, where.least_arcsec)
+        confused = sorted(present) if result.name in rivals else []
+        p = family_p(where.round, candidate, result)
+        made = entry(effect, values_array, held, result.gain, p, confused, size)
+        out.append({**made, "too_small": stands_out and not large})
+    closed = {**selection.steps[0].round.closed, **last.round.closed}
     for name in effects:
         if name not in shown and not (effects[name].steps and name in present):
             out.append(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,12 +20,13 @@ from lostmotion.discover.linearise import (
     columns_of,
 )
 from lostmotion.effects.effect import Effect
-from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.contest import Contest, Result
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
 
 
 class Projector:
@@ -45,21 +47,74 @@ class Projector:
 
 
 @dataclass
-class Field:
-    """All candidates over a settled base."""
+class ContestRound(ABC):
+    """All candidates over a baseline model, with their evidence.
 
-    settled: Settled
+    Attributes
+    ----------
+    contest : Contest
+    candidates : dict
+    closed : dict
+        From the name of an effect that is not testable to the reason.
+    form_arcsec : float
+        What the form of the baseline model is wrong by at best (`rules.FORM_SHARE`).
+    judged : dict
+        Results of the blocks that were judged, by their places.
+    """
+
     contest: Contest
     candidates: dict[str, Candidate]
     closed: dict[str, str]
     form_arcsec: float
-    """What the form of the base is wrong by at best (`rules.FORM_SHARE`)."""
+
+    def __post_init__(self) -> None:
+        """Each start of an effect is a block of its own, too."""
+        self.judged: dict[bytes, Result | None] = {}
+        blocks = self.contest.evidence.blocks
+        for candidate in self.candidates.values():
+            places = blocks[candidate.name]
+            for start in sorted(set(candidate.start_of)):
+                chosen = [i for i, s in enumerate(candidate.start_of) if s == start]
+                blocks[f"{candidate.name}#{start}"] = places[chosen]
+
+    def unscaled(self, result: Result) -> FloatArray:
+        """Coefficients of the block that was judged, per unit of its columns."""
+        evidence = self.contest.evidence
+        return np.asarray(result.coefficients / evidence.scale[evidence.blocks[result.block]])
+
+    @abstractmethod
+    def size_of(self, result: Result) -> float:
+        """Root mean square, arc seconds, of what a candidate explains beside the model."""
+
+    @abstractmethod
+    def effects_within(self) -> list[tuple[Effect, IntArray]]:
+        """Effects in the model, with the places of their columns in the evidence."""
+
+
+@dataclass
+class RecordedRound(ContestRound):
+    """A round over recordings: the columns themselves are at hand."""
+
+    settled: Settled
 
     @cached_property
     def projector(self) -> Projector:
-        """What the base, with all that is in it, leaves of other columns."""
+        """What the model, with all that is in it, leaves of other columns."""
         base = self.settled.base
         return Projector(base.fixed_columns(base.at()))
+
+    def size_of(self, result: Result) -> float:
+        """See `ContestRound`."""
+        places = self.contest.evidence.blocks
+        whole = list(places[result.name])
+        judged = [whole.index(place) for place in places[result.block]]
+        columns = self.candidates[result.name].columns[:, judged]
+        return self.projector.size(columns @ self.unscaled(result))
+
+    def effects_within(self) -> list[tuple[Effect, IntArray]]:
+        """See `ContestRound`."""
+        base, fixed = self.settled.base, self.contest.evidence.fixed
+        return [(term.effect, fixed[base.term_places(term)]) for term in base.terms]
 
 
 def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:
@@ -83,7 +138,9 @@ def make_candidates(
     return [*named, *shapes.smooth_shapes(base, point), *waves, *ripples(base)], closed
 
 
-def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[str, str]) -> Field:
+def make_round(
+    settled: Settled, candidates: Sequence[Candidate], closed: dict[str, str]
+) -> RecordedRound:
     """Gather the evidence of all candidates."""
     base = settled.base
     point = base.at()
@@ -97,10 +154,5 @@ def make_field(settled: Settled, candidates: Sequence[Candidate], closed: dict[s
         settled.noise,
         base.conditions.starts,
     )
-    for candidate in candidates:
-        places = evidence.blocks[candidate.name]
-        for start in sorted(set(candidate.start_of)):
-            chosen = [i for i, s in enumerate(candidate.start_of) if s == start]
-            evidence.blocks[f"{candidate.name}#{start}"] = places[chosen]
     form = form_size(swing_by_run(base, point), np.diff(base.conditions.starts))
-    return Field(settled, Contest(evidence), {c.name: c for c in candidates}, closed, form)
+    return RecordedRound(Contest(evidence), {c.name: c for c in candidates}, closed, form, settled)

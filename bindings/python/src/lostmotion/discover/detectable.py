@@ -12,8 +12,9 @@ from scipy.optimize import brentq
 from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS
 from lostmotion.discover.advice import count_runs
-from lostmotion.discover.contest_round import Field
+from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.gates import count_tests
+from lostmotion.evidence.overlap import projected
 from lostmotion.units import ARCSEC, split_unit
 
 NONCENTRALITY_MIN = 1e-2
@@ -24,15 +25,13 @@ NONCENTRALITY_MAX = 4e8
 function of scipy (Boost) gives no number, and no drive an effect."""
 
 
-def detectable(
-    stage: Field, within: float, form: float = 0.0
-) -> tuple[dict[str, Any], dict[str, str]]:
+def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, Any], dict[str, str]]:
     """Smallest size of each effect that would be found with probability `rules.POWER`.
 
     Parameters
     ----------
-    within, form : float
-        Noise within runs, and what the form of the base is wrong by, arc seconds.
+    within : float
+        Noise within runs, arc seconds.
 
     Returns
     -------
@@ -43,13 +42,14 @@ def detectable(
     """
     out: dict[str, Any] = {}
     unreachable: dict[str, str] = {}
-    contest = stage.contest
-    count = len(KINDS) * count_tests(stage)["effect"]  # as in a diagnosis, also where none is held
-    for name, candidate in stage.candidates.items():
+    contest = contest_round.contest
+    # As in a diagnosis, also where none is held.
+    count = len(KINDS) * count_tests(contest_round)["effect"]
+    for name, candidate in contest_round.candidates.items():
         if not candidate.named or candidate.effect is None:
             continue
         block = f"{name}#0" if f"{name}#0" in contest.evidence.blocks else name
-        information = contest.projected([block])
+        information = projected(contest.evidence, [block], contest.null_omega)
         scale = contest.evidence.scale[contest.evidence.blocks[block]]
         rank = information.shape[0]
         needed = noncentrality(rank, contest.runs - 2 - rank, rules.P_LIMIT / count)
@@ -69,7 +69,7 @@ def detectable(
         )
         least = rules.SIZE_LEAST * within
         if candidate.hangs_on_load_alone:
-            least = max(least, form)
+            least = max(least, contest_round.form_arcsec)
         if rms < least:
             amplitude *= least / max(rms, 1e-300)
             rms = least

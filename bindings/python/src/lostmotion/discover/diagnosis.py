@@ -9,10 +9,9 @@ import numpy as np
 from lostmotion.backbone import Backbone
 from lostmotion.candidates.slipped_teeth import jumping_effect, slipped_teeth
 from lostmotion.candidates.tangents import at_base, given_values
-from lostmotion.discover.advice import advise, decide
+from lostmotion.discover.advice import advise
 from lostmotion.discover.answer import (
     Diagnosis,
-    describe,
     list_candidates,
     make_ladder,
     of_slip,
@@ -20,6 +19,7 @@ from lostmotion.discover.answer import (
     told_slips,
     weak_leftovers,
 )
+from lostmotion.discover.conclusion import conclude_rounds
 from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import (
@@ -34,8 +34,9 @@ from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.outliers import clean_outliers
+from lostmotion.discover.recorded_model import Selection, select_recorded
 from lostmotion.discover.refits import without_deviations
-from lostmotion.discover.selection import Selection, least_size, select
+from lostmotion.discover.shortlist import least_size
 from lostmotion.drives import Drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
@@ -144,13 +145,13 @@ def _diagnose(
         base.fit(steps=REFIT_STEPS)
     if progress is not None:
         progress("base")
-    selection = select(base, chosen_from, ratio, progress=progress)
+    selection = select_recorded(base, chosen_from, ratio, progress=progress)
     found = new_events(selection, base, events)
     if found:
         events += found
         again = with_steps(base, found)
         again.fit(steps=REFIT_STEPS)
-        selection = select(again, chosen_from, ratio, progress=progress)
+        selection = select_recorded(again, chosen_from, ratio, progress=progress)
         events += new_events(selection, base, events)
     diagnosis = conclude(selection, events, chosen_from, ratio, slipped)
     diagnosis.details["outliers"] = outliers
@@ -196,58 +197,43 @@ def conclude(
     final = selection.settled[-1]
     base = final.base
     c = base.conditions
-    found = [step for step in steps if step.chosen is not None]
-    # Only what was taken into the model counts; a last round that hit the limit is left over.
-    taken = found[: len(selection.settled) - 1]
-    left_over = steps[-1:] if steps[-1].chosen is not None and len(taken) < len(found) else []
     # What the drive file brought along is not missing.
     present = [term.effect.name for term in base.terms]
     given = len(selection.settled[0].base.terms) - slipped
     names = present[given:]
     nameless = bool(shapes_of(base) or events)
+    found = conclude_rounds(steps, len(selection.settled) - 1, c.runs, present, names, nameless)
     within = noise_rms(selection.noise, base)
+    # Beside an effect that was found, or one that differs between runs, it may be what the form
+    # of that does not meet.
+    if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
+        odd = find_odd_runs(final.contest, swing_by_run(base, base.at()))
+        if odd is not None:
+            least = least_size(within, selection.given_arcsec)
+            found.add_odd_runs(odd, size_of_odd(base, odd), least, c.labels)
     models = for_all_runs(selection)
     if slipped:
         models.insert(0, without_slips(models[0], given))
     ladder = make_ladder(models)
     floor = noise_floor(final, within, ladder[-1]["rms_heldout_arcsec"])
-    rivals = sorted({name for step in taken for name in step.rivals if name not in present})
-    depends = [what for step in (*taken, *left_over) for what in describe(step)]
-    verdict, shown = decide(c.runs, names, rivals, nameless)
-    # Beside an effect that was found, or one that differs between runs, it may be what the form
-    # of that does not meet.
-    meets = verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms)
-    odd = find_odd_runs(final.contest, swing_by_run(base, base.at())) if meets else None
-    odd_size = 0.0 if odd is None else size_of_odd(base, odd)
-    if odd is not None and odd_size >= least_size(within, selection.given_arcsec):
-        verdict = "unexplained"
-        depends.append(odd.told(c.labels, odd_size))
-    else:
-        odd, odd_size = None, 0.0
     slips = range(given, given + slipped)
-    before = ladder[slipped]["rms_arcsec"] ** 2
-    unnamed = sum(
-        s.chosen.size**2 for s in taken if s.chosen is not None and not s.chosen.candidate.named
-    )
-    unnamed += odd_size**2
-    share = float(np.clip(unnamed / before, 0.0, 1.0)) if before > 0 else 0.0
     told = [event.told(c.labels) for event in events]
-    depends += [dependence(event, c.rows) for event in told]
+    depends = [*found.depends_on, *(dependence(event, c.rows) for event in told)]
     last_step = steps[-1]
-    sizes, unreachable = detectable(last_step.field, within, last_step.field.form_arcsec)
+    sizes, unreachable = detectable(last_step.round, within)
     return Diagnosis(
-        verdict,
-        shown,
+        found.verdict,
+        found.shown,
         floor,
         ladder,
         [
             *(of_slip(final, place, ladder[1], selection.steps[-1]) for place in slips),
-            *list_candidates(selection, effects, rivals, ladder),
+            *list_candidates(selection, effects, found.rivals, ladder),
         ],
         [*(slip for place in slips for slip in told_slips(base, place, within)), *told],
         sizes,
-        {"share": share, "depends_on": depends},
-        advise(verdict, names, rivals, effects, last_step.field, c.runs, odd),
+        {"share": found.share(ladder[slipped]["rms_arcsec"]), "depends_on": depends},
+        advise(found, effects, last_step.round, c.runs),
         {
             "noise": {
                 "within_runs_arcsec": within,
@@ -260,7 +246,7 @@ def conclude(
             },
             "runs": c.runs,
             "samples": c.rows,
-            "not_testable": dict(sorted(steps[0].field.closed.items())),
+            "not_testable": dict(sorted(steps[0].round.closed.items())),
             "not_detectable": unreachable,
             "left_over": weak_leftovers(last_step),
             "data_fingerprint": c.campaign.fingerprint(),

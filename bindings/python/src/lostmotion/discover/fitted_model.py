@@ -20,7 +20,7 @@ from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.tangents import given_values
 from lostmotion.discover.answer import not_fitted
-from lostmotion.discover.contest_round import make_candidates, make_field
+from lostmotion.discover.contest_round import make_candidates, make_round
 from lostmotion.discover.linearise import Settled, noise_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.noise_floor import noise_floor
@@ -167,8 +167,8 @@ def first_term(base: BaselineModel, settled: Settled, effect: Effect, ratio: flo
     candidate = tangent(effect, base, base.at(), ratio)
     if candidate.columns.shape[1] == 0:
         return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
-    stage = make_field(settled, [candidate], {})
-    result = stage.contest.test(effect.name)
+    alone = make_round(settled, [candidate], {})
+    result = alone.contest.test(effect.name)
     if result is None:
         raise InputError(
             "--add",
@@ -176,7 +176,7 @@ def first_term(base: BaselineModel, settled: Settled, effect: Effect, ratio: flo
             "an effect that the base takes up wholly",
             "one that these recordings show",
         )
-    return term_of(stage, result)
+    return term_of(alone, result)
 
 
 @one_thread()
@@ -320,7 +320,7 @@ def table_of(
     index = evidence.index()
     total = contest.null.matrix.sum(axis=0)
     n = index.size - 1
-    inverse = np.linalg.inv(total[:n, :n] + np.diag(contest.ridge(index)))
+    inverse = np.linalg.inv(total[:n, :n] + np.diag(evidence.ridge(index)))
     scale = evidence.scale[evidence.fixed]
     small = inverse / np.outer(scale, scale)
     # Start states and the common offset belong to these recordings, not to the drive.

@@ -11,13 +11,14 @@ import numpy as np
 from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.candidates.named import named_candidates
-from lostmotion.discover.contest_round import make_field
+from lostmotion.discover.contest_round import make_round
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.linearise import noise_rms, settle
 from lostmotion.drives import Drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.overlap import principal_angles
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.drive_file import require_plan, restore
 from lostmotion.recordings import Campaign
@@ -53,11 +54,11 @@ def forecast(
     restore(drive, base, effects)
     noise = usual_noise(base.conditions.runs)
     candidates, closed = named_candidates(effects, base, base.at(), drive.ratio)
-    stage = make_field(settle(base, noise, rounds=0), candidates, closed)
-    contest = stage.contest
+    planned = make_round(settle(base, noise, rounds=0), candidates, closed)
+    contest = planned.contest
     scale = contest.evidence.scale[contest.evidence.scatter]
     contest.null_omega = (np.array(USUAL_SCATTER) * scale) ** 2
-    found, unreachable = detectable(stage, noise_rms(noise, base), stage.form_arcsec)
+    found, unreachable = detectable(planned, noise_rms(noise, base))
     for candidate in candidates:
         if candidate.name not in found:
             absorbed = "not visible with this plan: the base takes it up"
@@ -68,7 +69,7 @@ def forecast(
     ]
     pairs = []
     for a, b in combinations(found, 2):
-        angle = float(contest.angles(a, b)[0])
+        angle = float(principal_angles(contest.evidence, contest.null_omega, a, b)[0])
         if angle < rules.WARN_DEG:
             pairs.append(
                 {"effects": [a, b], "angle_deg": angle, "separable": angle >= rules.TWIN_DEG}

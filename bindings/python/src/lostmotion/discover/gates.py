@@ -12,46 +12,45 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.candidates.candidate import KINDS, Candidate
 from lostmotion.candidates.forms import form_of
-from lostmotion.discover.contest_round import Field
+from lostmotion.discover.contest_round import ContestRound
 from lostmotion.effects.effect import Effect
 from lostmotion.evidence.contest import Result
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def judge_all(stage: Field) -> list[Result]:
+def judge_all(contest_round: ContestRound) -> list[Result]:
     """Judge every candidate; a failed one never stops the others."""
     results = []
-    for name, candidate in stage.candidates.items():
-        result = judge(stage, name)
+    for name, candidate in contest_round.candidates.items():
+        result = judge(contest_round, name)
         numbers = sorted(set(candidate.start_of))
         alone = [] if result is None else [result]
         if len(numbers) > 1 and result is not None:
             # All starts together have more directions than few runs can carry.
-            alone = [one for n in numbers if (one := judge(stage, f"{name}#{n}")) is not None]
+            every = (judge(contest_round, f"{name}#{n}") for n in numbers)
+            alone = [one for one in every if one is not None]
             strongest = max([result, *alone], key=lambda one: one.gain)
             result = replace(strongest, name=name)
         if result is not None and candidate.trials > 1:
             result = replace(result, p=min(1.0, result.p * candidate.trials))
         if candidate.effect is not None and not (
-            alone and possible(stage, candidate.effect, alone)
+            alone and possible(contest_round, candidate.effect, alone)
         ):
             result = None  # at work it has one start
         if result is None:
-            if stage.candidates[name].named:
-                stage.closed[name] = "not visible with this plan: the base takes it up"
+            if candidate.named:
+                contest_round.closed[name] = "not visible with this plan: the base takes it up"
             continue
         results.append(result)
     results.sort(key=lambda r: (-r.gain, r.name))
     return results
 
 
-def possible(stage: Field, effect: Effect, alone: Sequence[Result]) -> bool:
+def possible(contest_round: ContestRound, effect: Effect, alone: Sequence[Result]) -> bool:
     """Whether an effect can have the values that explain most, by its starts judged alone."""
     own = leading(effect, alone)
-    evidence = stage.contest.evidence
-    coefficients = own.coefficients / evidence.scale[evidence.blocks[own.block]]
-    return form_of(effect).possible(effect, coefficients)
+    return form_of(effect).possible(effect, contest_round.unscaled(own))
 
 
 def leading(effect: Effect, alone: Sequence[Result]) -> Result:
@@ -60,12 +59,16 @@ def leading(effect: Effect, alone: Sequence[Result]) -> Result:
     return max(alone, key=lambda own: (form.right_way(effect, own.coefficients), own.wald))
 
 
-def judge(stage: Field, block: str) -> Result | None:
-    """Judge one block; None where it cannot be seen."""
-    try:
-        return stage.contest.test(block)
-    except np.linalg.LinAlgError:
-        return None
+def judge(contest_round: ContestRound, block: str) -> Result | None:
+    """Judge one block, once in a round; None where it cannot be seen."""
+    places = contest_round.contest.evidence.blocks[block].tobytes()
+    if places not in contest_round.judged:
+        try:
+            contest_round.judged[places] = contest_round.contest.test(block)
+        except np.linalg.LinAlgError:
+            contest_round.judged[places] = None
+    result = contest_round.judged[places]
+    return None if result is None else replace(result, name=block, block=block)
 
 
 def accepted(result: Result, count: int) -> bool:
@@ -79,46 +82,31 @@ def accepted(result: Result, count: int) -> bool:
     return (spread or few) and result.gain >= rules.GAIN_LEAST
 
 
-def count_tests(stage: Field) -> Counter[str]:
+def count_tests(contest_round: ContestRound) -> Counter[str]:
     """Number of tests of each kind of candidate."""
     made: Counter[str] = Counter()
-    for candidate in stage.candidates.values():
+    for candidate in contest_round.candidates.values():
         starts = len(set(candidate.start_of))
         made[candidate.kind] += candidate.tests + (starts if starts > 1 else 0)
     return made
 
 
-def paid_by_kind(stage: Field) -> dict[str, int]:
+def paid_by_kind(contest_round: ContestRound) -> dict[str, int]:
     """For each kind of candidate how many tests one of them pays for."""
-    made = count_tests(stage)
+    made = count_tests(contest_round)
     return {kind: len(made) * max(made[kind], 1) for kind in KINDS}
 
 
-def family_p(stage: Field, candidate: Candidate, result: Result) -> float:
+def family_p(contest_round: ContestRound, candidate: Candidate, result: Result) -> float:
     """Chance that any candidate does as well where there is nothing."""
-    return min(1.0, result.p * paid_by_kind(stage)[candidate.kind])
+    return min(1.0, result.p * paid_by_kind(contest_round)[candidate.kind])
 
 
-def size_of(stage: Field, result: Result) -> float:
-    """Root mean square, arc seconds, of what a candidate explains beside the model as it stands."""
-    evidence = stage.contest.evidence
-    coefficients = result.coefficients / evidence.scale[evidence.blocks[result.block]]
-    return stage.projector.size(columns_judged(stage, result) @ coefficients)
-
-
-def large_enough(stage: Field, result: Result, size: float, least: float) -> bool:
+def large_enough(contest_round: ContestRound, result: Result, size: float, least: float) -> bool:
     """Whether a size counts: what hangs on the load alone must stand out from the base's form."""
-    if stage.candidates[result.name].hangs_on_load_alone:
-        least = max(least, stage.form_arcsec)
+    if contest_round.candidates[result.name].hangs_on_load_alone:
+        least = max(least, contest_round.form_arcsec)
     return size >= least
-
-
-def columns_judged(stage: Field, result: Result) -> FloatArray:
-    """Columns of the block that was judged."""
-    columns = stage.candidates[result.name].columns
-    evidence = stage.contest.evidence
-    whole = list(evidence.blocks[result.name])
-    return columns[:, [whole.index(place) for place in evidence.blocks[result.block]]]
 
 
 def paired_t(a: FloatArray, b: FloatArray) -> float:

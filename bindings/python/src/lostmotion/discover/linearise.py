@@ -16,6 +16,7 @@ from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.scatter import deviations
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATION_MAX, DEVIATIONS
 from lostmotion.fit.least_squares import solve_within
@@ -59,7 +60,7 @@ class Settled:
     @property
     def density(self) -> FloatArray:
         """Leave-one-run-out log predictive density of every run."""
-        return self.contest.null_held_out
+        return self.contest.null_density
 
 
 def columns_of(
@@ -146,7 +147,7 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
     evidence = contest.evidence
     index = evidence.index()
     matrix = contest.null.matrix.sum(axis=0)
-    normal = matrix[:-1, :-1] + np.diag(contest.ridge(index))
+    normal = matrix[:-1, :-1] + np.diag(evidence.ridge(index))
     normal[np.diag_indices_from(normal)] *= 1.0 + STEP_RIDGE
     x, low, high = base.vector()
     scale = evidence.scale[: x.size]
@@ -154,7 +155,7 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
     least = np.append(np.minimum((low - x) * scale, -STEP_RIDGE), (-widen, -np.inf))
     most = np.append(np.maximum((high - x) * scale, STEP_RIDGE), (widen, np.inf))
     delta = solve_within(normal, matrix[:-1, -1], least, most)
-    return delta, contest.deviations(index, contest.null_omega, delta)
+    return delta, deviations(evidence, index, contest.null_omega, delta)
 
 
 def take_step(

@@ -7,24 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import jumping_effect
-from lostmotion.discover.advice import ASK_WHAT_DIFFERED, count_runs, decide
-from lostmotion.discover.answer import plausible
+from lostmotion.discover.advice import advise_merged
+from lostmotion.discover.answer import entry
+from lostmotion.discover.choice import Step
+from lostmotion.discover.conclusion import conclude_rounds
+from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import dependence
-from lostmotion.discover.evidence_selection import (
-    Rounds,
-    candidates_of,
-    centred,
-    contest_of,
-    estimate,
-    estimate_beside,
-)
+from lostmotion.discover.evidence_model import EvidenceModel
 from lostmotion.discover.gates import family_p
-from lostmotion.discover.odd_runs import OddRuns, find_odd_runs
+from lostmotion.discover.growing_model import Contender
+from lostmotion.discover.noise_floor import floor_of, scatter_of
+from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
+from lostmotion.discover.refits import term_of
+from lostmotion.discover.selection import select
+from lostmotion.discover.shortlist import least_size
 from lostmotion.effects.effect import Effect
+from lostmotion.evidence.contest import Result
 from lostmotion.evidence.file import Body
+from lostmotion.evidence.left_out import centred
 from lostmotion.fit.deviations import DEVIATIONS
 
 
@@ -36,41 +38,47 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     dict
         The answer of ``merge``, ready for JSON.
     """
-    rounds = contest_of(body, candidates_of(body, effects))
-    runs = body.white.runs
-    slips = [event for event in body.about["events"] if "teeth" in event]
+    model = EvidenceModel(body, effects)
+    steps = select(model)
+    ladder = [rung(taken, model.errors(taken)) for taken in model.trail]
+    events, within = body.about["events"], model.within
+    slips = [event for event in events if "teeth" in event]
     jumping = jumping_effect(effects)
     names = [jumping.name] if slips and jumping is not None else []
-    names += [one.candidate.name for one in rounds.chosen if one.candidate.named]
-    taken = rounds.steps[: len(rounds.chosen)]
-    twins = sorted({name for step in taken for name in step.rivals if name not in names})
-    events = body.about["events"]
-    nameless = len(events) > len(slips) or any(not one.candidate.named for one in rounds.chosen)
-    verdict, shown = decide(runs, names, twins, nameless)
-    noise, floor = noise_of(body, rounds)
-    swing = np.array(body.about["swing_arcsec"])
-    contest = rounds.steps[-1].field.contest
-    apart = find_odd_runs(contest, swing) if verdict == "complete" else None
-    if apart is not None and size_of_odd(body, apart) >= rules.SIZE_LEAST * rounds.within:
-        verdict = "unexplained"
-    else:
-        apart = None
-    sizes, unreachable = detectable(rounds.steps[-1].field, rounds.within)
+    names += [one.name for one in model.taken if one.candidate.named]
+    given = list(body.about["given_arcsec"])
+    nameless = len(events) > len(slips) or any(not one.candidate.named for one in model.taken)
+    found = conclude_rounds(
+        steps, len(model.trail) - 1, model.runs, [*given, *names], names, nameless
+    )
+    final = model.round_with(model.taken).contest
+    if found.verdict == "complete" and not any(
+        effects[name].needs & RUN_NEEDS for name in (*given, *names) if name in effects
+    ):
+        odd = find_odd_runs(final, np.array(body.about["swing_arcsec"]))
+        if odd is not None:
+            least = least_size(within, max(model.given.values(), default=0.0))
+            found.add_odd_runs(odd, size_of_odd(body, odd), least, body.about["runs"])
+    sizes, unreachable = detectable(steps[-1].round, within)
+    depends = [dependence(event, body.rows.sum()) for event in events if event not in slips]
+    scatter = zip((*DEVIATIONS, "offset_arcsec"), map(float, scatter_of(final)), strict=True)
+    held_out = ladder[-1]["rms_heldout_arcsec"]
     return {
         "schema": "lostmotion.diagnosis/1",
-        "verdict": verdict,
-        "noise_floor_arcsec": floor,
-        "effects": shown,
-        "ladder": rounds.ladder,
-        "candidates": list_candidates(body, rounds, shown),
+        "verdict": found.verdict,
+        "noise_floor_arcsec": floor_of(final, squares_by_run(body), model.rows, within, held_out),
+        "effects": found.shown,
+        "ladder": ladder,
+        "candidates": list_candidates(model, steps, ladder, found.shown),
         "events": events,
         "smallest_detectable": sizes,
-        "unexplained": unexplained(body, rounds, apart),
-        "next_experiment": ASK_WHAT_DIFFERED
-        if apart is not None
-        else advice(verdict, runs, shown, body.about["alone"]),
-        "noise": noise,
-        "runs": runs,
+        "unexplained": {
+            "share": found.share(ladder[0]["rms_arcsec"]),
+            "depends_on": [*found.depends_on, *depends],
+        },
+        "next_experiment": advise_merged(found, model.runs, body.about["alone"]),
+        "noise": {"within_runs_arcsec": within, "scatter": dict(scatter)},
+        "runs": model.runs,
         "samples": int(body.rows.sum()),
         "not_testable": dict(sorted(body.about["closed"].items())),
         "not_detectable": unreachable,
@@ -79,109 +87,81 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     }
 
 
-def noise_of(body: Body, rounds: Rounds) -> tuple[dict[str, Any], float]:
-    """Noise within runs, scatter between them, and both as one floor, arc seconds."""
-    contest = rounds.steps[-1].field.contest
-    places = contest.evidence.scatter
-    omega = contest.null_omega / contest.evidence.scale[places] ** 2
-    plain = body.plain
-    squares = np.einsum("rii->i", centred(plain))[plain.scatter]
-    squares = squares * plain.scale[plain.scatter] ** 2 / body.rows.sum()
-    known = len(DEVIATIONS)
-    floor = float(np.sqrt(rounds.within**2 + squares[:known] @ omega[:known]))
-    floor = min(floor, rounds.ladder[-1]["rms_heldout_arcsec"])
-    named = zip((*DEVIATIONS, "offset_arcsec"), map(float, np.sqrt(omega)), strict=True)
-    return {"within_runs_arcsec": rounds.within, "scatter": dict(named)}, floor
+def rung(taken: Sequence[Contender], errors: tuple[float, float]) -> dict[str, Any]:
+    """Make a rung of the ladder."""
+    names = [one.name for one in taken]
+    return {"effects": names, "rms_arcsec": errors[0], "rms_heldout_arcsec": errors[1]}
+
+
+def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Squares and products of the columns that scatter, of each run about its mean, unscaled."""
+    known = body.plain.scatter[: len(DEVIATIONS)]
+    scale = body.plain.scale[known]
+    return np.asarray(centred(body.plain)[:, known[:, None], known] * np.outer(scale, scale))
 
 
 def size_of_odd(body: Body, odd: OddRuns) -> float:
     """Root mean square over all samples, arc seconds, of what odd runs do."""
-    at = body.plain.scatter[odd.place]
-    squares = centred(body.plain)[odd.runs, at, at] * body.plain.scale[at] ** 2
+    squares = squares_by_run(body)[odd.runs, odd.place, odd.place]
     return float(np.sqrt(squares @ np.square(odd.deviations) / body.rows.sum()))
 
 
-def list_candidates(body: Body, rounds: Rounds, shown: list[str]) -> list[dict[str, Any]]:
+def list_candidates(
+    model: EvidenceModel,
+    steps: Sequence[Step],
+    ladder: Sequence[Mapping[str, Any]],
+    shown: Sequence[str],
+) -> list[dict[str, Any]]:
     """List every effect: those that were found first, then by evidence.
 
     Sizes are those of one step, with standard errors under noise and scatter; those of effects that
     were found are estimated together.
     """
     found: dict[str, dict[str, Any]] = {}
-    chosen = {one.candidate.name: one for one in rounds.chosen}
-    for step in rounds.steps:
+    taken = {one.name: one for one in model.taken}
+    for step in steps:
         for result in step.results:
-            candidate = step.field.candidates[result.name]
+            candidate = step.round.candidates[result.name]
             effect = candidate.effect
             if not candidate.named or effect is None:
                 continue
-            one = chosen.get(result.name)
+            one = taken.get(result.name)
+            where, judged = step.round, result
             if one is not None:
-                others = [other for other in rounds.chosen if other is not one]
-                values, errors = estimate_beside(body, one, others)
-            else:
-                values, errors = estimate(step.field, result)
+                where = model.round_with([other for other in model.taken if other is not one])
+                judged = where.contest.test(result.name) or result
+            values, standard_errors = estimate(where, judged)
             found[result.name] = {
-                "name": result.name,
-                "heldout_rms_arcsec": rounds.ladder[-1]["rms_heldout_arcsec"],
-                "evidence": result.gain,
-                "parameters": values,
-                "standard_errors": errors,
-                "confused_with": sorted(step.rivals) if one is not None else [],
-                "plausible": plausible(effect, np.array(list(values.values()))),
-                "testable": True,
-                "p": family_p(step.field, candidate, result),
-                **({} if one is None else {"size_arcsec": one.size}),
+                **entry(
+                    effect,
+                    np.array(list(values.values())),
+                    ladder[-1]["rms_heldout_arcsec"],
+                    result.gain,
+                    family_p(step.round, candidate, result),
+                    step.rivals if one is not None else [],
+                    step.round.size_of(result) if one is None else one.size,
+                ),
+                "standard_errors": standard_errors,
             }
     return sorted(found.values(), key=lambda c: (c["name"] not in shown, -c["evidence"], c["name"]))
 
 
-def unexplained(body: Body, rounds: Rounds, odd: OddRuns | None) -> dict[str, Any]:
-    """What no effect explains: shapes with what they depend on, sudden steps, odd runs."""
-    shapes = [
-        (one, step)
-        for one, step in zip(rounds.chosen, rounds.steps, strict=False)
-        if not one.candidate.named
-    ]
-    before = max(rounds.ladder[0]["rms_arcsec"] ** 2, 1e-300)
-    depends = [
-        {
-            "covariate": one.candidate.covariate,
-            "shape": one.candidate.shape,
-            "p": family_p(step.field, one.candidate, one.result),
-            "rms_arcsec": one.size,
-        }
-        for one, step in shapes
-    ]
-    events = [event for event in body.about["events"] if "teeth" not in event]
-    depends += [dependence(event, body.rows.sum()) for event in events]
-    squares = sum(one.size**2 for one, _ in shapes)
-    if odd is not None:
-        size = size_of_odd(body, odd)
-        depends.append(odd.told(body.about["runs"], size))
-        squares += size**2
-    share = squares / before
-    return {"share": float(min(1.0, share)), "depends_on": depends}
-
-
-def advice(
-    verdict: str, runs: int, shown: Sequence[str], alone: Sequence[Mapping[str, Any]]
-) -> str:
-    """Say what to do next."""
-    if runs < rules.RUNS_LEAST:
-        least = f"{rules.RUNS_LEAST} runs or more"
-        return f"{count_runs(runs)} cannot carry a name: add evidence, {least}."
-    said = {name for one in alone for name in one["effects"]}
-    new = [name for name in shown if name not in said]
-    left = verdict == "unexplained" and all(one["verdict"] != verdict for one in alone)
-    if new or left:
-        return (
-            f"No campaign alone shows {', '.join(new) or 'what is left over'}: diagnose the "
-            "recordings together, which refits what is one step here."
-        )
-    return {
-        "complete": "Nothing is left above the noise.",
-        "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",
-        "ambiguous": "Add evidence of runs in which only one of the effects changes.",
-        "unexplained": "Look at the recordings in which what it depends on changes alone.",
-    }[verdict]
+def estimate(current: ContestRound, result: Result) -> tuple[dict[str, float], dict[str, float]]:
+    """Values of an effect by the one step, and the standard errors of those that it estimates."""
+    candidate = current.candidates[result.name]
+    effect = candidate.effect
+    assert effect is not None
+    values = term_of(current, result).values
+    evidence = current.contest.evidence
+    tests = [current.contest.test(f"{result.name}#{n}") for n in sorted(set(candidate.start_of))]
+    best = max((t for t in tests if t is not None), key=lambda t: t.wald, default=None)
+    errors: dict[str, float] = {}
+    if best is not None:
+        scale = evidence.scale[evidence.blocks[best.block]]
+        found = best.coefficients / scale
+        error = np.sqrt(np.diag(best.covariance)) / scale
+        for value, x in zip(effect.values, values, strict=True):
+            place = np.flatnonzero(np.isclose(found, x, rtol=1e-9, atol=0.0))
+            if x != 0 and place.size == 1 and value.role != "given":
+                errors[value.name] = float(error[place[0]])
+    return {v.name: float(x) for v, x in zip(effect.values, values, strict=True)}, errors

@@ -11,14 +11,15 @@ import numpy.typing as npt
 
 from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.answer import Diagnosis
-from lostmotion.discover.contest_round import make_field
+from lostmotion.discover.contest_round import make_round
 from lostmotion.discover.linearise import settle
-from lostmotion.discover.selection import Selection
+from lostmotion.discover.recorded_model import Selection
 from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
-from lostmotion.evidence.contest import Contest, reduce
+from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.scatter import reduce
 from lostmotion.recordings import Campaign, Run
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,7 +46,7 @@ def next_runs(
     ]
     base = before.with_planned(Conditions(Campaign(runs)))
     base.terms, base.additives = [], []
-    noise = step.field.settled.noise
+    noise = selection.settled[0].noise
     # An option is sampled as the recordings usually were.
     usual = int(np.argsort(noise.sigma)[noise.sigma.size // 2])
     extended = Noise(
@@ -57,13 +58,13 @@ def next_runs(
     candidates, _ = named_candidates(
         {name: effects[name] for name in open_effects}, base, base.at(), ratio
     )
-    stage = make_field(settle(base, extended, rounds=0), candidates, {})
-    contest = stage.contest
+    planned = make_round(settle(base, extended, rounds=0), candidates, {})
+    contest = planned.contest
     contest.null_omega = (
-        step.field.contest.null_omega
+        step.round.contest.null_omega
         * (
             contest.evidence.scale[contest.evidence.scatter]
-            / step.field.contest.evidence.scale[step.field.contest.evidence.scatter]
+            / step.round.contest.evidence.scale[step.round.contest.evidence.scatter]
         )
         ** 2
     )
@@ -96,9 +97,9 @@ def next_runs(
 def open_pairs(selection: Selection, names: Sequence[str]) -> list[tuple[str, str]]:
     """Pairs of effects that recordings leave open: what was found with each rival, else all."""
     found = [
-        (step.chosen.result.name, rival)
+        (step.selected.result.name, rival)
         for step in selection.steps
-        if step.chosen is not None
+        if step.selected is not None
         for rival in step.rivals
     ]
     kept = [(a, b) for a, b in found if a in names and b in names]
@@ -111,7 +112,7 @@ def discrimination(contest: Contest, true: str, rival: str, known: int) -> Float
     index = e.index(true, rival)
     matrix = reduce(e, index, contest.null_omega).matrix
     n0, na = e.fixed.size, e.blocks[true].size
-    ridge = np.diag(contest.ridge(index))
+    ridge = np.diag(e.ridge(index))
     past = matrix[:known].sum(axis=0)
     keep_a = np.arange(n0 + na)
     keep_b = np.concatenate((np.arange(n0), np.arange(n0 + na, index.size - 1)))

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.discover.linearise import Settled
-from lostmotion.evidence.contest import Contest, without_scatter
+from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.scatter import deviations, without_scatter
 from lostmotion.fit.deviations import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
@@ -35,19 +36,26 @@ def noise_floor(settled: Settled, within: float, held_out: float) -> float:
     """
     base = settled.base
     scatter = base.run_columns(base.at())[:, : len(DEVIATIONS)]
-    total = 0.0
-    for at, moment in zip(base.conditions.slices(), second_moments(settled.contest), strict=True):
-        columns = scatter[at] - scatter[at].mean(axis=0)
-        total += float(np.sum((columns @ moment[: len(DEVIATIONS), : len(DEVIATIONS)]) * columns))
-    return min(float(np.sqrt(within**2 + total / base.conditions.rows)), held_out)
+    centred = (scatter[at] - scatter[at].mean(axis=0) for at in base.conditions.slices())
+    squares = np.array([columns.T @ columns for columns in centred])
+    return floor_of(settled.contest, squares, base.conditions.rows, within, held_out)
+
+
+def floor_of(
+    contest: Contest, squares: FloatArray, rows: float, within: float, held_out: float
+) -> float:
+    """The same from squares and products ``[run, part, part]`` of what scatters."""
+    known = len(DEVIATIONS)
+    moments = second_moments(contest)[:, :known, :known]
+    total = float(np.sum(moments * squares))
+    return min(float(np.sqrt(within**2 + total / rows)), held_out)
 
 
 def second_moments(contest: Contest) -> FloatArray:
     """Expected squares and products of every run's deviations, given its recordings."""
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
-    delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
-    own = contest.deviations(index, omega, delta)
+    own = deviations(e, index, omega, contest.null_step())
     gram = e.gram[:, e.scatter[:, None], e.scatter]
     left = omega[:, None] * without_scatter(gram, omega, np.eye(omega.size))[0]
     scale = e.scale[e.scatter]

@@ -17,7 +17,8 @@ import numpy.typing as npt
 from scipy import special
 
 from lostmotion import rules
-from lostmotion.evidence.contest import Contest, without_scatter
+from lostmotion.evidence.contest import Contest
+from lostmotion.evidence.scatter import deviations, without_scatter
 from lostmotion.fit.deviations import DEVIATIONS
 
 FloatArray = npt.NDArray[np.float64]
@@ -75,8 +76,7 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
     """
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
-    delta, _ = contest.solve(contest.null.matrix.sum(axis=0), index)
-    own = contest.deviations(index, omega, delta)
+    own = deviations(e, index, omega, contest.null_step())
     share = share_told(contest)
     best: OddRuns | None = None
     for place, part in enumerate(DEVIATIONS):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,13 @@ from lostmotion import rules
 from lostmotion.candidates import shapes as shape_room
 from lostmotion.candidates.candidate import Candidate
 from lostmotion.candidates.forms import form_of
-from lostmotion.discover.contest_round import Field, make_field
-from lostmotion.discover.gates import accepted, judge, leading
+from lostmotion.discover.contest_round import ContestRound, RecordedRound, make_round
+from lostmotion.discover.gates import judge, leading
+from lostmotion.discover.growing_model import Contender
 from lostmotion.discover.linearise import Settled, plain_rms, settle, take_step
-from lostmotion.discover.terms import contest_of_term
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
+from lostmotion.evidence.scatter import deviations
 from lostmotion.fit.baseline import TOLERANCE, BaselineModel
 from lostmotion.fit.terms import Additive, Term
 
@@ -29,28 +30,15 @@ APART_STEPS, APART_TOLERANCE = 20, 1e-7
 """A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
 
 
-@dataclass
-class Contender:
-    """A candidate with its own refit."""
-
-    result: Result
-    candidate: Candidate
-    settled: Settled | None
-    gain: float
-    gain_by_run: FloatArray
-    size: float = 0.0
-    passes: bool = True
-
-
-def best_start(stage: Field, result: Result) -> tuple[int, Result]:
+def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
     """Find the start of an effect that explains most, judged alone.
 
     Where none can be judged alone, it is the first, with its own part of what all say together.
     """
-    candidate = stage.candidates[result.name]
+    candidate = current.candidates[result.name]
     assert candidate.effect is not None
     numbers = sorted(set(candidate.start_of))
-    alone = {n: judge(stage, f"{result.name}#{n}") for n in numbers}
+    alone = {n: judge(current, f"{result.name}#{n}") for n in numbers}
     seen = [own for own in alone.values() if own is not None]
     if not seen:
         first = numbers[0]
@@ -64,18 +52,16 @@ def best_start(stage: Field, result: Result) -> tuple[int, Result]:
     return next(n for n, one in alone.items() if one is own), own
 
 
-def term_of(stage: Field, result: Result) -> Term:
+def term_of(current: ContestRound, result: Result) -> Term:
     """An effect with the values that the contest suggests."""
-    return term_of_start(stage, stage.candidates[result.name], *best_start(stage, result))
+    return term_of_start(current, current.candidates[result.name], *best_start(current, result))
 
 
-def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -> Term:
+def term_of_start(current: ContestRound, candidate: Candidate, start: int, own: Result) -> Term:
     """An effect with the values that one of its starts suggests."""
     effect = candidate.effect
     assert effect is not None
-    evidence = stage.contest.evidence
-    coefficients = own.coefficients / evidence.scale[evidence.blocks[own.block]]
-    values = form_of(effect).values(effect, candidate, start, coefficients)
+    values = form_of(effect).values(effect, candidate, start, current.unscaled(own))
     low = np.array([v.low for v in effect.values])
     high = np.array([v.high for v in effect.values])
     values = np.clip(values, low, high)
@@ -86,29 +72,28 @@ def term_of_start(stage: Field, candidate: Candidate, start: int, own: Result) -
 
 
 def put_in(
-    base: BaselineModel, stage: Field, candidate: Candidate, start: int, own: Result
+    base: BaselineModel, current: RecordedRound, candidate: Candidate, start: int, own: Result
 ) -> None:
     """Add a candidate to a base with the values that the contest suggests."""
     if candidate.effect is not None:
-        base.terms.append(term_of_start(stage, candidate, start, own))
+        base.terms.append(term_of_start(current, candidate, start, own))
         return
-    evidence = stage.contest.evidence
     base.additives.append(
         Additive(
             candidate.name,
             candidate.columns,
-            own.coefficients / evidence.scale[evidence.blocks[own.block]],
+            current.unscaled(own),
             candidate.covariate,
             candidate.shape,
         )
     )
 
 
-def step_to(base: BaselineModel, stage: Field, result: Result) -> None:
+def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None:
     """Move a base and the deviations of its runs to where a hypothesis wants them."""
-    evidence = stage.contest.evidence
+    evidence = current.contest.evidence
     delta = np.concatenate((result.fixed_step, result.coefficients))
-    own = stage.contest.deviations(evidence.index(result.block), result.omega, delta)
+    own = deviations(evidence, evidence.index(result.block), result.omega, delta)
     moved = np.concatenate((evidence.fixed, evidence.scatter))
     take_step(base, evidence.scale[moved], result.fixed_step, own)
 
@@ -123,7 +108,9 @@ def hold_to_name(term: Term) -> bool:
     return True
 
 
-def refit(stage: Field, result: Result, reference: Settled | None = None) -> Contender | None:
+def refit(
+    current: RecordedRound, result: Result, reference: Settled | None = None
+) -> Contender | None:
     """Fit base and candidate together, from the deviations that this hypothesis predicts.
 
     A step that leads astray, or to much less than the contest has promised, is not taken: the fit
@@ -132,7 +119,7 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
     Parameters
     ----------
     reference : Settled, optional
-        Against which the gain counts, where the stage is that of a base without deviations: then
+        Against which the gain counts, where the round is that of a base without deviations: then
         they stay at nothing until the candidate has had its fit.
 
     Returns
@@ -141,15 +128,15 @@ def refit(stage: Field, result: Result, reference: Settled | None = None) -> Con
         None where a fit with the candidate leads to numbers that no evidence can be made of.
     """
     try:
-        return _refit(stage, result, reference)
+        return _refit(current, result, reference)
     except np.linalg.LinAlgError:
         return None
 
 
-def _refit(stage: Field, result: Result, reference: Settled | None) -> Contender:
-    settled = stage.settled
-    candidate = stage.candidates[result.name]
-    start, own = (0, result) if candidate.effect is None else best_start(stage, result)
+def _refit(current: RecordedRound, result: Result, reference: Settled | None) -> Contender:
+    settled = current.settled
+    candidate = current.candidates[result.name]
+    start, own = (0, result) if candidate.effect is None else best_start(current, result)
     sigma = float(np.median(settled.noise.sigma))
 
     def settled_from(base: BaselineModel) -> Contender:
@@ -162,15 +149,15 @@ def _refit(stage: Field, result: Result, reference: Settled | None) -> Contender
 
     def from_base(tolerance: float = TOLERANCE) -> Contender:
         base = settled.base.copy()
-        put_in(base, stage, candidate, start, own)
+        put_in(base, current, candidate, start, own)
         base.fit(noise=sigma, steps=APART_STEPS, tolerance=tolerance)
         return settled_from(base)
 
     if reference is not None and reference.base is not settled.base:
         return from_base(APART_TOLERANCE)
     base = settled.base.copy()
-    step_to(base, stage, result)
-    put_in(base, stage, candidate, start, own)
+    step_to(base, current, result)
+    put_in(base, current, candidate, start, own)
     base.fit(noise=sigma, steps=REFIT_STEPS)
     if plain_rms(base) > rules.WORSE * plain_rms(settled.base):
         return from_base()
@@ -226,33 +213,17 @@ def refitted(base: BaselineModel, noise: Noise) -> Settled:
     return settle(base, noise)
 
 
-def sharpen(stage: Field, winner: Contender) -> Contender | None:
+def sharpen(current: RecordedRound, winner: Contender) -> Contender | None:
     """Find the frequency of a winning wave more closely, and refit it."""
-    fine = shape_room.finer(stage.settled.base, winner.candidate)
+    fine = shape_room.finer(current.settled.base, winner.candidate)
     if not fine:
         return None
-    scan = make_field(stage.settled, fine, {})
+    scan = make_round(current.settled, fine, {})
     found = [r for r in (scan.contest.test(c.name, refit_scatter=False) for c in fine) if r]
     if not found:
         return None
     best = max(found, key=lambda r: r.wald)
-    wide = shape_room.with_neighbours(stage.settled.base, scan.candidates[best.name])
-    only = make_field(stage.settled, [wide], {})
+    wide = shape_room.with_neighbours(current.settled.base, scan.candidates[best.name])
+    only = make_round(current.settled, [wide], {})
     result = only.contest.test(wide.name)
     return None if result is None else refit(only, result)
-
-
-def stands(contender: Contender, count: int) -> bool:
-    """Whether an effect passes the gates where the model with it stands."""
-    assert contender.settled is not None
-    return term_stands(contender.settled, len(contender.settled.base.terms) - 1, count)
-
-
-def term_stands(settled: Settled, place: int, count: int) -> bool:
-    """Whether a term of a model passes the gates beside the others."""
-    contest, name = contest_of_term(settled, place)
-    try:
-        result = contest.test(name)
-    except np.linalg.LinAlgError:
-        return False
-    return result is not None and accepted(result, count)

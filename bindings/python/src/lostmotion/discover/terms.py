@@ -5,13 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.contest_round import (
-    Projector,
-)
-from lostmotion.discover.linearise import (
-    Settled,
-    columns_of,
-)
+from lostmotion.discover.contest_round import Projector
+from lostmotion.discover.gates import accepted
+from lostmotion.discover.linearise import Settled, columns_of
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.fit.baseline import BaselineModel
@@ -70,3 +66,13 @@ def term_size(base: BaselineModel, place: int) -> float:
     fixed = base.fixed_columns(base.at())
     rest = Projector(np.delete(fixed, term_places(base, place), axis=1))
     return rest.size(term_angle(base, place, fixed))
+
+
+def term_passes(settled: Settled, place: int, count: int) -> bool:
+    """Whether a term of a model passes the gates beside the others."""
+    contest, name = contest_of_term(settled, place)
+    try:
+        result = contest.test(name)
+    except np.linalg.LinAlgError:
+        return False
+    return result is not None and accepted(result, count)

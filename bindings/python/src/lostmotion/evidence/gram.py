@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from lostmotion.evidence.noise import Noise
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+
+RIDGE = 1e-10
+"""Relative ridge of normal equations: what no run sees stays where it is."""
 
 
 @dataclass
@@ -48,6 +52,17 @@ class Evidence:
     def runs(self) -> int:
         """Number of runs."""
         return int(self.gram.shape[0])
+
+    @cached_property
+    def total(self) -> FloatArray:
+        """Gram matrix of all runs together."""
+        return np.asarray(self.gram.sum(axis=0))
+
+    def ridge(self, index: IntArray) -> FloatArray:
+        """Prior precision of the columns of a hypothesis, the last of which is the residual."""
+        out = np.zeros(index.size - 1)
+        out[: self.fixed.size] = self.precision
+        return out + RIDGE * np.maximum(np.diag(self.total)[index[:-1]], 1.0)
 
     def index(self, *blocks: str) -> IntArray:
         """Places of the base's columns and of some blocks, the residual last."""

@@ -10,7 +10,10 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.candidates.shapes import channels
-from lostmotion.discover.selection import Selection, Step
+from lostmotion.discover.choice import Step
+from lostmotion.discover.contest_round import RecordedRound
+from lostmotion.discover.recorded_model import Selection
+from lostmotion.evidence.overlap import principal_angles
 from lostmotion.report.chart import Axes, axis_range
 from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
@@ -53,8 +56,8 @@ def gains_of(selection: Selection) -> list[tuple[str, Array]]:
     """Gain of every run: of what was chosen, then of the strongest that were not."""
     found: list[tuple[str, Array]] = []
     for step in selection.steps:
-        if step.chosen is not None:
-            found.append((words(step.chosen.candidate.name), step.chosen.gain_by_run))
+        if step.selected is not None:
+            found.append((words(step.selected.candidate.name), step.selected.gain_by_run))
     names = {name for name, _ in found}
     rest = [r for step in (selection.steps[0], selection.steps[-1]) for r in step.results]
     for result in sorted(rest, key=lambda r: -r.gain):
@@ -119,15 +122,15 @@ def draw_dots(gains: Sequence[tuple[str, Array]], width: float, name: str) -> st
 
 def alike_figure(step: Step, name: str) -> Figure | None:
     """Make the figure of the angles between the effects; None with fewer than two."""
-    contest = step.field.contest
-    strongest = [r.name for r in step.results if step.field.candidates[r.name].named]
+    contest = step.round.contest
+    strongest = [r.name for r in step.results if step.round.candidates[r.name].named]
     chosen = sorted(strongest[:ALIKE_SHOWN])
     if len(chosen) < 2:
         return None
     angle = np.full((len(chosen), len(chosen)), np.nan)
     for i in range(len(chosen)):
         for j in range(i):
-            found = contest.angles(chosen[i], chosen[j])
+            found = principal_angles(contest.evidence, contest.null_omega, chosen[i], chosen[j])
             angle[i, j] = angle[j, i] = float(found[0]) if found.size else 90.0
     pairs = [(i, j) for i in range(len(chosen)) for j in range(i)]
     return Figure(
@@ -193,10 +196,11 @@ def _mix(share: float) -> str:
 
 def shape_figure(step: Step, name: str) -> Figure | None:
     """Make the figure of a shape without a name over what it depends on."""
-    chosen = step.chosen
+    chosen = step.selected
     if chosen is None or chosen.candidate.named or chosen.settled is None:
         return None
-    base = step.field.settled.base
+    assert isinstance(step.round, RecordedRound)
+    base = step.round.settled.base
     shape = chosen.settled.base.additives[-1]
     found = covariate_of(base, chosen.candidate.covariate)
     if found is None:

@@ -22,6 +22,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError
+from lostmotion.evidence.overlap import principal_angles
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import check_plain, write_whole
 from lostmotion.model import make_backbone
@@ -215,8 +216,9 @@ class Bench:
         gains = {name: judged[name].gain_by_run for name in (a, b)} if both else {}
         angle = None
         if both:
-            contest = first.field.contest
-            angle = float(contest.angles(judged[a].block, judged[b].block)[0])
+            contest = first.round.contest
+            blocks = (judged[name].block for name in (a, b))
+            angle = float(principal_angles(contest.evidence, contest.null_omega, *blocks)[0])
         self.rivals = Rivals(models, gains, angle)
         self.version += 1
 

@@ -1,0 +1,240 @@
+"""The choice of a round: which candidate is missing most, or none, and what could be it instead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from lostmotion import rules
+from lostmotion.discover.contest_round import ContestRound
+from lostmotion.discover.gates import paid_by_kind, told_apart
+from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
+from lostmotion.discover.shortlist import Limits, find_leads, strongest, without
+from lostmotion.evidence.contest import Result
+from lostmotion.evidence.overlap import principal_angles
+from lostmotion.threads import in_parallel
+
+
+@dataclass
+class Step:
+    """One round of the selection.
+
+    Attributes
+    ----------
+    round : ContestRound
+    results : list of Result
+        Of every candidate, strongest first.
+    selected : Contender or None
+    contenders : list of Contender
+        What was tried in the model.
+    rivals : list of str
+        Effects that these data do not tell from the selected one.
+    least_arcsec : float
+        Least size of an effect that counted.
+    """
+
+    round: ContestRound
+    results: list[Result]
+    selected: Contender | None
+    contenders: list[Contender]
+    rivals: list[str] = field(default_factory=list)
+    least_arcsec: float = 0.0
+
+
+def choose(
+    model: GrowingModel, current: ContestRound, results: list[Result], limits: Limits
+) -> Step:
+    """Find the candidate that is missing most, or none."""
+    paid = paid_by_kind(current)
+    contenders, rejected = try_shortlist(model, current, results, limits, paid)
+    confirmed = [c for c in contenders if c.passes]
+    if limits.kept:
+        confirmed, idle = of_use(model, confirmed)
+        rejected |= {c.name for c in idle}
+    effect = simplest([c for c in confirmed if c.candidate.named])
+    shape = simplest([c for c in confirmed if not c.candidate.named])
+    if shape is not None:
+        sharper = model.sharpened(current, shape)
+        if sharper is not None:
+            sharper.size = shape.size
+            contenders.append(sharper)
+            shape = max(shape, sharper, key=lambda c: c.gain)
+        # What single runs have of their own can be spelled out by a shape that no other confirms.
+        unsure = shape.result.p * paid[shape.candidate.kind] > rules.P_SURE
+        if unsure and model.fall_of_left_out(shape) < 0:
+            shape = None
+    selected = effect_or_shape(current, effect, shape)
+    step = Step(current, results, selected, contenders, least_arcsec=limits.effect)
+    if selected is not None and selected.candidate.named:
+        names = {c.name for c in confirmed}
+        large = [
+            result
+            for result in results
+            if result.name in names
+            or (
+                result.name not in rejected
+                and limits.meets(current, result, current.size_of(result))
+            )
+        ]
+        alike = rivals(current, large, contenders, selected)
+        step.rivals = model.substitutes(current, selected, alike)
+    return step
+
+
+def try_shortlist(
+    model: GrowingModel,
+    current: ContestRound,
+    results: list[Result],
+    limits: Limits,
+    paid: Mapping[str, int],
+) -> tuple[list[Contender], set[str]]:
+    """Try the shortlist in the model, and the reserve behind it as long as nothing passes.
+
+    Returns
+    -------
+    contenders : list of Contender
+    rejected : set of str
+        Candidates that did not pass, and must not hide the weaker ones behind them.
+    """
+    passed = find_leads(current, results, paid, limits)
+    shortlist = strongest(passed)
+    reserve = without(passed, shortlist)
+    shortlist = model.more_starts(shortlist, paid["effect"])
+
+    def counting(leads: list[Lead]) -> list[Lead]:
+        return [
+            lead
+            for lead in leads
+            if lead.size is None or limits.meets(lead.round, lead.result, lead.size)
+        ]
+
+    shortlist, reserve = counting(shortlist), counting(reserve)
+    shortlist += model.unjudged(current, results, shortlist)
+
+    def tried(leads: list[Lead]) -> list[Contender]:
+        found = in_parallel(lambda lead: try_lead(model, lead, limits, paid["effect"]), leads)
+        return [contender for contender in found if contender is not None]
+
+    contenders = best_starts(tried(shortlist))
+    rejected: set[str] = set()
+    while reserve and not any(c.passes for c in contenders):
+        rejected |= {lead.name for lead in shortlist}
+        shortlist = strongest(reserve)
+        reserve = without(reserve, shortlist)
+        contenders = best_starts(contenders + tried(shortlist))
+    return contenders, rejected
+
+
+def try_lead(model: GrowingModel, lead: Lead, limits: Limits, count: int) -> Contender | None:
+    """Put a candidate into the model, and say whether it passes there; `count` tests are paid."""
+    contender = model.with_candidate(lead)
+    if contender is None:
+        return None
+
+    def large(size: float) -> bool:
+        return limits.meets(lead.round, lead.result, size)
+
+    contender.size = model.size_within(contender) if lead.size is None else lead.size
+    contender.passes = contender.gain >= rules.GAIN_LEAST and (
+        not contender.candidate.named or model.passes_gates(contender, count)
+    )
+    if contender.passes and lead.absorbed and not large(contender.size):
+        contender.size = max(contender.size, model.fall_of_error(contender))
+    contender.passes = contender.passes and large(contender.size)
+    return contender
+
+
+def best_starts(contenders: list[Contender]) -> list[Contender]:
+    """Of several starts of a candidate the one that came to most, those that pass first."""
+    best: dict[str, Contender] = {}
+    for contender in contenders:
+        rank = (contender.passes, contender.gain)
+        other = best.get(contender.name)
+        if other is None or rank > (other.passes, other.gain):
+            best[contender.name] = contender
+    return list(best.values())
+
+
+def of_use(
+    model: GrowingModel, confirmed: list[Contender]
+) -> tuple[list[Contender], list[Contender]]:
+    """Take out effects that would be named beside those in the model, and are of no use there.
+
+    What is left of an effect whose form is not exactly right can be spelled out by another one
+    within the runs that it is fitted to. Runs that the fit has not seen tell: their error has to
+    fall as by an effect of the least size. The one that would be selected is asked, then the next
+    one, until one is of use. Shapes say that something is left, not what: they are asked where an
+    effect was of no use, for they may be the same remainder without its name.
+
+    Returns
+    -------
+    confirmed, idle : list of Contender
+    """
+    least = rules.SIZE_LEAST * model.within
+    left, idle = list(confirmed), list[Contender]()
+    for named in (True, False):
+        while best := simplest([c for c in left if c.candidate.named is named]):
+            if (not named and not idle) or model.fall_of_left_out(best) >= least**2:
+                break
+            left.remove(best)
+            idle.append(best)
+    return left, idle
+
+
+def simplest(contenders: list[Contender]) -> Contender | None:
+    """Find the one that gains most, or one with fewer values that does next to as well."""
+    best = max(contenders, key=lambda c: c.gain, default=None)
+    if best is None:
+        return None
+    enough = min(best.gain - rules.GAIN_LEAST, rules.SIMPLER_SHARE * best.gain)
+    near = [c for c in contenders if c.gain >= enough]
+    return min(near, key=lambda c: (free_count(c), -c.gain))
+
+
+def free_count(contender: Contender) -> int:
+    """Number of values that the fit of a candidate may move."""
+    effect = contender.candidate.effect
+    return contender.candidate.columns.shape[1] if effect is None else len(effect.free())
+
+
+def effect_or_shape(
+    current: ContestRound, effect: Contender | None, shape: Contender | None
+) -> Contender | None:
+    """Decide between an effect and a shape: a clearly better one, unless it contains the effect."""
+    if effect is None or shape is None or effect.gain >= rules.NAMED_SHARE * shape.gain:
+        return effect or shape
+    if shape.name in current.candidates:
+        omega = effect.result.omega
+        angles = principal_angles(current.contest.evidence, omega, effect.name, shape.name)
+        if angles.size and float(angles[0]) < rules.NESTED_DEG:
+            return effect
+    return shape
+
+
+def rivals(
+    current: ContestRound,
+    results: Sequence[Result],
+    contenders: Sequence[Contender],
+    selected: Contender,
+) -> list[Result]:
+    """Named effects that these data do not tell from the selected one."""
+    own = {c.name: c for c in contenders}
+    out = []
+    for result in results:
+        name = result.name
+        if name == selected.name or not current.candidates[name].named:
+            continue
+        if result.gain < rules.GAIN_LEAST:
+            continue
+        if name in own:
+            gain, by_run = own[name].gain, own[name].gain_by_run
+            ahead, ahead_by_run = selected.gain, selected.gain_by_run
+        else:
+            gain, by_run = result.gain, result.gain_by_run
+            ahead, ahead_by_run = selected.result.gain, selected.result.gain_by_run
+            if selected.gain > rules.FAR * ahead:
+                ahead, ahead_by_run = selected.gain, selected.gain_by_run
+        close = gain >= rules.RIVAL_SHARE * ahead and not told_apart(ahead_by_run, by_run)
+        if ahead - gain < rules.GAIN_LEAST or close:
+            out.append(result)
+    return out

@@ -1,0 +1,273 @@
+"""The model of a selection over recordings: candidates are confirmed by refits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lostmotion import rules
+from lostmotion.candidates import shapes
+from lostmotion.candidates.between_runs import between_runs
+from lostmotion.candidates.candidate import LOAD_NEEDS, Candidate
+from lostmotion.candidates.named import named_candidates
+from lostmotion.discover.choice import Step
+from lostmotion.discover.contest_round import (
+    ContestRound,
+    RecordedRound,
+    make_candidates,
+    make_round,
+)
+from lostmotion.discover.gates import judge_all
+from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
+from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
+from lostmotion.discover.selection import select
+from lostmotion.discover.terms import term_passes, term_size
+from lostmotion.effects.effect import Effect
+from lostmotion.evidence.contest import Result
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.held_out import held_out_rms
+
+
+@dataclass
+class Selection:
+    """What a selection over recordings came to.
+
+    Attributes
+    ----------
+    steps : list of Step
+    settled : list of Settled
+        The model at first, and after each candidate that was taken.
+    noise : Noise
+    given_arcsec : float
+        Largest size of an effect that the model brought along.
+    """
+
+    steps: list[Step]
+    settled: list[Settled]
+    noise: Noise
+    given_arcsec: float
+
+
+def select_recorded(
+    base: BaselineModel,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Selection:
+    """Run the selection over recordings, from a fitted baseline model."""
+    say = progress or (lambda _: None)
+    model = RecordedModel(base, effects, ratio)
+    say("noise")
+    steps = select(model, say)
+    given = max(model.given.values(), default=0.0)
+    return Selection(steps, model.settled, model.noise, given)
+
+
+class RecordedModel(GrowingModel):
+    """A baseline model over recordings, and what is added to it.
+
+    Parameters
+    ----------
+    base : BaselineModel
+        Fitted.
+    effects : mapping
+        Those that may be missing.
+    ratio : float
+        Of the drive.
+
+    Attributes
+    ----------
+    noise : Noise
+    settled : list of Settled
+        The model at first, and after each candidate that was taken.
+    """
+
+    def __init__(self, base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> None:
+        self.effects, self.ratio = effects, ratio
+        self.runs = base.conditions.runs
+        self.given_terms = len(base.terms)
+        self.waves = shapes.waves(base)
+        candidates, _ = self.candidates(base)
+        self.noise = estimate_noise(base, [c.columns for c in candidates])
+        self.within = noise_rms(self.noise, base)
+        self.settled = [settle(base, self.noise)]
+        self.rounds = 0
+        first = self.settled[0].base
+        self.given = {
+            term.effect.name: term_size(first, place)
+            for place, term in enumerate(first.terms)
+            if term.free
+        }
+
+    @property
+    def now(self) -> Settled:
+        """The model as it is."""
+        return self.settled[-1]
+
+    def candidates(self, base: BaselineModel) -> tuple[list[Candidate], dict[str, str]]:
+        """Named effects and shapes beside a model, and why other effects are not testable."""
+        return make_candidates(base, self.effects, self.ratio, self.waves)
+
+    def compete(self) -> tuple[RecordedRound, list[Result]]:
+        """See `GrowingModel`; the noise is estimated anew, and the model settled under it."""
+        base = self.now.base
+        candidates, closed = self.candidates(base)
+        if self.rounds:
+            self.noise = estimate_noise(base, [c.columns for c in candidates])
+        self.rounds += 1
+        current, results = self.judged(base, candidates, closed)
+        if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
+            calmer = self.calmer_noise(current, results)
+            if calmer is not None:
+                self.noise = calmer
+                current, results = self.judged(base, candidates, closed)
+        self.within = noise_rms(self.noise, base)
+        self.settled[-1] = current.settled
+        return current, results
+
+    def judged(
+        self,
+        base: BaselineModel,
+        candidates: list[Candidate],
+        closed: dict[str, str],
+    ) -> tuple[RecordedRound, list[Result]]:
+        """Settle a model under the noise and judge every candidate."""
+        settled = settle(base, self.noise)
+        # What is left of an effect is often another in quick runs, and is no second cause.
+        own = [] if base.has_effects else between_runs(settled.base, settled.contest)
+        current = make_round(settled, [*candidates, *own], closed)
+        return current, judge_all(current)
+
+    def calmer_noise(self, current: RecordedRound, results: list[Result]) -> Noise | None:
+        """Noise of the largest model about the refit of a strong candidate, where it is calmer."""
+        best: Noise | None = None
+        least = rules.CALMER * noise_rms(current.settled.noise, current.settled.base)
+        named = [r for r in results if current.candidates[r.name].named and r.gain > 0]
+        for result in named[: rules.REFITS_NAMED]:
+            contender = refit(current, result)
+            if contender is None:
+                continue
+            base = model_of(contender)
+            candidates, _ = self.candidates(base)
+            noise = estimate_noise(base, [c.columns for c in candidates])
+            spread = noise_rms(noise, base)
+            if spread < least:
+                best, least = noise, spread
+        return best
+
+    def with_candidate(self, lead: Lead) -> Contender | None:
+        """See `GrowingModel`: a refit of all."""
+        assert isinstance(lead.round, RecordedRound)
+        return refit(lead.round, lead.result, self.now)
+
+    def passes_gates(self, contender: Contender, count: int) -> bool:
+        """See `GrowingModel`: linearised where the model with it is."""
+        assert contender.settled is not None
+        place = len(contender.settled.base.terms) - 1
+        return term_passes(contender.settled, place, count)
+
+    def size_within(self, contender: Contender) -> float:
+        """See `GrowingModel`.
+
+        By its tangent there, as long as that is no more than was to be explained: a load that is
+        off by more than a kink is wide has a tangent that goes on beyond the kink, ten times as far
+        as the effect. What it takes from the error of all runs together counts then.
+        """
+        base = model_of(contender)
+        size = term_size(base, len(base.terms) - 1)
+        return size if size <= plain_rms(self.now.base) else self.fall_of_error(contender)
+
+    def fall_of_error(self, contender: Contender) -> float:
+        """See `GrowingModel`."""
+        return fall_of_error(self.now.base, model_of(contender))
+
+    def fall_of_left_out(self, contender: Contender) -> float:
+        """See `GrowingModel`."""
+        before = without_deviations(self.now.base)
+        after = without_deviations(model_of(contender), before)
+        return held_out_rms(before) ** 2 - held_out_rms(after) ** 2
+
+    def take(self, contender: Contender, count: int) -> None:
+        """See `GrowingModel`; what the drive file brought along stays."""
+        assert contender.settled is not None
+        self.settled.append(without_idle(contender.settled, self.given_terms, count))
+
+    def substitutes(
+        self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
+    ) -> list[str]:
+        """See `GrowingModel`: all of them; the strongest were compared by their refits."""
+        return [result.name for result in rivals]
+
+    def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
+        """Add the strongest effects of the model without deviations; they start from there.
+
+        Whether they pass, and how large they are, is judged later, where the model with them is:
+        this only finds them. One that was found already gets a second start.
+        """
+        settled = self.now
+        if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
+            return leads
+        plain = plain_of(settled)
+        candidates, closed = named_candidates(self.effects, plain, plain.at(), self.ratio)
+        alike = make_round(Settled(plain, settled.contest, settled.noise), candidates, closed)
+        found = [r for r in judge_all(alike) if r.p * count <= rules.P_LIMIT]
+        found.sort(key=lambda r: (-r.wald, r.name))
+        known = {lead.name for lead in leads}
+        strong = found[: rules.REFITS_NAMED]
+        strong += [r for r in found[rules.REFITS_NAMED :] if r.name in known]
+        return leads + [Lead(alike, result, None) for result in strong]
+
+    def unjudged(
+        self, current: ContestRound, results: list[Result], leads: list[Lead]
+    ) -> list[Lead]:
+        """Effects that move the load by the same everywhere.
+
+        They move every kink, and a model that was fitted without them is blurred there: the tangent
+        on it says next to nothing of a load that is off by more than a kink is wide.
+        """
+        known = {lead.name for lead in leads}
+        found = []
+        for result in results:
+            effect = current.candidates[result.name].effect
+            if effect is None or result.name in known or effect.kind != "torque":
+                continue
+            if effect.needs <= LOAD_NEEDS and not effect.memory:
+                found.append(Lead(current, result, None))
+        return found
+
+    def sharpened(self, current: ContestRound, shape: Contender) -> Contender | None:
+        """See `GrowingModel`."""
+        assert isinstance(current, RecordedRound)
+        return sharpen(current, shape)
+
+
+def model_of(contender: Contender) -> BaselineModel:
+    """The model with a candidate in it."""
+    assert contender.settled is not None
+    return contender.settled.base
+
+
+def fall_of_error(base: BaselineModel, with_effect: BaselineModel) -> float:
+    """Root mean square, arc seconds, by which an effect lowers the error of all runs together."""
+    before = without_deviations(base)
+    after = without_deviations(with_effect, before)
+    return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
+
+
+def without_idle(settled: Settled, given: int, count: int) -> Settled:
+    """Drop the effects that no longer pass the gates beside the newest, all fitted together.
+
+    Those that were `given` with the base stay.
+    """
+    for place in range(len(settled.base.terms) - 2, given - 1, -1):
+        if not term_passes(settled, place, count):
+            base = settled.base.copy()
+            del base.terms[place]
+            settled = refitted(base, settled.noise)
+    return settled

@@ -1,0 +1,110 @@
+"""The shortlist of a round: which candidates are tried in the model first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lostmotion import rules
+from lostmotion.discover.contest_round import ContestRound
+from lostmotion.discover.gates import accepted, large_enough
+from lostmotion.discover.growing_model import Lead
+from lostmotion.evidence.contest import Result
+from lostmotion.evidence.overlap import absorbed_share
+
+
+@dataclass
+class Limits:
+    """Least sizes that count in a round.
+
+    Attributes
+    ----------
+    effect, shape : float
+        Of an effect and of a shape without a name, arc seconds.
+    kept : mapping
+        Effects that are in the model, with their sizes.
+    """
+
+    effect: float
+    shape: float
+    kept: Mapping[str, float]
+
+    def meets(self, contest_round: ContestRound, result: Result, size: float) -> bool:
+        """Whether a size counts beside the effects in the model."""
+        least = max(self.effect, least_beside(contest_round, result, self.kept))
+        return large_enough(contest_round, result, size, least)
+
+
+def limits_of(within: float, kept: Mapping[str, float], largest: float) -> Limits:
+    """Least sizes beside a noise within runs and effects of which the largest has a size."""
+    effect = least_size(within, largest)
+    shape = max(effect, rules.SHAPE_AFTER_NAMED * within) if kept else effect
+    return Limits(effect, shape, kept)
+
+
+def least_size(within: float, largest: float) -> float:
+    """Least size of what is called missing, beside effects of which the largest has this size."""
+    return max(rules.SIZE_LEAST * within, rules.LEFTOVER_SHARE * largest)
+
+
+def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str, float]) -> float:
+    """Least size of an effect beside those that are in the model.
+
+    What is left of an effect whose form is not exactly right resembles its twins.
+    """
+    effect = contest_round.candidates[result.name].effect
+    if effect is None:
+        return 0.0
+    contest = contest_round.contest
+    least = 0.0
+    for other, own in contest_round.effects_within():
+        size = kept.get(other.name, 0.0)
+        twins = other.name in effect.confused_with or effect.name in other.confused_with
+        if twins and rules.TWIN_SHARE * size > least:
+            share = absorbed_share(
+                contest.evidence, contest.null_omega, result.block, result.coefficients, own
+            )
+            if share >= rules.ALIKE_SHARE:
+                least = rules.TWIN_SHARE * size
+    return least
+
+
+def find_leads(
+    contest_round: ContestRound, results: list[Result], paid: Mapping[str, int], limits: Limits
+) -> list[Lead]:
+    """Find those that pass all gates beside the model as it is, strongest first."""
+    passed = []
+    for result in results:
+        candidate = contest_round.candidates[result.name]
+        if accepted(result, paid[candidate.kind]):
+            size = contest_round.size_of(result)
+            limit = limits.effect if candidate.named else limits.shape
+            if large_enough(contest_round, result, size, limit):
+                passed.append(Lead(contest_round, result, size))
+            elif candidate.named and large_enough(
+                contest_round, result, size, rules.TAKEN_UP * limit
+            ):
+                passed.append(Lead(contest_round, result, None, absorbed=True))
+    return passed
+
+
+def strongest(leads: list[Lead]) -> list[Lead]:
+    """Find the leads whose gain is near the greatest: they are tried first."""
+    if not leads:
+        return []
+    near = [lead for lead in leads if lead.result.gain >= rules.REFIT_SHARE * leads[0].result.gain]
+    effects = [lead for lead in near if lead.candidate.named][: rules.REFITS_NAMED]
+    shapes = [lead for lead in near if not lead.candidate.named][: rules.REFITS_SHAPES]
+    if effects and near[0] is effects[0] and shapes:
+        shapes = [
+            lead
+            for lead in shapes[:1]
+            if lead.result.gain > rules.CLEAR_SHARE * effects[0].result.gain
+        ]
+    return [*effects, *shapes]
+
+
+def without(leads: list[Lead], others: list[Lead]) -> list[Lead]:
+    """Leads of other candidates than some."""
+    names = {lead.name for lead in others}
+    return [lead for lead in leads if lead.name not in names]

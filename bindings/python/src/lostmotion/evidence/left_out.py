@@ -1,0 +1,67 @@
+"""Every run under a fit to the others, from Gram matrices: a small solve instead of a refit."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.evidence.gram import Evidence
+from lostmotion.evidence.scatter import Reduced
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+
+def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
+    """Log predictive density of every run under a fit to the others, uncertain as that fit is.
+
+    The coefficients that the other runs leave add ``X inv(H) X'`` to the covariance of the run:
+    where they say little of it, as of the one run at the most cycles, it may well lie far off.
+    """
+    own = reduced.matrix
+    total = own.sum(axis=0)
+    rest = total - own
+    whole = total[:-1, :-1] + np.diag(ridge)
+    others = rest[:, :-1, :-1] + np.diag(ridge)
+    delta = np.linalg.solve(others, rest[:, :-1, -1:])
+    slope = own[:, :-1, -1:] - own[:, :-1, :-1] @ delta
+    error = own[:, -1, -1] - np.sum(delta * (own[:, :-1, -1:] + slope), axis=(1, 2))
+    taken = np.sum(slope * np.linalg.solve(whole, slope), axis=(1, 2))
+    spread = np.linalg.slogdet(whole)[1] - np.linalg.slogdet(others)[1]
+    return np.asarray(-0.5 * (error - taken + reduced.log_det + spread))
+
+
+def centred(plain: Evidence) -> FloatArray:
+    """Plain Gram matrices with the mean of each run taken off; the last scatter column is ones."""
+    ones = plain.scatter[-1]
+    gram = plain.gram
+    count = np.maximum(gram[:, ones, ones], 1e-300)
+    return np.asarray(gram - gram[:, :, ones, None] * gram[:, None, ones, :] / count[:, None, None])
+
+
+def errors(plain: Evidence, more: IntArray, rows: float) -> tuple[float, float]:
+    """Fitted and leave-one-run-out rms of the baseline model with more columns, arc seconds.
+
+    Parameters
+    ----------
+    plain : Evidence
+        Not whitened.
+    more : ndarray
+        Places of the columns beside those of the baseline model.
+    rows : float
+        Samples.
+    """
+    index = np.concatenate((plain.fixed, more)).astype(np.intp)
+    gram = centred(plain)
+    h, g = gram[:, index[:, None], index], gram[:, index, plain.response]
+    own = gram[:, plain.response, plain.response]
+    ridge = np.zeros(index.size)
+    ridge[: plain.precision.size] = plain.precision
+    total = h.sum(axis=0)
+    ridge = np.diag(ridge + 1e-9 * np.maximum(np.diag(total), 1.0))
+    delta = np.linalg.solve(total + ridge, g.sum(axis=0))
+    fitted = own.sum() - 2 * delta @ g.sum(axis=0) + delta @ total @ delta
+    apart = np.linalg.solve(total - h + ridge, (g.sum(axis=0) - g)[:, :, None])[:, :, 0]
+    held = own - 2 * np.einsum("ri,ri->r", apart, g)
+    held = held + np.einsum("ri,rij,rj->r", apart, h, apart, optimize=True)
+    return float(np.sqrt(max(fitted, 0.0) / rows)), float(np.sqrt(max(held.sum(), 0.0) / rows))

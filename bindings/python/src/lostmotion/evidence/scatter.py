@@ -1,0 +1,192 @@
+"""Run-to-run scatter: its variances by REML, and what is left of a hypothesis without it.
+
+With the scattering columns B and their variances omega, the covariance of a run is
+``I + B omega B'`` in whitened units; Woodbury reduces every run to a small matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize
+
+from lostmotion.evidence.gram import Evidence
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+
+LOG_OMEGA = (-30.0, 25.0)
+"""Bounds of the logarithm of a variance of a scaled column."""
+
+SLOPE_LEAST = 1e-2
+"""Slope of the objective over the logarithm of a variance at which REML stops, nats."""
+
+STUCK = 0.05
+"""Nats that a variance could still gain by its score, from which on REML is stuck ..."""
+
+LIFTED = 1.0
+"""... and the variance from which it goes on."""
+
+DAMPED_MAX = 17
+"""Powers of ten of the diagonal that normal equations are damped by, one after the other. What the
+scatter leaves can be all rounding; beyond the precision's inverse the diagonal outweighs any."""
+
+
+@dataclass
+class Reduced:
+    """A hypothesis reduced to its fixed columns: per run, and what the scatter costs."""
+
+    matrix: FloatArray
+    log_det: FloatArray
+
+
+def without_scatter(
+    gram: FloatArray, omega: FloatArray, sides: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Solve ``(I + gram omega) x = sides`` for every run, and the logarithms of the determinants.
+
+    Where the variances are so large that the identity is lost beside them (the first step of a
+    descent goes to their bounds), the elimination may meet a pivot of zero. The same in the
+    eigenvectors of the symmetric ``omega^1/2 gram omega^1/2`` loses nothing.
+
+    Parameters
+    ----------
+    gram : ndarray, (runs, n, n)
+        Of the scattering columns, positive semidefinite.
+    omega : ndarray, (n,)
+        Variance of each scattering column, above 0.
+    sides : ndarray, (runs, n, m) or (n, m)
+        Right sides, of each run or of all.
+
+    Returns
+    -------
+    solved : ndarray, (runs, n, m)
+    log_det : ndarray, (runs,)
+    """
+    k = np.eye(omega.size) + gram * omega
+    # One right side for all runs is spread out: NumPy 1 took (n, m) for vectors of n runs.
+    sides = np.broadcast_to(sides, (*k.shape[:-2], *sides.shape[-2:]))
+    try:
+        return np.asarray(np.linalg.solve(k, sides)), np.asarray(np.linalg.slogdet(k)[1])
+    except np.linalg.LinAlgError:
+        root = np.sqrt(omega)
+        value, vector = np.linalg.eigh(root[:, None] * gram * root)
+        value = np.maximum(value, 0.0)
+        turned = vector.transpose(0, 2, 1) @ (root[:, None] * sides)
+        solved = vector @ (turned / (1.0 + value)[:, :, None]) / root[:, None]
+        return solved, np.log1p(value).sum(axis=1)
+
+
+def reduce(evidence: Evidence, index: IntArray, omega: FloatArray) -> Reduced:
+    """Take the scatter out of every run's Gram matrix (Woodbury)."""
+    b = evidence.scatter
+    sbb = evidence.gram[:, b[:, None], b]
+    sbx = evidence.gram[:, b[:, None], index]
+    c, log_det = without_scatter(sbb, omega, sbx)
+    taken = (sbx * omega[:, None]).transpose(0, 2, 1) @ c
+    matrix = evidence.gram[:, index[:, None], index] - taken
+    return Reduced(matrix, log_det)
+
+
+def deviations(
+    evidence: Evidence, index: IntArray, omega: FloatArray, delta: FloatArray
+) -> FloatArray:
+    """Predicted deviations of every run (BLUP), in scaled units.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    index : ndarray
+        Columns of a hypothesis, the residual last.
+    omega : ndarray
+        Variances of the scattering columns.
+    delta : ndarray
+        Coefficients of the columns of the hypothesis.
+    """
+    b = evidence.scatter
+    sbb = evidence.gram[:, b[:, None], b]
+    sbx = evidence.gram[:, b[:, None], index]
+    rest = sbx[:, :, -1] - sbx[:, :, :-1] @ delta
+    return np.asarray(omega * without_scatter(sbb, omega, rest[:, :, None])[0][:, :, 0])
+
+
+def factored(h: FloatArray) -> FloatArray:
+    """Cholesky factor of normal equations; where roundoff has left them indefinite, damped."""
+    try:
+        return np.asarray(np.linalg.cholesky(h))
+    except np.linalg.LinAlgError:
+        unit = np.abs(np.diag(h)) + 1.0
+    for power in range(-6, DAMPED_MAX):
+        try:
+            return np.asarray(np.linalg.cholesky(h + 10.0**power * np.diag(unit)))
+        except np.linalg.LinAlgError:
+            continue
+    raise np.linalg.LinAlgError("normal equations are not finite")
+
+
+class RestrictedLikelihood:
+    """Minus the restricted log likelihood of the variances under a hypothesis, nats.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    index : ndarray
+        Columns of the hypothesis, the residual last.
+    """
+
+    def __init__(self, evidence: Evidence, index: IntArray) -> None:
+        b = evidence.scatter
+        self.gram = evidence.gram[:, b[:, None], b]
+        self.cross = np.ascontiguousarray(evidence.gram[:, b[:, None], index])
+        self.total = evidence.total[np.ix_(index, index)]
+        self.ridge = np.diag(evidence.ridge(index))
+        self.both = np.concatenate((self.cross, self.gram), axis=2)
+
+    def __call__(self, log_omega: FloatArray) -> tuple[float, FloatArray]:
+        """Value and slope over the logarithms of the variances."""
+        omega, n = np.exp(log_omega), self.total.shape[0]
+        solved, log_det = without_scatter(self.gram, omega, self.both)
+        c, a = solved[:, :, :n], solved[:, :, n:]
+        flat = (self.cross * omega[:, None]).reshape(-1, n)
+        x = self.total - flat.T @ c.reshape(-1, n)
+        factor = factored(x[:-1, :-1] + self.ridge)
+        half = np.linalg.solve(factor, x[:-1, -1])
+        delta = np.linalg.solve(factor.T, half)
+        q = x[-1, -1] - half @ half
+        value = 0.5 * (float(log_det.sum()) + q + 2.0 * np.log(np.diag(factor)).sum())
+        rest = c[:, :, -1] - c[:, :, :-1] @ delta
+        inverse = np.linalg.inv(factor)
+        spread = c[:, :, :-1] @ inverse.T
+        slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
+        return float(value), slope * omega
+
+    def descend(self, start: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+        """Variances, value and slope at the end of a descent."""
+        found = minimize(
+            self,
+            np.clip(np.log(np.maximum(start, 1e-12)), *LOG_OMEGA),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[LOG_OMEGA] * start.size,
+            options={"maxiter": 40, "ftol": 1e-9, "gtol": SLOPE_LEAST},
+        )
+        return np.exp(found.x), float(found.fun), np.asarray(found.jac)
+
+    def lowest(self, start: FloatArray) -> tuple[FloatArray, float]:
+        """Variances that the recordings speak for most, and the value there.
+
+        Close to nothing the logarithm hides the slope: a step too far stays there. The score says
+        what is to be gained (Rao's test), and from above the way down is even.
+        """
+        omega, value, slope = self.descend(start)
+        score = -slope / omega
+        own, _ = without_scatter(self.gram, omega, self.gram)
+        information = 0.5 * (np.einsum("rkk->rk", own) ** 2).sum(axis=0)
+        idle = (score > 0) & (score**2 > 2.0 * STUCK * information)
+        if idle.any():
+            again, lower, _ = self.descend(np.where(idle, np.maximum(omega, LIFTED), omega))
+            if lower < value:
+                omega, value = again, lower
+        return np.asarray(omega, dtype=np.float64), value

@@ -1,0 +1,62 @@
+"""The sign-flip test: what a candidate explains with the signs of whole runs changed."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import rules
+
+FloatArray = npt.NDArray[np.float64]
+
+FLIPS = 4095
+"""Random sign patterns; all of them where there are no more runs than `ALL_FLIPS_RUNS`."""
+
+ALL_FLIPS_RUNS = 12
+
+SEED = 20
+
+
+def sign_patterns(runs: int) -> FloatArray:
+    """Signs ``[pattern, run]``; the first pattern is the true one."""
+    if runs <= ALL_FLIPS_RUNS:
+        codes = np.arange(2 ** (runs - 1))
+        return np.asarray(1.0 - 2.0 * ((codes[:, None] >> np.arange(runs)) & 1))
+    signs = np.random.default_rng(SEED).choice([-1.0, 1.0], (FLIPS + 1, runs))
+    signs[0] = 1.0
+    return signs
+
+
+def flip_p(signs: FloatArray, score: FloatArray, weight: FloatArray) -> float:
+    """Share of the patterns that do at least as well as the true one, that among them.
+
+    Parameters
+    ----------
+    signs : ndarray
+    score : ndarray
+        ``[run, direction]`` of each run under the baseline model.
+    weight : ndarray
+        Inverse of the information of the directions.
+    """
+    sums = signs @ score
+    statistic = ((sums @ weight) * sums).sum(axis=1)
+    return float(np.mean(statistic >= statistic[0] * (1 - 1e-12)))
+
+
+def flip_limit(signs: FloatArray, ideal: FloatArray, weight: FloatArray, wald: float) -> float:
+    """Largest `flip_p` that speaks for a candidate with this plan.
+
+    Parameters
+    ----------
+    signs : ndarray
+    ideal : ndarray
+        Score of each run, if it said exactly what the candidate as fitted makes of it.
+    weight : ndarray
+    wald : float
+        Runs that show next to nothing have their signs from the noise: a deviation of the whole.
+    """
+    sums = signs @ ideal
+    reach = ((sums @ weight) * sums).sum(axis=1)
+    least = max(1.0 - 1.0 / np.sqrt(max(wald, 1.0)), 0.0) ** 2
+    best = float(np.mean(reach >= reach[0] * least * (1 - 1e-9)))
+    return float(np.clip(rules.FLIP_ROOM * best, rules.FLIP_LEVEL, 1.0))
