@@ -9,7 +9,7 @@ from lostmotion import rules
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.gates import paid_by_kind, told_apart
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
-from lostmotion.discover.shortlist import Limits, find_leads, strongest, without
+from lostmotion.discover.shortlist import LeastSizes, find_leads, strongest, without
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.threads import in_parallel
@@ -42,7 +42,7 @@ class Step:
 
 
 def choose(
-    model: GrowingModel, current: ContestRound, results: list[Result], limits: Limits
+    model: GrowingModel, current: ContestRound, results: list[Result], limits: LeastSizes
 ) -> Step:
     """Find the candidate that is missing most, or none."""
     paid = paid_by_kind(current)
@@ -85,7 +85,7 @@ def try_shortlist(
     model: GrowingModel,
     current: ContestRound,
     results: list[Result],
-    limits: Limits,
+    limits: LeastSizes,
     paid: Mapping[str, int],
 ) -> tuple[list[Contender], set[str]]:
     """Try the shortlist in the model, and the reserve behind it as long as nothing passes.
@@ -125,7 +125,7 @@ def try_shortlist(
     return contenders, rejected
 
 
-def try_lead(model: GrowingModel, lead: Lead, limits: Limits, count: int) -> Contender | None:
+def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) -> Contender | None:
     """Put a candidate into the model, and say whether it passes there; `count` tests are paid."""
     contender = model.with_candidate(lead)
     if contender is None:

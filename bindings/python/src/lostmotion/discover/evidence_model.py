@@ -66,7 +66,7 @@ class EvidenceRound(ContestRound):
     def effects_within(self) -> list[tuple[Effect, IntArray]]:
         """See `ContestRound`; of what the drive file brought along the places are not known."""
         return [
-            (one.candidate.effect, columns_of(self.plain, one))
+            (one.candidate.effect, places_of(self.plain, one))
             for one in self.taken
             if one.candidate.effect is not None
         ]
@@ -106,7 +106,7 @@ class EvidenceModel(GrowingModel):
         left = [c for c in self.candidates if c.name not in names]
         white = with_columns(
             self.body.white,
-            [columns_of(self.body.white, one) for one in taken],
+            [places_of(self.body.white, one) for one in taken],
             [candidate.name for candidate in left],
         )
         form = form_size(np.array(self.body.about["swing_arcsec"]), self.body.rows)
@@ -140,7 +140,7 @@ class EvidenceModel(GrowingModel):
 
     def errors(self, taken: Sequence[Contender]) -> tuple[float, float]:
         """Fitted and leave-one-run-out rms with some candidates in the model, arc seconds."""
-        more = [columns_of(self.body.plain, one) for one in taken]
+        more = [places_of(self.body.plain, one) for one in taken]
         columns = np.concatenate([np.zeros(0, dtype=np.intp), *more])
         return errors(self.body.plain, columns, self.rows)
 
@@ -227,7 +227,7 @@ def fits(effect: Effect, told: Mapping[str, Any]) -> bool:
     )
 
 
-def columns_of(evidence: Evidence, one: Contender) -> IntArray:
+def places_of(evidence: Evidence, one: Contender) -> IntArray:
     """Places of the columns that a candidate brings into the model: all, or those of a start."""
     name, _, start = one.result.block.partition("#")
     block = evidence.blocks[name]

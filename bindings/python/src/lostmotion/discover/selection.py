@@ -8,7 +8,7 @@ from lostmotion import rules
 from lostmotion.discover.choice import Step, choose
 from lostmotion.discover.gates import paid_by_kind
 from lostmotion.discover.growing_model import GrowingModel
-from lostmotion.discover.shortlist import limits_of
+from lostmotion.discover.shortlist import least_sizes
 
 
 def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> list[Step]:
@@ -35,7 +35,7 @@ def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> 
         taken = [step.selected for step in steps if step.selected is not None]
         kept = model.given | {one.name: one.size for one in taken if one.candidate.named}
         sizes = [*(one.size for one in taken), *model.given.values()]
-        limits = limits_of(model.within, kept, max(sizes, default=0.0))
+        limits = least_sizes(model.within, kept, max(sizes, default=0.0))
         step = choose(model, current, results, limits)
         steps.append(step)
         best = step.selected

@@ -14,7 +14,7 @@ from lostmotion.evidence.overlap import absorbed_share
 
 
 @dataclass
-class Limits:
+class LeastSizes:
     """Least sizes that count in a round.
 
     Attributes
@@ -35,11 +35,11 @@ class Limits:
         return large_enough(contest_round, result, size, least)
 
 
-def limits_of(within: float, kept: Mapping[str, float], largest: float) -> Limits:
+def least_sizes(within: float, kept: Mapping[str, float], largest: float) -> LeastSizes:
     """Least sizes beside a noise within runs and effects of which the largest has a size."""
     effect = least_size(within, largest)
     shape = max(effect, rules.SHAPE_AFTER_NAMED * within) if kept else effect
-    return Limits(effect, shape, kept)
+    return LeastSizes(effect, shape, kept)
 
 
 def least_size(within: float, largest: float) -> float:
@@ -70,7 +70,7 @@ def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str,
 
 
 def find_leads(
-    contest_round: ContestRound, results: list[Result], paid: Mapping[str, int], limits: Limits
+    contest_round: ContestRound, results: list[Result], paid: Mapping[str, int], limits: LeastSizes
 ) -> list[Lead]:
     """Find those that pass all gates beside the model as it is, strongest first."""
     passed = []

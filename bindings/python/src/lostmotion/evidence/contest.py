@@ -161,10 +161,10 @@ class Contest:
         change[-1, -1] = 1.0
         seen = Reduced(change.T @ reduced.matrix @ change, reduced.log_det)
         ridge = np.append(e.ridge(index)[:n0], np.full(rank, 1e-10))
-        found = estimate(seen, ridge, n0)
+        found = fit_both(seen, ridge, n0)
         # With and without, each under its own variances.
         gain = log_density(seen, ridge) - self.null_density
-        score, ideal, weight = scores(seen, ridge, found)
+        score, ideal, weight = run_scores(seen, ridge, found)
         # Under REML every direction of a candidate costs the variances a run.
         freedom = max(self.runs - 2 - rank, 1)
         return Result(
@@ -201,7 +201,7 @@ def visible_directions(e: Evidence, reduced: Reduced, index: IntArray) -> FloatA
     return np.asarray(vector[:, keep] * unit[:, None])
 
 
-def estimate(reduced: Reduced, ridge: FloatArray, n0: int) -> Estimates:
+def fit_both(reduced: Reduced, ridge: FloatArray, n0: int) -> Estimates:
     """Fit with and without a candidate, by generalised least squares."""
     total = reduced.matrix.sum(axis=0)
     h = total[:-1, :-1] + np.diag(ridge)
@@ -215,7 +215,7 @@ def estimate(reduced: Reduced, ridge: FloatArray, n0: int) -> Estimates:
     return Estimates(n0, delta, alone, inverse, carried, wald)
 
 
-def scores(
+def run_scores(
     reduced: Reduced, ridge: FloatArray, found: Estimates
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Scores of the runs under the baseline model, with a candidate's variances.
