@@ -104,7 +104,7 @@ def test_what_part_of_a_block_columns_of_the_base_could_do_is_that_of_least_squa
 
 def test_the_level_is_shared_evenly_among_kinds_and_within_each():
     def candidate(name, kind, starts=0, tests=1):
-        column = np.ones((2, 1))
+        column = np.ones((2, max(starts, 1)))
         start_of = list(range(starts))
         return Candidate(name, kind == "effect", column, start_of=start_of, kind=kind, tests=tests)
 
