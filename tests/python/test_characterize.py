@@ -438,3 +438,16 @@ def test_smallest_noise_is_no_trouble() -> None:
         assert found[name].value == pytest.approx(truth, rel=0.02), name
         assert (found[name].standard_error or 0.0) >= 0.0
     assert found["hysteresis"].standard_error < 0.5 * ARCSEC
+
+
+def test_no_stiffness_is_stated_where_all_loops_repeat_what_is_no_torsion_curve() -> None:
+    # Spring of 40 N m/rad by the maker, gears and Hall sensors around it, no load.
+    campaign = read_campaign(DATA / "hebi_x5" / "hebi_x5.csv", ratio=273.18)
+    figures = characterize(campaign, ratio=273.18).answer()
+    stiffness = figures["torsion_curve"]["K1_Nm_per_rad"]
+    assert stiffness["value"] is None
+    assert "no function of the torque" in stiffness["reason"]
+    for share in (3, 4):
+        low, high = figures[f"lost_motion_{share}_percent_arcmin"]["interval_95"]
+        assert low < 0 < high
+    assert any("K1 in the drive file" in line for line in figures["assumptions"])

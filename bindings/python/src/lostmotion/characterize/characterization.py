@@ -271,6 +271,12 @@ class Characterization:
                 f"The drive file goes on beyond {samples.amplitude_Nm:.4g} N m with the last slope "
                 "that the loops show."
             )
+        if fit is not None and self.figures.curve["K1"].value is None:
+            stiffness = 1.0 / float(fit.slopes_rad_per_Nm[0])
+            lines.append(
+                f"K1 in the drive file, {stiffness:.3g} N m/rad, is the slope of the loops, which "
+                "is not that of the torsion curve alone."
+            )
         step = self.input_step_rad()
         if step is not None:
             lines.append(

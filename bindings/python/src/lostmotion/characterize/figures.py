@@ -29,6 +29,7 @@ from lostmotion.characterize.three_slopes import (
     width_columns,
     without_loop_means,
 )
+from lostmotion.units import ARCMIN
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -101,7 +102,13 @@ def curve_figures(fit: CurveFit) -> dict[str, Estimate]:
     found: dict[str, Estimate] = {}
     n = fit.slopes_rad_per_Nm.size
     for i, slope in enumerate(fit.slopes_rad_per_Nm):
-        found[f"K{i + 1}"] = stiffness(float(slope), float(fit.covariance[i, i]), fit.dof)
+        at = stiffness(float(slope), float(fit.covariance[i, i]), fit.dof)
+        if fit.shared_rad > 0 and at.interval is not None and np.isinf(at.interval[1]):
+            at = none(
+                f"the loops have {fit.shared_rad / ARCMIN:.2g} arcmin rms in common that are no "
+                "function of the torque: beside them the slope is not distinct from zero"
+            )
+        found[f"K{i + 1}"] = at
     for i, kink in enumerate(fit.kinks_Nm):
         at = figure(float(kink), float(fit.covariance[n + i, n + i]), fit.dof)
         if fit.kink_intervals_Nm:
@@ -147,7 +154,7 @@ def loop_value(
         return None
     angle = without_loop_means(samples.angle_rad[:, None], samples.loop)[:, 0]
     found = least_squares(design, angle)
-    covariance, dof = covariance_of(samples, design, angle - design @ found)
+    covariance, dof = covariance_of(samples, design, angle - design @ found, design @ found)
     return float(pick @ found), float(pick @ covariance @ pick), dof
 
 

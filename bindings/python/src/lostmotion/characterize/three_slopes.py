@@ -40,6 +40,14 @@ PIECES = 8
 """Blocks of a loop where loops are too few: each then holds some 40 correlated neighbours, and
 there are enough of them for a variance."""
 
+SHARED_PIECES = 2
+"""Pieces of each branch on either side of zero in which what loops have in common is left out."""
+
+SHARED_SHARE = 0.02
+"""Share of the fitted variance from which what the loops have in common beside curve and width is
+in the errors. Chosen: straight lines through the curves of strain-wave and cycloidal drives leave
+0.001 of it, the gears and coarse encoders of a joint that turns without load a tenth and more."""
+
 VALUES_SHARE = 0.6
 """Of few readings at most this share is spent on values, the rest tells their error: five carry an
 offset, a slope and a width."""
@@ -110,6 +118,8 @@ class CurveFit:
     kink_dof: float
     residual_rad: FloatArray
     kink_intervals_Nm: list[tuple[float, float]] = field(default_factory=list)
+    shared_rad: float = 0.0
+    """What the loops have in common beside curve and width, where it is large; else 0."""
 
     @property
     def rms_rad(self) -> float:
@@ -255,13 +265,47 @@ def errors_from(samples: Samples) -> str:
     return "loops" if samples.loops >= LOOPS_LEAST else "pieces of loops"
 
 
+def shared_rms(samples: Samples, residual: FloatArray) -> float:
+    """Rms of what all loops have in common at a torque and branch, less what noise makes of it."""
+    cell = np.floor(samples.torque_Nm / samples.cell_Nm).astype(np.intp)
+    _, place = np.unique(2 * cell + (samples.falling > 0), return_inverse=True)
+    count = np.bincount(place)
+    mean = np.bincount(place, residual) / count
+    within = float(np.mean((residual - mean[place]) ** 2))
+    several = count[place] > 1
+    if not np.any(several):
+        return 0.0
+    noise = within * float(np.mean(1.0 / np.maximum(count[place] - 1, 1)[several]))
+    return float(np.sqrt(max(float(np.mean(mean[place][several] ** 2)) - noise, 0.0)))
+
+
+def is_shared(samples: Samples, residual: FloatArray, fitted: FloatArray) -> bool:
+    """Whether what the loops have in common is a large part of what was fitted to them."""
+    if samples.readings < FEW_READINGS or samples.loops < LOOPS_LEAST:
+        return False
+    return shared_rms(samples, residual) ** 2 > SHARED_SHARE * float(np.var(fitted))
+
+
+def shared_blocks(samples: Samples) -> IntArray:
+    """Pieces of the branches on either side of zero, those of all loops together."""
+    half = 2 * (samples.falling > 0) + (samples.torque_Nm > 0)
+    blocks = np.zeros(half.size, dtype=np.intp)
+    for i in range(4):
+        rows = np.flatnonzero(half == i)
+        order = rows[np.argsort(np.abs(samples.torque_Nm[rows]), kind="stable")]
+        blocks[order] = SHARED_PIECES * (i + np.arange(order.size) / max(order.size, 1))
+    return blocks
+
+
 def covariance_of(
-    samples: Samples, design: FloatArray, residual: FloatArray
+    samples: Samples, design: FloatArray, residual: FloatArray, fitted: FloatArray
 ) -> tuple[FloatArray, float]:
     """Covariance of least squares and its degrees of freedom.
 
     Of few readings that of independent errors of one size, at least what rounding makes; otherwise
-    by leaving out one block at a time, linearised.
+    by leaving out one block at a time, linearised. Where the loops have much in common that was not
+    fitted, leaving out a loop does not show it: there that of leaving out a piece of all loops is
+    added, with the degrees of freedom of four quarters.
     """
     scale = column_sizes(design)
     scaled = design / scale
@@ -271,19 +315,29 @@ def covariance_of(
         dof = float(max(left, 1))
         variance = max(float(residual @ residual) / dof, samples.resolution_rad**2 / 12.0)
         return variance * np.linalg.pinv(whole, rcond=1e-9) / np.outer(scale, scale), dof
-    _, blocks = np.unique(blocks_of(samples), return_inverse=True)
+    blocks = blocks_of(samples)
+    covariance = jackknife(scaled, residual, blocks) / np.outer(scale, scale)
+    # A figure draws on the pieces about its torque: one of each branch on either side of zero.
+    few = samples.loops < LOOPS_LEAST
+    count = 4 * samples.loops if few else int(np.unique(blocks).size)
+    if is_shared(samples, residual, fitted):
+        shared = jackknife(scaled, residual, shared_blocks(samples))
+        covariance, count = covariance + shared / np.outer(scale, scale), 4
+    return covariance, float(max(count - 1, 1))
+
+
+def jackknife(design: FloatArray, residual: FloatArray, blocks: IntArray) -> FloatArray:
+    """Covariance of least squares by leaving out one block at a time, linearised."""
+    whole = design.T @ design
+    _, blocks = np.unique(blocks, return_inverse=True)
     count = int(blocks.max()) + 1
     shifts = np.zeros((count, design.shape[1]))
     for b in range(count):
-        rows = scaled[blocks == b]
+        rows = design[blocks == b]
         gradient = rows.T @ residual[blocks == b]
-        shifts[b] = -np.linalg.lstsq(whole - rows.T @ rows, gradient, rcond=1e-9)[0] / scale
+        shifts[b] = -np.linalg.lstsq(whole - rows.T @ rows, gradient, rcond=1e-9)[0]
     shifts -= shifts.mean(axis=0)
-    covariance = (count - 1) / count * shifts.T @ shifts
-    if samples.loops < LOOPS_LEAST:
-        # A figure draws on the pieces about its torque: one of each branch on either side of zero.
-        count = 4 * samples.loops
-    return covariance, float(max(count - 1, 1))
+    return np.asarray((count - 1) / count * shifts.T @ shifts)
 
 
 @dataclass(frozen=True)
@@ -308,7 +362,7 @@ def free_loop(samples: Samples, width: FloatArray) -> FreeLoop:
     left = angle - columns @ found
     offsets = np.bincount(samples.loop, left) / np.maximum(np.bincount(samples.loop), 1)
     widths = slice(nodes.size - 1, None)
-    covariance, dof = covariance_of(samples, design, target - design @ found)
+    covariance, dof = covariance_of(samples, design, target - design @ found, design @ found)
     return FreeLoop(offsets, found[widths], covariance[widths, widths], dof)
 
 
@@ -483,7 +537,7 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
     residual = angle - linear @ found
     moved = without_loop_means(kink_columns(torque, kinks, found[:slopes]), loop)
     design = np.column_stack([linear[:, :slopes], moved, linear[:, slopes:]])
-    covariance, dof = covariance_of(samples, design, residual)
+    covariance, dof = covariance_of(samples, design, residual, linear @ found)
     many = samples.readings >= FEW_READINGS
     least = samples.resolution_rad**2 / 12.0
     return CurveFit(
@@ -498,6 +552,7 @@ def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFi
         max(dof, float(np.unique(blocks_of(samples)).size - 1)) if many else dof,
         residual,
         [] if many else search.intervals(kinks, dof, least),
+        shared_rms(samples, residual) if is_shared(samples, residual, linear @ found) else 0.0,
     )
 
 
