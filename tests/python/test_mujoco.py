@@ -16,7 +16,7 @@ from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.predict import predict
 from lostmotion.simulators.arm import run_arm
-from lostmotion.simulators.mujoco import Placed, load_plugin, put_drives, set_timestep
+from lostmotion.simulators.mujoco import load_plugin, put_drives, set_timestep, slow_reversal
 from lostmotion.units import ARCMIN
 
 mujoco = pytest.importorskip("mujoco", reason="no MuJoCo: pip install 'lostmotion[mujoco]'")
@@ -75,20 +75,6 @@ def one_joint(step_s: float = 2e-3, armature: float = 0.1, more: str = "") -> mu
     )
 
 
-def swing(placed: Placed, torque_Nm: float, period_s: float = 20.0) -> tuple[Floats, Floats]:
-    """Torque and lost motion over the second of two slow swings of a sine."""
-    model = placed.model
-    data = mujoco.MjData(model)
-    count = round(period_s / model.opt.timestep)
-    torque = torque_Nm * np.sin(2 * np.pi * np.arange(2 * count) / count)
-    lost = np.empty(2 * count)
-    for k in range(2 * count):
-        data.qfrc_applied[:] = torque[k]
-        mujoco.mj_step(model, data)
-        lost[k] = data.qpos[1]
-    return torque[count:], lost[count:]
-
-
 def middle(torque: Floats, lost: Floats, at: Floats) -> Floats:
     """Middle of the loop's two branches at some torques."""
     quarter = torque.size // 4
@@ -101,10 +87,9 @@ def middle(torque: Floats, lost: Floats, at: Floats) -> Floats:
 @pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: f"{file.parent.name}-{file.stem}")
 def test_slow_reversal_with_a_locked_input_gives_what_predict_does(drive_file: Path) -> None:
     drive = read_drive(drive_file)
-    placed = put_drives(one_joint(armature=LOCKED), {"elbow": drive})
     # Both branches slip in the inner fifth of a loop.
     at = np.array([-0.2, -0.1, 0.1, 0.2]) * drive.rated_torque_Nm
-    found = middle(*swing(placed, drive.rated_torque_Nm), at)
+    found = middle(*slow_reversal(drive, drive.rated_torque_Nm), at)
     predicted = np.array(predict(drive, at)["total_arcmin"]) * ARCMIN
     np.testing.assert_allclose(found, predicted, rtol=0.01)
 
@@ -113,8 +98,7 @@ def test_the_step_does_not_change_the_lost_motion() -> None:
     drive = read_drive(JOINT)
     found = []
     for step_s in STEPS_S:
-        placed = put_drives(one_joint(step_s, LOCKED), {"elbow": drive})
-        torque, lost = swing(placed, drive.rated_torque_Nm)
+        torque, lost = slow_reversal(drive, drive.rated_torque_Nm, step_s=step_s)
         middles = middle(torque, lost, np.array([-0.1, 0.1]) * drive.rated_torque_Nm)
         found.append([np.ptp(middles), np.ptp(lost)])
     for row in found[1:]:

@@ -1,6 +1,6 @@
 """A seven-joint arm in MuJoCo: how well it repeats and tracks, rigid, with drives, compensated.
 
-    python -m lostmotion.simulators.arm [--json FILE] [--step SECONDS]
+    python -m lostmotion.simulators.arm [--json FILE] [--picture FILE.svg] [--step SECONDS]
 
 The arm (``arm.xml``) goes to one pose from several others, and follows a path on which every joint
 reverses. Its motors follow their own encoders: feed-forward torque of the rigid arm, and a
@@ -337,6 +337,7 @@ def run_example(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m lostmotion.simulators.arm")
     parser.add_argument("--step", type=float, default=1e-3, metavar="SECONDS")
     parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--picture", metavar="FILE.svg")
     arguments = parser.parse_args(words)
     found = run_arm(arguments.step)
     if arguments.json:
@@ -345,6 +346,11 @@ def run_example(words: Sequence[str] | None = None) -> int:
             for variant, row in found.items()
         }
         Path(arguments.json).write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    if arguments.picture:
+        from lostmotion.simulators.arm_picture import draw_arm
+
+        picture = draw_arm(found, read_drive(find_inputs() / SHIPPED[0]), PATH_S)
+        Path(arguments.picture).write_text(picture + "\n", encoding="utf-8")
     sys.stdout.write(show_arm(found))
     return 0
 

@@ -213,6 +213,54 @@ def put_drives(
     return Placed(spec.compile(), tuple(placed))
 
 
+LOCKED_KG_M2 = 1e9
+"""Armature of an input that is locked."""
+
+LINK = """<mujoco>
+<option timestep="{step_s}" gravity="0 0 0" integrator="implicitfast"/>
+<worldbody><body name="link">
+  <joint name="input" axis="0 0 1" armature="{armature}"/>
+  <geom type="box" size="0.2 0.05 0.05" mass="1"/>
+</body></worldbody></mujoco>"""
+"""A link of 0.014 kg m^2 on a locked input."""
+
+
+def slow_reversal(
+    drive: Drive | str | Path,
+    torque_Nm: float,
+    *,
+    step_s: float = 2e-3,
+    period_s: float = 20.0,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Measure the lost motion of a drive in the simulator, its input locked.
+
+    Parameters
+    ----------
+    drive : Drive, str or Path
+    torque_Nm : float
+        Amplitude of the external torque on the output, a sine.
+    step_s, period_s : float
+        Of the simulation, and of the sine.
+
+    Returns
+    -------
+    torque_Nm, lost_motion_rad : ndarray
+        Over the second period.
+    """
+    mujoco = import_mujoco()
+    link = mujoco.MjSpec.from_string(LINK.format(step_s=step_s, armature=LOCKED_KG_M2))
+    model = put_drives(link, {"input": drive}).model
+    data = mujoco.MjData(model)
+    count = round(period_s / step_s)
+    torque = torque_Nm * np.sin(2 * np.pi * np.arange(2 * count) / count)
+    lost = np.empty(2 * count)
+    for k in range(2 * count):
+        data.qfrc_applied[:] = torque[k]
+        mujoco.mj_step(model, data)
+        lost[k] = data.qpos[1]
+    return torque[count:], lost[count:]
+
+
 def set_timestep(placed: Placed, step_s: float) -> None:
     """Set the timestep of a compiled model and the damping of its drives that belongs to it."""
     model = placed.model
