@@ -85,3 +85,25 @@ def test_every_status_bit_stands_in_the_table_for_the_host() -> None:
     assert [name for name, _ in rows] == bits
     lasting = re.findall(r"^#define (LM_STATE_\w+)(?:[^#]*?)/\* lasts:", header, re.M)
     assert [name for name, lasts in rows if lasts] == lasting
+
+
+def test_the_axis_on_the_page_is_the_example() -> None:
+    page = (blocks.DOCS / "integration.md").read_text()
+    for name in ("axis.h", "axis.c"):
+        text = (blocks.ROOT / "firmware_examples" / "axis" / name).read_text()
+        assert f":caption: {name}\n\n{text}```" in page, name
+
+
+def test_the_decision_for_floating_point_stands_on_the_page_of_costs() -> None:
+    page = re.sub(r"\s+", " ", (blocks.DOCS / "integration.md").read_text()).replace(",", "")
+    rows = [row.split("|")[1:-1] for row in (blocks.DOCS / "cost.md").read_text().splitlines()]
+    cells = {(row[0].strip(), row[1].strip()): row for row in rows if len(row) == 17}
+    standard = cells["Cortex-M0+", "standard"]
+    gap = cells["Cortex-M0+", "gap only"]
+    step = re.search(r"standard profile takes less than (\d+) instructions", page)
+    soft = re.search(r"soft float adds less than (\d+) KB", page)
+    least = re.search(r"gap profile \(less than (\d+) instructions", page)
+    assert step is not None and soft is not None and least is not None
+    assert int(standard[12].split()[-1]) < int(step[1])
+    assert int(standard[4]) - int(standard[3]) < 1024 * int(soft[1])
+    assert int(gap[12].split()[-1]) < int(least[1])

@@ -129,6 +129,17 @@ def test_six_axes_run_from_blobs(tmp_path: Path, target: Target) -> None:
     assert quoted[1].replace(",", "") == ram[1]
 
 
+@pytest.mark.parametrize("target", [M4F, RV32F], ids=name_of)
+def test_rate_helps_a_loop_on_the_output_as_the_page_says(tmp_path: Path, target: Target) -> None:
+    sources = [EXAMPLES / "output_loop" / "main.c", EXAMPLES / "joint" / "motion.c", *PLANT]
+    code, text = output_of(target, build(need(target), sources, tmp_path / "output_loop"))
+    assert code == 0, text
+    page = INTEGRATION.read_text()
+    for line in text.splitlines()[1:]:
+        name, *figures = re.split(r" (?=[\d.]+(?: |$))", line)
+        assert f"| {name} | {' | '.join(figures)} |" in page
+
+
 def test_blobs_of_the_six_axes_are_what_export_writes(tmp_path: Path) -> None:
     made = tmp_path / "blobs.h"
     subprocess.run([sys.executable, SIX_AXES / "make_blobs.py", made], check=True)

@@ -51,9 +51,11 @@
  * own.
  *   - The position loop closes on the motor's encoder. One that closes on an encoder at the output
  *     corrects the lost motion by itself: with the correction added it stands off by all of it.
- * There the model serves as a feed-forward: add velocity_rad_s to the velocity that the motor is
- *     commanded, and nothing to the position; a reversal is crossed before the output's encoder has
- *     seen it.
+ *     There the model serves as a feed-forward of what the loop is too slow for: the motor's way
+ *     across the lost motion as the load turns round, and a ripple that effects such as
+ *     kinematic_error know. Add velocity_rad_s to the velocity that the motor is commanded and
+ *     acceleration_rad_s2 to its acceleration, and nothing to the position
+ *     (firmware_examples/output_loop).
  *
  * Ringing. A torque that is measured and not filtered can make the correction a limit cycle, at the
  * joint's resonance. Where the correction swings to and fro by more than 4 noise_rad, six times
