@@ -15,9 +15,12 @@ import pytest
 from conftest import DATA
 from lostmotion.cli import main
 from lostmotion.commands.inputs import read_inputs
+from lostmotion.compare import compare
+from lostmotion.discover import diagnose, fit_model
 from lostmotion.drives import format_toml, read_drive
 from lostmotion.errors import InputError
 from lostmotion.recordings import Campaign, read_campaign
+from lostmotion.workbench.bench import Bench
 
 EVERY = 10
 """Rows of the demo's campaign that are taken."""
@@ -204,3 +207,23 @@ def test_the_command_ends_with_status_2_and_writes_nothing(
     assert (captured.out, report.exists()) == ("", False)
     assert captured.err.count("\n") == 1
     assert f"ratio = 100 in {files[0]}" in captured.err
+
+
+@pytest.mark.parametrize("call", ["compare", "diagnose", "fit_model", "workbench"])
+def test_python_and_workbench_pass_the_same_gate(tmp_path: Path, clean: Columns, call: str) -> None:
+    drive = sheet()
+    drive["drive"]["ratio"] = -100
+    drive_file, data = written(tmp_path, dict(clean), drive)
+    held = read_drive(drive_file)
+
+    def campaign() -> Campaign:
+        return read_campaign(data, ratio=held.ratio)
+
+    calls: dict[str, Callable[[], object]] = {
+        "compare": lambda: compare(held, campaign()),
+        "diagnose": lambda: diagnose(campaign(), held),
+        "fit_model": lambda: fit_model(held, campaign()),
+        "workbench": lambda: Bench().load_recordings([data], [], lambda *_: None, drive_file),
+    }
+    with pytest.raises(InputError, match="ratio = 100 in"):
+        calls[call]()

@@ -191,3 +191,16 @@ def test_rows_in_a_stated_order_need_no_clock(tmp_path: Path) -> None:
     assert {"creep", "viscous_friction", "inertia"} <= set(closed["time"])
     with pytest.raises(InputError, match="time_s"):
         read_campaign(written(tmp_path, {k: v for k, v in columns.items() if k != "order"}))
+
+
+def test_a_plan_may_be_one_of_a_locked_output(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = locked_output(100.0)
+    plan = written(tmp_path, {k: columns[k] for k in ("time_s", "motor_current_A")}, "plan.csv")
+    drive = str(DATA / "joint" / "joint.toml")
+    assert main(["forecast", drive, str(plan)]) == 2
+    assert "no such column" in capsys.readouterr().err
+    options = ["--locked", "output", "--torque-constant-Nm-per-A", "0.05"]
+    assert main(["forecast", drive, str(plan), *options, "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["schema"] == "lostmotion.forecast/1"

@@ -226,7 +226,8 @@ def run_forecast(arguments: argparse.Namespace) -> None:
     """``lostmotion forecast``."""
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
-    plan = read_plan(arguments.data, drive.ratio, mapping)
+    protocol = protocol_of(arguments, drive.protocol)
+    plan = read_plan(arguments.data, drive.ratio, mapping, protocol)
     with one_thread():
         backbone = make_backbone(drive, plan.largest_torque_Nm)
         answer = forecast(drive, plan, backbone, effects_of(arguments))
@@ -237,7 +238,8 @@ def run_next(arguments: argparse.Namespace) -> None:
     """``lostmotion next``."""
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
-    options = read_plan(arguments.plan, drive.ratio, mapping)
+    protocol = protocol_of(arguments, drive.protocol)
+    options = read_plan(arguments.plan, drive.ratio, mapping, protocol)
     drive, result, _ = diagnosis_of(arguments)
     with one_thread():
         ranking = next_runs(result, options, effects_of(arguments), drive.ratio)

@@ -7,10 +7,9 @@ import argparse
 from lostmotion.backbone import Backbone
 from lostmotion.drives import Drive, read_drive
 from lostmotion.errors import InputError
-from lostmotion.model import make_backbone
+from lostmotion.hold_against import hold_against
 from lostmotion.options import read_number
-from lostmotion.recordings import Campaign, Protocol, check_scale, parse_map
-from lostmotion.recordings.gate import check_gate
+from lostmotion.recordings import Campaign, Protocol, parse_map
 from lostmotion.recordings.protocol import FREE
 from lostmotion.sample import read_or_sample
 
@@ -43,15 +42,4 @@ def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbon
         join=arguments.join,
         dask=arguments.dask,
     )
-    campaign.require_variation()
-    check_gate(
-        campaign,
-        lambda largest: make_backbone(drive, largest),
-        drive_file=drive.file,
-        ratio=drive.ratio,
-        rated_torque_Nm=drive.rated_torque_Nm,
-        catalogue=drive.document.get("catalogue", {}),
-    )
-    backbone = make_backbone(drive, campaign.largest_torque_Nm)
-    check_scale(campaign, backbone)
-    return drive, campaign, backbone
+    return drive, campaign, hold_against(campaign, drive)

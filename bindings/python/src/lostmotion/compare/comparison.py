@@ -29,7 +29,7 @@ from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_residual
-from lostmotion.model import make_backbone
+from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
 from lostmotion.units import ARCMIN, ARCSEC
@@ -270,7 +270,7 @@ def compare(
     if isinstance(drive, Backbone):
         backbone = drive
     else:
-        backbone = make_backbone(drive, campaign.largest_torque_Nm)
+        backbone = hold_against(campaign, drive)
         if base is None and (drive.fit is not None or drive.effects):
             base = make_base(drive, campaign, backbone, known)
     with one_thread():

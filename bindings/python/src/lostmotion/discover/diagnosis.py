@@ -47,7 +47,7 @@ from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
 from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.terms import Term, start_values
-from lostmotion.model import make_backbone
+from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
 
@@ -116,7 +116,7 @@ def diagnose(
         ratio = drive.ratio if ratio is None else ratio
         rated_torque_Nm = drive.rated_torque_Nm
         if backbone is None:
-            backbone = make_backbone(drive, campaign.largest_torque_Nm)
+            backbone = hold_against(campaign, drive)
         base = base or make_base(drive, campaign, backbone, chosen_from)
     if ratio is None or rated_torque_Nm is None:
         expected = "a Drive, or ratio= and rated_torque_Nm="

@@ -47,7 +47,7 @@ from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.held_out import Friction, held_out_rms
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
-from lostmotion.model import make_backbone
+from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
 
@@ -210,7 +210,7 @@ def fit_model(
     given_as("fit_model", "campaign", campaign, Campaign)
     effects = library() if effects is None else effects
     if backbone is None:
-        backbone = make_backbone(drive, campaign.largest_torque_Nm)
+        backbone = hold_against(campaign, drive)
     chosen = [find_effect(name, effects) for name in ([add] if isinstance(add, str) else add)]
     base = make_base(drive, campaign, backbone, effects)
     if campaign.rows < SAMPLES_LEAST:

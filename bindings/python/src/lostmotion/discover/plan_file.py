@@ -13,15 +13,20 @@ from lostmotion.recordings.bags import is_bag
 from lostmotion.recordings.columns import choose_columns, refuse_faults
 from lostmotion.recordings.conversion import read_numbers
 from lostmotion.recordings.opening import open_table
-from lostmotion.recordings.protocol import REPLACED
+from lostmotion.recordings.protocol import FREE, ORDER, Protocol
 from lostmotion.recordings.reading import rows_of_runs, run_codes
 from lostmotion.recordings.soundness import check_steps
 
 
 def read_plan(
-    paths: Sequence[str | Path], ratio: float, mapping: Mapping[str, str] | None = None
+    paths: Sequence[str | Path],
+    ratio: float,
+    mapping: Mapping[str, str] | None = None,
+    protocol: Protocol = FREE,
 ) -> Campaign:
     """Read planned runs: like recordings, but what will be measured may be left out.
+
+    Of a protocol with a locked side the torque may be that of the motor, as in its recordings.
 
     Raises
     ------
@@ -34,20 +39,23 @@ def read_plan(
             raise InputError(file, "", "a ROS 2 bag", "a plan as CSV or Parquet")
         table = open_table(file, mapping or {})
         chosen, _, doubts = choose_columns(table.header, mapping or {})
-        chosen = {name: column for name, column in chosen.items() if name not in REPLACED}
+        idle = {*protocol.unused(chosen), ORDER}
+        chosen = {name: column for name, column in chosen.items() if name not in idle}
         refuse_faults(str(file), [doubt for _, doubt in doubts])
-        lacking = [QUANTITIES[name].column for name in ("time", "torque") if name not in chosen]
+        there = chosen.keys() | protocol.supplies(chosen)
+        lacking = [QUANTITIES[name].column for name in ("time", "torque") if name not in there]
         if lacking:
             nothing = f"no such column ({table.header.there_are()})"
             raise InputError(file, ", ".join(lacking), nothing, " and ".join(lacking))
-        read = read_numbers(table, chosen)
+        read = read_numbers(table, chosen, protocol, ratio)
         columns = read.quantities
         for quantity, values in columns.items():
             unknown = np.flatnonzero(~np.isfinite(values))
             if unknown.size:
                 found = f"{values[unknown[0]]} in {read.place(int(unknown[0]))}"
                 expected = "a number: a plan is known in full"
-                raise InputError(file, chosen[quantity][0], found, expected)
+                column = chosen[quantity][0] if quantity in chosen else QUANTITIES[quantity].column
+                raise InputError(file, column, found, expected)
         rows = columns["torque"].size
         if rows == 0:
             raise InputError(file, "", "no rows", "a planned run")

@@ -25,8 +25,7 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.overlap import principal_angles
 from lostmotion.export import Profile, export, make_controller, read_settings
 from lostmotion.files import check_plain, write_whole
-from lostmotion.model import make_backbone
-from lostmotion.recordings import Campaign, check_scale, parse_map, read_campaign, recording_files
+from lostmotion.recordings import Campaign, parse_map, read_campaign, recording_files
 from lostmotion.recordings.joining import Join
 from lostmotion.report import comparison_section, drive_section
 from lostmotion.report.maps import Residuals, collect_residuals
@@ -117,8 +116,6 @@ class Bench:
             protocol=drive.protocol,
             join=self.join,
         )
-        backbone = make_backbone(drive, campaign.largest_torque_Nm)
-        check_scale(campaign, backbone)
         with one_thread():
             result = compare(drive, campaign, effects=self.effects, progress=tick)
         page = render_section(comparison_section(drive, result, recording_files(list(paths))))
@@ -228,7 +225,7 @@ class Bench:
         names = {**drive.columns, **parse_map(self.mapping)}
         for path in paths:
             check_plain(path, "a plan")
-        options = read_plan(list(paths), drive.ratio, names)
+        options = read_plan(list(paths), drive.ratio, names, drive.protocol)
         if self.diagnosis is None:
             self.find_missing(tick)
         assert self.diagnosis is not None

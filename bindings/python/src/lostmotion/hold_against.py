@@ -1,0 +1,34 @@
+"""The door through which recordings come to a drive file, for commands, pages and Python alike."""
+
+from __future__ import annotations
+
+from lostmotion.backbone import Backbone
+from lostmotion.drives import Drive
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign, check_scale
+from lostmotion.recordings.gate import check_gate
+
+
+def hold_against(campaign: Campaign, drive: Drive) -> Backbone:
+    """Hold recordings against a drive file; return its torsion curve as far as they reach.
+
+    Recordings that differ from the file by a large factor get a finding.
+
+    Raises
+    ------
+    InputError
+        When torque or lost motion stand still, or when recordings and drive file contradict each
+        other, with what would repair it.
+    """
+    campaign.require_variation()
+    check_gate(
+        campaign,
+        lambda largest: make_backbone(drive, largest),
+        drive_file=drive.file,
+        ratio=drive.ratio,
+        rated_torque_Nm=drive.rated_torque_Nm,
+        catalogue=drive.document.get("catalogue", {}),
+    )
+    backbone = make_backbone(drive, campaign.largest_torque_Nm)
+    check_scale(campaign, backbone)
+    return backbone
