@@ -69,7 +69,7 @@ def run_walled(words: list[str], folder: Path) -> Walled:
     return Walled(status, error, time.monotonic() - begin if status == -1 else seconds)
 
 
-COMMANDS = ("check", "compare", "diagnose")
+COMMANDS = ("check", "compare", "diagnose", "fit")
 
 
 def against(name: str, command: str) -> Walled:
@@ -77,6 +77,7 @@ def against(name: str, command: str) -> Walled:
     with tempfile.TemporaryDirectory() as folder:
         file = HOSTILE[name](Path(folder))
         words = [command, *([] if command == "check" else [str(DRIVE)]), str(file), "--quiet"]
+        words += ["-o", "fitted.toml"] if command == "fit" else []
         return run_walled(words, Path(folder))
 
 

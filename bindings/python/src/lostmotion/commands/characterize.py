@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from lostmotion.characterize import Characterization, characterize
 from lostmotion.characterize.characterization import DRIVE_FILE, ESTIMATED_RATIO, STATED
 from lostmotion.characterize.printed import NAMES, cells, flat
-from lostmotion.characterize.ratio import needs_ratio, ratio_of_turning_runs
+from lostmotion.characterize.ratio import needs_ratio
 from lostmotion.commands.inputs import protocol_of
 from lostmotion.drives import MOST_RATED_NM, Drive, format_toml, read_drive
 from lostmotion.errors import InputError, one_line
@@ -19,6 +19,7 @@ from lostmotion.options import ratio_of, read_number
 from lostmotion.recordings import Campaign, Protocol, parse_map, recording_files
 from lostmotion.recordings.joining import Join
 from lostmotion.recordings.protocol import FREE
+from lostmotion.recordings.ratio import estimate_ratio
 from lostmotion.sample import read_or_sample
 from lostmotion.terminal import deliver, show_findings, show_table
 from lostmotion.units import plain_number
@@ -101,7 +102,7 @@ def read_with_ratio(
     if not needs_ratio(campaign, 1.0):
         campaign.findings = [f for f in campaign.findings if f.kind != "ratio"]
         return campaign, None, ""
-    found = None if protocol.locked else ratio_of_turning_runs(campaign)
+    found = None if protocol.locked else estimate_ratio(campaign)
     if found is None:
         raise InputError(
             campaign.runs[0].file,

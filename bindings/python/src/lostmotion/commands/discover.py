@@ -37,14 +37,14 @@ from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import (
     Campaign,
     Finding,
-    Run,
     parse_map,
     read_campaign,
     recording_files,
     say_findings,
 )
 from lostmotion.recordings.findings import RUNS_LISTED
-from lostmotion.recordings.gate import check_encoders, measured_ratio
+from lostmotion.recordings.gate import check_encoders
+from lostmotion.recordings.ratio import estimate_ratio
 from lostmotion.recordings.soundness import STUCK_TURN_RAD
 from lostmotion.report import diagnosis_section, fit_section, write_report
 from lostmotion.report.discovery import verdict_sentence
@@ -177,32 +177,6 @@ def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
     """Input angles of the runs that have both angles."""
     both = {"input_angle", "output_angle"}
     return [run.columns["input_angle"] for run in campaign.runs if both <= run.columns.keys()]
-
-
-def estimate_ratio(campaign: Campaign) -> float | None:
-    """Ratio by the runs that turn, near enough to check the encoders; None where none turns.
-
-    Where one encoder is dead for a while the two do not turn together as a whole: there the steps
-    in which both move tell.
-    """
-    found = [turns for run in campaign.runs if (turns := measured_ratio(run)) is not None]
-    slopes = [turns.slope for turns in found if turns.swing_out >= STUCK_TURN_RAD]
-    if not slopes:
-        slopes = [slope for run in campaign.runs if (slope := slope_of_steps(run)) is not None]
-    ratio = float(np.median(slopes)) if slopes else 0.0
-    return ratio if abs(ratio) >= 1.0 else None
-
-
-def slope_of_steps(run: Run) -> float | None:
-    """Usual step of the input over that of the output where both move; None where none turns."""
-    if not {"input_angle", "output_angle"} <= run.columns.keys():
-        return None
-    put_in, out = run.columns["input_angle"], run.columns["output_angle"]
-    step_in, step_out = np.diff(put_in), np.diff(out)
-    moving = (step_in != 0) & (step_out != 0)
-    if np.ptp(out) < STUCK_TURN_RAD or not moving.any():
-        return None
-    return float(np.median(step_in[moving] / step_out[moving]))
 
 
 def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError, did_you_mean, one_line
+from lostmotion.recordings.compressed import INFLATED_LEAST, INFLATION_MAX, inflation_bound
 from lostmotion.units import plain_number
 
 FloatArray = npt.NDArray[np.float64]
@@ -43,12 +44,6 @@ MESSAGE_MODE = re.compile(rb"^\s*compression_mode:\s*[\"']?message\b", re.MULTIL
 
 METADATA_MAX = 1 << 20
 """Bytes of the metadata that are looked at: a bag of a thousand topics has as many."""
-
-INFLATED_LEAST = 1 << 26
-"""Bytes up to which no bag is refused, however small it is: 64 MiB."""
-
-INFLATION_MAX = 16
-"""How many times its size a bag may hold beyond that; numbers of sensors shrink to a fifth."""
 
 MESSAGES_LEAST = 500_000
 """Messages up to which no bag is refused."""
@@ -258,7 +253,7 @@ def open_bag(file: Path) -> Iterator[Bag]:
     zstd: Any = vars(storage_mcap)["zstd"]  # of the standard library or its backport
     names = _storages(file)
     size = sum(name.stat().st_size for name in names)
-    budget = _Budget(file, max(INFLATED_LEAST, INFLATION_MAX * size))
+    budget = _Budget(file, inflation_bound(size))
 
     def of_zstd(packed: bytes, _: int = 0) -> bytes:
         return budget.inflate(packed, zstd.ZstdDecompressor)

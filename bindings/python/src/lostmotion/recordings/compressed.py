@@ -11,10 +11,11 @@ GZIP = b"\x1f\x8b"
 """What a gzip begins with."""
 
 INFLATED_LEAST = 1 << 25
-"""Text up to which no gzip is refused, however small: 32 MiB, about half a million rows."""
+"""Bytes up to which nothing compressed is refused, however small: 32 MiB, as text about half a
+million rows."""
 
 INFLATION_MAX = 16
-"""How many times its size a gzip may hold beyond that. Numbers from sensors shrink to a fifth or a
+"""How many times its size it may hold beyond that. Numbers from sensors shrink to a fifth or a
 tenth; zeros to a thousandth."""
 
 STEP = 1 << 20
@@ -22,6 +23,11 @@ STEP = 1 << 20
 
 AROUND_GZIP = 31
 """Window bits by which zlib reads gzip (zlib.h: 15, and 16 for the gzip header)."""
+
+
+def inflation_bound(size: int) -> int:
+    """Bytes that compressed recordings of a size may hold."""
+    return max(INFLATED_LEAST, INFLATION_MAX * size)
 
 
 def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
@@ -40,7 +46,7 @@ def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
     InputError
         When it is damaged, or holds more than the bound.
     """
-    bound = max(INFLATED_LEAST, INFLATION_MAX * len(packed))
+    bound = inflation_bound(len(packed))
     found: list[bytes] = []
     size = 0
     try:

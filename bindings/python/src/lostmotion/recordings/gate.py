@@ -22,6 +22,7 @@ from lostmotion.errors import InputError
 from lostmotion.recordings.campaign import Campaign, Run
 from lostmotion.recordings.columns import ColumnName
 from lostmotion.recordings.quantities import QUANTITIES
+from lostmotion.recordings.ratio import measured_ratio
 from lostmotion.recordings.scale import SCALE_DOUBT, SCALE_SHARE
 from lostmotion.recordings.soundness import FROZEN_MAX, STUCK_TURN_RAD, dead_encoders
 
@@ -42,15 +43,6 @@ RATIO_TOLERANCE = 5e-3
 
 RATIO_TIMES = 5.0
 """A wrong ratio makes a lost motion so many times as large as that of the drive file."""
-
-TURNING_SHARE = 0.98
-"""Share of the input's motion that the output must explain for its ratio to be known."""
-
-JUMP = 10.0
-"""Steps of an angle above so many times its 90 % quantile are wraps, not motion."""
-
-STEPS_LEAST = 10
-"""Fewest samples of a run that turns."""
 
 ANGLES = ("rad", "mrad", "deg", "arcmin", "arcsec", "rev")
 TORQUES = ("Nm", "mNm", "Nmm", "Ncm", "kNm", "lbfin", "lbfft", "kgfm")
@@ -191,34 +183,6 @@ class Gate:
 def means(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
     """Mean of every run."""
     return np.asarray(np.add.reduceat(values, starts[:-1]) / np.diff(starts))
-
-
-@dataclass(frozen=True)
-class Turns:
-    """How far the angles of a run turn, in rad, and how far the input for the output's way."""
-
-    slope: float
-    swing_in: float
-    swing_out: float
-
-
-def measured_ratio(run: Run) -> Turns | None:
-    """Measure the ratio at which the angles of a run turn together; None where they do not.
-
-    Wraps that were not put back, because the ratio is wrong, are steps that do not count.
-    """
-    if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STEPS_LEAST:
-        return None
-    step_in, step_out = (np.diff(run.columns[q]) for q in ("input_angle", "output_angle"))
-    calm = np.ones(step_in.size, dtype=bool)
-    for step in (step_in, step_out):
-        calm &= np.abs(step) <= JUMP * float(np.quantile(np.abs(step), 0.9))
-    x, y = np.cumsum(step_out[calm]), np.cumsum(step_in[calm])
-    x, y = x - x.mean(), y - y.mean()
-    both, across, up = float(x @ y), float(x @ x), float(y @ y)
-    if both == 0 or both**2 < TURNING_SHARE * across * up:
-        return None
-    return Turns(both / across, float(np.ptp(y)), float(np.ptp(x)))
 
 
 def check_encoders(campaign: Campaign, ratio: float | None) -> None:

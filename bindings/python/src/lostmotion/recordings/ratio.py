@@ -1,0 +1,88 @@
+"""The ratio of a drive as its recordings tell it, where a run turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lostmotion.recordings.campaign import Campaign, Run
+from lostmotion.recordings.soundness import STUCK_TURN_RAD
+
+TURNING_SHARE = 0.98
+"""Share of the input's motion that the output must explain for its ratio to be known."""
+
+JUMP = 10.0
+"""Steps of an angle above so many times its 90 % quantile are wraps, not motion."""
+
+STEPS_LEAST = 10
+"""Fewest samples of a run that turns."""
+
+ALIKE = 0.01
+"""Runs whose ratio differs by more than this share from their median lost turns, or are of another
+shaft."""
+
+
+@dataclass(frozen=True)
+class Turns:
+    """How far the angles of a run turn, in rad, and how far the input for the output's way."""
+
+    slope: float
+    swing_in: float
+    swing_out: float
+
+
+def measured_ratio(run: Run) -> Turns | None:
+    """Measure the ratio at which the angles of a run turn together; None where they do not.
+
+    By regression of the output, which holds the lost motion, over the input.
+
+    Wraps that were not put back, because the ratio is wrong, are steps that do not count.
+    """
+    if not {"input_angle", "output_angle"} <= run.columns.keys() or len(run) < STEPS_LEAST:
+        return None
+    step_in, step_out = (np.diff(run.columns[q]) for q in ("input_angle", "output_angle"))
+    calm = np.ones(step_in.size, dtype=bool)
+    for step in (step_in, step_out):
+        calm &= np.abs(step) <= JUMP * float(np.quantile(np.abs(step), 0.9))
+    x, y = np.cumsum(step_out[calm]), np.cumsum(step_in[calm])
+    x, y = x - x.mean(), y - y.mean()
+    both, across, up = float(x @ y), float(x @ x), float(y @ y)
+    if both == 0 or both**2 < TURNING_SHARE * across * up:
+        return None
+    return Turns(up / both, float(np.ptp(y)), float(np.ptp(x)))
+
+
+def estimate_ratio(campaign: Campaign) -> float | None:
+    """Input turns for one output turn, signed, by the runs that turn; None where none does.
+
+    What of the lost motion is in proportion to the turn is in it. Runs that turn further count for
+    more. Where one encoder is dead for a while the two do not turn together as a whole: there the
+    steps in which both move tell.
+    """
+    measured = [turns for run in campaign.runs if (turns := measured_ratio(run)) is not None]
+    turning = [
+        turns for turns in measured if min(turns.swing_in, turns.swing_out) >= STUCK_TURN_RAD
+    ]
+    if turning:
+        slopes = np.array([turns.slope for turns in turning])
+        usual = float(np.median(slopes))
+        alike = np.abs(slopes - usual) <= ALIKE * abs(usual)
+        weight = np.where(alike, [turns.swing_in**2 for turns in turning], 0.0)
+        ratio = float(np.sum(weight * slopes) / weight.sum()) if weight.any() else usual
+    else:
+        found = [slope for run in campaign.runs if (slope := slope_of_steps(run)) is not None]
+        ratio = float(np.median(found)) if found else 0.0
+    return ratio if abs(ratio) >= 1.0 else None
+
+
+def slope_of_steps(run: Run) -> float | None:
+    """Usual step of the input over that of the output where both move; None where none turns."""
+    if not {"input_angle", "output_angle"} <= run.columns.keys():
+        return None
+    put_in, out = run.columns["input_angle"], run.columns["output_angle"]
+    step_in, step_out = np.diff(put_in), np.diff(out)
+    moving = (step_in != 0) & (step_out != 0)
+    if np.ptp(out) < STUCK_TURN_RAD or not moving.any():
+        return None
+    return float(np.median(step_in[moving] / step_out[moving]))
