@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import pytest
 from conftest import DATA, needs_compiler
 from lostmotion.core import core
 from lostmotion.drives import read_drive
+from lostmotion.effects.loading import load
 from lostmotion.errors import InputError
 from lostmotion.export import Controller, build, make_controller
 from lostmotion.recordings import read_campaign
@@ -471,6 +473,57 @@ def test_parameters_are_tuned_between_steps_and_refused_where_they_clash(
     fmu.step(torque=20.0)
     assert fmu.get("lost_motion")[0] > 1.5 * before
     fmu.close()
+
+
+def test_limits_of_the_compensator_are_tuned_and_its_period_is_not(tmp_path: Path) -> None:
+    file, controller, _ = write(DATA / "joint" / "joint.toml", "compensator", 3)
+    fmu = Running(file, tmp_path)
+    largest = controller.limits.correction_rad / 10
+    fmu.set("limits.correction", largest)
+    for _ in range(300):
+        fmu.step(torque=40.0)
+    correction, status = fmu.get("correction", "status")
+    assert correction == pytest.approx(-largest, rel=1e-6)
+    assert int(status) & core(32).lib.LM_STATE_POSITION_LIMITED
+    fmu.set("limits.correction", controller.limits.correction_rad)
+    fmu.step(torque=40.0)
+    before = fmu.save()
+    fmu.set("limits.period", 2e-3)
+    with pytest.raises(Exception, match="fmi3DoStep"):
+        fmu.step(torque=40.0)
+    fmu.restore(before)
+    fmu.forget(before)
+    fmu.step(torque=40.0)
+    fmu.close()
+
+
+OWN = """from lostmotion.discover import Value, formula
+
+ripple = formula(
+    "ripple",
+    "size_rad * sin(3 * input_angle_rad)",
+    values=[Value("size_rad", role="linear", typical=1e-4, low=-1e-2, high=1e-2)],
+    kind="angle",
+    mechanism="a ripple of three waves a turn",
+)
+"""
+
+
+def test_an_effect_of_the_users_own_goes_into_the_fmu(tmp_path: Path) -> None:
+    (tmp_path / "ripple.py").write_text(OWN, encoding="utf-8")
+    own = load(tmp_path / "ripple.py")
+    bought = read_drive(DATA / "joint" / "joint.toml")
+    drive = dataclasses.replace(bought, effects=[{"name": "ripple", "size_rad": 1e-4}])
+    controller = make_controller(drive, profile="full", own=own)
+    file = tmp_path / "own.fmu"
+    export_fmu(controller, file, kind="torque", version=2, ratio=drive.ratio, title="")
+    fmu = Running(file, tmp_path)
+    found = []
+    for angle in (0.0, 0.4, 0.9):
+        fmu.step(input_angle=angle)
+        found += fmu.get("lost_motion")
+    fmu.close()
+    np.testing.assert_allclose(found, 1e-4 * np.sin([0.0, 1.2, 2.7]), rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("version", [2, 3])

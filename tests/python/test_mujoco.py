@@ -16,7 +16,13 @@ from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.predict import predict
 from lostmotion.simulators.arm import run_arm
-from lostmotion.simulators.mujoco import load_plugin, put_drives, set_timestep, slow_reversal
+from lostmotion.simulators.mujoco import (
+    Placed,
+    load_plugin,
+    put_drives,
+    set_timestep,
+    slow_reversal,
+)
 from lostmotion.units import ARCMIN
 
 mujoco = pytest.importorskip("mujoco", reason="no MuJoCo: pip install 'lostmotion[mujoco]'")
@@ -105,29 +111,38 @@ def test_the_step_does_not_change_the_lost_motion() -> None:
         assert row == pytest.approx(found[0], rel=0.02)
 
 
+def watch_energy(placed: Placed, scale_Nm: Floats) -> None:
+    """Apply random torques to both hinges, then none: no more comes out than went in."""
+    model, data = placed.model, mujoco.MjData(placed.model)
+    rng = np.random.default_rng(3)
+    mass = np.zeros((2, 2))
+    work = largest = 0.0
+    for k in range(3000):
+        if k % 20 == 0:
+            data.qfrc_applied[:] = rng.normal(size=2) * scale_Nm if k < 2000 else 0.0
+        mujoco.mj_step(model, data)
+        # The torque is constant over a step, its work that along the way which was gone.
+        work += model.opt.timestep * float(data.qfrc_applied @ data.qvel)
+        mujoco.mj_fullM(model, data, mass)
+        motion = 0.5 * float(data.qvel @ mass @ data.qvel)
+        largest = max(largest, motion)
+        assert motion <= work + 1e-9 * largest
+    assert largest > 1e-3
+    assert np.all(np.isfinite(data.qpos))
+
+
 @pytest.mark.parametrize("step_s", [*STEPS_S, 1e-2])
 @pytest.mark.parametrize("armature", [0.1, 1e-3])
 def test_no_energy_is_created(with_effects: Path, step_s: float, armature: float) -> None:
     """Random torques on both sides, then none: the motion never holds more than what they did."""
     for file in (JOINT, with_effects):
-        placed = put_drives(one_joint(step_s, armature), {"elbow": file})
-        model, data = placed.model, mujoco.MjData(placed.model)
-        rng = np.random.default_rng(3)
-        mass = np.zeros((2, 2))
-        work = largest = 0.0
-        for k in range(3000):
-            if k % 20 == 0:
-                scale = np.array([10.0 * min(1.0, 10 * armature), 50.0])
-                data.qfrc_applied[:] = rng.normal(size=2) * scale if k < 2000 else 0.0
-            mujoco.mj_step(model, data)
-            # The torque is constant over a step, its work that along the way which was gone.
-            work += step_s * float(data.qfrc_applied @ data.qvel)
-            mujoco.mj_fullM(model, data, mass)
-            motion = 0.5 * float(data.qvel @ mass @ data.qvel)
-            largest = max(largest, motion)
-            assert motion <= work + 1e-9 * largest
-        assert largest > 1e-3
-        assert np.all(np.isfinite(data.qpos))
+        scale = np.array([10.0 * min(1.0, 10 * armature), 50.0])
+        watch_energy(put_drives(one_joint(step_s, armature), {"elbow": file}), scale)
+
+
+@pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: f"{file.parent.name}-{file.stem}")
+def test_no_energy_is_created_by_any_shipped_drive(drive_file: Path) -> None:
+    watch_energy(put_drives(one_joint(), {"elbow": drive_file}), np.array([10.0, 50.0]))
 
 
 def test_the_kinematic_error_moves_the_output_and_the_input_feels_it(with_effects: Path) -> None:
@@ -186,6 +201,22 @@ def test_a_state_that_is_set_back_goes_on_as_before(with_effects: Path) -> None:
     mujoco.mj_forward(model, data)
     data.qpos[:] = kept
     assert go(data, torques[150:]) == known
+
+
+def test_instances_in_threads_go_as_one_alone_does(with_effects: Path) -> None:
+    rollout = pytest.importorskip("mujoco.rollout", reason="MuJoCo without its rollout module")
+    model = put_drives(one_joint(), {"elbow": with_effects}).model
+    size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    data = mujoco.MjData(model)
+    start = np.empty(size)
+    mujoco.mj_getState(model, data, start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    control = np.random.default_rng(7).normal(size=(8, 500, 1)) * 30.0
+    states = [
+        rollout.rollout(model, [mujoco.MjData(model) for _ in range(count)], start, control)[0]
+        for count in (1, 4)
+    ]
+    np.testing.assert_array_equal(states[0], states[1])
+    assert np.ptp(states[0][:, -1], axis=0).max() > 0
 
 
 def test_it_costs_less_than_two_microseconds_a_joint_and_step(with_effects: Path) -> None:
