@@ -115,6 +115,12 @@ def list_variables(controller: Controller, kind: Kind, ratio: float) -> list[Var
     return [*found, *_parameters(controller, kind, ratio)]
 
 
+def _fitted(ends: tuple[float, float]) -> str:
+    """Say which range was fitted, where one is stated."""
+    low, high = ends
+    return f"; fitted from {low:g} to {high:g}, held at the end beyond" if low or high else ""
+
+
 def _inputs(controller: Controller, kind: Kind) -> list[Variable]:
     limit = controller.torque_limit_Nm
     torque = Variable(
@@ -134,10 +140,24 @@ def _inputs(controller: Controller, kind: Kind) -> list[Variable]:
         UNUSED if kind == "angles" else torque,
         Variable("input_angle", "input", 0.0, "rad", "angle of the wave generator"),
         UNUSED if kind == "torque" else output,
-        Variable("input_velocity", "input", 0.0, "rad/s", "velocity of the wave generator"),
+        Variable(
+            "input_velocity",
+            "input",
+            0.0,
+            "rad/s",
+            "velocity of the wave generator" + _fitted(controller.valid.input_velocity_rad_s),
+        ),
         Variable("output_acceleration", "input", 0.0, "rad/s2", "of the output shaft"),
-        Variable("temperature", "input", 20.0, "degC", "of the drive"),
-        Variable("cycles", "input", 0.0, "", "load cycles so far", 0.0),
+        Variable(
+            "temperature",
+            "input",
+            20.0,
+            "degC",
+            "of the drive" + _fitted(controller.valid.temperature_C),
+        ),
+        Variable(
+            "cycles", "input", 0.0, "", "load cycles so far" + _fitted(controller.valid.cycles), 0.0
+        ),
         Variable("tilt_moment", "input", 0.0, "N.m", "on the output bearing"),
         Variable("axial_force", "input", 0.0, "N", "on the output bearing"),
         mode if kind == "compensator" else UNUSED,
