@@ -43,6 +43,12 @@
  * would make it fade in and out for ever. */
 #define FORGIVING LM_REAL(0.2)
 
+/* An acceleration limit with what the jerk limit leaves of it at a response. */
+NOINLINE static lm_real usable_acceleration(lm_real acceleration_rad_s2, lm_real jerk_rad_s3,
+                                            lm_real response_per_s) {
+  return least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
+}
+
 /* The suppositions of the argument above for the motion at hand: with the response r, the position
  * limit X and the acceleration limit A that the parameters state, V = min(velocity, A / (2 r)), and
  * with the acceleration A' that is left now,
@@ -60,24 +66,36 @@
  * A'' = max(|a|, 2 r |v|), with 8 r A'' of jerk. Neither is more than the limits it was made under
  * let it have. In position it may go out as far as those let it. */
 NOINLINE static int fits_side(const lm_compensator *c, lm_real x, lm_real v, lm_real a) {
-  lm_real twice_per_s = 2 * c->parameters->limits.response_per_s;
-  lm_real room_rad = ROUNDING * c->parameters->limits.correction_rad - x;
-  lm_real room_rad_s = ROUNDING * c->limit_rad_s - v;
+  const lm_limits *limits = &c->parameters->limits;
+  lm_real twice_per_s = 2 * limits->response_per_s;
+  lm_real limit_rad_s2 =
+      usable_acceleration(limits->acceleration_rad_s2, limits->jerk_rad_s3, limits->response_per_s);
+  lm_real limit_rad_s = least(limits->velocity_rad_s, limit_rad_s2 / twice_per_s);
+  lm_real room_rad = ROUNDING * limits->correction_rad - x;
+  lm_real room_rad_s = ROUNDING * limit_rad_s - v;
   lm_real way_rad_s = LM_REAL(0.75) * twice_per_s * room_rad - v;
-  return room_rad >= 0 && room_rad_s >= 0 && v <= twice_per_s * room_rad &&
-         a <= STAGE_RATIO * twice_per_s * least(room_rad_s, way_rad_s);
+  return !is_negative(room_rad) && !is_negative(room_rad_s) &&
+         !is_greater(v, twice_per_s * room_rad) &&
+         !is_greater(a, STAGE_RATIO * twice_per_s * least(room_rad_s, way_rad_s));
 }
 
-static int fits(const lm_compensator *c, lm_real acceleration_rad_s2) {
+/* The acceleration that the motion at hand needs at a response. */
+static inline lm_real needed_acceleration(const lm_compensator *c, lm_real response_per_s) {
+  return greatest(absolute(c->acceleration_rad_s2),
+                  2 * response_per_s * absolute(c->velocity_rad_s));
+}
+
+static inline int fits(const lm_compensator *c, lm_real acceleration_rad_s2) {
   lm_real v = c->velocity_rad_s;
   lm_real a = c->acceleration_rad_s2;
-  lm_real needed_rad_s2 =
-      greatest(absolute(a), 2 * c->parameters->limits.response_per_s * absolute(v));
-  return needed_rad_s2 <= ROUNDING * acceleration_rad_s2 && fits_side(c, c->correction_rad, v, a) &&
-         fits_side(c, -c->correction_rad, -v, -a);
+  return !is_greater(needed_acceleration(c, c->parameters->limits.response_per_s),
+                     ROUNDING * acceleration_rad_s2) &&
+         fits_side(c, c->correction_rad, v, a) && fits_side(c, -c->correction_rad, -v, -a);
 }
 
-static void set_rates(lm_compensator *c, lm_real response_per_s) {
+/* The response of the parameters takes effect. */
+NOINLINE static void set_rates(lm_compensator *c) {
+  lm_real response_per_s = c->parameters->limits.response_per_s;
   lm_real tick = response_per_s * c->parameters->limits.period_s;
   c->lead_ticks = 1 / tick;
   c->velocity_per_s = response_per_s;
@@ -85,49 +103,58 @@ static void set_rates(lm_compensator *c, lm_real response_per_s) {
   c->jerk_share = least(STAGE_RATIO * STAGE_RATIO * tick, 1);
 }
 
+/* The second half of set_bounds. Apart, and with the numbers on their way in the instance's own
+ * fields, for the stack: without an FPU every number that waits for a call takes a register. */
+NOINLINE static void narrow_bounds(lm_compensator *c) {
+  const lm_limits *limits = &c->parameters->limits;
+  lm_real response_per_s = c->velocity_per_s;
+  lm_real jerk_rad_s3 = c->jerk_step_rad_s2;
+  lm_real acceleration_rad_s2 =
+      usable_acceleration(c->acceleration_max_rad_s2, jerk_rad_s3, response_per_s);
+  c->velocity_max_rad_s = least(least(limits->velocity_rad_s, c->room.velocity_rad_s),
+                                acceleration_rad_s2 / (2 * response_per_s));
+  if (c->standing & LM_STATE_HEADROOM_SHORT) {
+    acceleration_rad_s2 = greatest(acceleration_rad_s2, needed_acceleration(c, response_per_s));
+    jerk_rad_s3 = greatest(jerk_rad_s3, 2 * STAGE_RATIO * response_per_s * acceleration_rad_s2);
+  }
+  c->acceleration_max_rad_s2 = acceleration_rad_s2;
+  c->jerk_step_rad_s2 = jerk_rad_s3 * limits->period_s;
+}
+
 /* The bounds in force, from the parameters' limits, the headroom and the motion at hand. */
 NOINLINE static void set_bounds(lm_compensator *c) {
   const lm_limits *limits = &c->parameters->limits;
-  lm_real jerk_rad_s3 = least(limits->jerk_rad_s3, c->room.jerk_rad_s3);
-  lm_real acceleration_rad_s2 = least(limits->acceleration_rad_s2, c->room.acceleration_rad_s2);
-  lm_real velocity_rad_s = least(limits->velocity_rad_s, c->room.velocity_rad_s);
-  lm_real response_per_s = limits->response_per_s;
+  lm_real reached_rad = c->correction_end_rad;
   c->correction_max_rad = least(limits->correction_rad, c->room.correction_rad);
-  c->standing &= ~LM_STATE_HEADROOM_SHORT;
-  if (fits(c, least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s)))) {
-    set_rates(c, response_per_s);
-    c->correction_end_rad = greatest(limits->correction_rad, absolute(c->correction_rad));
-  } else {
-    c->standing |= LM_STATE_HEADROOM_SHORT;
-    response_per_s = c->velocity_per_s;
-    c->correction_end_rad = greatest(c->correction_end_rad, limits->correction_rad);
+  c->acceleration_max_rad_s2 = least(limits->acceleration_rad_s2, c->room.acceleration_rad_s2);
+  c->jerk_step_rad_s2 = least(limits->jerk_rad_s3, c->room.jerk_rad_s3);
+  c->standing |= LM_STATE_HEADROOM_SHORT;
+  if (fits(c, usable_acceleration(c->acceleration_max_rad_s2, c->jerk_step_rad_s2,
+                                  limits->response_per_s))) {
+    c->standing &= ~LM_STATE_HEADROOM_SHORT;
+    set_rates(c);
+    reached_rad = absolute(c->correction_rad);
   }
-  acceleration_rad_s2 =
-      least(acceleration_rad_s2, jerk_rad_s3 / (2 * STAGE_RATIO * response_per_s));
-  velocity_rad_s = least(velocity_rad_s, acceleration_rad_s2 / (2 * response_per_s));
-  if (c->standing & LM_STATE_HEADROOM_SHORT) {
-    acceleration_rad_s2 =
-        greatest(acceleration_rad_s2, greatest(absolute(c->acceleration_rad_s2),
-                                               2 * response_per_s * absolute(c->velocity_rad_s)));
-    jerk_rad_s3 = greatest(jerk_rad_s3, 2 * STAGE_RATIO * response_per_s * acceleration_rad_s2);
-  }
-  c->velocity_max_rad_s = velocity_rad_s;
-  c->acceleration_max_rad_s2 = acceleration_rad_s2;
-  c->jerk_step_rad_s2 = jerk_rad_s3 * limits->period_s;
+  c->correction_end_rad = greatest(limits->correction_rad, reached_rad);
+  narrow_bounds(c);
 }
 
 static int is_started(const lm_compensator *compensator) {
   return compensator && compensator->parameters;
 }
 
+NOINLINE static lm_real room_of(lm_real told) {
+  return clamp(told, 0, LARGEST);
+}
+
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
   static const lm_headroom unlimited = {LARGEST, LARGEST, LARGEST, LARGEST};
+  const lm_headroom *told = headroom ? headroom : &unlimited;
   if (is_started(compensator)) {
-    lm_headroom room = headroom ? *headroom : unlimited;
-    compensator->room.correction_rad = clamp(room.correction_rad, 0, LARGEST);
-    compensator->room.velocity_rad_s = clamp(room.velocity_rad_s, 0, LARGEST);
-    compensator->room.acceleration_rad_s2 = clamp(room.acceleration_rad_s2, 0, LARGEST);
-    compensator->room.jerk_rad_s3 = clamp(room.jerk_rad_s3, 0, LARGEST);
+    compensator->room.correction_rad = room_of(told->correction_rad);
+    compensator->room.velocity_rad_s = room_of(told->velocity_rad_s);
+    compensator->room.acceleration_rad_s2 = room_of(told->acceleration_rad_s2);
+    compensator->room.jerk_rad_s3 = room_of(told->jerk_rad_s3);
     set_bounds(compensator);
   }
 }
@@ -136,7 +163,7 @@ void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
 static void listen(lm_compensator *compensator) {
   compensator->turns = 0;
   compensator->turn_rad = compensator->correction_rad;
-  compensator->turn_tick = compensator->tick;
+  compensator->ticks = 0;
   compensator->standing &= ~LM_STATE_RINGING;
 }
 
@@ -145,15 +172,23 @@ static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
   const lm_limits *limits = &parameters->limits;
   lm_real valid_Nm = parameters->valid.torque_Nm;
-  compensator->usual_Nm =
-      valid_Nm > 0 ? least(valid_Nm, parameters->torque_limit_Nm) : parameters->torque_limit_Nm;
+  lm_real fast_ticks = LARGEST;
+  if (parameters->watch.ringing_Hz > 0) {
+    fast_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
+  }
+  compensator->swing_ticks = fast_ticks < LARGEST ? (uint32_t)fast_ticks : 0u;
+  compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
+  compensator->usual_Nm = parameters->torque_limit_Nm;
+  compensator->beyond_limit = 0;
+  if (valid_Nm > 0) {
+    compensator->usual_Nm = least(valid_Nm, parameters->torque_limit_Nm);
+    compensator->beyond_limit = LM_STATE_EXTRAPOLATED;
+  }
   compensator->settled_rad_s = limits->response_per_s * greatest(parameters->watch.noise_rad,
                                                                  RESTING * limits->correction_rad);
-  compensator->limit_rad_s2 =
-      least(limits->acceleration_rad_s2,
-            limits->jerk_rad_s3 / (2 * STAGE_RATIO * limits->response_per_s));
-  compensator->limit_rad_s =
-      least(limits->velocity_rad_s, compensator->limit_rad_s2 / (2 * limits->response_per_s));
+#if LM_EFFECTS_MAX > 0
+  compensator->needs = needs_of(parameters);
+#endif
   listen(compensator);
   lm_set_headroom(compensator, 0);
 }
@@ -183,7 +218,6 @@ static void rest(lm_compensator *compensator) {
   compensator->doubt_s = 0;
   compensator->watching = 0;
   compensator->zero_shared = 0;
-  compensator->tick = 0;
   compensator->slow_rad = 0;
   compensator->mode = LM_MODE_RUN;
   compensator->standing = 0;
@@ -202,7 +236,7 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
   }
   compensator->parameters = parameters;
   rest(compensator);
-  set_rates(compensator, parameters->limits.response_per_s);
+  set_rates(compensator);
   compensator->correction_end_rad = parameters->limits.correction_rad;
   lm_start_model(&compensator->memory, torque_Nm);
 #if LM_ENVELOPE
@@ -220,40 +254,32 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
 }
 PLAIN_SYMBOL(lm_start_compensator, LM_SIZES_TEXT)
 
-/* The wish, or the bound it passes, and then the status bit that says so; NaN gives the lower
- * bound.
- */
+/* The wish, which is finite, or the bound it passes, and then the status bit that says so. */
 static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) {
   if (is_within(wish, most)) {
     return wish;
   }
   *status |= bit;
-  return wish > 0 ? most : -most;
+  return is_above_zero(wish) ? most : -most;
 }
 
 /* A swing ends: the correction has just turned round. Noise makes small turns on the way; what
- * counts is how far it is from the last turn that counted, and that it came back. */
-NOINLINE static void count_swing(lm_compensator *c) {
-  const lm_parameters *parameters = c->parameters;
-  lm_real swing_rad = c->correction_rad - c->turn_rad;
-  uint32_t ticks = c->tick - c->turn_tick;
-  int32_t back;
-  if (is_within(swing_rad, RINGING_NOISES * parameters->watch.noise_rad)) {
-    return;
-  }
-  back = is_negative(swing_rad) ? c->turns > 0 : c->turns <= 0;
-  if (back && 2 * parameters->watch.ringing_Hz * LM_REAL(ticks) * parameters->limits.period_s < 1) {
-    c->turns = c->turns > 0 ? -c->turns - 1 : 1 - c->turns;
+ * counts is how far it is from the last turn that counted, more than swing_rad, and that it came
+ * back. */
+NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
+  int32_t turns = c->ticks < c->swing_ticks ? c->turns : 0;
+  if (is_negative(swing_rad)) {
+    turns = turns > 0 ? -turns - 1 : -1;
   } else {
-    c->turns = is_negative(swing_rad) ? -1 : 1;
+    turns = turns < 0 ? 1 - turns : 1;
   }
-  if (!is_within(LM_REAL(c->turns), LM_REAL(RINGING_TURNS) - LM_REAL(0.5)) &&
-      parameters->watch.ringing_Hz > 0 && !(c->standing & LM_STATE_RINGING)) {
+  if ((turns >= RINGING_TURNS || turns <= -RINGING_TURNS) && !(c->standing & LM_STATE_RINGING)) {
     c->standing |= LM_STATE_RINGING;
     c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
   }
+  c->turns = turns;
   c->turn_rad = c->correction_rad;
-  c->turn_tick = c->tick;
+  c->ticks = 0;
 }
 
 /* The target through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that rang at
@@ -278,50 +304,57 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
                               c->acceleration_max_rad_s2, LM_STATE_ACCELERATION_LIMITED, &status);
   lm_real change = hold((acceleration - c->acceleration_rad_s2) * c->jerk_share,
                         c->jerk_step_rad_s2, LM_STATE_JERK_LIMITED, &status);
+  lm_real reached_rad;
   if (is_within(wish_rad_s, c->settled_rad_s) && is_within(before_rad_s, c->settled_rad_s)) {
     status |= LM_STATE_SETTLED;
   }
   c->target_rad = target_rad;
   c->acceleration_rad_s2 += change;
   c->velocity_rad_s = before_rad_s + c->acceleration_rad_s2 * period_s;
-  c->correction_rad = hold(c->correction_rad + c->velocity_rad_s * period_s, c->correction_end_rad,
-                           LM_STATE_POSITION_LIMITED, &status);
-  c->tick += 1;
-  if (is_negative(before_rad_s) != is_negative(c->velocity_rad_s)) {
-    count_swing(c);
+  reached_rad = c->correction_rad + c->velocity_rad_s * period_s;
+  if (UNLIKELY(!is_within(reached_rad, c->correction_end_rad))) {
+    reached_rad = hold(reached_rad, c->correction_end_rad, LM_STATE_POSITION_LIMITED, &status);
+  }
+  c->correction_rad = reached_rad;
+  c->ticks += 1;
+  if (signs_differ(before_rad_s, c->velocity_rad_s) &&
+      !is_within(reached_rad - c->turn_rad, c->swing_rad)) {
+    count_swing(c, reached_rad - c->turn_rad);
   }
   return status;
 }
 
-/* The model's step to an input that is judged already. Taken in without a call where speed counts;
- * where size does (-Os), and for effects, the one copy in model.c. */
-static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
-                                 const lm_conditions *at, lm_real input, uint32_t *status) {
-#if LM_EFFECTS_MAX > 0
-  if (parameters->effect_count > 0) {
-    return lm_step_effects(parameters, memory, at, input, parameters->limits.period_s, status);
-  }
-#endif
-  (void)status;
-#if defined(__OPTIMIZE_SIZE__)
-  (void)input;
-  return lm_step_model(parameters, memory, at);
-#else
-  (void)at;
-  return step_plain(parameters, memory, input);
-#endif
-}
-
 /* An input beyond the range that was fitted, the limit, or sense. */
 NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real told, uint32_t *status) {
-  lm_real valid_Nm = c->parameters->valid.torque_Nm;
-  lm_real input =
-      judge_input(told, c->memory.plays.torque_Nm, c->parameters->torque_limit_Nm, status);
-  if (valid_Nm > 0 && !is_within(input, valid_Nm)) {
-    *status |= LM_STATE_EXTRAPOLATED;
+  lm_real limit = c->parameters->torque_limit_Nm;
+  if (is_within(told, limit)) {
+    *status = LM_STATE_EXTRAPOLATED;
+    return told;
   }
-  return input;
+  if (!is_told(told)) {
+    *status = told == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
+    return c->memory.plays.torque_Nm;
+  }
+  *status = LM_STATE_TORQUE_CLIPPED | c->beyond_limit;
+  return is_negative(told) ? -limit : limit;
 }
+
+/* States in which a tick is another than usual. */
+#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING | LM_STATE_HEADROOM_SHORT)
+
+/* Where the correction goes in these states. */
+NOINLINE static lm_real find_other_target(lm_compensator *c, lm_real target_rad) {
+  if (c->mode == LM_MODE_RUN) {
+    return (c->standing & LM_STATE_RINGING) ? follow_slowly(c, target_rad) : target_rad;
+  }
+  return c->mode == LM_MODE_HOLD ? c->target_rad : 0;
+}
+
+#if LM_EFFECTS_MAX > 0
+#define NEEDS(compensator) ((compensator)->needs)
+#else
+#define NEEDS(compensator) 0u
+#endif
 
 static lm_correction correct_nothing(void) {
   static const lm_correction nothing = {0, 0, 0, 0, LM_STATE_NOT_STARTED};
@@ -331,11 +364,11 @@ static lm_correction correct_nothing(void) {
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at) {
   static const lm_conditions unknown = LM_CONDITIONS_UNKNOWN;
   lm_correction result;
-  const lm_parameters *parameters;
-  lm_play_memory *plays;
   lm_real input;
   lm_real target_rad;
   lm_real angle_rad;
+  lm_real period_s;
+  lm_real elapsed_s;
   uint32_t status;
   if (!is_started(compensator)) {
     return correct_nothing();
@@ -343,49 +376,50 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   if (!at) {
     at = &unknown;
   }
-  parameters = compensator->parameters;
-  plays = &compensator->memory.plays;
-  input = model_input(at);
+  period_s = compensator->parameters->limits.period_s;
   status = compensator->standing;
+  input = model_input(at);
   if (!is_within(input, compensator->usual_Nm)) {
-    input = judge_unusual(compensator, input, &status);
+    uint32_t told_by;
+    input = judge_unusual(compensator, input, &told_by);
+    status |= told_by;
   }
-  if (at->elapsed_s > 0 && !is_within(at->elapsed_s - parameters->limits.period_s,
-                                      LM_REAL(0.5) * parameters->limits.period_s)) {
-    status |= LM_STATE_PERIOD_WRONG;
+  elapsed_s = period_s;
+  if (is_positive(at->elapsed_s)) {
+    if (!is_within(at->elapsed_s - period_s, LM_REAL(0.5) * period_s)) {
+      status |= LM_STATE_PERIOD_WRONG;
+    }
+    elapsed_s = take_elapsed(at->elapsed_s, period_s);
   }
-  angle_rad = step_model(parameters, &compensator->memory, at, input, &status);
+  angle_rad = STEP_MODEL(compensator->parameters, &compensator->memory, at, input, elapsed_s,
+                         NEEDS(compensator), &status);
   if (status & LM_STATE_MEMORY_UNKNOWN) {
-    if (is_greater(compensator->lowest_Nm, plays->torque_Nm)) {
-      compensator->lowest_Nm = plays->torque_Nm;
-    }
-    if (is_greater(plays->torque_Nm, compensator->highest_Nm)) {
-      compensator->highest_Nm = plays->torque_Nm;
+    lm_real torque_Nm = compensator->memory.plays.torque_Nm;
+    if (is_greater(compensator->lowest_Nm, torque_Nm)) {
+      compensator->lowest_Nm = torque_Nm;
+    } else if (is_greater(torque_Nm, compensator->highest_Nm)) {
+      compensator->highest_Nm = torque_Nm;
+    } else {
+      /* swept before */
     }
   }
-  if (is_within(angle_rad, LOST_MOTION_MAX_RAD)) {
-    compensator->lost_motion_rad = angle_rad;
-  } else {
+  if (UNLIKELY(!is_within(angle_rad, LOST_MOTION_MAX_RAD))) {
     status |= LM_STATE_MODEL_REFUSED;
+    angle_rad = compensator->lost_motion_rad;
   }
-  if (compensator->mode == LM_MODE_RUN) {
-    target_rad = -compensator->gain * compensator->lost_motion_rad;
-    if (status & LM_STATE_RINGING) {
-      target_rad = follow_slowly(compensator, target_rad);
+  compensator->lost_motion_rad = angle_rad;
+  result.lost_motion_rad = angle_rad;
+  target_rad = -compensator->gain * angle_rad;
+  if (status & UNUSUAL) {
+    if (status & LM_STATE_HEADROOM_SHORT) {
+      set_bounds(compensator);
     }
-  } else if (compensator->mode == LM_MODE_HOLD) {
-    target_rad = compensator->target_rad;
-  } else {
-    target_rad = 0;
-  }
-  if (status & LM_STATE_HEADROOM_SHORT) {
-    set_bounds(compensator);
+    target_rad = find_other_target(compensator, target_rad);
   }
   status = follow_target(compensator, target_rad, status);
   result.correction_rad = compensator->correction_rad;
   result.velocity_rad_s = compensator->velocity_rad_s;
   result.acceleration_rad_s2 = compensator->acceleration_rad_s2;
-  result.lost_motion_rad = compensator->lost_motion_rad;
   result.status = status;
   return result;
 }

@@ -62,121 +62,94 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 }
 
 #if LM_EFFECTS_MAX > 0
-/* What few effects need, apart from the way of the others. */
-NOINLINE static void read_rare(lm_conditions *at, const lm_parameters *parameters,
-                               const lm_conditions *given, uint32_t needs, uint32_t *status) {
+static uint32_t read_rare(lm_conditions *at, const lm_parameters *parameters,
+                          const lm_conditions *given, uint32_t needs) {
+  const lm_validity *valid = &parameters->valid;
+  uint32_t status = 0;
   if (needs & LM_NEEDS_INPUT_ANGLE) {
-    at->input_angle_rad = judge(given->input_angle_rad, LM_ANGLE_MAX_RAD, 0, status);
+    at->input_angle_rad = judge(given->input_angle_rad, LM_ANGLE_MAX_RAD, 0, &status);
   }
   if (needs & LM_NEEDS_OUTPUT_ANGLE) {
-    at->output_angle_rad = judge(given->output_angle_rad, LM_ANGLE_MAX_RAD, 0, status);
+    at->output_angle_rad = judge(given->output_angle_rad, LM_ANGLE_MAX_RAD, 0, &status);
   }
-  if (needs & LM_NEEDS_INPUT_VELOCITY) {
+  if (needs & (LM_NEEDS_INPUT_VELOCITY | LM_USES_INPUT_VELOCITY)) {
+    uint32_t told_by = 0;
     at->input_velocity_rad_s =
-        judge_range(given->input_velocity_rad_s, parameters->valid.input_velocity_rad_s, 0, status);
-  }
-  if ((needs & (LM_NEEDS_INPUT_VELOCITY | LM_USES_INPUT_VELOCITY)) == LM_USES_INPUT_VELOCITY) {
-    uint32_t unsaid = 0;
-    at->input_velocity_rad_s = judge_range(given->input_velocity_rad_s,
-                                           parameters->valid.input_velocity_rad_s, 0, &unsaid);
+        judge_range(given->input_velocity_rad_s, valid->input_velocity_rad_s, 0, &told_by);
+    if (needs & LM_NEEDS_INPUT_VELOCITY) {
+      status |= told_by;
+    }
   }
   if (needs & LM_NEEDS_OUTPUT_ACCELERATION) {
     at->output_acceleration_rad_s2 =
-        judge(given->output_acceleration_rad_s2, CONDITION_MAX, 0, status);
+        judge(given->output_acceleration_rad_s2, CONDITION_MAX, 0, &status);
   }
   if (needs & LM_NEEDS_CYCLES) {
-    at->cycles = judge_range(given->cycles, parameters->valid.cycles, 0, status);
+    at->cycles = judge_range(given->cycles, valid->cycles, 0, &status);
   }
   if (needs & LM_NEEDS_TILT_MOMENT) {
-    at->tilt_moment_Nm = judge(given->tilt_moment_Nm, CONDITION_MAX, 0, status);
+    at->tilt_moment_Nm = judge(given->tilt_moment_Nm, CONDITION_MAX, 0, &status);
   }
   if (needs & LM_NEEDS_AXIAL_FORCE) {
-    at->axial_force_N = judge(given->axial_force_N, CONDITION_MAX, 0, status);
+    at->axial_force_N = judge(given->axial_force_N, CONDITION_MAX, 0, &status);
   }
+  return status;
 }
 
-/* Effects come in the order torque, width, angle, and take their memory one after the other. */
-lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
-                        const lm_conditions *given, lm_real input, lm_real untimed_s,
-                        uint32_t *status) {
-  const lm_effect_use *use = parameters->effect;
-  const lm_effect_use *end = use + parameters->effect_count;
-  uint32_t needs = needs_of(parameters);
-  lm_conditions at;
-  lm_real *own;
+uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *memory,
+                                    const lm_conditions *given, lm_conditions *at, uint32_t needs,
+                                    lm_progress *progress) {
+  uint32_t status = read_rare(at, parameters, given, needs);
+  const lm_effect_use *use = progress->use;
+  const lm_effect_use *end = parameters->effect + parameters->effect_count;
+  lm_real *own = progress->own;
+  lm_real input = at->torque_Nm;
   lm_real torque_Nm = input;
-  lm_real angle_rad;
-  lm_play_sum sum;
-#if LM_EFFECT_MEMORY_MAX > 0
-  own = memory->effect;
-#else
-  own = 0;
-#endif
-  /* One by one: a copy of a constant becomes a call of memset. */
-  at.input_angle_rad = 0;
-  at.output_angle_rad = 0;
-  at.input_velocity_rad_s = 0;
-  at.output_acceleration_rad_s2 = 0;
-  at.temperature_C = LM_REFERENCE_TEMPERATURE_C;
-  at.cycles = 0;
-  at.tilt_moment_Nm = 0;
-  at.axial_force_N = 0;
-  at.elastic_rad = 0;
-  if (needs & LM_NEEDS_TEMPERATURE) {
-    at.temperature_C = judge_range(given->temperature_C, parameters->valid.temperature_C,
-                                   LM_REFERENCE_TEMPERATURE_C, status);
-  }
-  if (needs & ~(LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)) {
-    read_rare(&at, parameters, given, needs, status);
-  }
-  at.elapsed_s = given->elapsed_s > 0 ? least(given->elapsed_s, ELAPSED_MAX) : untimed_s;
-  at.torque_Nm = torque_Nm;
-  at.wound_Nm = torque_Nm;
+  at->wound_Nm = input;
+  at->elastic_rad = 0;
   if (use->effect->kind == LM_EFFECT_TORQUE) {
     for (; use < end && use->effect->kind == LM_EFFECT_TORQUE; ++use) {
-      torque_Nm += use->effect->run(use->value, own, &at);
+      torque_Nm += use->effect->run(use->value, own, at);
       own += use->effect->memory_count;
     }
     /* A torque that is missing is the one before, which has the effects in it already. */
     torque_Nm =
         is_told(given->torque_Nm) ? believe(torque_Nm, input, parameters->torque_limit_Nm) : input;
-    at.torque_Nm = torque_Nm;
-    at.wound_Nm = torque_Nm;
+    at->torque_Nm = torque_Nm;
+    at->wound_Nm = torque_Nm;
   }
   if (use < end && use->effect->kind == LM_EFFECT_WIDTH) {
     lm_real width_scale = 1;
     for (; use < end && use->effect->kind == LM_EFFECT_WIDTH; ++use) {
-      width_scale *= use->effect->run(use->value, own, &at);
+      width_scale *= use->effect->run(use->value, own, at);
       own += use->effect->memory_count;
     }
     width_scale = clamp(width_scale, 0, LM_WIDTH_SCALE_MAX);
     memory->width_scale = greatest(memory->width_scale, width_scale);
-    sum = lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
+    progress->sum =
+        lm_advance_scaled_plays(&parameters->plays, &memory->plays, torque_Nm, width_scale);
   } else {
-    sum = advance_plays(&parameters->plays, &memory->plays, torque_Nm);
+    progress->sum = lm_advance_plays(&parameters->plays, &memory->plays, torque_Nm);
   }
-  at.wound_Nm = torque_Nm + sum.inside_Nm;
-  angle_rad = evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;
-  at.elastic_rad = angle_rad;
-  for (; use < end; ++use) {
-    angle_rad += use->effect->run(use->value, own, &at);
-    own += use->effect->memory_count;
-  }
-  return angle_rad;
+  progress->use = use;
+  progress->own = own;
+  return status;
 }
+#endif
 
+#if defined(__OPTIMIZE_SIZE__)
+lm_real lm_step_believed(const lm_parameters *parameters, lm_memory *memory,
+                         const lm_conditions *given, lm_real input, lm_real elapsed_s,
+                         uint32_t needs, uint32_t *status) {
+  return step_model(parameters, memory, given, input, elapsed_s, needs, status);
+}
 #endif
 
 lm_real lm_step_model(const lm_parameters *parameters, lm_memory *memory, const lm_conditions *at) {
   uint32_t status = 0;
-  lm_real input =
-      judge_input(model_input(at), memory->plays.torque_Nm, parameters->torque_limit_Nm, &status);
-#if LM_EFFECTS_MAX > 0
-  if (parameters->effect_count > 0) {
-    return lm_step_effects(parameters, memory, at, input, 0, &status);
-  }
-#endif
-  return step_plain(parameters, memory, input);
+  lm_real input = believe(model_input(at), memory->plays.torque_Nm, parameters->torque_limit_Nm);
+  return STEP_MODEL(parameters, memory, at, input, take_elapsed(at->elapsed_s, 0),
+                    needs_of(parameters), &status);
 }
 
 lm_real lm_evaluate_model(const lm_parameters *parameters, const lm_memory *memory,

@@ -10,41 +10,33 @@
 
 #if defined(__GNUC__)
 #define NOINLINE __attribute__((noinline))
+#define UNLIKELY(condition) __builtin_expect((condition), 0)
 #else
 #define NOINLINE
+#define UNLIKELY(condition) (condition)
 #endif
 
-/* The torque the model believes: what is not finite is the torque before, and nothing passes the
+/* Neither not told nor nonsense: no condition is as large. */
+static inline int is_told(lm_real value) {
+  return is_greater(LM_UNKNOWN, absolute(value));
+}
+
+/* The torque the model believes: what is not told is the torque before, and nothing passes the
  * limit. */
 static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limit_Nm) {
   if (is_within(torque_Nm, limit_Nm)) {
     return torque_Nm;
   }
-  if (!is_finite(torque_Nm)) {
+  if (!is_told(torque_Nm)) {
     return before_Nm;
   }
   return is_negative(torque_Nm) ? -limit_Nm : limit_Nm;
-}
-
-/* The same, and what it is told by. */
-static inline lm_real judge_input(lm_real input, lm_real before, lm_real limit, uint32_t *status) {
-  if (input == LM_UNKNOWN) {
-    *status |= LM_STATE_CONDITION_MISSING;
-    return before;
-  }
-  if (!is_within(input, limit)) {
-    *status |= is_finite(input) ? LM_STATE_TORQUE_CLIPPED : LM_STATE_INPUT_REFUSED;
-  }
-  return believe(input, before, limit);
 }
 
 #if LM_EFFECTS_MAX > 0
 /* Beyond this no condition means anything, and products with an effect's values would leave float's
  * range. */
 #define CONDITION_MAX LM_REAL(1e12)
-/* Between two samples, s; a clock that runs backwards stands still. */
-#define ELAPSED_MAX LM_REAL(1e6)
-
 /* A condition, or `unknown` where it is not told or means nothing. Twice the sum of two angles of
  * LM_ANGLE_MAX_RAD is still one that lm_sine reduces. */
 static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32_t *status) {
@@ -59,40 +51,59 @@ static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32
 static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real unknown,
                                   uint32_t *status) {
   lm_real value = told;
-  if (!(value >= range[0] && value <= range[1])) {
-    value = judge(value, CONDITION_MAX, unknown, status);
-    if (range[0] != 0 || range[1] != 0) {
-      lm_real held = clamp(value, range[0], range[1]);
-      *status |= held != value ? LM_STATE_EXTRAPOLATED : 0u;
-      value = held;
-    }
+  if (value >= range[0] && value <= range[1]) {
+    return value;
+  }
+  value = judge(value, CONDITION_MAX, unknown, status);
+  if (value >= range[0] && value <= range[1]) {
+    return value;
+  }
+  if (range[0] != 0 || range[1] != 0) {
+    *status |= LM_STATE_EXTRAPOLATED;
+    value = value > range[1] ? range[1] : range[0];
   }
   return value;
 }
 
-/* One step with effects at work, to an input that is judged. `untimed_s` is what an elapsed time of
- * 0 or less counts as. Adds to *status what the conditions are told by. */
-lm_real lm_step_effects(const lm_parameters *parameters, lm_memory *memory,
-                        const lm_conditions *given, lm_real input, lm_real untimed_s,
-                        uint32_t *status);
-
 /* The moment of which nothing is known, as effects see it. */
 #define NOTHING_KNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
 
-static inline int is_told(lm_real value) {
-  return is_finite(value) && value != LM_UNKNOWN;
-}
+/* The conditions that most effects do with, and a bit beside those of LM_NEEDS_: there is an effect
+ * that wants another, or that changes torque or bands. */
+#define USUAL_NEEDS (LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)
+#define NEEDS_MORE 0x80000000u
 
-/* Everything the effects at work need, LM_NEEDS_ bits. */
+/* Everything the effects at work need. */
 static inline uint32_t needs_of(const lm_parameters *parameters) {
   uint32_t needs = 0;
+  uint32_t more = 0;
   int32_t i;
   for (i = 0; i < parameters->effect_count; ++i) {
-    needs |= parameters->effect[i].effect->covariates;
+    const lm_effect *effect = parameters->effect[i].effect;
+    needs |= effect->covariates;
+    more |= effect->kind != LM_EFFECT_ANGLE ? NEEDS_MORE : 0u;
   }
-  return needs;
+  more |= (needs & ~USUAL_NEEDS) ? NEEDS_MORE : 0u;
+  return needs | more;
+}
+#else
+static inline uint32_t needs_of(const lm_parameters *parameters) {
+  (void)parameters;
+  return 0;
 }
 #endif
+
+/* Between two samples, s; a clock that runs backwards stands still. */
+#define ELAPSED_MAX LM_REAL(1e6)
+
+/* The time between two samples as effects take it; one that is not told, or nonsense, is `untold`.
+ */
+static inline lm_real take_elapsed(lm_real told_s, lm_real untold_s) {
+  if (!(told_s > 0)) {
+    return untold_s;
+  }
+  return least(told_s, ELAPSED_MAX);
+}
 
 /* What drives the model: the torque, in the gap profile the commanded angle. */
 static inline lm_real model_input(const lm_conditions *at) {
@@ -103,15 +114,113 @@ static inline lm_real model_input(const lm_conditions *at) {
 #endif
 }
 
-/* One step to an input that is believed. */
-static inline lm_real step_plain(const lm_parameters *parameters, lm_memory *memory,
-                                 lm_real input) {
-  lm_play_sum sum = advance_plays(&parameters->plays, &memory->plays, input);
+#if LM_EFFECTS_MAX > 0
+/* Where a step stands between the effects that change torque or bands and those that add angles. */
+typedef struct lm_progress {
+  const lm_effect_use *use; /* the next effect */
+  lm_real *own;             /* its memory */
+  lm_play_sum sum;
+} lm_progress;
+
+/* For NEEDS_MORE: reads the conditions that few effects need, runs those on torque and bands, and
+ * then the plays' step. at->torque_Nm is the input, and becomes the torque with these effects.
+ * Returns what the conditions are told by. */
+uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *memory,
+                                    const lm_conditions *given, lm_conditions *at, uint32_t needs,
+                                    lm_progress *progress);
+
+/* The moment as the effects at work see it before the plays have moved. */
+static inline void read_moment(lm_conditions *at, const lm_parameters *parameters,
+                               const lm_conditions *given, lm_real input, lm_real elapsed_s,
+                               uint32_t needs, uint32_t *status) {
+  const lm_real *range_C = parameters->valid.temperature_C;
+  /* One by one: a copy of a constant becomes a call of memset. */
+  at->torque_Nm = input;
+  at->input_angle_rad = 0;
+  at->output_angle_rad = 0;
+  at->input_velocity_rad_s = 0;
+  at->output_acceleration_rad_s2 = 0;
+  at->temperature_C = LM_REFERENCE_TEMPERATURE_C;
+  at->cycles = 0;
+  at->tilt_moment_Nm = 0;
+  at->axial_force_N = 0;
+  at->elapsed_s = elapsed_s;
+  if (needs & LM_NEEDS_TEMPERATURE) {
+    at->temperature_C =
+        judge_range(given->temperature_C, range_C, LM_REFERENCE_TEMPERATURE_C, status);
+  }
+}
+#endif
+
+/* One step to an input that is believed, `elapsed_s` after the one before (take_elapsed); `needs`
+ * those of the parameters. Adds to *status what the conditions are told by. Effects
+ * come in the order torque, width, angle, and take their memory one after the other. Most are
+ * angles that want torque and temperature: all else is out of their way. */
+static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,
+                                 const lm_conditions *given, lm_real input, lm_real elapsed_s,
+                                 uint32_t needs, uint32_t *status) {
+  lm_play_sum sum;
+#if LM_EFFECTS_MAX == 0
+  (void)given;
+  (void)elapsed_s;
+  (void)needs;
+  (void)status;
+  sum = advance_plays(&parameters->plays, &memory->plays, input);
 #if LM_PROFILE == LM_PROFILE_GAP
   return sum.outside_rad;
 #else
   return evaluate_curve(&parameters->curve, input + sum.inside_Nm) + sum.outside_rad;
 #endif
+#else
+  const lm_effect_use *use = parameters->effect;
+  int32_t left = parameters->effect_count;
+  lm_conditions at;
+  lm_real *own;
+  lm_real angle_rad;
+#if LM_EFFECT_MEMORY_MAX > 0
+  own = memory->effect;
+#else
+  own = 0;
+#endif
+  if (left > 0) {
+    read_moment(&at, parameters, given, input, elapsed_s, needs, status);
+  }
+  if (needs & NEEDS_MORE) {
+    lm_progress progress;
+    progress.use = use;
+    progress.own = own;
+    *status |= lm_advance_through_effects(parameters, memory, given, &at, needs, &progress);
+    left -= (int32_t)(progress.use - use);
+    use = progress.use;
+    own = progress.own;
+    sum = progress.sum;
+    input = at.torque_Nm;
+  } else {
+    sum = advance_plays(&parameters->plays, &memory->plays, input);
+  }
+  at.wound_Nm = input + sum.inside_Nm;
+  angle_rad = evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;
+  at.elastic_rad = angle_rad;
+  for (; left > 0; --left) {
+    const lm_effect *effect = use->effect;
+    angle_rad += effect->run(use->value, own, &at);
+#if LM_EFFECT_MEMORY_MAX > 0
+    own += effect->memory_count;
+#endif
+    ++use;
+  }
+  return angle_rad;
+#endif
 }
+
+#if defined(__OPTIMIZE_SIZE__)
+/* The same as a function, for who takes size before speed. */
+lm_real lm_step_believed(const lm_parameters *parameters, lm_memory *memory,
+                         const lm_conditions *given, lm_real input, lm_real elapsed_s,
+                         uint32_t needs, uint32_t *status);
+#define STEP_MODEL lm_step_believed
+#else
+#define STEP_MODEL step_model
+#endif
 
 #endif

@@ -61,6 +61,39 @@ static inline int32_t is_negative(lm_real value) {
 #endif
 }
 
+/* 1 where one sign bit is set and the other is not. */
+static inline int signs_differ(lm_real a, lm_real b) {
+#if LM_REAL_BITS == 32
+  uint32_t first;
+  uint32_t second;
+  (void)memcpy(&first, &a, sizeof first);
+  (void)memcpy(&second, &b, sizeof second);
+  return (int)((first ^ second) >> 31);
+#else
+  return is_negative(a) != is_negative(b);
+#endif
+}
+
+/* value > 0 for a finite value; without an FPU by the sign bit, which calls +0 above. */
+static inline int is_above_zero(lm_real value) {
+#if WITHOUT_FPU
+  return !is_negative(value);
+#else
+  return value > 0;
+#endif
+}
+
+/* 1 for a number above zero, infinity and a NaN without sign included. */
+static inline int is_positive(lm_real value) {
+#if LM_REAL_BITS == 32
+  int32_t bits;
+#else
+  int64_t bits;
+#endif
+  (void)memcpy(&bits, &value, sizeof bits);
+  return bits > 0;
+}
+
 /* is_greater: a > b for finite numbers. is_within: |value| <= most for any value and a finite
  * most >= 0 (never -0); NaN is not within. Without an FPU a library call costs three times the
  * integers: the bits of a float, taken as sign and size, are ordered as the float is (and both

@@ -58,6 +58,7 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
   }
   bank->count = count;
   bank->outside_count = outside_count;
+  bank->widens = 0;
   bank->envelope_Nm = 0;
   bank->knee_Nm = 1;
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
@@ -66,6 +67,7 @@ lm_status lm_build_play_bank(lm_play_bank *bank, const lm_play *play, int32_t co
     slot->radius_Nm = (i < count) ? play[i].radius_Nm : 0;
     slot->edge_slope[0] = 1 - widening;
     slot->edge_slope[1] = 1 + widening;
+    bank->widens |= widening > 0;
     slot->weight = (i < count) ? play[i].weight : 0;
   }
   bank->outside_rad_per_Nm = sum_weights(bank->slot, 0, outside_count);
@@ -115,6 +117,9 @@ static const char *find_inconsistent(const lm_play_bank *bank, lm_real least_slo
   for (i = 0; i < LM_PLAYS_MAX; ++i) {
     const lm_play_slot *slot = &bank->slot[i];
     lm_real widening = slot->edge_slope[1] - 1;
+    if (!bank->widens && widening != 0) {
+      return "widens";
+    }
     if (!(absolute(slot->edge_slope[0] - (1 - widening)) <= LM_PLAY_SUM_TOLERANCE)) {
       return "edge_slope";
     }

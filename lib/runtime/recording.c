@@ -11,8 +11,7 @@
 /* What drives the model at a sample. */
 static inline lm_real input_of(const lm_parameters *parameters, const lm_real *column, int64_t k,
                                lm_real before) {
-  uint32_t status = 0;
-  return judge_input(column ? column[k] : 0, before, parameters->torque_limit_Nm, &status);
+  return believe(column ? column[k] : 0, before, parameters->torque_limit_Nm);
 }
 
 #if LM_PROFILE == LM_PROFILE_GAP
@@ -23,7 +22,7 @@ void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_r
   for (k = 0; k < recording->count; ++k) {
     lm_real input_rad =
         input_of(parameters, recording->output_angle_rad, k, memory->plays.torque_Nm);
-    angle_rad[k] = step_plain(parameters, memory, input_rad);
+    angle_rad[k] = step_model(parameters, memory, 0, input_rad, 0, 0, 0);
   }
 }
 
@@ -57,11 +56,8 @@ static inline lm_play_sum advance_constant(const lm_play_bank *bank, int32_t slo
 
 /* Slots to be computed where every band is as wide at every torque, 0 where one is not. */
 static int32_t constant_slots(const lm_play_bank *bank) {
-  int32_t i;
-  for (i = 0; i < bank->count; ++i) {
-    if (bank->slot[i].edge_slope[1] != 1) {
-      return 0;
-    }
+  if (bank->widens) {
+    return 0;
   }
   return bank->count <= FEW_PLAYS ? FEW_PLAYS : LM_PLAYS_MAX;
 }
@@ -123,7 +119,7 @@ static const lm_real *needed(uint32_t needs, uint32_t need, const lm_real *colum
   return (needs & need) && column ? &column[from] : NULL;
 }
 
-/* Columns as lm_step_effects reads their conditions. */
+/* Columns as step_model reads their conditions. */
 static void read_columns(block *b, const lm_parameters *parameters, uint32_t needs,
                          const lm_recording *recording, int64_t from) {
   const lm_validity *valid = &parameters->valid;
@@ -170,7 +166,7 @@ static void read_columns(block *b, const lm_parameters *parameters, uint32_t nee
       at->axial_force_N = judge(force[k], CONDITION_MAX, 0, &status);
     }
     if (elapsed) {
-      at->elapsed_s = elapsed[k] > 0 ? least(elapsed[k], ELAPSED_MAX) : 0;
+      at->elapsed_s = take_elapsed(elapsed[k], 0);
     }
   }
 }

@@ -33,7 +33,8 @@ static int make_plays(lm_parameters *parameters) {
 #else
     int inside = i >= LM_PLAYS_MAX - INSIDE;
     play[i].radius_Nm = LM_REAL(0.5) + LM_REAL(1.4) * (lm_real)i;
-    play[i].widening = play[i].radius_Nm / 80;
+    /* A fit has an envelope, a data sheet bands that widen. */
+    play[i].widening = DRIVE_ENVELOPE ? 0 : play[i].radius_Nm / 80;
     play[i].weight = inside ? LM_REAL(0.05) : LM_REAL(1.6e-5) / LM_PLAYS_MAX;
 #endif
   }

@@ -165,15 +165,17 @@ AXES = 6
 
 Options = tuple[str, ...]
 
-STACK_MAX = 256
-RAM_MAX = 256
+STACK_MAX, STACK_SOFT_MAX = 128, 232
+"""With a floating-point unit; without, where numbers that wait for a call take registers."""
+RAM_MAX = 208
 RATIO_MAX = 1.5
-FLASH_MAX = 6144
+FLASH_MAX = 5888
 INSTRUCTIONS_MAX = {
-    ("Cortex-M4F", "standard"): (225, 405),
-    ("Cortex-M4F", "one effect"): (390, 565),
-    ("Cortex-M4F", "gap only"): (55, 240),
-    ("Cortex-M0+", "standard"): (5600, None),
+    ("Cortex-M4F", "standard"): (205, 360),
+    ("Cortex-M4F", "no envelope"): (205, 360),
+    ("Cortex-M4F", "one effect"): (320, 450),
+    ("Cortex-M4F", "gap only"): (55, 215),
+    ("Cortex-M0+", "standard"): (4600, 6300),
 }
 """Most instructions of the model alone and of the whole step, by target and profile."""
 CORE = ["lm_start_compensator", "lm_step_compensator", "lm_set_mode", "lm_set_headroom"]
@@ -396,6 +398,10 @@ class Row:
     change: int
     foreign: list[str]
 
+    def has_fpu(self) -> bool:
+        """Whether arithmetic is done by instructions."""
+        return not any(helper(name) for name in self.foreign)
+
     def faults(self) -> list[str]:
         """What passes its limit."""
         key = (self.target.name, self.profile)
@@ -413,7 +419,7 @@ class Row:
             limited.append(("greatest over least, step", ratio, RATIO_MAX))
         if self.profile not in ("full", *EFFECTS_OF):
             limited += [
-                ("bytes of stack", self.stack, STACK_MAX),
+                ("bytes of stack", self.stack, STACK_MAX if self.has_fpu() else STACK_SOFT_MAX),
                 ("bytes of RAM", self.ram, RAM_MAX),
                 ("symbols from elsewhere", len(names), 0),
             ]
@@ -526,7 +532,8 @@ axes* flash and RAM of a robot, the code linked once. All sizes are in bytes. *s
 the objects want from elsewhere.
 
 *standard* is the default build, its plays on an envelope of the torque as a fit has them; *no
-envelope* is built with `LM_ENVELOPE=0`; *one effect* has `thermal_gap` at work, *two effects*
+envelope* is built with `LM_ENVELOPE=0`, its bands widen with the torque as those of a data sheet
+do; *one effect* has `thermal_gap` at work, *two effects*
 `creep` as well. The full profile is measured without an effect and without an envelope at work.
 Its 64 knots, 16 plays and 32 numbers of effect memory are beyond the limits that the others are
 held to.
@@ -534,7 +541,7 @@ held to.
 Limits: model and step on the Cortex-M4F at most {MODEL_MAX} and {STEP_MAX} instructions (one
 effect: {MODEL_EFFECT_MAX} and {STEP_EFFECT_MAX}), model on the Cortex-M0+ at most
 {MODEL_SOFT_MAX}; most over least at most {RATIO_MAX}; flash on the Cortex-M4F at most
-{FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX} without effects, `.data` and `.bss`
+{FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX} ({STACK_SOFT_MAX} without an FPU), both without effects, `.data` and `.bss`
 none; symbols none on the Cortex-M4F, on the others soft float and memcpy.
 
 """

@@ -123,8 +123,6 @@ typedef struct lm_compensator {
   lm_real acceleration_max_rad_s2;
   lm_real jerk_step_rad_s2; /* change of the acceleration in one tick */
   lm_headroom room;         /* as it was set */
-  lm_real limit_rad_s2;     /* the parameters' own, with what their jerk leaves */
-  lm_real limit_rad_s;      /* with what that leaves */
   /* rates of the limiter's stages */
   lm_real lead_ticks;         /* 1 / (response * period) */
   lm_real velocity_per_s;     /* position to velocity: response */
@@ -132,6 +130,7 @@ typedef struct lm_compensator {
   lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
   /* what the step compares with */
   lm_real usual_Nm;      /* torque within the fitted range and the limit */
+  uint32_t beyond_limit; /* status bit of a torque beyond the limit, where a range was fitted */
   lm_real settled_rad_s; /* slower counts as resting */
   /* range of the load since a start with unknown memory */
   lm_real lowest_Nm;
@@ -149,13 +148,17 @@ typedef struct lm_compensator {
   int32_t watching;         /* the watch has seen its first sample */
   int32_t zero_shared;      /* the measured lost motion has the model's zero */
   /* ringing */
-  lm_real turn_rad;   /* where the correction last turned round */
-  uint32_t turn_tick; /* when */
-  uint32_t tick;
-  int32_t turns; /* swings to and fro in a row; its sign is the direction of the last */
+  lm_real swing_rad;    /* a longer one counts */
+  uint32_t swing_ticks; /* and takes less than this where it is fast; 0: none does */
+  lm_real turn_rad;     /* where the correction last turned round */
+  uint32_t ticks;       /* since then */
+  int32_t turns;        /* swings to and fro in a row; its sign is the direction of the last */
   lm_real slow_rad;
   lm_mode mode;
   uint32_t standing; /* status bits that last */
+#if LM_EFFECTS_MAX > 0
+  uint32_t needs; /* LM_NEEDS_ bits of the effects at work */
+#endif
 } lm_compensator;
 
 /* Starts an instance at a torque [N*m] (the gap profile: commanded angle, rad), correction zero,

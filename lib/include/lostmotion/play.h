@@ -22,7 +22,8 @@
  * ones do, bit for bit. At full slip the loop of the outside part is 2 sum c_i R_i wide.
  *
  * Cost: always LM_PLAYS_MAX operators, whatever the count (the rest carry no weight), so the time
- * does not depend on data. Everything here is reentrant.
+ * does not depend on the torque. A bank of which no band widens takes a seventh less time, without
+ * an FPU a fifth. Everything here is reentrant.
  */
 #ifndef LOSTMOTION_PLAY_H
 #define LOSTMOTION_PLAY_H
@@ -67,6 +68,7 @@ typedef struct lm_play_slot {
 typedef struct lm_play_bank {
   int32_t count;                   /* operators used, 0 to LM_PLAYS_MAX */
   int32_t outside_count;           /* the first of them that sit outside, 0 to count */
+  int32_t widens;                  /* 1: some band widens with the torque; 0: none does */
   lm_real outside_rad_per_Nm;      /* sum of the weights outside, in order */
   lm_real inside_share;            /* sum of the weights inside, in order */
   lm_real envelope_Nm;             /* A, 0 to LM_PLAY_RADIUS_MAX_NM; 0: none (LM_ENVELOPE) */

@@ -800,7 +800,9 @@ def _plays_text(controller: Controller, gap: bool) -> list[str]:
         outside = np.float32(outside + np.float32(play.weight))
     for play in plays[len(controller.outside) :]:
         inside = np.float32(inside + np.float32(play.weight))
-    counts = f"{len(plays)}, {len(controller.outside)}, {literal(outside)}, {literal(inside)}"
+    widens = int(any(np.float32(1) + np.float32(play.widening) != 1 for play in plays))
+    sums = f"{literal(outside)}, {literal(inside)}"
+    counts = f"{len(plays)}, {len(controller.outside)}, {widens}, {sums}"
     envelope = f"{literal(controller.envelope.most_Nm)}, {literal(controller.envelope.knee_Nm)}"
     text = [f"    {{{counts}, {envelope},", "     {"]
     one = np.float32(1)
