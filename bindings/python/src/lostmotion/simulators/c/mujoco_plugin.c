@@ -331,7 +331,8 @@ static void advance(const mjModel *m, mjData *d, int instance) {
          sizeof(history));
 }
 
-mjPLUGIN_LIB_INIT(lostmotion) {
+/* Called as the shared object is loaded. MuJoCo's own macro for it has changed its form. */
+__attribute__((constructor)) static void register_plugin(void) {
   static const char *attributes[] = {
       "input_joint",     "lost_motion_joint", "ratio",          "torque_limit_Nm",
       "knots_torque_Nm", "knots_angle_rad",   "play_radius_Nm", "play_widening",
