@@ -121,7 +121,7 @@ def _library_object(
 ) -> bytes | None:
     if unit != LIBRARY:
         return None
-    needed = (LIBRARY, "lostmotion.c", "lostmotion.h", "fmu_config.h")
+    needed = (LIBRARY, "lostmotion.c", "lostmotion.h", "library_config.h")
     return _compile_library(compiler, tuple(entry for entry in texts if entry[0] in needed), extra)
 
 

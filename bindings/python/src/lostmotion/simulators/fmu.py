@@ -189,10 +189,10 @@ def make_sources(
     interface = f"fmi{version}_interface.c"
     bits = 32 if kind == "compensator" else 64
     texts = {
-        "fmu_config.h": (f"#define LM_REAL_BITS {bits}\n#define LM_PROFILE LM_PROFILE_FULL\n"),
-        LIBRARY: '#include "fmu_config.h"\n\n#include "lostmotion.c"\n',
+        "library_config.h": (f"#define LM_REAL_BITS {bits}\n#define LM_PROFILE LM_PROFILE_FULL\n"),
+        LIBRARY: '#include "library_config.h"\n\n#include "lostmotion.c"\n',
         MODEL: (
-            '#include "fmu_config.h"\n\n#include "lostmotion.h"\n\n#include "fmu_data.h"\n\n'
+            '#include "library_config.h"\n\n#include "lostmotion.h"\n\n#include "fmu_data.h"\n\n'
             f'#include "{model}"\n#include "{interface}"\n'
         ),
         "fmu_data.h": data_header(controller, kind, variables),
@@ -216,7 +216,7 @@ def own_sources(controller: Controller) -> dict[str, str]:
             found = "a shared object" if effect.symbol else "a Python function"
             raise InputError("--effects", effect.name, found, "a formula: an FMU holds the source")
         text = write_c(effect).replace('"lostmotion/effects.h"', '"lostmotion.h"')
-        made[f"own_{effect.name}.c"] = f'#include "fmu_config.h"\n\n{text}'
+        made[f"own_{effect.name}.c"] = f'#include "library_config.h"\n\n{text}'
     return made
 
 

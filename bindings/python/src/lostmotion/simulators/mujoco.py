@@ -134,9 +134,9 @@ def load_plugin() -> Path:
     if library is None:
         raise InputError(root, "libmujoco", "no such file", "MuJoCo as its own wheel installs it")
     texts = {
-        "fmu_config.h": "#define LM_REAL_BITS 64\n#define LM_PROFILE LM_PROFILE_FULL\n",
-        "runtime.c": '#include "fmu_config.h"\n\n#include "lostmotion.c"\n',
-        "plugin.c": '#include "fmu_config.h"\n\n#include "mujoco_plugin.c"\n',
+        "library_config.h": "#define LM_REAL_BITS 64\n#define LM_PROFILE LM_PROFILE_FULL\n",
+        "runtime.c": '#include "library_config.h"\n\n#include "lostmotion.c"\n',
+        "plugin.c": '#include "library_config.h"\n\n#include "mujoco_plugin.c"\n',
     }
     for name in ("lostmotion.c", "lostmotion.h", "mujoco_plugin.c"):
         texts[name] = read_source(name)
@@ -163,7 +163,10 @@ def load_plugin() -> Path:
 def cache_folder() -> Path:
     """Folder of the user's in which the plugin is kept (XDG_CACHE_HOME)."""
     stated = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(stated) if stated else Path.home() / ".cache") / "lostmotion"
+    try:
+        return (Path(stated) if stated else Path.home() / ".cache") / "lostmotion"
+    except RuntimeError:  # nobody's home
+        return Path(tempfile.mkdtemp(prefix="lostmotion-"))
 
 
 def put_drives(
@@ -204,13 +207,33 @@ def put_drives(
             raise InputError(spec, "", str(error).splitlines()[0], "an MJCF model") from None
     step_s = float(spec.option.timestep)
     _check_integrator(mujoco, spec)
-    hinges = {name: _hinge(mujoco, spec, name) for name in drives}
-    _widen_keys(spec, list(hinges))
-    placed = []
+    # All is read and checked before the spec is touched.
+    wanted = []
     for name, given in drives.items():
         drive = given if isinstance(given, Drive) else read_drive(given)
-        placed.append(_put(mujoco, spec, hinges[name], drive, step_s, (temperature_C, cycles)))
-    return Placed(spec.compile(), tuple(placed))
+        controller, aside = simulated_parts(make_controller(drive, profile="full"))
+        bounds = find_bounds(controller, drive, temperature_C, cycles)
+        conditions = {
+            "ratio": repr(drive.ratio),
+            "temperature_C": repr(temperature_C),
+            "cycles": repr(cycles),
+            "stiffness_max_Nm_per_rad": repr(bounds.stiffness_Nm_per_rad),
+        }
+        configuration = conditions | _configuration(controller)
+        wanted.append((_hinge(mujoco, spec, name), controller, aside, bounds, configuration))
+    _widen_keys(spec, list(drives))
+    placed = []
+    for joint, controller, aside, bounds, configuration in wanted:
+        lost = _put(mujoco, spec, joint, bounds, step_s, configuration)
+        effects = tuple(effect for effect, _ in controller.effects)
+        stiffness = bounds.stiffness_Nm_per_rad
+        placed.append(
+            PlacedDrive(joint.name, lost, stiffness, bounds.damping(step_s), effects, aside)
+        )
+    try:
+        return Placed(spec.compile(), tuple(placed))
+    except ValueError as error:
+        raise InputError("model", "", str(error).splitlines()[0], "one that compiles") from None
 
 
 LOCKED_KG_M2 = 1e9
@@ -346,44 +369,30 @@ def _put(
     mujoco: Any,
     spec: Any,
     joint: Any,
-    drive: Drive,
+    bounds: Bounds,
     step_s: float,
-    conditions: tuple[float, float],
-) -> PlacedDrive:
-    controller, aside = simulated_parts(make_controller(drive, profile="full"))
-    temperature_C, cycles = conditions
-    bounds = find_bounds(controller, drive, temperature_C, cycles)
-    name = joint.name + SUFFIX
+    configuration: Mapping[str, str],
+) -> str:
+    """Put the second hinge behind a joint, and the plugin that acts on both; its name."""
+    name = f"{joint.name}{SUFFIX}"
     body = joint.parent
     plugin = spec.add_plugin(name=f"{joint.name}_drive", plugin_name=PLUGIN, active=True)
     spec.activate_plugin(PLUGIN)
     plugin.config = {
         "input_joint": joint.name,
         "lost_motion_joint": name,
-        "ratio": repr(drive.ratio),
-        "temperature_C": repr(temperature_C),
-        "cycles": repr(cycles),
-        "stiffness_max_Nm_per_rad": repr(bounds.stiffness_Nm_per_rad),
-        **configuration(controller),
+        **configuration,
     }
     body.plugin = plugin
-    damping = bounds.damping(step_s)
     added = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE)
     added.axis, added.pos = joint.axis, joint.pos
     added.armature = added.frictionloss = 0.0
     added.limited = mujoco.mjtLimited.mjLIMITED_FALSE
     _set_first(added, "stiffness", 0.0)
-    _set_first(added, "damping", damping)
+    _set_first(added, "damping", bounds.damping(step_s))
     if bounds.turning > 0:
         _set_first(joint, "damping", _first(joint.damping) + bounds.input_damping(step_s))
-    return PlacedDrive(
-        joint.name,
-        name,
-        bounds.stiffness_Nm_per_rad,
-        damping,
-        tuple(effect for effect, _ in controller.effects),
-        aside,
-    )
+    return name
 
 
 def _first(value: Any) -> float:
@@ -399,7 +408,7 @@ def _set_first(owner: Any, name: str, value: float) -> None:
         setattr(owner, name, [value, *[0.0] * (old.size - 1)])
 
 
-def configuration(controller: Controller) -> dict[str, str]:
+def _configuration(controller: Controller) -> dict[str, str]:
     """Write what the plugin reads of a drive."""
 
     def listed(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
