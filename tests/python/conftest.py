@@ -17,6 +17,7 @@ from hypothesis import settings
 from lostmotion.drives import format_toml
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+from small_search import SMALL, Write, format_spec, left_by
 from sound_files import BOUGHT, DRAWN
 
 DATA = Path(__file__).parents[1] / "data"
@@ -61,3 +62,32 @@ def write(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write_file
+
+
+@pytest.fixture
+def small_spec() -> dict[str, Any]:
+    return copy.deepcopy(SMALL)
+
+
+@pytest.fixture
+def write_spec(tmp_path: Path) -> Write:
+    """Write a search spec."""
+
+    def write_file(document: dict[str, Any]) -> Path:
+        path = tmp_path / "spec.toml"
+        path.write_text(format_spec(document), encoding="utf-8")
+        return path
+
+    return write_file
+
+
+@pytest.fixture(scope="session")
+def searched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, dict[str, bytes]]:
+    """The small spec, searched by one thread without a break."""
+    from lostmotion import design
+
+    folder = tmp_path_factory.mktemp("searched")
+    spec = folder / "spec.toml"
+    spec.write_text(format_spec(SMALL), encoding="utf-8")
+    design.search(spec, folder / "run", workers=1)
+    return spec, folder / "run", left_by(folder / "run")

@@ -47,6 +47,10 @@ GROUND = (
 """Modules on the ground floor, which import no room at all."""
 
 
+EXTENSIONS = {"_core32", "_core64", "_search"}
+"""Modules that are made of C."""
+
+
 def modules() -> dict[str, Path]:
     """Every module of the package by its name."""
     found = {}
@@ -121,6 +125,18 @@ def test_a_name_has_one_meaning() -> None:
     assert len(defined) > 1000
     twice = {name: sorted(where) for name, where in defined.items() if len(where) > 1}
     assert {name: twice[name] for name in twice if name not in IN_TWO_ROOMS} == {}
+
+
+def test_tests_import_public_names_alone() -> None:
+    private = [
+        f"{file.name}: {alias.name}"
+        for file in Path(__file__).parents[1].rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lostmotion")
+        for alias in node.names
+        if alias.name[0] == "_" != alias.name[1] and alias.name not in EXTENSIONS
+    ]
+    assert private == []
 
 
 def room_of(module: str) -> str:
