@@ -60,15 +60,8 @@ static int whole(lm_real value) {
 #define MEMBER_SWITCH(value) whole(value)
 #define MEMBER_DEFORMATION(value) ((lm_deformation)whole(value))
 #define MEMBER_GENERATOR(value) ((lm_generator_type)whole(value))
-#define OWNER_teeth drive->teeth.
-#define OWNER_generator drive->generator.
-#define OWNER_flexspline drive->flexspline.
-#define OWNER_material drive->material.
-#define OWNER_support drive->support.
-#define OWNER_gap drive->gap.
-#define OWNER_drive drive->
 #define ASSIGN(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
-  OWNER_##section stem##suffix = MEMBER_##kind(UNIT_##vary(value[LM_KEY_##id]));
+  LM_OWNER_##section stem##suffix = MEMBER_##kind(UNIT_##vary(value[LM_KEY_##id]));
 
 static void build_members(const lm_problem *problem, const lm_real value[], lm_drive *drive) {
   LM_DESIGN_KEYS(ASSIGN, ASSIGN)

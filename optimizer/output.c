@@ -29,15 +29,8 @@ static void write_number(FILE *file, const char *key, double value) {
   fprintf(file, "%s = \"%s\"\n", key, lm_deformation_name((int)(value)))
 #define WRITE_GENERATOR(key, value) \
   fprintf(file, "%s = \"%s\"\n", key, lm_generator_name((int)(value)))
-#define OWNER_teeth drive->teeth.
-#define OWNER_generator drive->generator.
-#define OWNER_flexspline drive->flexspline.
-#define OWNER_material drive->material.
-#define OWNER_support drive->support.
-#define OWNER_gap drive->gap.
-#define OWNER_drive drive->
 #define WRITE(id, section, stem, suffix, kind, per, low, high, file_, usual, vary, meaning) \
-  WRITE_##kind(#stem #suffix, OWNER_##section stem##suffix);
+  WRITE_##kind(#stem #suffix, LM_OWNER_##section stem##suffix);
 
 void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
   int i;

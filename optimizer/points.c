@@ -178,25 +178,13 @@ void lm_start_problem(lm_problem *problem) {
   problem->evaluations = 20000;
 }
 
-static lm_status refuse_number(lm_fault *fault, lm_status status, const char *input, double found,
-                               double low, double high) {
-  if (fault != NULL) {
-    fault->status = status;
-    fault->input = input;
-    fault->found = found;
-    fault->low = low;
-    fault->high = high;
-  }
-  return status;
-}
-
 static lm_status check_number(lm_fault *fault, const char *input, double found, double low,
                               double high) {
   if (found >= low && found <= high) {
     return LM_OK;
   }
-  return refuse_number(fault, isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE, input, found, low,
-                       high);
+  return lm_refuse(fault, isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE, input, found, low,
+                   high);
 }
 
 static lm_status check_key(lm_fault *fault, int key, double found) {
@@ -205,7 +193,7 @@ static lm_status check_key(lm_fault *fault, int key, double found) {
   const lm_status status = check_number(fault, entry->name, found, entry->low, entry->high);
   if (status == LM_OK && entry->discrete && fmod(found, step) != 0) {
     const double low = step * floor(found / step);
-    return refuse_number(fault, LM_INCONSISTENT, entry->name, found, low, low + step);
+    return lm_refuse(fault, LM_INCONSISTENT, entry->name, found, low, low + step);
   }
   return status;
 }
@@ -220,11 +208,10 @@ static lm_status check_range(const lm_range *range, unsigned char seen[], lm_fau
     return status;
   }
   if (range->low >= range->high || seen[range->key]++) {
-    return refuse_number(fault, LM_INCONSISTENT, name, range->low, range->low, range->high);
+    return lm_refuse(fault, LM_INCONSISTENT, name, range->low, range->low, range->high);
   }
-  return entry_of(range->key)->discrete
-             ? refuse_number(fault, LM_INCONSISTENT, name, range->low, 0, 0)
-             : LM_OK;
+  return entry_of(range->key)->discrete ? lm_refuse(fault, LM_INCONSISTENT, name, range->low, 0, 0)
+                                        : LM_OK;
 }
 
 static lm_status check_choice(const lm_choice *choice, unsigned char seen[], lm_fault *fault) {
@@ -232,7 +219,7 @@ static lm_status check_choice(const lm_choice *choice, unsigned char seen[], lm_
   int k;
   if (seen[choice->key]++ || choice->key == LM_KEY_AXIAL_SECTIONS ||
       choice->key == LM_KEY_PLANAR_ONLY) {
-    return refuse_number(fault, LM_INCONSISTENT, entry_of(choice->key)->name, 0, 0, 0);
+    return lm_refuse(fault, LM_INCONSISTENT, entry_of(choice->key)->name, 0, 0, 0);
   }
   for (k = 0; k < choice->count && status == LM_OK; k++) {
     status = check_key(fault, choice->key, choice->value[k]);
@@ -264,11 +251,10 @@ static lm_status check_objectives(const lm_problem *problem, lm_fault *fault) {
   int i;
   for (i = 0; i < problem->objective_count; i++) {
     if (seen[problem->objective[i]]++) {
-      return refuse_number(fault, LM_INCONSISTENT, "search.objectives", i + 1.0, 1, i);
+      return lm_refuse(fault, LM_INCONSISTENT, "search.objectives", i + 1.0, 1, i);
     }
     if (problem->objective[i] == LM_FIGURE_KINEMATIC_ERROR && problem->phases < 3) {
-      return refuse_number(fault, LM_INCONSISTENT, "search.phases", problem->phases, 3,
-                           LM_PHASE_MAX);
+      return lm_refuse(fault, LM_INCONSISTENT, "search.phases", problem->phases, 3, LM_PHASE_MAX);
     }
   }
   return LM_OK;
@@ -364,7 +350,7 @@ lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault) {
   lm_status status;
   int i;
   if (problem == NULL) {
-    return refuse_number(fault, LM_NULL, "problem", 0, 0, 0);
+    return lm_refuse(fault, LM_NULL, "problem", 0, 0, 0);
   }
   for (i = 0; i < problem->range_count; i++) {
     problem->given[problem->range[i].key] = 1;
@@ -377,8 +363,8 @@ lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault) {
     status = check_variables(problem, fault);
   }
   if (status == LM_OK && lm_count_combinations(problem) < 0) {
-    status = refuse_number(fault, LM_TOO_SMALL, "search.range", LM_COMBINATION_MAX + 1.0, 1,
-                           LM_COMBINATION_MAX);
+    status = lm_refuse(fault, LM_TOO_SMALL, "search.range", LM_COMBINATION_MAX + 1.0, 1,
+                       LM_COMBINATION_MAX);
   }
   if (status != LM_OK) {
     return status;
@@ -423,22 +409,20 @@ lm_status lm_choose_teeth_by_ratio(lm_problem *problem, double ratio_low, double
   int count = 0;
   int z;
   if (problem->choice_count == LM_CHOICE_MAX) {
-    return refuse_number(fault, LM_TOO_SMALL, "search.choice", LM_CHOICE_MAX + 1.0, 0,
-                         LM_CHOICE_MAX);
+    return lm_refuse(fault, LM_TOO_SMALL, "search.choice", LM_CHOICE_MAX + 1.0, 0, LM_CHOICE_MAX);
   }
   for (z = LM_FLEXSPLINE_TEETH_MIN; z <= LM_FLEXSPLINE_TEETH_MAX; z += 2) {
     const int turning = problem->rigid_gear_turns ? (external ? z - 2 : z + 2) : z;
     if (turning / 2.0 >= ratio_low && turning / 2.0 <= ratio_high) {
       if (count == LM_CHOICE_VALUES_MAX) {
-        return refuse_number(fault, LM_TOO_SMALL, "limits.ratio", count + 1.0, 1,
-                             LM_CHOICE_VALUES_MAX);
+        return lm_refuse(fault, LM_TOO_SMALL, "limits.ratio", count + 1.0, 1, LM_CHOICE_VALUES_MAX);
       }
       choice->value[count++] = z;
     }
   }
   if (count == 0) {
-    return refuse_number(fault, LM_OUT_OF_RANGE, "limits.ratio", ratio_low,
-                         LM_FLEXSPLINE_TEETH_MIN / 2, LM_FLEXSPLINE_TEETH_MAX / 2 + 1);
+    return lm_refuse(fault, LM_OUT_OF_RANGE, "limits.ratio", ratio_low, LM_FLEXSPLINE_TEETH_MIN / 2,
+                     LM_FLEXSPLINE_TEETH_MAX / 2 + 1);
   }
   choice->key = LM_KEY_FLEXSPLINE_TEETH;
   choice->count = count;
@@ -534,7 +518,7 @@ static lm_status check_result(const lm_problem *problem, const lm_layout *layout
   }
   for (i = 0; i < layout->count; i++) {
     if (!isfinite(result[i])) {
-      return refuse_number(fault, LM_NOT_FINITE, "figures and limits", result[i], 0, 0);
+      return lm_refuse(fault, LM_NOT_FINITE, "figures and limits", result[i], 0, 0);
     }
   }
   return LM_OK;
@@ -597,12 +581,12 @@ lm_status lm_evaluate_slopes(const lm_problem *problem, const lm_scan *scan,
                                                  slope, workspace->dual, &input);
   int i;
   if (status != LM_OK) {
-    return refuse_number(fault, status, input, 0, 0, 0);
+    return lm_refuse(fault, status, input, 0, 0, 0);
   }
   status = check_result(problem, layout, combination, unit, result, fault);
   for (i = 0; i < layout->count * problem->range_count && status == LM_OK; i++) {
     if (!isfinite(slope[i])) {
-      status = refuse_number(fault, LM_NOT_FINITE, "derivatives", slope[i], 0, 0);
+      status = lm_refuse(fault, LM_NOT_FINITE, "derivatives", slope[i], 0, 0);
     }
   }
   return status;

@@ -37,13 +37,6 @@ static key_scales scales_of(const lm_drive *drive) {
 }
 
 /* The member of lm_drive that a row of the list names, as a number. */
-#define OWNER_teeth drive->teeth.
-#define OWNER_generator drive->generator.
-#define OWNER_flexspline drive->flexspline.
-#define OWNER_material drive->material.
-#define OWNER_support drive->support.
-#define OWNER_gap drive->gap.
-#define OWNER_drive drive->
 #define NUMBER_REAL(value) (value)
 #define NUMBER_COUNT(value) LM_REAL(value)
 #define NUMBER_SWITCH(value) LM_REAL(value)
@@ -51,7 +44,7 @@ static key_scales scales_of(const lm_drive *drive) {
 
 /* A row as a bound. Dependent rows are checked where their range is known. */
 #define BOUND(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
-  {#section "." #stem #suffix, NUMBER_##kind(OWNER_##section stem##suffix),                \
+  {#section "." #stem #suffix, NUMBER_##kind(LM_OWNER_##section stem##suffix),             \
    LM_REAL(low) * scales.per_##per, LM_REAL(high) * scales.per_##per},
 #define NO_BOUND(id, ...)
 

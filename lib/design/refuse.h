@@ -7,28 +7,14 @@
 
 /* Refuse without a range (null pointers, contradictions). */
 static inline lm_status refuse(lm_fault *fault, lm_status status, const char *input) {
-  if (fault != 0) {
-    fault->status = status;
-    fault->input = input;
-    fault->found = LM_REAL(0);
-    fault->low = LM_REAL(0);
-    fault->high = LM_REAL(0);
-  }
-  return status;
+  return lm_refuse(fault, status, input, LM_REAL(0), LM_REAL(0), LM_REAL(0));
 }
 
 /* Refuse a number and say which range was expected. */
 static inline lm_status refuse_range(lm_fault *fault, const char *input, lm_real found, lm_real low,
                                      lm_real high) {
   const lm_status status = real_isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE;
-  if (fault != 0) {
-    fault->status = status;
-    fault->input = input;
-    fault->found = found;
-    fault->low = low;
-    fault->high = high;
-  }
-  return status;
+  return lm_refuse(fault, status, input, found, low, high);
 }
 
 /* LM_OK when low <= found <= high; NaN never is. */
@@ -66,14 +52,7 @@ static inline lm_status check_bounds(lm_fault *fault, const bound *bounds, int c
 /* Refuse a value that contradicts another one, and say what would agree. */
 static inline lm_status refuse_contradiction(lm_fault *fault, const char *input, lm_real found,
                                              lm_real low, lm_real high) {
-  if (fault != 0) {
-    fault->status = LM_INCONSISTENT;
-    fault->input = input;
-    fault->found = found;
-    fault->low = low;
-    fault->high = high;
-  }
-  return LM_INCONSISTENT;
+  return lm_refuse(fault, LM_INCONSISTENT, input, found, low, high);
 }
 
 /* Refuse an array shorter than what must go into it. */

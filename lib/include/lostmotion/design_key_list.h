@@ -28,6 +28,17 @@
 #ifndef LOSTMOTION_DESIGN_KEY_LIST_H
 #define LOSTMOTION_DESIGN_KEY_LIST_H
 
+/* The member of `drive`, a pointer to lm_drive, that holds a section: LM_OWNER_##section
+ * stem##suffix.
+ */
+#define LM_OWNER_teeth drive->teeth.
+#define LM_OWNER_generator drive->generator.
+#define LM_OWNER_flexspline drive->flexspline.
+#define LM_OWNER_material drive->material.
+#define LM_OWNER_support drive->support.
+#define LM_OWNER_gap drive->gap.
+#define LM_OWNER_drive drive->
+
 /* Smallest and largest module and face width, in which other ranges are measured. */
 #define LM_MODULE_LEAST_MM 0.05
 #define LM_MODULE_MOST_MM 10.0

@@ -19,13 +19,7 @@ static const lm_effect_card card = {
     "free_play",
     "change the axial preload",
     {{"gap_rad_per_N", LM_VALUE_LINEAR, LM_REAL(2e-7), LM_VALUE_AS_USUAL},
-     {"takeup_Nm",
-      LM_VALUE_SHAPE,
-      LM_REAL(0.4),
-      LM_SCALE_RATED_TORQUE,
-      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
-      0u,
-      "take-up"}},
+     TAKEUP_VALUE(LM_REAL(0.4))},
     LM_CARD_AS_USUAL};
 #endif
 

@@ -1,6 +1,7 @@
 #include "lostmotion/effects.h"
 
 #include "lostmotion/elementary.h"
+#include "runtime/effects/closed_share.h"
 #include "runtime/number.h"
 
 enum {
@@ -79,13 +80,7 @@ static const lm_effect_card card = {
       {0, 0, 0, 0},
       LM_VALUE_SCALES,
       0},
-     {"takeup_Nm",
-      LM_VALUE_SHAPE,
-      LM_REAL(20),
-      LM_SCALE_RATED_TORQUE,
-      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
-      0u,
-      "take-up"}},
+     TAKEUP_VALUE(LM_REAL(20))},
     LM_CARD_AS_USUAL};
 #endif
 

@@ -25,13 +25,7 @@ static const lm_effect_card card = {
     "grow",
     {{"gap_rad_per_K", LM_VALUE_LINEAR, LM_REAL(5e-6), LM_VALUE_AS_USUAL},
      {"gap_rad", LM_VALUE_FIXED, LM_REAL(0.01), LM_SCALE_GREATEST, {LM_REAL(1), 0, 0, 0}, 0u, 0},
-     {"takeup_Nm",
-      LM_VALUE_SHAPE,
-      LM_REAL(0.4),
-      LM_SCALE_RATED_TORQUE,
-      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
-      0u,
-      "take-up"}},
+     TAKEUP_VALUE(LM_REAL(0.4))},
     LM_CARD_AS_USUAL};
 #endif
 

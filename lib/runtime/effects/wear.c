@@ -28,13 +28,7 @@ static const lm_effect_card card = {
       {LM_REAL(0.5), LM_REAL(1), 0, 0},
       LM_VALUE_BETWEEN_RUNS,
       0},
-     {"takeup_Nm",
-      LM_VALUE_SHAPE,
-      LM_REAL(0.4),
-      LM_SCALE_RATED_TORQUE,
-      {LM_REAL(0.004), LM_REAL(0.03), 0, 0},
-      0u,
-      "take-up"}},
+     TAKEUP_VALUE(LM_REAL(0.4))},
     LM_CARD_AS_USUAL};
 #endif
 
