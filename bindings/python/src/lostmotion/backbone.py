@@ -35,24 +35,32 @@ class Backbone:
         return np.asarray(inside + below + above)
 
 
-def run_plays(radius_Nm: FloatArray, torque_Nm: FloatArray, state: float = 0.0) -> FloatArray:
+def run_plays(
+    radius_Nm: FloatArray,
+    torque_Nm: FloatArray,
+    state: float = 0.0,
+    widening: FloatArray | None = None,
+) -> FloatArray:
     """Differences ``z_i - T`` of play operators over a recording, one column an operator.
 
     Parameters
     ----------
     radius_Nm : ndarray
-        Half widths; they do not grow with the torque.
+        Half widths at no torque.
     torque_Nm : ndarray
         The recording.
     state : float
         Where the operators stand before the first sample, in half widths from the torque there.
+    widening : ndarray, optional
+        Growth of the half widths per torque; by default they do not grow.
     """
     c = core(64)
+    widening = np.zeros(radius_Nm.size) if widening is None else widening
     out = c.zeros(torque_Nm.size, radius_Nm.size)
-    z = c.array(torque_Nm[0] + state * radius_Nm)
+    z = c.array(torque_Nm[0] + state * (radius_Nm + widening * abs(torque_Nm[0])))
     c.lib.lm_run_plays(
         c.pointer(c.array(radius_Nm)),
-        c.pointer(c.zeros(radius_Nm.size)),
+        c.pointer(c.array(widening)),
         radius_Nm.size,
         c.pointer(z, write=True),
         c.pointer(c.array(torque_Nm)),

@@ -335,6 +335,7 @@ def _characterization(file: str, table: Any) -> None:
 KNOT = "knot_{}_Nm"
 SLOPE = "slope_{}_rad_per_Nm"
 PLAY_RADIUS = "play_radius_{}_Nm"
+PLAY_WIDENING = "play_widening_{}"
 PLAY_SHARE = "play_share_{}"
 PLAY_OUTSIDE = "play_outside_{}_rad_per_Nm"
 
@@ -342,12 +343,16 @@ PLAY_ENVELOPE = "play_envelope_Nm"
 PLAY_KNEE = "play_envelope_knee_Nm"
 """How much further than the torque the plays' envelope goes, and where two thirds are reached."""
 
-NUMBERED = (KNOT, SLOPE, PLAY_RADIUS, PLAY_SHARE, PLAY_OUTSIDE)
+NUMBERED = (KNOT, SLOPE, PLAY_RADIUS, PLAY_WIDENING, PLAY_SHARE, PLAY_OUTSIDE)
 """Values of a fit that come in rows, numbered from 1."""
 
 FIT_KEYS = (
     Key("data_fingerprint", kind="text"),
-    Key("friction", kind="choice", choices=("outside", "inside", "both")),
+    Key(
+        "friction",
+        kind="choice",
+        choices=("outside", "inside", "inside+load", "both", "both+load"),
+    ),
     Key("rms", "arcsec", low=0),
     Key("heldout_rms", "arcsec", low=0),
     Key("noise_floor", "arcsec", low=0),
@@ -427,8 +432,21 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
         if stray:
             wanted = pattern.format(len(row) + 1)
             raise InputError(file, f"fit.values.{stray[0]}", "a gap before it", f"{wanted} first")
-    knots, slopes, radii, shares, outside = rows.values()
-    for row, key in ((knots, KNOT.format(1)), (radii, PLAY_RADIUS.format(1))):
+    knots, slopes, radii, widening, shares, outside = rows.values()
+    if len(widening) not in (0, len(radii)):
+        found = f"{len(radii)} radii of plays, {len(widening)} widenings"
+        raise InputError(file, "fit.values", found, "a widening for each radius, or none")
+    if any(not 0 <= value < 1 for value in widening):
+        found = f"{next(value for value in widening if not 0 <= value < 1):g}"
+        raise InputError(file, f"fit.values.{PLAY_WIDENING.format(1)}", found, "0 to below 1")
+    # Operators that grow with the load stand behind those that do not, by their growth.
+    constant = len(radii) - sum(value > 0 for value in widening)
+    rising = (
+        (knots, KNOT.format(1)),
+        (radii[:constant], PLAY_RADIUS.format(1)),
+        (widening[constant:], PLAY_WIDENING.format(constant + 1)),
+    )
+    for row, key in rising:
         if any(b <= a for a, b in itertools.pairwise([0.0, *row])):
             raise InputError(file, f"fit.values.{key}", "numbers that do not rise", "rising ones")
     if (knots or slopes) and len(slopes) != len(knots) + 1:

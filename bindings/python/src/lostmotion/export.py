@@ -26,6 +26,7 @@ from lostmotion.drives import (
     PLAY_OUTSIDE,
     PLAY_RADIUS,
     PLAY_SHARE,
+    PLAY_WIDENING,
     Drive,
     effect_values,
 )
@@ -356,8 +357,11 @@ def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
     """The plays of a fit by the pattern of their weights; those without a weight are left out."""
     radii = fit_values(drive, PLAY_RADIUS)
     weights = fit_values(drive, pattern)
-    pairs = zip(radii, weights, strict=False)
-    return [Play(float(radius), 0.0, float(weight)) for radius, weight in pairs if weight > 0]
+    widening = fit_values(drive, PLAY_WIDENING)
+    if not widening.size:
+        widening = np.zeros(radii.size)
+    rows = zip(radii, widening, weights, strict=False)
+    return [Play(float(r), float(eta), float(weight)) for r, eta, weight in rows if weight > 0]
 
 
 def _fitted_envelope(drive: Drive) -> Envelope:

@@ -239,12 +239,11 @@ IMPLAUSIBLE = 100.0
 Chosen: two powers of ten.
 """
 
-CLEARLY_BETTER = 0.7
-"""Friction outside the elasticity as well must bring the held-out error below this share of what it
-is with friction inside alone: less may be an effect that is missing (load-dependent friction takes
-away a quarter on campaigns of the rig), which `diagnose` tells apart.
+FORM_EXPLAINS = 0.5
+"""Share of the error above the measurement noise that another form of the hysteresis must take to
+be the baseline model: less may be an effect that is missing, whose form the operators resemble.
 
-Chosen: on campaigns of tests/rig.
+Derived: most of it.
 """
 
 # Runs that stand apart.

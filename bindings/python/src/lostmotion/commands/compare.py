@@ -10,6 +10,7 @@ from lostmotion.characterize.printed import NAMES, cells, flat
 from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.fit.drive_file import SAMPLES_LEAST
+from lostmotion.fit.forms import WORDS
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import QUANTITIES, recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table
@@ -29,6 +30,7 @@ def run_compare(arguments: argparse.Namespace) -> None:
             campaign,
             effects=effects_of(arguments),
             fit_on=None if arguments.fit_on is None else arguments.fit_on.split(","),
+            friction=arguments.friction,
             seed=seed,
             progress=progress,
         )
@@ -72,8 +74,7 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
         f"{REPEATABILITY:<19} {shown(answer['noise_floor_arcsec'])}  ({result.noise.parts})",
         file=out,
     )
-    place = {"inside": "inside", "both": "inside and outside"}[answer["friction"]]
-    print(f"\nfriction {place} the elasticity; held out:", end="", file=out)
+    print(f"\nfriction {WORDS[answer['friction']]}; held out:", end="", file=out)
     for name, errors in answer["frictions"].items():
         print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="", file=out)
     print("\n\nerror by run:", file=out)

@@ -95,7 +95,12 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("diagnosing", quiet=arguments.quiet) as bar:
         result = diagnose(
-            campaign, drive, backbone=backbone, effects=effects, progress=count_pieces(bar)
+            campaign,
+            drive,
+            backbone=backbone,
+            effects=effects,
+            friction=getattr(arguments, "friction", None),
+            progress=count_pieces(bar),
         )
     return drive, result, say_findings(campaign.findings)
 
@@ -283,8 +288,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
     """Print how the error fell."""
     show_findings(say_findings(model.base.conditions.campaign.findings), out)
     for rung in model.ladder:
-        outside = ["friction outside"] if rung.get("friction") == "both" else []
-        what = " + ".join(["base", *rung["effects"], *outside])
+        what = " + ".join(["base", *rung["effects"]])
         print(
             f"{what:<48} {rung['rms_arcsec']:8.2f} arcsec  held out "
             f"{rung['rms_heldout_arcsec']:8.2f}",

@@ -20,6 +20,8 @@ JOINS = ("nearest", "linear")
 SHELLS = ("bash", "zsh", "tcsh", "fish", "powershell")
 PROGRESS = ("bar", "json", "none")
 SIDES = ("output", "input")
+FORMS = ("inside", "inside+load", "both", "both+load")
+"""Of the hysteresis, see `fit.forms`."""
 
 Command = Callable[[str, str, str, str], argparse.ArgumentParser]
 """Adds a command: its name, MODULE:FUNCTION that runs it, what it does, an example."""
@@ -120,6 +122,7 @@ def make_parser() -> argparse.ArgumentParser:
         "lostmotion compare drive.toml recordings/ --map POSITION=lost_motion_rev",
     )
     add_inputs(added)
+    add_friction(added)
     added.add_argument(
         "--fit-on",
         metavar="RUN,RUN...",
@@ -226,6 +229,7 @@ def add_discovery(command: Command) -> None:
         "lostmotion diagnose drive.toml recordings/ --json diagnosis.json",
     )
     add_inputs(added)
+    add_friction(added)
     add_effects(added)
     add_report(added)
     added.add_argument(
@@ -255,11 +259,7 @@ def add_discovery(command: Command) -> None:
         metavar="EFFECT",
         help="effect to add; again, or behind it, for another",
     )
-    added.add_argument(
-        "--friction",
-        choices=("inside", "both"),
-        help="inside the elasticity, or outside as well; by default as unseen runs ask for",
-    )
+    add_friction(added)
     added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
     add_effects(added)
     add_report(added)
@@ -490,4 +490,14 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="lowest resonance of the joint with its load: how fast the correction may be "
         "(default: 25)",
+    )
+
+
+def add_friction(parser: argparse.ArgumentParser) -> None:
+    """Add the option for the form of the hysteresis."""
+    parser.add_argument(
+        "--friction",
+        choices=FORMS,
+        help="in parallel with the spring (inside) or in series as well (both), of constant width "
+        "or growing with the load; by default as unseen runs ask for",
     )

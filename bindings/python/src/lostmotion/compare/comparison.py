@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Repeatability, repeatability_of
+from lostmotion.discover.baseline_form import choose_form, tried
 from lostmotion.discover.events import Event, find_events
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -28,7 +28,7 @@ from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
-from lostmotion.fit.held_out import Friction, held_out_residual
+from lostmotion.fit.forms import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
@@ -49,8 +49,8 @@ class Comparison:
     ----------
     base : BaselineModel
         As it was fitted.
-    friction : {"inside", "both"}
-        Where the friction sits: inside the elasticity, or outside as well.
+    friction : {"inside", "inside+load", "both", "both+load"}
+        Form of the hysteresis, see `fit.forms`.
     offset_rad : ndarray
         One a run.
     residual_rad, heldout_rad : ndarray
@@ -58,7 +58,7 @@ class Comparison:
     seen : ndarray of bool
         Runs that were fitted.
     frictions : dict
-        Fitted and held-out error of either form.
+        Fitted and held-out error of every form that was tried.
     few : FewReadings or None
         The values of few readings, in place of a fit to a log.
     rated_torque_Nm : float
@@ -229,6 +229,7 @@ def compare(
     base: BaselineModel | None = None,
     effects: Mapping[str, Effect] | None = None,
     fit_on: Sequence[int | str] | None = None,
+    friction: Friction | None = None,
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
@@ -249,6 +250,8 @@ def compare(
     fit_on : sequence of run labels, optional
         Fit to these runs only and predict the others; by default all are fitted, and each is held
         out once.
+    friction : {"inside", "inside+load", "both", "both+load"}, optional
+        Form of the hysteresis; by default as unseen runs ask for (`discover.baseline_form`).
     seed : int
         Of the random signs in the tests for chance.
     progress : callable, optional
@@ -280,9 +283,10 @@ def compare(
             base,
             known,
             fit_on,
+            friction,
             seed,
             progress or (lambda *_: None),
-            None if isinstance(drive, Backbone) else drive.rated_torque_Nm,
+            None if isinstance(drive, Backbone) else drive,
         )
 
 
@@ -292,11 +296,13 @@ def _compare(
     given: BaselineModel | None,
     effects: Mapping[str, Effect],
     fit_on: Sequence[int | str] | None,
+    friction: Friction | None,
     seed: int,
     progress: Callable[[int, int], None],
-    rated_Nm: float | None,
+    drive: Drive | None,
 ) -> Comparison:
     steps = 4
+    rated_Nm = None if drive is None else drive.rated_torque_Nm
     torque = campaign.column("torque")
     inside = given or BaselineModel(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
     c = inside.conditions
@@ -310,22 +316,14 @@ def _compare(
         return _compare_few(inside, stands, seen, effects, rated_Nm)
     inside.first_fit(steps=STEPS, rows=rows)
     progress(1, steps)
-    heldout = cross_validated_residual(inside, rows)
-    frictions = {"inside": (rms_of(inside.residual()), rms_of(heldout))}
-    best, friction = inside, "inside"
-    if inside.hysteresis.outside is None:
-        both = inside.copy()
-        both.allow_outside_friction()
-        both.fit(steps=STEPS, rows=rows)
-        progress(2, steps)
-        other = cross_validated_residual(both, rows)
-        frictions["both"] = (rms_of(both.residual()), rms_of(other))
-        # By error on runs that were fitted, one at a time held out: the others are for the answer.
-        judged = slice(None) if rows is None else rows
-        if rms_of(other[judged]) < rules.CLEARLY_BETTER * rms_of(heldout[judged]):
-            best, friction, heldout = both, "both", other
-    else:
-        friction = "both"
+    chosen = choose_form(
+        inside, effects, 1.0 if drive is None else drive.ratio, form=friction, rows=rows
+    )
+    best, heldout = chosen.base, tried(chosen.base, rows, refits=True).heldout
+    frictions = {
+        name: (rms_of(form.base.residual()), rms_of(form.heldout))
+        for name, form in chosen.tried.items()
+    }
     progress(3, steps)
     angle = best.at().angle
     residual = best.residual() * ARCSEC
@@ -333,7 +331,7 @@ def _compare(
     result = Comparison(
         campaign,
         best,
-        "both" if friction == "both" else "inside",
+        chosen.form,
         c.run_mean(best.measured - angle) * ARCSEC,
         residual,
         heldout * ARCSEC,
@@ -425,22 +423,6 @@ def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
     if not seen.all():
         return "runs not fitted"
     return "run" if len(campaign.runs) > 1 else "half of the run"
-
-
-def cross_validated_residual(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> FloatArray:
-    """Residual of every sample under a fit that has not seen its run, arc seconds.
-
-    With a single run its halves are held out. With `rows` the runs outside of them were not seen.
-    """
-    c = base.conditions
-    starts = c.starts if c.runs > 1 else np.array([0, c.rows // 2, c.rows])
-    if c.rows < 2:
-        return base.residual()
-    if rows is None:
-        return held_out_residual(base, starts)
-    out = held_out_residual(base, starts, rows)
-    out[~rows] = base.residual()[~rows]
-    return out
 
 
 def rms_of(values: FloatArray) -> float:

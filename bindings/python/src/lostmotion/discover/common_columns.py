@@ -49,7 +49,9 @@ def common_base(base: BaselineModel, steps: int) -> BaselineModel:
         other.measured = other.measured - step.columns @ step.coefficients
     other.additives, other.widens = other.additives[steps:], False
     other.curve.knots_Nm = base.rated_torque_Nm * np.geomspace(*KNOT_RANGE, KNOTS)
-    other.hysteresis.radius_Nm = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
+    radii = base.rated_torque_Nm * np.geomspace(*PLAY_RANGE, PLAYS)
+    loads = np.full(base.hysteresis.count - PLAYS, radii[0])
+    other.hysteresis.radius_Nm = np.concatenate((radii, loads))
     ends = np.concatenate(([0.0], base.curve.knots_Nm))
     place = np.searchsorted(ends, np.concatenate(([0.0], other.curve.knots_Nm)), side="right") - 1
     other.curve.slopes = base.curve.slopes[place].copy()
@@ -97,7 +99,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     return Body(
         kept[0],
         kept[1],
-        point[: point.size - (len(base.hysteresis.start) - 1) * PLAYS],
+        point[: point.size - (len(base.hysteresis.start) - 1) * base.hysteresis.count],
         np.array([noise.spread(r) for r in range(c.runs)]),
         np.diff(c.starts).astype(np.float64),
         {
@@ -195,7 +197,7 @@ def without_start(evidence: Evidence, places: Sequence[slice]) -> Evidence:
     gram = gram - np.einsum("rsi,rsj->rij", gram[:, s, :], taken, optimize=True)
     gram[:, s, :] = 0.0
     gram[:, :, s] = 0.0
-    gone = s[PLAYS:]
+    gone = s[places[0].stop - places[0].start :]
     keep = np.delete(np.arange(evidence.scale.size), gone)
     moved = np.full(evidence.scale.size, -1)
     moved[keep] = np.arange(keep.size)

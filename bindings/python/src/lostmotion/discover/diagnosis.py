@@ -19,6 +19,7 @@ from lostmotion.discover.answer import (
     told_slips,
     weak_leftovers,
 )
+from lostmotion.discover.baseline_form import choose_form, form_beside
 from lostmotion.discover.conclusion import conclude_rounds
 from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.detectable import detectable
@@ -46,6 +47,7 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
 from lostmotion.fit.few_readings import fit_few_readings
+from lostmotion.fit.forms import Friction, in_form
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
@@ -80,6 +82,7 @@ def diagnose(
     backbone: Backbone | None = None,
     effects: Mapping[str, Effect] | None = None,
     base: BaselineModel | None = None,
+    friction: Friction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
     """Find the effects that a campaign's recordings show and the base lacks.
@@ -99,6 +102,8 @@ def diagnose(
         The effects that may be missing; by default those of the library.
     base : BaselineModel, optional
         A base made elsewhere, with terms in it already (of a fitted drive file).
+    friction : {"inside", "inside+load", "both", "both+load"}, optional
+        Form of the hysteresis, see `fit.forms`; by default as unseen runs ask for.
     progress : callable, optional
         Called with the name of each piece of work when it is done.
 
@@ -127,13 +132,14 @@ def diagnose(
         if few is not None:
             return few_readings_diagnosis(few, chosen_from)
         require_samples(campaign)
-    return _diagnose(base, chosen_from, ratio, progress)
+    return _diagnose(base, chosen_from, ratio, friction, progress)
 
 
 def _diagnose(
     base: BaselineModel,
     chosen_from: dict[str, Effect],
     ratio: float,
+    friction: Friction | None,
     progress: Callable[[str], None] | None,
 ) -> Diagnosis:
     slipped = put_in_slips(base, chosen_from, ratio)
@@ -143,9 +149,17 @@ def _diagnose(
     outliers = clean_outliers(base)
     if outliers:
         base.fit(steps=REFIT_STEPS)
+    plain = base
+    form = choose_form(plain, chosen_from, ratio, form=friction)
+    base = form.base
     if progress is not None:
         progress("base")
     selection = select_recorded(base, chosen_from, ratio, progress=progress)
+    if len(form.tried) > 1:
+        beside = form_beside(plain, selection.settled[-1].base, chosen_from, ratio)
+        if beside != form.form:
+            base = in_form(plain, beside)
+            selection = select_recorded(base, chosen_from, ratio, progress=progress)
     found = new_events(selection, base, events)
     if found:
         events += found

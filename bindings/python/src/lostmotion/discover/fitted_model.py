@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.candidates import shapes
 from lostmotion.candidates.named import tangent
 from lostmotion.candidates.tangents import given_values
 from lostmotion.discover.answer import not_fitted
+from lostmotion.discover.baseline_form import choose_form
 from lostmotion.discover.contest_round import make_candidates, make_round
 from lostmotion.discover.linearise import Settled, noise_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
@@ -44,7 +44,8 @@ from lostmotion.fit.drive_file import (
     require_samples,
 )
 from lostmotion.fit.few_readings import fit_few_readings
-from lostmotion.fit.held_out import Friction, held_out_rms
+from lostmotion.fit.forms import Friction, form_of
+from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.hold_against import hold_against
@@ -132,7 +133,7 @@ class FittedModel:
         estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         document["fit"] = {
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
-            "friction": "inside" if self.base.hysteresis.outside is None else "both",
+            "friction": form_of(self.base),
             "rms_arcsec": last["rms_arcsec"],
             "heldout_rms_arcsec": last["rms_heldout_arcsec"],
             "noise_floor_arcsec": self.noise_floor_arcsec,
@@ -202,9 +203,9 @@ def fit_model(
         Effects to add, in this order.
     effects : mapping, optional
         Effects by name; by default those of the library.
-    friction : {"inside", "both"}, optional
-        Where friction sits: inside the elasticity, or outside as well. By default as in a file that
-        was fitted already, else as runs that the fit has not seen ask for.
+    friction : {"inside", "inside+load", "both", "both+load"}, optional
+        Form of the hysteresis, see `fit.forms`. By default as in a file that was fitted already,
+        else as runs that the fit has not seen ask for (`baseline_form`).
     """
     given_as("fit_model", "drive", drive, Drive)
     given_as("fit_model", "campaign", campaign, Campaign)
@@ -215,8 +216,6 @@ def fit_model(
     base = make_base(drive, campaign, backbone, effects)
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)
-    if friction == "inside":
-        base.hysteresis.outside = None
     present = {term.effect.name for term in base.terms}
     for effect in chosen:
         require(effect, base.conditions)
@@ -231,6 +230,7 @@ def fit_model(
     base.first_fit(steps=STEPS)
     if clean_outliers(base):
         base.fit(steps=STEPS)
+    base = choose_form(base, effects, drive.ratio, form=friction).base
     waves = shapes.waves(base)
     candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
@@ -253,13 +253,6 @@ def fit_model(
         base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
         base.fit(steps=STEPS)
         ladder.append(rung(base))
-    if base.hysteresis.outside is None and friction != "inside":
-        both = with_outside_friction(base)
-        found = rung(both)
-        best = rules.CLEARLY_BETTER * ladder[-1]["rms_heldout_arcsec"]
-        if friction == "both" or found["rms_heldout_arcsec"] < best:
-            base = both
-            ladder.append({**found, "friction": "both"})
     candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
@@ -297,14 +290,6 @@ def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedMode
     error = few.error_arcsec
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return FittedModel(base, [rung], error, error, names, values, errors, covariance, [])
-
-
-def with_outside_friction(base: BaselineModel) -> BaselineModel:
-    """Refit with friction outside the elasticity as well."""
-    both = base.copy()
-    both.allow_outside_friction()
-    both.fit(steps=STEPS)
-    return both
 
 
 CORRELATED = 0.99

@@ -29,6 +29,7 @@ from lostmotion.fit.hysteresis import (
     RADII_FILED,
     SHARES_FILED,
     START,
+    WIDENING_FILED,
     Hysteresis,
 )
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
@@ -47,6 +48,7 @@ FILED = (
     KNOTS_FILED,
     SLOPES_FILED,
     RADII_FILED,
+    WIDENING_FILED,
     SHARES_FILED,
     OUTSIDE_FILED,
     ENVELOPE_FILED,

@@ -19,7 +19,6 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import FILED, BaselineModel
-from lostmotion.fit.hysteresis import PLAYS
 from lostmotion.fit.terms import Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
@@ -46,11 +45,12 @@ def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) ->
     """Put the numbers of a fitted drive file into a base."""
     base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
     knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
-    if knots.size == 0 or radii.size != PLAYS:
+    if knots.size == 0 or radii.size == 0:
         return
     values = (drive.fit or {}).get("values", {})
     for filed in FILED:
         filed.restore(base, values)
+    base.hysteresis.fill_up()
     base.curve.prior_slopes = np.maximum(base.curve.slopes, 1e-3 * base.curve.mean_slope)
 
 

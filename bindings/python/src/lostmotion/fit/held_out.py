@@ -8,8 +8,8 @@ each run's own, because the zero of an encoder is arbitrary.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +20,6 @@ from lostmotion.fit.parameters import placed
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
-
-Friction = Literal["inside", "both"]
 
 DOUBTFUL = 1.1
 """Error of a run after the step, over that under the fit to all, from which the others are fitted
@@ -38,24 +36,37 @@ RIDGE = 1e-9
 
 
 def held_out_residual(
-    base: BaselineModel, starts: IntArray | None = None, rows: npt.NDArray[np.bool_] | None = None
+    base: BaselineModel,
+    starts: IntArray | None = None,
+    rows: npt.NDArray[np.bool_] | None = None,
+    groups: Sequence[Sequence[int]] | None = None,
+    refits: bool = True,
 ) -> FloatArray:
     """Residual of every sample under a fit without its piece, arc seconds.
+
+    What belongs to a recording alone is its own here too: its offset, and where the operators stood
+    before it, where a session begins with it.
 
     Parameters
     ----------
     base : BaselineModel
         Fitted to all.
     starts : ndarray, optional
-        Offsets of the pieces that are left out together; by default the runs.
+        Offsets of the pieces that are left out; by default the runs.
     rows : ndarray of bool, optional
         Samples that were fitted, whole pieces.
+    groups : sequence, optional
+        Numbers of pieces that are left out together; by default each alone. Those of no group keep
+        the residual of the fit to all.
+    refits : bool
+        Whether the others are fitted in truth where the step may have gone too far.
     """
     starts = base.conditions.starts if starts is None else starts
     point = base.at()
     fixed = base.fixed_columns(point)
     out = base.measured - point.angle
     pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
+    groups = [[i] for i in range(len(pieces))] if groups is None else groups
     for at in pieces:
         fixed[at] -= fixed[at].mean(axis=0)
         out[at] -= out[at].mean()
@@ -80,29 +91,56 @@ def held_out_residual(
             gram[i] = fixed[at].T @ fixed[at]
             slope[i] = fixed[at].T @ out[at]
     whole = gram.sum(axis=0) + out.size * np.diag(known / norm**2 + RIDGE)
-    for i, at in enumerate(pieces):
-        before = float(np.linalg.norm(out[at]))
-        # Nothing pulls at a fit to all: what the others want is what the piece does not.
-        step = solve_within(whole - gram[i], -slope[i], least, most)
-        out[at] -= fixed[at] @ np.clip(step, least, most)
-        if np.linalg.norm(out[at]) > DOUBTFUL * before:
-            out[at] = residual_without(base, at, rows)
+    own = own_states(base, pieces)
+    for group in groups:
+        # Nothing pulls at a fit to all: what the others want is what the pieces do not.
+        held = np.isin(np.flatnonzero(free), np.concatenate([own[i] for i in group]))
+        kept = np.flatnonzero(~held)
+        normal = whole - gram[group].sum(axis=0)
+        step = np.zeros(size)
+        step[kept] = np.clip(
+            solve_within(
+                normal[np.ix_(kept, kept)], -slope[group].sum(axis=0)[kept], least[kept], most[kept]
+            ),
+            least[kept],
+            most[kept],
+        )
+        ats = [pieces[i] for i in group]
+        before = np.sqrt(sum(float(out[at] @ out[at]) for at in ats))
+        left = [out[at] - fixed[at] @ step for at in ats]
+        if refits and np.linalg.norm(np.concatenate(left)) > DOUBTFUL * before:
+            left = residual_without(base, ats, rows)
+        for at, rest in zip(ats, left, strict=True):
+            out[at] = rest
+    return out
+
+
+def own_states(base: BaselineModel, pieces: Sequence[slice]) -> list[IntArray]:
+    """Places of the start states among the parameters that belong to each piece alone."""
+    out = [np.zeros(0, dtype=np.intp) for _ in pieces]
+    for session, places in zip(base.hysteresis.sessions, base.start_places(), strict=True):
+        piece = next(i for i, at in enumerate(pieces) if at.stop > session.start)
+        out[piece] = np.arange(places.start, places.stop)
     return out
 
 
 def residual_without(
-    base: BaselineModel, at: slice, rows: npt.NDArray[np.bool_] | None
-) -> FloatArray:
-    """Residual of a piece, arc seconds, under a fit to the samples beside it, from the fit to all.
+    base: BaselineModel, ats: Sequence[slice], rows: npt.NDArray[np.bool_] | None
+) -> list[FloatArray]:
+    """Residual of pieces, arc seconds, under a fit to the samples beside them, from the fit to all.
 
-    `rows` are those of `held_out_residual`; the mean is taken off.
+    `rows` are those of `held_out_residual`; the mean of each piece is taken off.
     """
     others = np.ones(base.conditions.rows, dtype=np.bool_) if rows is None else rows.copy()
-    others[at] = False
+    for at in ats:
+        others[at] = False
     fitted = base.copy()
     fitted.fit(steps=REFIT_STEPS, rows=others)
-    rest = base.measured[at] - fitted.at().angle[at]
-    return np.asarray(rest - rest.mean())
+    for session, rest in enumerate(base.hysteresis.sessions):
+        if any(at.start <= rest.start < at.stop for at in ats):
+            fitted.hysteresis.start[session] = base.hysteresis.start[session]
+    rest_of = base.measured - fitted.at().angle
+    return [np.asarray(rest_of[at] - rest_of[at].mean()) for at in ats]
 
 
 def held_out_rms(base: BaselineModel) -> float:

@@ -2,10 +2,12 @@
 
     U = T + A sgn(T) (1 - 1 / (1 + t + t^2)),   t = |T| / K
 
-The operators z_i follow the envelope U with fixed half widths. Friction in parallel with the
-elasticity sticks by the angle: until its contacts slip it holds most of the torque where the drive
-is soft, about no torque, and there the envelope rises most. Loops of one size hardly tell; small
-ones beside large ones do. Friction outside the elasticity is off unless the recordings ask for it.
+The operators z_i follow the envelope U within half widths ``R_i = r_i + eta_i |U|``. Friction in
+parallel with the elasticity sticks by the angle: until its contacts slip it holds most of the
+torque where the drive is soft, about no torque, and there the envelope rises most. Loops of one
+size hardly tell; small ones beside large ones do. Friction in series with the elasticity, and
+operators whose half width grows with the load, are off unless the recordings ask for them
+(`fit.forms`).
 """
 
 from __future__ import annotations
@@ -20,7 +22,14 @@ import numpy.typing as npt
 
 from lostmotion.backbone import run_plays
 from lostmotion.core import core
-from lostmotion.drives import PLAY_ENVELOPE, PLAY_KNEE, PLAY_OUTSIDE, PLAY_RADIUS, PLAY_SHARE
+from lostmotion.drives import (
+    PLAY_ENVELOPE,
+    PLAY_KNEE,
+    PLAY_OUTSIDE,
+    PLAY_RADIUS,
+    PLAY_SHARE,
+    PLAY_WIDENING,
+)
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.parameters import Block, Filed, Prior, block_names
 from lostmotion.fit.point import Point
@@ -37,6 +46,14 @@ PLAYS = 8
 
 PLAY_RANGE = (1 / 200, 0.6)
 """Least and greatest half width over the largest torque."""
+
+LOAD_PLAYS = 5
+"""Operators whose half width grows with the load; with fewer, Maxwell slip whose limits grow with
+the load (tests/rig/laws.c) is not followed to the noise, with eight it is no better."""
+
+LOAD_RANGE = (0.02, 0.6)
+"""Least and greatest growth of a half width per torque; beside it stands the least half width of
+`PLAY_RANGE`. Friction of gears grows by 0.05 to 0.3 of the load."""
 
 ENVELOPE_KNEE = 0.3
 """Knee K of the envelope over the rated torque: beyond where a drive is soft."""
@@ -73,6 +90,7 @@ START = "start"
 """What the blocks of the start states belong to: the sessions of the recordings."""
 
 RADII_FILED = Filed("hysteresis.radius_Nm", PLAY_RADIUS, "play_radius_Nm")
+WIDENING_FILED = Filed("hysteresis.widening", PLAY_WIDENING, "play_widening")
 SHARES_FILED = Filed("hysteresis.shares", PLAY_SHARE, "play_inside_share")
 OUTSIDE_FILED = Filed("hysteresis.outside", PLAY_OUTSIDE, "play_outside_rad_per_Nm", ARCSEC)
 ENVELOPE_FILED = Filed("hysteresis.envelope_Nm", PLAY_ENVELOPE, "play_envelope_Nm", absent=0.0)
@@ -95,14 +113,18 @@ def envelope(torque: FloatArray, more_Nm: float, knee_Nm: float) -> FloatArray:
 
 
 def operator_columns(
-    radius_Nm: FloatArray, followed: FloatArray, width: FloatArray, sessions: Iterable[slice]
+    radius_Nm: FloatArray,
+    widening: FloatArray,
+    followed: FloatArray,
+    width: FloatArray,
+    sessions: Iterable[slice],
 ) -> FloatArray:
     """Differences ``z_i - U`` of every operator, N m; each session begins at its first torque.
 
     Parameters
     ----------
-    radius_Nm : ndarray
-        Half widths.
+    radius_Nm, widening : ndarray
+        Half widths at no torque, and their growth.
     followed : ndarray
         What they follow, see `envelope`.
     width : ndarray
@@ -114,7 +136,7 @@ def operator_columns(
     for at in sessions:
         c.lib.lm_run_plays(
             c.pointer(c.array(radius_Nm)),
-            c.pointer(c.zeros(count)),
+            c.pointer(c.array(widening)),
             count,
             c.pointer(c.array(np.full(count, followed[at.start])), write=True),
             c.pointer(c.array(followed[at])),
@@ -125,21 +147,25 @@ def operator_columns(
     return out
 
 
-def start_columns(radius_Nm: FloatArray, followed: FloatArray) -> FloatArray:
+def start_columns(radius_Nm: FloatArray, widening: FloatArray, followed: FloatArray) -> FloatArray:
     """Derivatives of the differences by where each operator stood before the first sample.
 
     Over the first run of a session; by states in half widths.
     """
     out = np.zeros((followed.size, radius_Nm.size))
-    for i, radius in enumerate(radius_Nm):
-        one = np.array([radius])
-        high = run_plays(one, followed, 0.5)[:, 0]
-        out[:, i] = high - run_plays(one, followed, -0.5)[:, 0]
+    for i in range(radius_Nm.size):
+        one = radius_Nm[i : i + 1], widening[i : i + 1]
+        high = run_plays(one[0], followed, 0.5, one[1])[:, 0]
+        out[:, i] = high - run_plays(one[0], followed, -0.5, one[1])[:, 0]
     return out
 
 
 def moved_before(
-    followed: FloatArray, radius_Nm: FloatArray, sessions: Iterable[slice], starts: IntArray
+    followed: FloatArray,
+    radius_Nm: FloatArray,
+    widening: FloatArray,
+    sessions: Iterable[slice],
+    starts: IntArray,
 ) -> Iterator[tuple[slice, FloatArray]]:
     """Rows of the first run of each session, and `start_columns` there.
 
@@ -151,7 +177,7 @@ def moved_before(
     for session in sessions:
         end = starts[np.searchsorted(starts, session.start, side="right")]
         at = slice(session.start, int(end))
-        yield at, start_columns(radius_Nm, followed[at])
+        yield at, start_columns(radius_Nm, widening, followed[at])
 
 
 @dataclass
@@ -163,7 +189,7 @@ class Hysteresis:
     conditions : Conditions
         Of the campaign.
     radius_Nm : ndarray
-        Half widths.
+        Half widths at no torque.
     shares : ndarray
         Share of the torque that each operator takes.
     knee_Nm, envelope_Nm : float
@@ -174,6 +200,8 @@ class Hysteresis:
         row for each session.
     outside : ndarray or None
         Compliance of each operator outside the elasticity, arc seconds a N m; None: there is none.
+    widening : ndarray or None
+        Growth of each half width per torque; None: they do not grow.
     """
 
     conditions: Conditions
@@ -183,6 +211,7 @@ class Hysteresis:
     envelope_Nm: float
     start: FloatArray
     outside: FloatArray | None = None
+    widening: FloatArray | None = None
 
     @classmethod
     def of_recordings(
@@ -202,6 +231,11 @@ class Hysteresis:
         return made
 
     @property
+    def count(self) -> int:
+        """Number of operators."""
+        return int(self.radius_Nm.size)
+
+    @property
     def sessions(self) -> list[slice]:
         """Rows within which friction's memory goes on."""
         c = self.conditions
@@ -211,7 +245,7 @@ class Hysteresis:
     def over(self, conditions: Conditions) -> None:
         """Go on over recordings that begin as these do; a session more begins at rest."""
         self.conditions = conditions
-        start = np.zeros((len(self.sessions), PLAYS))
+        start = np.zeros((len(self.sessions), self.count))
         start[: len(self.start)] = self.start
         self.start = start
 
@@ -242,7 +276,30 @@ class Hysteresis:
     def allow_outside(self, mean_slope: float) -> None:
         """Let friction outside the elasticity take part in the fit."""
         if self.outside is None:
-            self.outside = np.full(PLAYS, OUTSIDE_FIRST * mean_slope)
+            self.outside = np.full(self.count, OUTSIDE_FIRST * mean_slope)
+
+    def allow_load(self) -> None:
+        """Let operators whose half width grows with the load take part in the fit."""
+        if self.widening is not None:
+            return
+        more = np.geomspace(*LOAD_RANGE, LOAD_PLAYS)
+        self.widening = np.concatenate((np.zeros(self.count), more))
+        self.radius_Nm = np.concatenate((self.radius_Nm, np.full(LOAD_PLAYS, self.radius_Nm[0])))
+        self.shares = np.concatenate((self.shares, np.full(LOAD_PLAYS, FIRST_SHARES[0])))
+        self.start = np.hstack((self.start, np.zeros((len(self.start), LOAD_PLAYS))))
+        if self.outside is not None:
+            self.outside = np.concatenate((self.outside, np.zeros(LOAD_PLAYS)))
+        self.limit_shares()
+
+    @property
+    def growth(self) -> FloatArray:
+        """Growth of each half width per torque."""
+        return np.zeros(self.count) if self.widening is None else self.widening
+
+    def fill_up(self) -> None:
+        """Give every operator a start state, after others have been put in."""
+        if self.start.shape[1] != self.count:
+            self.start = np.zeros((len(self.start), self.count))
 
     # --- what it gives ---------------------------------------------------------------------------
 
@@ -252,13 +309,13 @@ class Hysteresis:
         """Differences ``z_i - U`` through the whole campaign; `width` scales the half widths."""
         more = self.envelope_Nm if envelope_Nm is None else envelope_Nm
         followed = envelope(torque, more, self.knee_Nm)
-        return operator_columns(self.radius_Nm, followed, width, self.sessions)
+        return operator_columns(self.radius_Nm, self.growth, followed, width, self.sessions)
 
     def started(self) -> Started:
         """Rows of the first run of each session, and derivatives there by the start states."""
         c = self.conditions
         followed = envelope(c.torque, self.envelope_Nm, self.knee_Nm)
-        return list(moved_before(followed, self.radius_Nm, self.sessions, c.starts))
+        return list(moved_before(followed, self.radius_Nm, self.growth, self.sessions, c.starts))
 
     def add(self, out: FloatArray, plays: FloatArray, weights: FloatArray) -> None:
         """Add what the operators give, each with its weight, to `out`; start states included."""
@@ -296,11 +353,11 @@ class Hysteresis:
             np.multiply(point.slope[:, None], point.plays, out=out)
 
         return Block(
-            block_names("share", PLAYS),
+            block_names("share", self.count),
             self.shares,
-            np.zeros(PLAYS),
-            np.full(PLAYS, SHARE_MAX),
-            np.ones(PLAYS),
+            np.zeros(self.count),
+            np.full(self.count, SHARE_MAX),
+            np.ones(self.count),
             partial(setattr, self, "shares"),
             fill,
             filed=SHARES_FILED,
@@ -350,14 +407,14 @@ class Hysteresis:
 
         return [
             Block(
-                block_names("start" if session == 0 else f"start_{session}", PLAYS),
+                block_names("start" if session == 0 else f"start_{session}", self.count),
                 state,
-                np.full(PLAYS, -1.0),
-                np.ones(PLAYS),
-                np.ones(PLAYS),
+                np.full(self.count, -1.0),
+                np.ones(self.count),
+                np.ones(self.count),
                 partial(put, session),
                 partial(fill, session),
-                Prior(np.arange(PLAYS), np.zeros(PLAYS), np.ones(PLAYS)),
+                Prior(np.arange(self.count), np.zeros(self.count), np.ones(self.count)),
                 of=START,
             )
             for session, state in enumerate(self.start)
@@ -375,11 +432,11 @@ class Hysteresis:
 
         return [
             Block(
-                block_names("outside", PLAYS),
+                block_names("outside", self.count),
                 self.outside,
-                np.zeros(PLAYS),
-                np.full(PLAYS, OUTSIDE_MAX * mean_slope),
-                np.zeros(PLAYS),
+                np.zeros(self.count),
+                np.full(self.count, OUTSIDE_MAX * mean_slope),
+                np.zeros(self.count),
                 partial(setattr, self, "outside"),
                 fill,
                 filed=OUTSIDE_FILED,

@@ -20,8 +20,6 @@ def step_name(rungs: Sequence[Mapping[str, Any]], number: int) -> str:
         return " + ".join(["base", *map(words, now)])
     before = list(rungs[number - 1]["effects"])
     new = [name for name in now if name not in before] or now
-    if new == before and rungs[number].get("friction") == "both":
-        new = ["friction outside"]
     return "+ " + ", ".join(map(words, new))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lostmotion.compare import REPEATABILITY, Comparison
+from lostmotion.fit.forms import WORDS
 from lostmotion.report.chart import Axes, axis_range, nice_step
 from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (
@@ -43,10 +44,6 @@ RUNS_SHOWN = 6
 
 ARCSEC_MOST = 600.0
 """From this error on, in arcsec, arcmin are easier to read."""
-
-
-WHERE = {"inside": "inside", "both": "inside and outside"}
-"""Where the friction sits, by the names that a comparison has for it."""
 
 
 def groups(result: Comparison) -> list[list[int]]:
@@ -87,7 +84,7 @@ def loops_figure(result: Comparison, name: str) -> Figure:
         f"band ({result.noise.parts}). "
         f"rms {with_zeros(result.rms_rad / unit)} {unit_name}, on runs that the fit has not seen "
         f"{with_zeros(result.heldout_rms_rad / unit)} {unit_name}; friction "
-        f"{WHERE[result.friction]} the elasticity."
+        f"{WORDS[result.friction]}."
     )
     if left_out:
         caption += f" {left_out} runs are not drawn; the CSV has all."

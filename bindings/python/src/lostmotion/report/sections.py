@@ -12,12 +12,13 @@ from lostmotion.catalogue import PARTS
 from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.discover.advice import count_runs
 from lostmotion.drives import Drive
+from lostmotion.fit.forms import WORDS
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
 from lostmotion.report.characterization import figures_table
 from lostmotion.report.contributions import Contributions, contributions_figure, picture_torques
 from lostmotion.report.gaps import collect_gaps, gaps_figure
-from lostmotion.report.loops import WHERE, error_unit, failures_figure, loops_figure
+from lostmotion.report.loops import error_unit, failures_figure, loops_figure
 from lostmotion.report.page import Notes, PageTable, Section
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import file_fingerprint, sources_of
@@ -303,7 +304,7 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
             if answer["explained_share"] > 0
             else "nothing",
         ),
-        ("friction", f"{WHERE[answer['friction']]} the elasticity"),
+        ("friction", WORDS[answer["friction"]]),
     ]
     runs = len(answer["by_run"])
     section = Section(
