@@ -178,7 +178,7 @@ def hysteresis_effect(
 
 
 def is_hysteresis(effect: Effect) -> bool:
-    """Whether an effect is hysteresis of the torque itself, as the operators of the baseline are."""
+    """Whether an effect is hysteresis of the torque itself, as the baseline's operators are."""
     return bool(effect.memory) and not effect.steps and effect.needs == {"torque_Nm"}
 
 

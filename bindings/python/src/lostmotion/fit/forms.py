@@ -1,4 +1,4 @@
-"""Forms of the baseline model's hysteresis: where friction sits, and whether it grows with the load.
+"""Forms of the baseline model's hysteresis: where friction sits, whether it grows with the load.
 
 inside       in parallel with the spring, operators of constant width
 inside+load  some of the operators grow with the load
