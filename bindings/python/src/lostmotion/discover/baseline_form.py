@@ -120,7 +120,8 @@ def choose_form(
     rows : ndarray of bool, optional
         Samples that were fitted, whole runs.
     rival : Tried, optional
-        What explains the same without another form; by default the effects that are hysteresis.
+        Several effects that explain the same without another form: it must not predict better. By
+        default one effect that is hysteresis, which must predict worse.
     """
     given = form_of(base)
     if form is not None or given != FORMS[0]:
@@ -145,9 +146,12 @@ def choose_form(
         for name in confirmed
         if plain.mean_square - found[name].mean_square >= rules.FORM_EXPLAINS * excess
     ]
-    rival = rival or hysteresis_effect(base, effects, ratio, rows)
-    if rival is not None and better(rival, plain):
-        large = [name for name in large if better(found[name], rival)]
+    if rival is not None:
+        large = [name for name in large if not better(rival, found[name])]
+    else:
+        rival = hysteresis_effect(base, effects, ratio, rows)
+        if rival is not None and better(rival, plain):
+            large = [name for name in large if better(found[name], rival)]
     if not large:
         return ChosenForm(base, FORMS[0], found)
     best = min(large, key=lambda name: found[name].mean_square)
@@ -162,7 +166,7 @@ def hysteresis_effect(
     ratio: float,
     rows: npt.NDArray[np.bool_] | None,
 ) -> Tried | None:
-    """Fit the effects that are hysteresis themselves, each from all its starts; the best of them."""
+    """Fit the effects that are hysteresis themselves, each from all its starts: the best."""
     best: Tried | None = None
     for effect in effects.values():
         if not is_hysteresis(effect):
@@ -199,5 +203,5 @@ def form_beside(
     beside = base.copy()
     beside.terms = [term.copy() for term in found.terms if not term.effect.needs <= {"torque_Nm"}]
     beside.fit()
-    alone = len(beside.terms) == len(found.terms)
-    return choose_form(beside, effects, ratio, rival=None if alone else tried(found)).form
+    several = len(found.terms) > len(beside.terms) + 1
+    return choose_form(beside, effects, ratio, rival=tried(found) if several else None).form
