@@ -31,7 +31,7 @@ from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.forms import FORMS, Friction, form_of, in_form
+from lostmotion.fit.forms import FORMS, Friction, friction_form, in_form
 from lostmotion.fit.held_out import held_out_residual
 from lostmotion.fit.terms import Term
 
@@ -123,7 +123,7 @@ def choose_form(
         Several effects that explain the same without another form: it must not predict better. By
         default one effect that is hysteresis, which must predict worse.
     """
-    given = form_of(base)
+    given = friction_form(base)
     if form is not None or given != FORMS[0]:
         wanted = given if form is None or FORMS.index(form) < FORMS.index(given) else form
         return ChosenForm(fitted := in_form(base, wanted), wanted, {wanted: tried(fitted, rows)})

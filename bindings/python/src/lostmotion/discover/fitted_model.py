@@ -44,7 +44,7 @@ from lostmotion.fit.drive_file import (
     require_samples,
 )
 from lostmotion.fit.few_readings import fit_few_readings
-from lostmotion.fit.forms import Friction, form_of
+from lostmotion.fit.forms import Friction, friction_form
 from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
@@ -133,7 +133,7 @@ class FittedModel:
         estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         document["fit"] = {
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
-            "friction": form_of(self.base),
+            "friction": friction_form(self.base),
             "rms_arcsec": last["rms_arcsec"],
             "heldout_rms_arcsec": last["rms_heldout_arcsec"],
             "noise_floor_arcsec": self.noise_floor_arcsec,

@@ -29,7 +29,7 @@ STEPS = 25
 """Evaluations of a fit."""
 
 
-def form_of(base: BaselineModel) -> Friction:
+def friction_form(base: BaselineModel) -> Friction:
     """Form that a model has."""
     where = "inside" if base.hysteresis.outside is None else "both"
     load = base.hysteresis.widening is not None
@@ -46,7 +46,7 @@ def in_form(base: BaselineModel, form: Friction, steps: int = STEPS) -> Baseline
     form : str
         One that has at least what the model has.
     """
-    if form == form_of(base):
+    if form == friction_form(base):
         return base
     other = base.copy()
     if form.endswith("+load"):
