@@ -75,8 +75,8 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     return read_campaign([file], ratio=RATIO)
 
 
-PLACES = ("inside", "both")
-"""Where friction sits (`lostmotion.fit.held_out.Friction`)."""
+PLACES = ("inside", "both", "inside+load")
+"""Form of the hysteresis (`lostmotion.fit.forms.Friction`)."""
 
 OUTSIDE = 0.04
 """Compliance of each play outside, over the least one of the backbone."""
@@ -118,6 +118,8 @@ def fitted_file(base: BaselineModel, folder: Path) -> Path:
         "knot_{}_Nm": base.curve.knots_Nm,
         "play_radius_{}_Nm": base.hysteresis.radius_Nm,
     }
+    if base.hysteresis.widening is not None:
+        numbers["play_widening_{}"] = base.hysteresis.widening
     if base.hysteresis.outside is not None:
         numbers["play_outside_{}_rad_per_Nm"] = base.hysteresis.outside * ARCSEC
     named = {
@@ -164,6 +166,9 @@ def test_the_controller_computes_what_the_fit_predicts(
     if place == "both":
         put_friction_outside(without)
         put_friction_outside(base)
+    if place == "inside+load":
+        without.hysteresis.allow_load()
+        base.hysteresis.allow_load()
     predicted = base.at().angle
     # The effect is there to be seen, far above the rounding.
     assert np.max(np.abs((predicted - without.at().angle)[INNER])) > 1000 * rounding(predicted)

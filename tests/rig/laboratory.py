@@ -108,7 +108,7 @@ def arm_runs(ratio: int, chance: np.random.Generator) -> list[Run]:
                 (0.25 + payload) * np.sin(swing + lean),
                 swing * ratio,
                 warm + 0.2 * np.sin(time / 9.0),
-                float(2e4 * i),
+                float(20 * i),
                 True,
             )
         )

@@ -1,0 +1,56 @@
+"""The form of the baseline model is the one that the drive has, whatever is hidden in it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from rig.laboratory import Laboratory
+
+from lostmotion.discover.baseline_form import choose_form, tried
+from lostmotion.drives import read_drive
+from lostmotion.effects.conditions import Conditions
+from lostmotion.effects.library import library
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.model import make_backbone
+from lostmotion.recordings import Campaign, read_campaign
+
+
+def fitted(law: str, protocol: str, folder: Path, effect: str = "") -> tuple[BaselineModel, float]:
+    """A baseline model fitted to a laboratory's recordings, and their true noise."""
+    truth = Laboratory(2, law, protocol).write(folder, effect, 1.0)
+    drive = read_drive(folder / "drive.toml")
+    campaign: Campaign = read_campaign(sorted(folder.glob("*.csv.gz")), ratio=drive.ratio)
+    sheet = make_backbone(drive, campaign.largest_torque_Nm)
+    base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, sheet)
+    base.first_fit()
+    return base, truth["noise_arcsec_rms"]
+
+
+@pytest.mark.parametrize(
+    ("law", "form"),
+    [("maxwell", "inside"), ("dahl", "inside"), ("load", "inside+load"), ("outside", "both")],
+)
+def test_unseen_runs_tell_the_form(law: str, form: str, tmp_path: Path) -> None:
+    base, noise = fitted(law, "8 runs", tmp_path)
+    chosen = choose_form(base, library(), 100.0)
+    assert chosen.form == form
+    assert np.sqrt(chosen.tried[chosen.form].mean_square) < 1.2 * noise
+
+
+def test_a_form_that_is_asked_for_is_used(tmp_path: Path) -> None:
+    base, _ = fitted("maxwell", "8 runs", tmp_path)
+    assert choose_form(base, library(), 100.0, form="both+load").form == "both+load"
+
+
+def test_a_run_of_a_session_of_its_own_is_predicted_from_where_its_operators_stood(
+    tmp_path: Path,
+) -> None:
+    """Left out, a file keeps its start state as it keeps its offset: neither is the drive's."""
+    base, noise = fitted("maxwell", "strangers", tmp_path)
+    assert np.sqrt(tried(base, refits=True).mean_square) < 1.2 * noise
