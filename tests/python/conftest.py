@@ -32,6 +32,34 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+FITTED = """
+[drive]
+name = "a fitted joint that turns backwards"
+ratio = -101
+rated_torque_Nm = 40
+[catalogue]
+T1_Nm = 7
+T2_Nm = 25
+K1_Nm_per_rad = 16e3
+K2_Nm_per_rad = 25e3
+K3_Nm_per_rad = 29e3
+[fit]
+noise_floor_arcsec = 2.0
+[fit.values]
+knot_1_Nm = 10.0
+knot_2_Nm = 30.0
+slope_1_rad_per_Nm = 6e-5
+slope_2_rad_per_Nm = 4e-5
+slope_3_rad_per_Nm = 3.5e-5
+play_radius_1_Nm = 1.0
+play_radius_2_Nm = 4.0
+play_share_1 = 0.1
+play_share_2 = 0.15
+play_envelope_Nm = 3.0
+play_envelope_knee_Nm = 10.0
+"""
+"""Friction in parallel with the spring that follows an envelope, as a fit finds it."""
+
 needs_compiler = pytest.mark.skipif(
     shutil.which("cc") is None, reason="no C compiler: apt install build-essential"
 )

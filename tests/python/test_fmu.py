@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from conftest import DATA, needs_compiler
+from conftest import DATA, FITTED, needs_compiler
 from lostmotion.core import core
 from lostmotion.drives import read_drive
 from lostmotion.effects.loading import load
@@ -359,6 +359,29 @@ def test_effects_with_memory_and_of_the_output_angle(
     (torque,) = feed(inverse, angles | {"output_angle": angle}, "torque").T
     inverse.close()
     np.testing.assert_allclose(torque, columns["torque"], rtol=0, atol=1e-6)
+
+
+def test_a_fitted_drive_goes_there_and_back(tmp_path: Path) -> None:
+    drive_file = tmp_path / "fitted.toml"
+    drive_file.write_text(FITTED, encoding="utf-8")
+    file, controller, ratio = write(drive_file, "torque", 3)
+    assert ratio == -101
+    assert controller.envelope.most_Nm == 3.0
+    columns = inputs_of(60.0)
+    start = {name: float(column[0]) for name, column in columns.items()}
+    fmu = Running(file, tmp_path, **start)
+    lost, angle = feed(fmu, columns, "lost_motion", "output_angle").T
+    fmu.close()
+    known = run_model(controller, columns)
+    np.testing.assert_allclose(lost, known, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(angle, columns["input_angle"] / ratio + known, rtol=0, atol=1e-12)
+    del start["torque"]
+    angles = {name: columns[name] for name in columns if name != "torque"} | {"output_angle": angle}
+    inverse_file = write(drive_file, "angles", 3)[0]
+    inverse = Running(inverse_file, tmp_path, **start, output_angle=start["input_angle"] / ratio)
+    (torque,) = feed(inverse, angles, "torque").T
+    inverse.close()
+    np.testing.assert_allclose(torque, columns["torque"], rtol=0, atol=1e-7)
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from conftest import DATA, needs_compiler
+from conftest import DATA, FITTED, needs_compiler
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError
 from lostmotion.predict import predict
@@ -98,6 +98,18 @@ def test_slow_reversal_with_a_locked_input_gives_what_predict_does(drive_file: P
     at = np.array([-0.2, -0.1, 0.1, 0.2]) * drive.rated_torque_Nm
     found = middle(*slow_reversal(drive, drive.rated_torque_Nm), at)
     predicted = np.array(predict(drive, at)["total_arcmin"]) * ARCMIN
+    np.testing.assert_allclose(found, predicted, rtol=0.01)
+
+
+def test_a_fitted_drive_with_friction_in_parallel(tmp_path: Path) -> None:
+    file = tmp_path / "fitted.toml"
+    file.write_text(FITTED + EFFECTS, encoding="utf-8")
+    watch_energy(put_drives(one_joint(), {"elbow": file}), np.array([10.0, 50.0]))
+    file.write_text(FITTED, encoding="utf-8")
+    watch_energy(put_drives(one_joint(), {"elbow": file}), np.array([10.0, 50.0]))
+    at = np.array([-20.0, -5.0, 5.0, 20.0])
+    found = middle(*slow_reversal(file, 80.0), at)
+    predicted = np.array(predict(read_drive(file), at)["fitted_arcmin"]) * ARCMIN
     np.testing.assert_allclose(found, predicted, rtol=0.01)
 
 
