@@ -170,6 +170,53 @@ static lm_status check_header(FILE *file, const char *spec) {
   return fseek(file, (long)found.spec_length, SEEK_CUR) == 0 ? LM_OK : LM_CORRUPT;
 }
 
+/* Whole records behind a place at which none stands. */
+static int count_behind(FILE *file, long from, lm_answer *answer) {
+  uint32_t window = 0;
+  int count = 0;
+  int byte;
+  (void)fseek(file, from, SEEK_SET);
+  while ((byte = fgetc(file)) != EOF) {
+    /* The mark as this machine lays it out; its bytes differ from each other. */
+    memmove(&window, (char *)&window + 1, sizeof window - 1);
+    ((unsigned char *)&window)[sizeof window - 1] = (unsigned char)byte;
+    if (window == RECORD) {
+      const long behind = ftell(file);
+      (void)fseek(file, behind - (long)sizeof window, SEEK_SET);
+      if (read_record(file, answer)) {
+        count++;
+      } else {
+        (void)fseek(file, behind, SEEK_SET);
+      }
+      window = 0;
+    }
+  }
+  return count;
+}
+
+/* The file as it is, beside it under the name with DAMAGED behind it. */
+static lm_status set_aside(FILE *file, const char *path) {
+  const size_t length = strlen(path);
+  char *name = (char *)malloc(length + sizeof LM_JOURNAL_DAMAGED);
+  lm_status status = LM_CORRUPT;
+  FILE *copy = NULL;
+  if (name != NULL) {
+    memcpy(name, path, length);
+    memcpy(name + length, LM_JOURNAL_DAMAGED, sizeof LM_JOURNAL_DAMAGED);
+    copy = fopen(name, "wb");
+  }
+  if (copy != NULL) {
+    int byte;
+    rewind(file);
+    while ((byte = fgetc(file)) != EOF && fputc(byte, copy) != EOF) {
+    }
+    status = byte == EOF ? flush(copy) : LM_CORRUPT;
+    status = fclose(copy) == 0 ? status : LM_CORRUPT;
+  }
+  free(name);
+  return status;
+}
+
 /* Cut the file at a length. */
 static lm_status cut(FILE *file, long length) {
 #if !defined(_WIN32)
@@ -218,6 +265,10 @@ lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink 
       status = fseek(file, 0, SEEK_END) == 0 ? LM_OK : LM_CORRUPT;
       end = ftell(file);
       report->torn = end != whole;
+    }
+    if (report->torn) {
+      report->behind = count_behind(file, whole, answer);
+      status = report->behind > 0 ? set_aside(file, path) : LM_OK;
     }
     if (status == LM_OK) {
       status = cut(file, whole);

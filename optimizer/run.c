@@ -210,6 +210,12 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
     return say(note, LM_EXIT_BAD_INPUT, "%s: found %s, expected the journal of a search", path,
                errno != 0 ? strerror(errno) : "no journal of this build of the program");
   }
+  if (report.behind > 0) {
+    return say(note, LM_EXIT_DONE,
+               "%s: damaged after %d answers; %d whole ones behind the damage, and the tasks that "
+               "follow, are done again; as it was, the file is kept with %s behind its name",
+               path, report.answers, report.behind, LM_JOURNAL_DAMAGED);
+  }
   if (report.torn) {
     return say(note, LM_EXIT_DONE,
                "%s: torn after %d answers; the tasks that follow are done again", path,

@@ -42,7 +42,7 @@ typedef struct lm_run lm_run;
  * text of spec.h; its name is for messages, and where it is that of a file, no result takes its
  * place. Nor does one take the place of a file that was there before the search. On anything but 0
  * nothing was written and *run is null.
- * With 0 the note may say that the journal's end was torn. */
+ * With 0 the note may say that the journal's end was torn, or that it was damaged. */
 int lm_open_run(const char *spec_name, const char *spec, const char *folder, int resume,
                 lm_run **run, char note[LM_NOTE_MAX]);
 

@@ -15,6 +15,7 @@ import json
 import os
 import re
 import shutil
+import sys
 import tempfile
 import zipfile
 from pathlib import Path
@@ -69,6 +70,13 @@ begins. When something was packed is not part of what it is."""
 SBOM = "lostmotion.cdx.json"
 """What an archive is made of."""
 
+SYSTEM_TAG = "0systemnlopt"
+"""Build tag of a wheel whose design search loads the NLopt of the machine that built it: such a
+wheel runs there, and is not one to give away."""
+
+SYSTEM_NLOPT = re.compile(rb"libnlopt[.\w]*\.(?:so|dylib)|nlopt\.dll")
+"""How a library says that it loads NLopt from the system."""
+
 
 def build_wheel(
     wheel_directory: str,
@@ -82,23 +90,47 @@ def build_wheel(
     with zipfile.ZipFile(wheel) as archive:
         entries = [(info, archive.read(info)) for info in archive.infolist()]
     search = [data for info, data in entries if "/_search." in info.filename]
-    bundled = bool(search) and b"libnlopt.so" not in search[0]
+    loads = [bool(SYSTEM_NLOPT.search(data)) for data in search]
     record = next(info for info, _ in entries if info.filename.endswith(".dist-info/RECORD"))
-    place = record.filename.replace("RECORD", f"sboms/{SBOM}")
-    made = sbom(nlopt_version(config_settings or {}) if bundled else None)
-    digest = base64.urlsafe_b64encode(hashlib.sha256(made).digest()).rstrip(b"=").decode()
+    about = record.filename.removesuffix("RECORD")
+    version = nlopt_version(config_settings or {}) if loads == [False] else None
+    changed = {f"{about}sboms/{SBOM}": sbom(version, any(loads))}
+    if any(loads):
+        wheel.unlink()
+        project, number, rest = name.split("-", 2)
+        name = f"{project}-{number}-{SYSTEM_TAG}-{rest}"
+        wheel = Path(wheel_directory) / name
+        written = next(data for info, data in entries if info.filename == f"{about}WHEEL")
+        changed[f"{about}WHEEL"] = written.rstrip(b"\n") + f"\nBuild: {SYSTEM_TAG}\n".encode()
+        print(
+            f"lostmotion: the design search loads this machine's NLopt, so {name} is for this "
+            "machine. One to give away carries NLopt without its part under the LGPL: "
+            "-C cmake.define.LM_BUNDLE_NLOPT=ON",
+            file=sys.stderr,
+        )
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
         for info, data in entries:
             if info is record:
-                added = zipfile.ZipInfo(place, record.date_time)
-                added.compress_type, added.external_attr = (
-                    record.compress_type,
-                    record.external_attr,
-                )
-                archive.writestr(added, made)
-                data += f"{place},sha256={digest},{len(made)}\n".encode()
-            archive.writestr(info, data)
+                for place in changed.keys() - {entry.filename for entry, _ in entries}:
+                    added = zipfile.ZipInfo(place, record.date_time)
+                    added.compress_type, added.external_attr = (
+                        record.compress_type,
+                        record.external_attr,
+                    )
+                    archive.writestr(added, changed[place])
+                data = with_hashes(data, changed)
+            archive.writestr(info, changed.get(info.filename, data))
     return name
+
+
+def with_hashes(record: bytes, changed: dict[str, bytes]) -> bytes:
+    """RECORD with the lines of files that are new or other than it says."""
+    lines = record.decode().splitlines()
+    kept = [line for line in lines if line.split(",")[0] not in changed]
+    for place, data in changed.items():
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        kept.append(f"{place},sha256={digest},{len(data)}")
+    return ("\n".join(kept) + "\n").encode()
 
 
 def nlopt_version(config_settings: dict[str, Any]) -> str:
@@ -122,13 +154,15 @@ def sources() -> Path:
     return inside if inside.is_dir() else Path.cwd().parents[1]
 
 
-def sbom(nlopt: str | None) -> bytes:
+def sbom(nlopt: str | None, loads_nlopt: bool = False) -> bytes:
     """List what an archive is made of and needs, as CycloneDX 1.5.
 
     Parameters
     ----------
     nlopt : str, optional
         Version of the NLopt that is part of it.
+    loads_nlopt : bool
+        It loads the NLopt of the machine that built it, which is no part of it.
     """
     project = Path("pyproject.toml").read_text(encoding="utf-8")
     listed = re.search(r"^dependencies = \[(.*?)^\]", project, re.DOTALL | re.MULTILINE)
@@ -161,6 +195,18 @@ def sbom(nlopt: str | None) -> bytes:
                 "purl": f"pkg:github/stevengj/nlopt@v{nlopt}",
                 "licenses": [{"license": {"name": "permissive, see LICENSES/NLopt.txt"}}],
                 "description": "built in, without its directory luksan (LGPL)",
+            }
+        )
+    if loads_nlopt:
+        components.append(
+            {
+                "type": "library",
+                "bom-ref": "pkg:github/stevengj/nlopt",
+                "name": "nlopt",
+                "purl": "pkg:github/stevengj/nlopt",
+                "scope": "excluded",
+                "licenses": [{"license": {"name": "that of the system's package"}}],
+                "description": "loaded from the machine that built this wheel, no part of it",
             }
         )
     document = {

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -173,6 +174,55 @@ static void test_a_record_that_is_none_ends_the_journal(void) {
   assert_ends_there(&h, least + one);
 }
 
+static long length_of(const char *name) {
+  FILE *file = fopen(name, "rb");
+  long length = -1;
+  if (file != NULL) {
+    TEST_ASSERT_EQUAL_INT(0, fseek(file, 0, SEEK_END));
+    length = ftell(file);
+    fclose(file);
+  }
+  return length;
+}
+
+/* A bad disk: the first record is damaged, the second whole. What is cut off is kept. */
+static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(void) {
+  char kept[sizeof path + sizeof LM_JOURNAL_DAMAGED];
+  const long first = HEADER_BYTES + (long)strlen(spec);
+  long before;
+  (void)snprintf(kept, sizeof kept, "%s%s", path, LM_JOURNAL_DAMAGED);
+  (void)remove(kept);
+  write_journal();
+  before = length_of(path);
+  overwrite(first + 40, "damage", 6);
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(0, report.answers);
+  TEST_ASSERT_EQUAL_INT(1, report.torn);
+  TEST_ASSERT_EQUAL_INT(1, report.behind);
+  TEST_ASSERT_EQUAL_INT(before, length_of(kept));
+  TEST_ASSERT_EQUAL_INT(first, length_of(path));
+  /* Whole again, and nothing more is said. */
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(0, report.torn + report.behind);
+  TEST_ASSERT_EQUAL_INT(0, remove(kept));
+  /* Where it cannot be kept, it stays as it is. */
+  write_journal();
+  before = length_of(path);
+  overwrite(first + 40, "damage", 6);
+  TEST_ASSERT_EQUAL_INT(0, mkdir(kept, 0700));
+  TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(before, length_of(path));
+  TEST_ASSERT_EQUAL_INT(0, rmdir(kept));
+  /* A mark alone, inside what was damaged, is no record. */
+  write_journal();
+  before = length_of(path);
+  overwrite(first + 40, &(uint32_t){MARK}, sizeof(uint32_t));
+  overwrite(before - 1, "x", 1);
+  TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
+  TEST_ASSERT_EQUAL_INT(1, report.torn);
+  TEST_ASSERT_EQUAL_INT(0, report.behind);
+}
+
 /* Magic, hash of the spec, its length, size of an answer. */
 static void test_a_header_of_something_else_is_refused(void) {
   uint32_t number = 0;
@@ -250,6 +300,7 @@ int main(void) {
   RUN_TEST(test_answers_come_back_in_their_order);
   RUN_TEST(test_a_refused_answer_leaves_the_journal_as_it_was);
   RUN_TEST(test_a_record_that_is_none_ends_the_journal);
+  RUN_TEST(test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself);
   RUN_TEST(test_a_header_of_something_else_is_refused);
   RUN_TEST(test_a_journal_that_is_there_is_not_replaced);
   RUN_TEST(test_one_process_has_the_journal_until_it_closes_it);

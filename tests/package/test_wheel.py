@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import glob
+import hashlib
 import importlib.util
 import json
 import os
@@ -124,9 +126,9 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
     dist = tmp_path / "dist"
     pip("wheel", "--no-deps", "--no-build-isolation", "-w", dist, unpacked, env=environment)
     (wheel,) = dist.glob("*.whl")
-    assert wheel.name.startswith(f"lostmotion-{__version__}-cp310-abi3-")
     with zipfile.ZipFile(wheel) as archive:
         inside = archive.namelist()
+        check_what_the_name_says(wheel, archive)
         metadata = archive.read(f"lostmotion-{__version__}.dist-info/METADATA").decode()
     assert {name.partition("/")[0] for name in inside} == {
         "lostmotion",
@@ -173,6 +175,27 @@ def test_the_sdist_holds_the_library_and_its_wheel_runs_on_another_python(tmp_pa
     assert (tmp_path / "demo" / "report.html").stat().st_size > 10_000
     with workbench(venv / "bin" / "lostmotion", bare, tmp_path) as page:
         assert "lostmotion workbench" in page
+
+
+def check_what_the_name_says(wheel: Path, archive: zipfile.ZipFile) -> None:
+    """A wheel that loads the system's NLopt says so in its name, its WHEEL and its SBOM."""
+    inside = {name: archive.read(name) for name in archive.namelist()}
+    about = f"lostmotion-{__version__}.dist-info"
+    search = inside.get("lostmotion/_search.abi3.so", b"")
+    loads = b"libnlopt.so" in search
+    tag = "-0systemnlopt" if loads else ""
+    assert wheel.name.startswith(f"lostmotion-{__version__}{tag}-cp310-abi3-")
+    assert (b"\nBuild: 0systemnlopt\n" in inside[f"{about}/WHEEL"]) == loads
+    listed = json.loads(inside[f"{about}/sboms/lostmotion.cdx.json"])["components"]
+    scopes = {one["name"]: one.get("scope") for one in listed}
+    assert (scopes.get("nlopt") == "excluded") == loads
+    record = inside[f"{about}/RECORD"].decode().splitlines()
+    for line in record:
+        name, digest, size = line.rsplit(",", 2)
+        if digest:
+            data = inside[name]
+            found = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            assert (digest, size) == (f"sha256={found}", str(len(data))), name
 
 
 def repair(wheel: Path, folder: Path) -> Path:

@@ -284,6 +284,26 @@ def test_a_torn_journal_is_mended_and_told(
     assert left_by(tmp_path / "run") == expected
 
 
+def test_a_journal_damaged_in_its_midst_is_kept_told_and_done_again(
+    searched: tuple[Path, Path, dict[str, bytes]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    spec, run, expected = searched
+    shutil.copytree(run, tmp_path / "run")
+    journal = tmp_path / "run" / "journal.bin"
+    data = bytearray(journal.read_bytes())
+    data[len(data) // 2] ^= 1
+    journal.write_bytes(data)
+    assert main(["design", str(spec), "-o", str(tmp_path / "run"), "--resume"]) == 0
+    said = capsys.readouterr().err
+    assert re.search(r"damaged after \d+ answers; \d+ whole ones behind the damage", said)
+    kept = tmp_path / "run" / "journal.bin.damaged"
+    assert kept.read_bytes() == bytes(data)
+    kept.unlink()
+    assert left_by(tmp_path / "run") == expected
+
+
 def test_the_journal_of_another_spec_is_refused(
     searched: tuple[Path, Path, dict[str, bytes]],
     write_spec: Write,
