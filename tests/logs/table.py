@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from . import (  # noqa: F401 - they enter their dresses into the list
+    dresses_of_benches,
     dresses_of_packing,
     dresses_of_programs,
     dresses_of_quantities,

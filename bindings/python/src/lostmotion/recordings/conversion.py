@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import units
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, shorten
 from lostmotion.recordings import clocks
-from lostmotion.recordings.columns import ColumnName
+from lostmotion.recordings.columns import ColumnName, normal, split_label
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.numerals import (
     TEXT_SHARE,
@@ -28,6 +28,9 @@ from lostmotion.recordings.tables import Rows, Table
 
 FloatArray = npt.NDArray[np.float64]
 Chosen = Mapping[str, tuple[str, ColumnName]]
+
+HEADERS_LOOKED_AT = 64
+"""Lines without numbers among the rows that are held against the header."""
 
 STAMPS_LOOKED_AT = 100
 """Cells of a clock of text that tell whether it is of dates or of numbers."""
@@ -230,12 +233,36 @@ def set_aside_text(
     if not np.any(rowless):
         return None
     at = np.flatnonzero(rowless)
+    refuse_other_header(file, at[:HEADERS_LOOKED_AT], chosen, rows, texts)
     more = f", and {at.size - 1} more" if at.size > 1 else ""
     action = f"no numbers in {rows.place(int(at[0]))}{more}"
     findings.append(
         Finding("set_aside", file, "all columns", None, int(at.size), f"{action}; left out")
     )
     return np.asarray(~rowless)
+
+
+def refuse_other_header(
+    file: str,
+    at: npt.NDArray[np.intp],
+    chosen: Chosen,
+    rows: Rows,
+    texts: Mapping[str, Texts],
+) -> None:
+    """Refuse a header that comes again with other names: the rows below it mean something else."""
+    shown = {
+        label: texts.get(label) or Texts(rows.columns[name.index])
+        for label, name in chosen.values()
+    }
+    for row in map(int, at):
+        cells = {label: str(text.text[row].as_py() or "") for label, text in shown.items()}
+        header = any(normal(cell) == normal(label) != "" for label, cell in cells.items())
+        if not header and sum(split_label(cell) is not None for cell in cells.values()) < 2:
+            continue
+        for label, cell in cells.items():
+            if normal(cell) != normal(label):
+                found = f"another header in {rows.place(row)}, with '{shorten(cell)}' in its place"
+                raise InputError(file, label, found, "columns that mean one thing; split the file")
 
 
 def without_label(rows: Rows, chosen: Chosen) -> npt.NDArray[np.bool_]:
@@ -376,20 +403,31 @@ class Clock:
     def of_two(self, whole: Any, part: Any, unit: str) -> FloatArray:
         """Read a clock in two columns: whole seconds, and the rest in a smaller unit."""
         seconds, known = self.exact(whole)
-        rest, both = self.exact(part)
-        known = known & both
         ns = clocks.UNITS_NS[unit]
-        outside = known & ((rest < 0) | (rest >= clocks.NS // ns))
+        rest_ns, both = self.in_billionths(part, ns)
+        known = known & both
+        outside = known & ((rest_ns < 0) | (rest_ns >= clocks.NS))
         if outside.any():
             row = int(np.flatnonzero(outside)[0])
-            found = f"{rest[row]} {unit} beside whole seconds in {self.rows.place(row)}"
+            found = f"{rest_ns[row] / ns:g} {unit} beside whole seconds in {self.rows.place(row)}"
             raise InputError(self.file, self.label, found, f"0 to {clocks.NS // ns - 1} {unit}")
         first = int(seconds[known][0]) if known.any() else 0
         zero = first if abs(first) > clocks.EPOCH_S else 0
-        since = (seconds - zero) * clocks.NS + rest * ns
+        since = (seconds - zero) * clocks.NS + rest_ns
         if zero:
             return self.from_zero(since, known, 1)
         return np.where(known, since / clocks.NS, np.nan)
+
+    def in_billionths(
+        self, column: Any, ns: int
+    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+        """Read parts of a second in ns, whole numbers without loss; others to the nearest one."""
+        numbers = as_floats(column) if holds_numbers(column) else Texts(column).numbers(".", False)
+        known = np.isfinite(numbers)
+        if np.all(numbers[known] == np.round(numbers[known])):
+            whole, known = self.exact(column)
+            return whole * ns, known
+        return np.where(known, np.round(numbers * ns), 0.0).astype(np.int64), known
 
     def exact(self, column: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
         """Read a column of whole numbers without loss."""

@@ -80,6 +80,11 @@ MISSING_ACTION = "only other runs have the column; not used"
 
 SINGLE_ACTION = "a run of one sample, kept: no motion can be told from it"
 
+NEWEST_ACTION = "the newest row stands first; rows turned round"
+
+STEPS_BACK_LEAST = 10
+"""Fewest steps of a clock that tell its direction."""
+
 WHOLE_MAX = 2.0**53
 """Below this a float holds every integer, and a run label that is a whole number stays one."""
 
@@ -270,6 +275,11 @@ def read_runs(
         codes, labels = run_codes(name, column, read.run, read.place, findings)
     else:
         codes, labels = runs_of_blocks(name, only, read, findings)
+    if newest_first(numbers["time"], codes):
+        numbers = {quantity: values[::-1] for quantity, values in numbers.items()}
+        present, codes = first_appearance(codes[::-1])
+        labels = [labels[code] for code in present]
+        findings.append(Finding("backward_time", name, "time_s", None, rows, NEWEST_ACTION))
     counters = counters_of(chosen)
     runs = []
     for label, index in zip(labels, rows_of_runs(codes, len(labels)), strict=True):
@@ -286,6 +296,24 @@ def read_runs(
     if not runs:
         raise InputError(name, "torque_Nm", "no row with numbers for torque and angle", "some")
     return runs
+
+
+def newest_first(time_s: npt.NDArray[np.float64], codes: npt.NDArray[np.intp]) -> bool:
+    """Whether the clock of every run goes back, and never on."""
+    step = np.diff(time_s)
+    step = step[(np.diff(codes) == 0) & np.isfinite(step)]
+    return bool(step.size >= STEPS_BACK_LEAST and np.all(step <= 0) and np.any(step < 0))
+
+
+def first_appearance(
+    codes: npt.NDArray[np.intp],
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Codes in the order of their first appearance, and the rows by that order."""
+    present, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(order.size, dtype=np.intp)
+    rank[order] = np.arange(order.size)
+    return present[order], rank[inverse]
 
 
 def runs_of_blocks(
