@@ -106,10 +106,6 @@ def test_evidence_knows_no_physics() -> None:
         assert {room_of(part) for part in parts} <= {"evidence", "errors", "files", "rules"}
 
 
-IN_TWO_ROOMS = {"choose", "list_candidates", "size_of_odd"}
-"""Names that the selection by refits and the one by saved evidence still share."""
-
-
 def public_names(file: Path) -> set[str]:
     """Classes and functions that a module defines for others."""
     kinds = (ast.ClassDef, ast.FunctionDef)
@@ -124,7 +120,7 @@ def test_a_name_has_one_meaning() -> None:
             defined.setdefault(name, []).append(module)
     assert len(defined) > 1000
     twice = {name: sorted(where) for name, where in defined.items() if len(where) > 1}
-    assert {name: twice[name] for name in twice if name not in IN_TWO_ROOMS} == {}
+    assert twice == {}
 
 
 def test_tests_import_public_names_alone() -> None:

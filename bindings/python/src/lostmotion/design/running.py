@@ -12,7 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lostmotion.design.engine import FATES, STAGES, c_string, engine, figure_value
+from lostmotion.design.engine import FATES, c_string, engine
+from lostmotion.design.progress import OnProgress, ProgressReports
 from lostmotion.design.report import Context, write_search_report
 from lostmotion.design.result import Designs, SearchResult
 from lostmotion.design.spec import Spec, read_spec
@@ -28,13 +29,8 @@ AT_WORK: dict[str, object] = {}
 """Run folders of this process by their real path. Its journal is locked against other processes
 only, and opening it once more would end the lock."""
 
-Progress = Callable[[dict[str, Any]], None]
-
 TICK_SECONDS = 0.2
 """Between two calls of `progress`, and how soon `stop` is seen."""
-
-FRONT_SHOWN = 500
-"""Most designs of the front in one call of `progress`."""
 
 RETRIES = 20
 """Workers that one task of a cluster may lose."""
@@ -47,7 +43,7 @@ def search(
     resume: bool = False,
     workers: int | None = None,
     executor: Any = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     stop: threading.Event | None = None,
     command: str | None = None,
 ) -> SearchResult:
@@ -81,7 +77,7 @@ def search(
 
     Returns
     -------
-    Result
+    SearchResult
 
     Raises
     ------
@@ -109,9 +105,6 @@ class _Run:
         self.note = self.ffi.new("char[]", self.lib.LM_NOTE_MAX)
         self.notes: list[str] = []
         self.stop_flag = self.ffi.new("int *")
-        self.seen: dict[str, Any] | None = None  # last snapshot, not yet shown
-        self.best_at: tuple[int, bytes] | None = None
-        self.best: dict[str, Any] | None = None
         self.place = os.path.realpath(folder)
 
     def __enter__(self) -> _Run:
@@ -151,7 +144,6 @@ class _Run:
         self.run = one[0]
         self.search = self.lib.lm_run_search(self.run)
         self.designs = Designs(self.lib.lm_run_problem(self.run), self.spec)
-        self.started = time.monotonic()
 
     def __exit__(self, *_: object) -> None:
         self.lib.lm_close_run(self.run)
@@ -161,69 +153,23 @@ class _Run:
         if said:
             self.notes.append(said)
 
-    # --- progress ---
-
-    def snapshot(self) -> None:
-        """Note where the search stands; nothing else may touch the search meanwhile."""
-        ffi, lib = self.ffi, self.lib
-        p = ffi.new("lm_progress *")
-        lib.lm_read_progress(self.search, p)
-        found = ffi.new("lm_solution[]", FRONT_SHOWN)
-        count = min(lib.lm_read_front(self.search, found, FRONT_SHOWN), FRONT_SHOWN)
-        best = ffi.new("lm_solution *")
-        has_best = lib.lm_read_best(self.search, best)
-        seconds = time.monotonic() - self.started
-        left: float | None = None
-        if p.evaluations >= p.budget:
-            left = 0.0
-        elif p.evaluations >= p.budget / 50:
-            left = seconds * (p.budget - p.evaluations) / p.evaluations
-        fates = {name: int(p.fate[i]) for i, name in enumerate(FATES)}
-        lead = self.spec.objectives[0]
-        self.seen = {
-            "stage": STAGES[p.stage],
-            "evaluations": int(p.evaluations),
-            "budget": int(p.budget),
-            "best_value": figure_value(lead, p.best_value) if p.has_best else None,
-            "best": best if has_best else None,
-            "feasible_share": float(p.feasible_share),
-            "refused": int(p.refused),
-            "tasks": int(p.tasks_done),
-            "combinations": {**fates, "total": sum(fates.values())},
-            "front": [self.designs.objectives(found[i]) for i in range(count)],
-            "seconds": seconds,
-            "seconds_left": left,
-        }
-
-    def show(self, progress: Progress | None) -> None:
-        """Hand the last snapshot on, in the thread of the caller."""
-        seen, self.seen = self.seen, None
-        if progress is None or seen is None:
-            return
-        best = seen["best"]
-        if best is not None:
-            at = (int(best.combination), bytes(self.ffi.buffer(best.unit)))
-            if at != self.best_at:
-                self.best_at = at
-                self.best = self.designs.drive(best.combination, best.unit)
-            seen["best"] = self.best
-        progress(seen)
-
     # --- work ---
 
     def work(
         self,
         workers: int | None,
         executor: Any,
-        progress: Progress | None,
+        progress: OnProgress | None,
         stop: threading.Event | None,
     ) -> SearchResult:
+        lead = self.spec.objectives[0]
+        self.progress = ProgressReports(self.search, self.designs, lead, progress)
         interrupt: BaseException | None = None
         try:
             if executor is not None:
-                status = self.work_by(executor, progress, stop)
+                status = self.work_by(executor, stop)
             else:
-                status = self.work_here(workers or 0, progress, stop)
+                status = self.work_here(workers or 0, stop)
         except BaseException as error:  # saved below, then raised again
             interrupt = error
             status = STOPPED
@@ -233,8 +179,8 @@ class _Run:
         result = self.collect(status)
         if interrupt is not None:
             raise interrupt
-        self.snapshot()
-        self.show(progress)
+        self.progress.snapshot()
+        self.progress.show()
         return result
 
     def in_thread(self, call: Callable[[], int], each: Callable[[], None]) -> int:
@@ -254,11 +200,9 @@ class _Run:
             raise LostMotionError("the search ended without an answer")
         return done[0]
 
-    def work_here(
-        self, workers: int, progress: Progress | None, stop: threading.Event | None
-    ) -> int:
+    def work_here(self, workers: int, stop: threading.Event | None) -> int:
         """Do all tasks with threads of the library."""
-        hook = self.ffi.new_handle(self.snapshot)
+        hook = self.ffi.new_handle(self.progress.snapshot)
 
         def call() -> int:
             status: int = self.lib.lm_work_run(
@@ -269,15 +213,13 @@ class _Run:
         def each() -> None:
             if stop is not None and stop.is_set():
                 self.stop_flag[0] = 1
-            self.show(progress)
+            self.progress.show()
 
         status = self.in_thread(call, each)
         self.hear(c_string(self.note))
         return status
 
-    def work_by(
-        self, executor: Any, progress: Progress | None, stop: threading.Event | None
-    ) -> int:
+    def work_by(self, executor: Any, stop: threading.Event | None) -> int:
         """Hand all tasks to an executor."""
         ffi, lib = self.ffi, self.lib
         tasks = ffi.new("const lm_task **")
@@ -290,15 +232,11 @@ class _Run:
                 for i in range(count)
                 if not lib.lm_is_answered(self.search, tasks[0][i].id)
             }
-            if not self.do_batch(executor, waiting, progress, stop):
+            if not self.do_batch(executor, waiting, stop):
                 return STOPPED
 
     def do_batch(
-        self,
-        executor: Any,
-        waiting: dict[int, bytes],
-        progress: Progress | None,
-        stop: threading.Event | None,
+        self, executor: Any, waiting: dict[int, bytes], stop: threading.Event | None
     ) -> bool:
         """Do one batch of tasks; False when it was stopped."""
         mark = build_mark()
@@ -318,13 +256,13 @@ class _Run:
                         future = answers.get(timeout=TICK_SECONDS)
                         break
                     except queue.Empty:
-                        self.snapshot()
-                        self.show(progress)
+                        self.progress.snapshot()
+                        self.progress.show()
                 self.take(future)
                 if time.monotonic() - shown > TICK_SECONDS:
                     shown = time.monotonic()
-                    self.snapshot()
-                    self.show(progress)
+                    self.progress.snapshot()
+                    self.progress.show()
             return True
         finally:
             for future in futures.values():

@@ -58,7 +58,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         odd = find_odd_runs(final, np.array(body.about["swing_arcsec"]))
         if odd is not None:
             least = least_size(within, max(model.given.values(), default=0.0))
-            found.add_odd_runs(odd, size_of_odd(body, odd), least, body.about["runs"])
+            found.add_odd_runs(odd, size_of_odd_in_evidence(body, odd), least, body.about["runs"])
     sizes, unreachable = detectable(steps[-1].round, within)
     depends = [dependence(event, body.rows.sum()) for event in events if event not in slips]
     scatter = zip((*DEVIATIONS, "offset_arcsec"), map(float, scatter_of(final)), strict=True)
@@ -69,7 +69,7 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
         "noise_floor_arcsec": floor_of(final, squares_by_run(body), model.rows, within, held_out),
         "effects": found.shown,
         "ladder": ladder,
-        "candidates": list_candidates(model, steps, ladder, found.shown),
+        "candidates": candidates_of_evidence(model, steps, ladder, found.shown),
         "events": events,
         "smallest_detectable": sizes,
         "unexplained": {
@@ -100,13 +100,13 @@ def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.asarray(centred(body.plain)[:, known[:, None], known] * np.outer(scale, scale))
 
 
-def size_of_odd(body: Body, odd: OddRuns) -> float:
+def size_of_odd_in_evidence(body: Body, odd: OddRuns) -> float:
     """Root mean square over all samples, arc seconds, of what odd runs do."""
     squares = squares_by_run(body)[odd.runs, odd.place, odd.place]
     return float(np.sqrt(squares @ np.square(odd.deviations) / body.rows.sum()))
 
 
-def list_candidates(
+def candidates_of_evidence(
     model: EvidenceModel,
     steps: Sequence[Step],
     ladder: Sequence[Mapping[str, Any]],

@@ -53,8 +53,6 @@ DAYS = {
 BASIC = r"(?P<h>[0-9]{2})(?P<min>[0-9]{2})(?P<s>[0-9]{2})(?:[.,](?P<frac>[0-9]{1,12}))?"
 """Time of day in digits alone, behind a date and a T."""
 
-STAMP_EXPECTED = "seconds, or a date or time of day such as 2025-04-17T17:00:08.1Z or 17:00:08.1"
-
 
 def as_texts(column: Any) -> Any:
     """Return stamps as text without blanks round them; null where there is none."""
@@ -212,15 +210,6 @@ def read_stamps(
             action = "times of day go past midnight; a day put on"
             findings.append(Finding("clock", file, column, None, int(over.size), action))
     return stamps, known, findings
-
-
-def from_first(stamps: IntArray, known: npt.NDArray[np.bool_], unit_ns: int = 1) -> FloatArray:
-    """Return integer stamps in seconds from the first one, NaN where there is none."""
-    out = np.full(stamps.size, np.nan)
-    if known.any():
-        since = stamps - stamps[int(np.flatnonzero(known)[0])]
-        out[known] = since[known] * (unit_ns / NS) if unit_ns > 1 else since[known] / NS
-    return out
 
 
 def epoch_unit(file: str, column: str, values: FloatArray) -> tuple[str, Finding] | None:

@@ -1,0 +1,86 @@
+"""Where a search stands, noted while it works and told in the thread of its caller."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from lostmotion.design.engine import FATES, STAGES, engine, figure_value
+from lostmotion.design.result import Designs
+
+OnProgress = Callable[[dict[str, Any]], None]
+"""What a caller is told by."""
+
+FRONT_SHOWN = 500
+"""Most designs of the front that are told at once."""
+
+
+class ProgressReports:
+    """Snapshots of a search, and who is told of them.
+
+    Parameters
+    ----------
+    search : cdata
+        Of the optimizer.
+    designs : Designs
+    lead : int
+        First objective, by `lm_figure`.
+    tell : callable or None
+    """
+
+    def __init__(self, search: Any, designs: Designs, lead: int, tell: OnProgress | None) -> None:
+        self.ffi, self.lib = engine()
+        self.search = search
+        self.designs = designs
+        self.lead = lead
+        self.tell = tell
+        self.started = time.monotonic()
+        self.seen: dict[str, Any] | None = None  # last snapshot, not yet shown
+        self.best_at: tuple[int, bytes] | None = None
+        self.best: dict[str, Any] | None = None
+
+    def snapshot(self) -> None:
+        """Note where the search stands; nothing else may touch the search meanwhile."""
+        ffi, lib = self.ffi, self.lib
+        p = ffi.new("lm_progress *")
+        lib.lm_read_progress(self.search, p)
+        found = ffi.new("lm_solution[]", FRONT_SHOWN)
+        count = min(lib.lm_read_front(self.search, found, FRONT_SHOWN), FRONT_SHOWN)
+        best = ffi.new("lm_solution *")
+        has_best = lib.lm_read_best(self.search, best)
+        seconds = time.monotonic() - self.started
+        left: float | None = None
+        if p.evaluations >= p.budget:
+            left = 0.0
+        elif p.evaluations >= p.budget / 50:
+            left = seconds * (p.budget - p.evaluations) / p.evaluations
+        fates = {name: int(p.fate[i]) for i, name in enumerate(FATES)}
+        self.seen = {
+            "stage": STAGES[p.stage],
+            "evaluations": int(p.evaluations),
+            "budget": int(p.budget),
+            "best_value": figure_value(self.lead, p.best_value) if p.has_best else None,
+            "best": best if has_best else None,
+            "feasible_share": float(p.feasible_share),
+            "refused": int(p.refused),
+            "tasks": int(p.tasks_done),
+            "combinations": {**fates, "total": sum(fates.values())},
+            "front": [self.designs.objectives(found[i]) for i in range(count)],
+            "seconds": seconds,
+            "seconds_left": left,
+        }
+
+    def show(self) -> None:
+        """Hand the last snapshot on, in the thread of the caller."""
+        seen, self.seen = self.seen, None
+        if self.tell is None or seen is None:
+            return
+        best = seen["best"]
+        if best is not None:
+            at = (int(best.combination), bytes(self.ffi.buffer(best.unit)))
+            if at != self.best_at:
+                self.best_at = at
+                self.best = self.designs.drive(best.combination, best.unit)
+            seen["best"] = self.best
+        self.tell(seen)
