@@ -30,6 +30,9 @@ from lostmotion.simulators.variables import Kind, list_variables
 fmpy = pytest.importorskip("fmpy", reason="no FMPy: pip install 'lostmotion[test]'")
 fmi2 = pytest.importorskip("fmpy.fmi2", reason="no FMPy")
 fmi3 = pytest.importorskip("fmpy.fmi3", reason="no FMPy")
+build_platform_binary = pytest.importorskip(
+    "fmpy.build", reason="an FMPy that compiles no sources"
+).build_platform_binary
 validate_fmu = pytest.importorskip("fmpy.validation", reason="no FMPy").validate_fmu
 
 pytestmark = needs_compiler
@@ -613,6 +616,21 @@ def test_fmpy_simulates_it_and_compiles_its_sources(tmp_path: Path) -> None:
         check=True,
         timeout=120,
     )
+    shutil.rmtree(tmp_path / "unpacked")
+    if shutil.which("cmake"):
+        newer = write(DATA / "joint" / "joint.toml", "torque", 3)[0]
+        fmpy.extract(str(newer), unzipdir=str(tmp_path / "unpacked"))
+        shutil.rmtree(tmp_path / "unpacked" / "binaries")
+        build_platform_binary(tmp_path / "unpacked")
+        again = fmpy.simulate_fmu(
+            str(tmp_path / "unpacked"),
+            stop_time=0.2,
+            step_size=1e-3,
+            output_interval=1e-3,
+            input=signal,
+            output=["lost_motion"],
+        )
+        np.testing.assert_allclose(again["lost_motion"], result["lost_motion"], atol=1e-15)
     needed = {v.name for v in fmpy.read_model_description(str(file)).modelVariables}
     assert {"torque", "lost_motion", "lost_motion_rate", "output_angle", "stiffness"} <= needed
 

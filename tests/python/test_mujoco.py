@@ -113,8 +113,9 @@ def test_a_fitted_drive_with_friction_in_parallel(tmp_path: Path) -> None:
     np.testing.assert_allclose(found, predicted, rtol=0.01)
 
 
-def test_the_step_does_not_change_the_lost_motion() -> None:
-    drive = read_drive(JOINT)
+@pytest.mark.parametrize("drive_file", DRIVES, ids=lambda file: f"{file.parent.name}-{file.stem}")
+def test_the_step_does_not_change_the_lost_motion(drive_file: Path) -> None:
+    drive = read_drive(drive_file)
     found = []
     for step_s in STEPS_S:
         torque, lost = slow_reversal(drive, drive.rated_torque_Nm, step_s=step_s)
