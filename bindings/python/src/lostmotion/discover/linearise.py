@@ -39,11 +39,9 @@ SETTLED = 0.5
 STEP_RIDGE = 1e-9
 """Relative ridge of a step's normal matrix, and least room of a parameter that is at its bound."""
 
-DEVIATION_SHARES = (1.0, 0.4)
-"""Shares of their step that the deviations move alone."""
-
-FOLLOW_STEPS = 6
-"""Evaluations of the fit that follows a step of the deviations."""
+MOVES = ((1.0, 1.0), (0.5, 0.5), (0.25, 0.25), (0.0, 1.0), (0.0, 0.4))
+"""Shares of their step that the parameters and the deviations take, one pair after the other, until
+the misfit falls: where kinks make the whole step overshoot."""
 
 PLAIN_STEPS = 8
 """Evaluations of the fit without deviations."""
@@ -95,39 +93,55 @@ def noise_rms(noise: Noise, base: BaselineModel) -> float:
 def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
     """Bring base and deviations to where the data with scatter and coloured noise want them.
 
-    A step moves both together; where kinks make that overshoot, the deviations move alone and the
-    base is fitted after them. The best point by restricted likelihood is the one that counts.
+    Penalised Gauss-Newton steps (FOCE): each is shortened until the misfit falls, and the model is
+    linearised anew where it leads, with new variances, as long as the restricted likelihood rises.
     """
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
     best = contest_at(current, noise)
     least_rms = plain_rms(current)
-
-    def attempt(
-        step: FloatArray, own: FloatArray, share: float
-    ) -> tuple[BaselineModel, Contest] | None:
-        moved = current.copy()
-        take_step(moved, best.evidence.scale, step, own, share)
-        if not step.any():
-            moved.fit(noise=float(np.median(noise.sigma)), steps=FOLLOW_STEPS)
-        if plain_rms(moved) >= rules.WORSE * least_rms:
-            return None
-        contest = contest_at(moved, noise)
-        return (moved, contest) if contest.null_objective < best.null_objective else None
-
     for _ in range(rounds):
-        step, own = bounded_step(current, best)
-        found = attempt(step, own, 1.0)
-        for share in DEVIATION_SHARES:
-            found = found or attempt(np.zeros_like(step), own, share)
-        if found is None:
+        moved = move(current, best, noise)
+        if moved is None or plain_rms(moved) >= rules.WORSE * least_rms:
             break
-        fall = best.null_objective - found[1].null_objective
-        current, best = found
+        contest = contest_at(moved, noise, best)
+        fall = best.null_objective - contest.null_objective
+        if fall <= 0:
+            break
+        current, best = moved, contest
         least_rms = min(least_rms, plain_rms(current))
         if fall < SETTLED:
             break
     return Settled(current, best, noise)
+
+
+def move(current: BaselineModel, contest: Contest, noise: Noise) -> BaselineModel | None:
+    """Move a model by as much of a Gauss-Newton step as lowers its misfit; None where none does."""
+    step, own = bounded_step(current, contest)
+    before = misfit(current, contest, noise)
+    for share, own_share in MOVES:
+        moved = current.copy()
+        take_step(moved, contest.evidence.scale, step, own, share, own_share)
+        if misfit(moved, contest, noise) < before:
+            return moved
+    return None
+
+
+def misfit(base: BaselineModel, contest: Contest, noise: Noise) -> float:
+    """Minus the log likelihood of a model at its deviations, and of these, nats and a constant.
+
+    At the variances of a contest; the offset of each run is where it fits best.
+    """
+    e = contest.evidence
+    variance = contest.null_omega / e.scale[e.scatter] ** 2
+    residual = base.residual()
+    total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)]))
+    for run, at in enumerate(base.conditions.slices()):
+        columns = np.column_stack((residual[at], np.ones(at.stop - at.start)))
+        white = noise.whiten(columns, run)
+        (square, cross), (_, ones) = white.T @ white
+        total += square - cross**2 / (ones + 1.0 / variance[-1])
+    return 0.5 * total
 
 
 def plain_rms(base: BaselineModel) -> float:
@@ -135,11 +149,18 @@ def plain_rms(base: BaselineModel) -> float:
     return float(np.sqrt(np.mean(base.residual() ** 2)))
 
 
-def contest_at(base: BaselineModel, noise: Noise) -> Contest:
-    """Gather the evidence of the base alone, linearised where it stands."""
+def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:
+    """Gather the evidence of the base alone, linearised where it stands.
+
+    Its variances are looked for from those of a contest that is `near`.
+    """
     fixed, precision, scatter, response = columns_of(base, base.at())
     evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
-    return Contest(evidence)
+    if near is None:
+        return Contest(evidence)
+    places = evidence.scatter
+    scale = evidence.scale[places] / near.evidence.scale[near.evidence.scatter]
+    return Contest(evidence, near.null_omega * scale**2)
 
 
 def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, FloatArray]:
@@ -159,9 +180,25 @@ def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, Flo
 
 
 def take_step(
-    base: BaselineModel, scale: FloatArray, delta: FloatArray, own: FloatArray, share: float = 1.0
+    base: BaselineModel,
+    scale: FloatArray,
+    delta: FloatArray,
+    own: FloatArray,
+    share: float = 1.0,
+    own_share: float = 1.0,
 ) -> None:
-    """Move the base by a Gauss-Newton step and every run towards its predicted deviations."""
+    """Move the base by a Gauss-Newton step and every run towards its predicted deviations.
+
+    Parameters
+    ----------
+    base : BaselineModel
+    scale : ndarray
+        Of the columns.
+    delta, own : ndarray
+        The step of the fixed columns, and the deviations, scaled.
+    share, own_share : float
+        How much of the way parameters and deviations go.
+    """
     x, low, high = base.vector()
     step = delta / scale[: delta.size]
     base.set_vector(np.clip(x + share * step[: x.size], low, high))
@@ -170,9 +207,9 @@ def take_step(
     if base.widens:
         base.hysteresis.radius_Nm = base.hysteresis.radius_Nm * (1.0 + share * wider)
     else:
-        own[:, 1] += wider
+        own[:, 1] += share * wider
     limit = np.array([DEVIATION_MAX, DEVIATION_MAX, np.inf])
-    moved = base.deviations + share * (own[:, : len(DEVIATIONS)] - base.deviations)
+    moved = base.deviations + own_share * (own[:, : len(DEVIATIONS)] - base.deviations)
     base.deviations = np.clip(moved, -limit, limit)
 
 

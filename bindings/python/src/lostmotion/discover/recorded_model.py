@@ -23,7 +23,7 @@ from lostmotion.discover.gates import judge_all
 from lostmotion.discover.growing_model import Contender, GrowingModel, Lead
 from lostmotion.discover.linearise import Settled, noise_rms, plain_of, plain_rms, settle
 from lostmotion.discover.measurement_noise import estimate_noise
-from lostmotion.discover.refits import refit, refitted, sharpen, without_deviations
+from lostmotion.discover.refits import fit_with, refit, refitted, sharpen, without_deviations
 from lostmotion.discover.selection import select
 from lostmotion.discover.terms import term_passes, term_size
 from lostmotion.effects.effect import Effect
@@ -98,6 +98,8 @@ class RecordedModel(GrowingModel):
         self.within = noise_rms(self.noise, base)
         self.settled = [settle(base, self.noise)]
         self.rounds = 0
+        self.fitted: dict[str, BaselineModel] = {}
+        self.fitted_alike: tuple[Settled, BaselineModel, float] | None = None
         first = self.settled[0].base
         self.given = {
             term.effect.name: term_size(first, place)
@@ -118,6 +120,7 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`; the noise is estimated anew, and the model settled under it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
+        self.fitted = {}
         if self.rounds:
             self.noise = estimate_noise(base, [c.columns for c in candidates])
         self.rounds += 1
@@ -138,7 +141,8 @@ class RecordedModel(GrowingModel):
         closed: dict[str, str],
     ) -> tuple[RecordedRound, list[Result]]:
         """Settle a model under the noise and judge every candidate."""
-        settled = settle(base, self.noise)
+        now = self.now
+        settled = now if now.noise is self.noise else settle(base, self.noise)
         # What is left of an effect is often another in quick runs, and is no second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
@@ -150,10 +154,11 @@ class RecordedModel(GrowingModel):
         least = rules.CALMER * noise_rms(current.settled.noise, current.settled.base)
         named = [r for r in results if current.candidates[r.name].named and r.gain > 0]
         for result in named[: rules.REFITS_NAMED]:
-            contender = refit(current, result)
-            if contender is None:
+            try:
+                base, _ = fit_with(current, result)
+            except np.linalg.LinAlgError:
                 continue
-            base = model_of(contender)
+            self.fitted[result.name] = base
             candidates, _ = self.candidates(base)
             noise = estimate_noise(base, [c.columns for c in candidates])
             spread = noise_rms(noise, base)
@@ -164,7 +169,7 @@ class RecordedModel(GrowingModel):
     def with_candidate(self, lead: Lead) -> Contender | None:
         """See `GrowingModel`: a refit of all."""
         assert isinstance(lead.round, RecordedRound)
-        return refit(lead.round, lead.result, self.now)
+        return refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
 
     def passes_gates(self, contender: Contender, count: int) -> bool:
         """See `GrowingModel`: linearised where the model with it is."""
@@ -189,9 +194,16 @@ class RecordedModel(GrowingModel):
 
     def fall_of_left_out(self, contender: Contender) -> float:
         """See `GrowingModel`."""
-        before = without_deviations(self.now.base)
+        before, before_rms = self.alike()
         after = without_deviations(model_of(contender), before)
-        return held_out_rms(before) ** 2 - held_out_rms(after) ** 2
+        return before_rms**2 - held_out_rms(after) ** 2
+
+    def alike(self) -> tuple[BaselineModel, float]:
+        """The model as it is, fitted for all runs together, and its leave-one-run-out rms."""
+        if self.fitted_alike is None or self.fitted_alike[0] is not self.now:
+            base = without_deviations(self.now.base)
+            self.fitted_alike = (self.now, base, held_out_rms(base))
+        return self.fitted_alike[1:]
 
     def take(self, contender: Contender, count: int) -> None:
         """See `GrowingModel`; what the drive file brought along stays."""

@@ -18,13 +18,17 @@ from lostmotion.discover.linearise import Settled, plain_rms, settle, take_step
 from lostmotion.evidence.contest import Result
 from lostmotion.evidence.noise import Noise
 from lostmotion.evidence.scatter import deviations
-from lostmotion.fit.baseline import TOLERANCE, BaselineModel
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.terms import Additive, Term
 
 FloatArray = npt.NDArray[np.float64]
 
 REFIT_STEPS = 12
 """Evaluations of a joint refit."""
+
+FIT_NATS = 0.1
+"""Fall of half the sum of squares over the noise that a fit does not go on for: a twentieth of the
+least gain that counts (`rules.GAIN_LEAST`)."""
 
 APART_STEPS, APART_TOLERANCE = 20, 1e-7
 """A fit without deviations has to come to its end, or what it lacks is taken for deviations."""
@@ -109,7 +113,10 @@ def hold_to_name(term: Term) -> bool:
 
 
 def refit(
-    current: RecordedRound, result: Result, reference: Settled | None = None
+    current: RecordedRound,
+    result: Result,
+    reference: Settled | None = None,
+    fitted: BaselineModel | None = None,
 ) -> Contender | None:
     """Fit base and candidate together, from the deviations that this hypothesis predicts.
 
@@ -121,6 +128,8 @@ def refit(
     reference : Settled, optional
         Against which the gain counts, where the round is that of a base without deviations: then
         they stay at nothing until the candidate has had its fit.
+    fitted : BaselineModel, optional
+        A fit with the candidate that is at hand.
 
     Returns
     -------
@@ -128,43 +137,83 @@ def refit(
         None where a fit with the candidate leads to numbers that no evidence can be made of.
     """
     try:
-        return _refit(current, result, reference)
+        return _refit(current, result, reference, fitted)
     except np.linalg.LinAlgError:
         return None
 
 
-def _refit(current: RecordedRound, result: Result, reference: Settled | None) -> Contender:
+def _refit(
+    current: RecordedRound,
+    result: Result,
+    reference: Settled | None,
+    fitted: BaselineModel | None,
+) -> Contender:
     settled = current.settled
     candidate = current.candidates[result.name]
-    start, own = (0, result) if candidate.effect is None else best_start(current, result)
-    sigma = float(np.median(settled.noise.sigma))
 
     def settled_from(base: BaselineModel) -> Contender:
         done = settle(base, settled.noise)
         if candidate.effect is not None and hold_to_name(done.base.terms[-1]):
-            done.base.fit(noise=sigma, steps=REFIT_STEPS)
-            done = settle(done.base, settled.noise)
+            done = refitted(done.base, settled.noise)
         by_run = done.density - (reference or settled).density
         return Contender(result, candidate, done, float(by_run.sum()), by_run)
 
-    def from_base(tolerance: float = TOLERANCE) -> Contender:
-        base = settled.base.copy()
-        put_in(base, current, candidate, start, own)
-        base.fit(noise=sigma, steps=APART_STEPS, tolerance=tolerance)
-        return settled_from(base)
-
     if reference is not None and reference.base is not settled.base:
-        return from_base(APART_TOLERANCE)
+        return settled_from(fit_from_base(current, result, APART_TOLERANCE))
+    base, stepped = (fitted.copy(), True) if fitted else fit_with(current, result)
+    found = settled_from(base)
+    if not stepped or found.gain >= rules.PROMISE_KEPT * result.gain:
+        return found
+    return max(found, settled_from(fit_from_base(current, result)), key=lambda c: c.gain)
+
+
+def fit_with(current: RecordedRound, result: Result) -> tuple[BaselineModel, bool]:
+    """Fit base and candidate together at the deviations that the hypothesis predicts.
+
+    Returns
+    -------
+    model : BaselineModel
+    stepped : bool
+        False where that step led astray, and the fit has started from where the base stands.
+    """
+    settled = current.settled
     base = settled.base.copy()
     step_to(base, current, result)
-    put_in(base, current, candidate, start, own)
-    base.fit(noise=sigma, steps=REFIT_STEPS)
+    put_in(base, current, current.candidates[result.name], *start_of(current, result))
+    base.fit(
+        noise=float(np.median(settled.noise.sigma)),
+        steps=REFIT_STEPS,
+        tolerance=close_enough(base),
+    )
     if plain_rms(base) > rules.WORSE * plain_rms(settled.base):
-        return from_base()
-    stepped = settled_from(base)
-    if stepped.gain >= rules.PROMISE_KEPT * result.gain:
-        return stepped
-    return max(stepped, from_base(), key=lambda c: c.gain)
+        return fit_from_base(current, result), False
+    return base, True
+
+
+def fit_from_base(
+    current: RecordedRound, result: Result, tolerance: float | None = None
+) -> BaselineModel:
+    """Fit base and candidate together from where the base stands; the deviations stay."""
+    settled = current.settled
+    base = settled.base.copy()
+    put_in(base, current, current.candidates[result.name], *start_of(current, result))
+    base.fit(
+        noise=float(np.median(settled.noise.sigma)),
+        steps=APART_STEPS,
+        tolerance=close_enough(base) if tolerance is None else tolerance,
+    )
+    return base
+
+
+def start_of(current: RecordedRound, result: Result) -> tuple[int, Result]:
+    """Start of a candidate that explains most; a shape has one."""
+    shape = current.candidates[result.name].effect is None
+    return (0, result) if shape else best_start(current, result)
+
+
+def close_enough(base: BaselineModel) -> float:
+    """Relative fall of the cost that is worth `FIT_NATS`: what follows steps on from there."""
+    return 2.0 * FIT_NATS / base.conditions.rows
 
 
 def without_deviations(base: BaselineModel, before: BaselineModel | None = None) -> BaselineModel:

@@ -107,6 +107,12 @@ class Estimates:
 class Contest:
     """The contest over one body of evidence.
 
+    Parameters
+    ----------
+    evidence : Evidence
+    start : ndarray, optional
+        Variances of the scattering columns to begin from.
+
     Attributes
     ----------
     evidence : Evidence
@@ -117,12 +123,12 @@ class Contest:
         The baseline model alone.
     """
 
-    def __init__(self, evidence: Evidence) -> None:
+    def __init__(self, evidence: Evidence, start: FloatArray | None = None) -> None:
         self.evidence = evidence
         self.runs = evidence.runs
         index = evidence.index()
         self.null_omega, self.null_objective = RestrictedLikelihood(evidence, index).lowest(
-            np.full(evidence.scatter.size, FIRST_OMEGA)
+            np.full(evidence.scatter.size, FIRST_OMEGA) if start is None else start
         )
         self.null = reduce(evidence, index, self.null_omega)
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize
 
 from lostmotion.evidence.gram import Evidence
 
@@ -22,6 +21,16 @@ LOG_OMEGA = (-30.0, 25.0)
 
 SLOPE_LEAST = 1e-2
 """Slope of the objective over the logarithm of a variance at which REML stops, nats."""
+
+FALL_LEAST = 1e-4
+"""Fall of the objective in a step below which REML stops as well, nats."""
+
+STEPS_MOST, STEP_MOST, HALVINGS = 40, 4.0, 8
+"""Steps of a descent, the largest of a logarithm in one, and how often one that leads up is
+shortened, to a quarter each time."""
+
+FLAT = 1e-9
+"""Added to the curvature, relative to it and to 1: a variance of nothing has none."""
 
 STUCK = 0.05
 """Nats that a variance could still gain by its score, from which on REML is stuck ..."""
@@ -144,8 +153,11 @@ class RestrictedLikelihood:
         self.ridge = np.diag(evidence.ridge(index))
         self.both = np.concatenate((self.cross, self.gram), axis=2)
 
-    def __call__(self, log_omega: FloatArray) -> tuple[float, FloatArray]:
-        """Value and slope over the logarithms of the variances."""
+    def __call__(self, log_omega: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Value, slope and expected curvature over the logarithms of the variances.
+
+        The curvature leaves out that the coefficients bind the runs to each other.
+        """
         omega, n = np.exp(log_omega), self.total.shape[0]
         solved, log_det = without_scatter(self.gram, omega, self.both)
         c, a = solved[:, :, :n], solved[:, :, n:]
@@ -160,19 +172,36 @@ class RestrictedLikelihood:
         inverse = np.linalg.inv(factor)
         spread = c[:, :, :-1] @ inverse.T
         slope = 0.5 * (np.einsum("rkk->k", a) - (spread**2).sum((0, 2)) - (rest**2).sum(0))
-        return float(value), slope * omega
+        own = a - spread @ spread.transpose(0, 2, 1)
+        curvature = 0.5 * (own**2).sum(axis=0)
+        return float(value), slope * omega, curvature * np.outer(omega, omega)
 
     def descend(self, start: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-        """Variances, value and slope at the end of a descent."""
-        found = minimize(
-            self,
-            np.clip(np.log(np.maximum(start, 1e-12)), *LOG_OMEGA),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=[LOG_OMEGA] * start.size,
-            options={"maxiter": 40, "ftol": 1e-9, "gtol": SLOPE_LEAST},
-        )
-        return np.exp(found.x), float(found.fun), np.asarray(found.jac)
+        """Variances, value and slope at the end of a descent by Fisher scoring."""
+        low, high = LOG_OMEGA
+        x = np.clip(np.log(np.maximum(start, 1e-12)), low, high)
+        value, slope, curvature = self(x)
+        for _ in range(STEPS_MOST):
+            free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
+            if not np.any(np.abs(slope[free]) > SLOPE_LEAST):
+                break
+            step = np.zeros_like(x)
+            inner = curvature[np.ix_(free, free)]
+            inner[np.diag_indices_from(inner)] += FLAT * (1.0 + np.diag(inner))
+            step[free] = np.clip(-np.linalg.solve(inner, slope[free]), -STEP_MOST, STEP_MOST)
+            for _ in range(HALVINGS):
+                trial = np.clip(x + step, low, high)
+                found = self(trial)
+                if found[0] < value:
+                    break
+                step *= 0.25
+            else:
+                break
+            fall = value - found[0]
+            x, (value, slope, curvature) = trial, found
+            if fall < FALL_LEAST:
+                break
+        return np.exp(x), value, slope
 
     def lowest(self, start: FloatArray) -> tuple[FloatArray, float]:
         """Variances that the recordings speak for most, and the value there.

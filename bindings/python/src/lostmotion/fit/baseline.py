@@ -11,6 +11,7 @@ with half widths times (1 + f_run) (`hysteresis`); a, f and g are what a run has
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -305,21 +306,25 @@ class BaselineModel:
         """
         c = self.conditions
 
-        def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        def evaluate(x: FloatArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
             self.set_vector(x)
             point = self.at()
             known, known_rows = self.prior_rows(x, noise)
             residual = point.angle - self.measured
             if rows is None:
-                columns = self.fixed_columns(point, known.size)
                 c.centre(residual[:, None])
-                c.centre(columns[: c.rows])
-                columns[c.rows :] = known_rows
             else:
                 residual = c.centred_on(rows, residual)
-                kept = c.centred_on(rows, self.fixed_columns(point))
-                columns = np.concatenate((kept, known_rows))
-            return np.concatenate((residual, known)), columns
+
+            def derivatives() -> FloatArray:
+                if rows is None:
+                    columns = self.fixed_columns(point, known.size)
+                    c.centre(columns[: c.rows])
+                    columns[c.rows :] = known_rows
+                    return columns
+                return np.concatenate((c.centred_on(rows, self.fixed_columns(point)), known_rows))
+
+            return np.concatenate((residual, known)), derivatives
 
         x, low, high = self.vector()
         solution = bounded_least_squares(evaluate, x, low, high, steps=steps, tolerance=tolerance)
