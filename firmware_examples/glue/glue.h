@@ -21,17 +21,24 @@ typedef struct foc_joint {
   foc_motor motor;
   lm_compensator compensator;
   float correction_rad; /* in the angle that the shaft was last sent to */
+  float zero_rad;       /* of the output angle, by homing */
+  int enabled;          /* the user's motor.enable() and motor.disable() with the brake */
 } foc_joint;
 
-/* Power-up with this torque on the output. Anything but LM_OK: the loop must not run. */
-lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, float torque_Nm);
+/* Power-up, disabled, with this torque on the output and the shaft where it stands. kept: the
+ * history of the last power-down, or null. Anything but LM_OK: the loop must not be enabled. */
+lm_status foc_start(foc_joint *joint, const lm_parameters *parameters, const lm_saved *kept,
+                    float torque_Nm, float shaft_rad);
+/* In every period, enabled or not; the target begins at foc_output as it is enabled. */
 void foc_loop(foc_joint *joint, float output_rad, float torque_Nm, float period_s);
 float foc_output(const foc_joint *joint);
+/* In LM_MODE_HOLD and LM_STATE_SETTLED: the output stands at this angle. */
+void foc_reference(foc_joint *joint, float output_rad);
 
 /* --- A drive in the manner of moteus: one interrupt does everything, angles are turns of the
  * output, the drive plans its own ramp to a position within a velocity and an acceleration, and
  * commands carry a feed-forward torque. */
-typedef enum servo_mode { SERVO_STOPPED, SERVO_POSITION } servo_mode;
+typedef enum servo_mode { SERVO_STOPPED, SERVO_POSITION, SERVO_HOMING } servo_mode;
 
 typedef struct servo_command {
   servo_mode mode;
@@ -43,6 +50,7 @@ typedef struct servo_command {
 
 typedef struct servo {
   float measured_rev; /* motor encoder over the ratio */
+  float zero_rev;     /* of the output angle, by homing */
   float control_position_rev;
   float control_velocity_rev_s;
   float reported_position_rev;
@@ -51,11 +59,14 @@ typedef struct servo {
   lm_correction correction;
 } servo;
 
-/* Power-up, stopped, with this torque on the output. Anything but LM_OK: the interrupt must not
- * run. LM_INCONSISTENT: parameters exported for another period than the interrupt's. */
-lm_status servo_start(servo *drive, const lm_parameters *parameters, float torque_Nm,
-                      float period_s);
+/* Power-up, stopped, with this torque on the output and the motor where it stands; kept: the
+ * history of the last power-down, or null. Anything but LM_OK: the interrupt must not run.
+ * LM_INCONSISTENT: parameters exported for another period than the interrupt's. */
+lm_status servo_start(servo *drive, const lm_parameters *parameters, const lm_saved *kept,
+                      float torque_Nm, float measured_rev, float period_s);
 /* The torque for the current loop. */
 float servo_interrupt(servo *drive, const servo_command *command);
+/* In mode SERVO_HOMING, once the correction rests (LM_STATE_SETTLED): the output stands here. */
+void servo_reference(servo *drive, float position_rev);
 
 #endif

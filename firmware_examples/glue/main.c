@@ -1,6 +1,7 @@
-/* Runs the drives of this folder to a position under load, and checks that the motor goes beyond
- * it by the wind-up while the reported position is the commanded one, and that a stop in between
- * changes nothing. The exit code is the number of the first check that fails. */
+/* Runs the drives of this folder in the order of things, under load: power-up, settle, close, run,
+ * emergency stop, resume, home, brake, power-down with the history, power-up. The motor goes beyond
+ * its command by the wind-up while the reported position is the commanded one, and closing moves
+ * nothing. The exit code is ten times the drive's number and the check that fails. */
 #include "glue.h"
 
 #include "checks.h"
@@ -10,6 +11,7 @@
 #define TICKS 4000
 #define COMMAND_RAD 0.5f
 #define LOAD_NM (-12.0f)
+#define STILL_RAD 2e-6f /* 0.4 arcsec */
 #define TURN_RAD 6.28318531f
 #define DAMPING 45.0f /* N*m*s/rev of the simulated motor, which has no inertia */
 
@@ -22,55 +24,135 @@ static float wind_up(void) {
   return lm_step_model(&joint_parameters, &memory, &at);
 }
 
-static int check_foc(void) {
-  static foc_joint joint;
-  int tick;
-  if (foc_start(&joint, &joint_parameters, LOAD_NM) != LM_OK) {
-    return 1;
-  }
-  for (tick = 0; tick < TICKS; ++tick) {
-    foc_loop(&joint, COMMAND_RAD, LOAD_NM, PERIOD_S);
-  }
-  if (!is_close(foc_output(&joint), COMMAND_RAD)) {
-    return 2;
-  }
-  return is_close(joint.motor.shaft_angle_rad / GLUE_RATIO, COMMAND_RAD - wind_up()) ? 0 : 3;
+static float size(float value) {
+  return value < 0 ? -value : value;
 }
 
+static void run_foc(foc_joint *joint, float output_rad, float load_Nm, int ticks) {
+  for (; ticks > 0; --ticks) {
+    foc_loop(joint, output_rad, load_Nm, PERIOD_S);
+  }
+}
+
+static int check_foc(void) {
+  static foc_joint joint;
+  lm_saved kept;
+  float before_rad;
+  if (foc_start(&joint, &joint_parameters, 0, LOAD_NM, 0) != LM_OK) {
+    return 1;
+  }
+  /* Enabled at the reported angle: nothing moves. */
+  joint.enabled = 1;
+  run_foc(&joint, foc_output(&joint), LOAD_NM, 10);
+  if (size(joint.motor.shaft_angle_rad) > STILL_RAD * GLUE_RATIO) {
+    return 2;
+  }
+  run_foc(&joint, COMMAND_RAD, LOAD_NM, TICKS);
+  if (!is_close(foc_output(&joint), COMMAND_RAD) ||
+      !is_close(joint.motor.shaft_angle_rad / GLUE_RATIO, COMMAND_RAD - wind_up())) {
+    return 3;
+  }
+  /* Emergency stop, a push under the brake, and resume. */
+  joint.enabled = 0;
+  before_rad = joint.motor.shaft_angle_rad;
+  run_foc(&joint, COMMAND_RAD, LOAD_NM - 5.0f, TICKS / 10);
+  run_foc(&joint, COMMAND_RAD, LOAD_NM, TICKS / 10);
+  joint.enabled = 1;
+  run_foc(&joint, foc_output(&joint), LOAD_NM, 10);
+  if (size(joint.motor.shaft_angle_rad - before_rad) > STILL_RAD * GLUE_RATIO) {
+    return 4;
+  }
+  /* Home with the correction held, resume. */
+  lm_set_mode(&joint.compensator, LM_MODE_HOLD);
+  run_foc(&joint, foc_output(&joint), LOAD_NM, TICKS / 10);
+  foc_reference(&joint, 1.0f);
+  lm_set_mode(&joint.compensator, LM_MODE_RUN);
+  before_rad = joint.motor.shaft_angle_rad;
+  run_foc(&joint, 1.0f, LOAD_NM, TICKS / 10);
+  if (size(joint.motor.shaft_angle_rad - before_rad) > STILL_RAD * GLUE_RATIO) {
+    return 5;
+  }
+  /* Power-down with the history, power-up, enabled: nothing moves. */
+  joint.enabled = 0;
+  run_foc(&joint, 1.0f, LOAD_NM, 10);
+  lm_save_compensator(&joint.compensator, &kept);
+  before_rad = joint.motor.shaft_angle_rad;
+  if (foc_start(&joint, &joint_parameters, &kept, LOAD_NM, before_rad) != LM_OK) {
+    return 6;
+  }
+  joint.enabled = 1;
+  run_foc(&joint, foc_output(&joint), LOAD_NM, TICKS / 10);
+  return size(joint.motor.shaft_angle_rad - before_rad) > STILL_RAD * GLUE_RATIO ? 7 : 0;
+}
+
+/* A brake holds the stopped motor. */
 static void run_servo(servo *drive, const servo_command *command, int ticks) {
   for (; ticks > 0; --ticks) {
     float torque_Nm = servo_interrupt(drive, command);
-    float made_Nm = command->mode == SERVO_POSITION ? torque_Nm + LOAD_NM : 0;
+    float made_Nm = command->mode == SERVO_STOPPED ? 0 : torque_Nm + LOAD_NM;
     drive->measured_rev += made_Nm / DAMPING * drive->period_s;
   }
 }
 
 static int check_servo(void) {
   static servo drive;
-  servo_command command = {SERVO_POSITION, COMMAND_RAD / TURN_RAD, 0.5f, 2.0f, -LOAD_NM};
-  if (servo_start(&drive, &joint_parameters, LOAD_NM, 2 * PERIOD_S) != LM_INCONSISTENT) {
-    return 7;
+  lm_saved kept;
+  servo_command command = {SERVO_STOPPED, COMMAND_RAD / TURN_RAD, 0.5f, 2.0f, -LOAD_NM};
+  float before_rev;
+  if (servo_start(&drive, &joint_parameters, 0, LOAD_NM, 0, 2 * PERIOD_S) != LM_INCONSISTENT) {
+    return 1;
   }
-  if (servo_start(&drive, &joint_parameters, LOAD_NM, PERIOD_S) != LM_OK) {
-    return 4;
+  if (servo_start(&drive, &joint_parameters, 0, LOAD_NM, 0, PERIOD_S) != LM_OK) {
+    return 2;
   }
+  run_servo(&drive, &command, 10);
+  command.mode = SERVO_POSITION;
   run_servo(&drive, &command, TICKS / 10);
-  command.mode = SERVO_STOPPED;
+  command.mode = SERVO_STOPPED; /* in the midst of the ramp */
   run_servo(&drive, &command, TICKS / 10);
   command.mode = SERVO_POSITION;
   run_servo(&drive, &command, TICKS);
-  if (!is_close(drive.reported_position_rev * TURN_RAD, COMMAND_RAD)) {
+  if (!is_close(drive.reported_position_rev * TURN_RAD, COMMAND_RAD) ||
+      !is_close(drive.measured_rev * TURN_RAD, COMMAND_RAD - wind_up())) {
+    return 3;
+  }
+  /* Home with the correction held, resume. */
+  command.mode = SERVO_HOMING;
+  run_servo(&drive, &command, TICKS / 10);
+  if (!(drive.correction.status & LM_STATE_SETTLED)) {
+    return 4;
+  }
+  servo_reference(&drive, 1);
+  command.position_rev = 1;
+  command.mode = SERVO_POSITION;
+  before_rev = drive.measured_rev;
+  run_servo(&drive, &command, TICKS / 10);
+  if (size(drive.measured_rev - before_rev) * TURN_RAD > STILL_RAD) {
     return 5;
   }
-  return is_close(drive.measured_rev * TURN_RAD, COMMAND_RAD - wind_up()) ? 0 : 6;
+  /* Brake, power-down with the history, power-up, at work again: nothing moves. */
+  command.mode = SERVO_STOPPED;
+  run_servo(&drive, &command, 10);
+  lm_save_compensator(&drive.compensator, &kept);
+  before_rev = drive.measured_rev;
+  if (servo_start(&drive, &joint_parameters, &kept, LOAD_NM, before_rev, PERIOD_S) != LM_OK) {
+    return 6;
+  }
+  run_servo(&drive, &command, 10);
+  command.position_rev = drive.reported_position_rev;
+  command.mode = SERVO_POSITION;
+  run_servo(&drive, &command, TICKS / 10);
+  return size(drive.measured_rev - before_rev) * TURN_RAD > STILL_RAD ? 7 : 0;
 }
 
 int main(void) {
-  int failed = check_foc();
-  failed = failed ? failed : check_servo();
-  if (failed == 0) {
-    failed = check_cia402();
-    failed = failed ? failed + 10 : 0;
+  int (*const check[])(void) = {check_foc, check_servo, check_cia402};
+  int i;
+  for (i = 0; i < 3; ++i) {
+    int failed = check[i]();
+    if (failed) {
+      return 10 * (i + 1) + failed;
+    }
   }
-  return failed;
+  return 0;
 }

@@ -6,11 +6,12 @@
 #define POSITION_GAIN 4000.0f /* N*m/rev */
 #define VELOCITY_GAIN 40.0f   /* N*m*s/rev */
 
-lm_status servo_start(servo *drive, const lm_parameters *parameters, float torque_Nm,
-                      float period_s) {
+lm_status servo_start(servo *drive, const lm_parameters *parameters, const lm_saved *kept,
+                      float torque_Nm, float measured_rev, float period_s) {
   lm_status status;
   memset(drive, 0, sizeof *drive);
   drive->period_s = period_s;
+  drive->measured_rev = measured_rev;
   status = lm_start_compensator(&drive->compensator, parameters, torque_Nm, 0);
   if (status == LM_OK) {
     /* The limits of the correction hold for the period that the parameters were made for. */
@@ -20,6 +21,9 @@ lm_status servo_start(servo *drive, const lm_parameters *parameters, float torqu
   if (status == LM_OK) {
     /* The drive is stopped: the correction settles before the loop closes on it. */
     lm_conditions at = LM_CONDITIONS_UNKNOWN;
+    if (kept) {
+      (void)lm_restore_compensator(&drive->compensator, kept, 0); /* refused: history unknown */
+    }
     at.torque_Nm = torque_Nm;
     drive->correction = lm_settle_compensator(&drive->compensator, &at);
   }
@@ -53,6 +57,16 @@ static void share_velocity(servo *drive, const servo_command *command) {
   lm_set_headroom(&drive->compensator, &room);
 }
 
+static float report(const servo *drive) {
+  return drive->measured_rev - drive->correction.correction_rad / TURN_RAD + drive->zero_rev;
+}
+
+void servo_reference(servo *drive, float position_rev) {
+  drive->zero_rev += position_rev - report(drive);
+  drive->reported_position_rev = position_rev;
+  drive->control_position_rev = position_rev;
+}
+
 float servo_interrupt(servo *drive, const servo_command *command) {
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   float error_rev;
@@ -63,14 +77,14 @@ float servo_interrupt(servo *drive, const servo_command *command) {
    * steps in every mode, so that a stop loses nothing; the correction rests while stopped. */
   at.torque_Nm = -command->feedforward_torque_Nm;
   lm_set_mode(&drive->compensator, command->mode == SERVO_POSITION ? LM_MODE_RUN : LM_MODE_HOLD);
-  if (command->mode == SERVO_POSITION) {
+  if (command->mode != SERVO_STOPPED) {
     advance_ramp(drive, command);
     share_velocity(drive, command);
   }
 
   /* Here: behind the ramp, before the loop; and in what is reported. */
   drive->correction = lm_step_compensator(&drive->compensator, &at);
-  drive->reported_position_rev = drive->measured_rev - drive->correction.correction_rad / TURN_RAD;
+  drive->reported_position_rev = report(drive);
   if (command->mode == SERVO_STOPPED) {
     drive->control_position_rev = drive->reported_position_rev;
     drive->control_velocity_rev_s = 0;
