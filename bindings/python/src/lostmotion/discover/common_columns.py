@@ -187,7 +187,7 @@ def common_candidates(
 def without_start(evidence: Evidence, places: Sequence[slice]) -> Evidence:
     """Take the columns of the start states out of every run: they belong to one campaign.
 
-    Those of the first sitting stay as zeros, the others go: every campaign has the same columns.
+    Those of the first session stay as zeros, the others go: every campaign has the same columns.
     """
     s = np.concatenate([evidence.fixed[at] for at in places])
     prior = np.concatenate([evidence.precision[at] for at in places])

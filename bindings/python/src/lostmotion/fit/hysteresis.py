@@ -239,7 +239,7 @@ class Hysteresis:
     def sessions(self) -> list[slice]:
         """Rows within which friction's memory goes on."""
         c = self.conditions
-        begins = [int(c.starts[run]) for run in c.campaign.sittings()]
+        begins = [int(c.starts[run]) for run in c.campaign.sessions()]
         return [slice(a, b) for a, b in pairwise([*begins, c.rows])]
 
     def over(self, conditions: Conditions) -> None:

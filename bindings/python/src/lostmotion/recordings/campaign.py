@@ -21,8 +21,8 @@ FloatArray = npt.NDArray[np.float64]
 STILL_RAD = 1e-12
 """Lost motion that moves by no more than this is what rounding leaves of a constant."""
 
-SITTINGS_MAX = 24
-"""Sittings that have a friction memory of their own; each costs a fit eight numbers."""
+SESSIONS_MAX = 24
+"""Sessions that have a friction memory of their own; each costs a fit eight numbers."""
 
 FINGERPRINT_DIGITS = 10
 """Decimals of a lost motion in rad, below any encoder, that tell a run from others."""
@@ -52,7 +52,7 @@ class Run:
     file: str
     columns: dict[str, FloatArray]
     begins: bool = False
-    """Whether a sitting begins here: what the drive did since the run before is not known."""
+    """Whether a session begins here: what the drive did since the run before is not known."""
     sources: dict[str, Any] = field(default_factory=dict)
     """From a quantity to its column in the file and how that was read, where a file was read."""
     log: Log | None = field(default=None, repr=False, compare=False)
@@ -256,10 +256,10 @@ class Campaign:
             raise InputError("campaign", name, "no such column", expected)
         return np.concatenate([run.columns[name] for run in self.runs])
 
-    def sittings(self) -> list[int]:
-        """Places of the runs at which a sitting begins, the first among them."""
+    def sessions(self) -> list[int]:
+        """Places of the runs at which a session begins, the first among them."""
         begins = [i for i, run in enumerate(self.runs) if i == 0 or run.begins]
-        return begins[:SITTINGS_MAX]
+        return begins[:SESSIONS_MAX]
 
     def table(self) -> dict[str, npt.NDArray[Any]]:
         """Columns of all runs, joined, under the names that a file has: what a data frame takes.

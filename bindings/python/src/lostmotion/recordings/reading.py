@@ -386,7 +386,7 @@ def note_single(campaign: Campaign) -> None:
 def name_apart(runs: Sequence[Run]) -> None:
     """Put the file before labels that several files use.
 
-    Where a file numbers its runs anew, a sitting begins: the drive may have moved in between.
+    Where a file numbers its runs anew, a session begins: the drive may have moved in between.
     """
     labels = [run.label for run in runs]
     if len(set(labels)) != len(labels):

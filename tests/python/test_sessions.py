@@ -1,4 +1,4 @@
-"""Sittings: where files number their runs anew, nobody knows what the drive did in between."""
+"""Sessions: where files number their runs anew, nobody knows what the drive did in between."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def months(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 @pytest.mark.parametrize("states", [(0.0, 0.0, 0.0), (0.0, 0.5, -0.5)])
-def test_every_sitting_begins_where_it_began(states: tuple[float, ...]) -> None:
+def test_every_session_begins_where_it_began(states: tuple[float, ...]) -> None:
     runs: list[Run] = []
     for k, state in enumerate(states):
         data = moved_before(campaign(k + 1, runs=8, warm=False, noise=0.3), state)
@@ -59,24 +59,24 @@ def test_every_sitting_begins_where_it_began(states: tuple[float, ...]) -> None:
     assert np.all(begin[[0, 8, 16]] < 4 * np.median(others))
 
 
-def test_months_that_number_their_runs_anew_are_sittings(months: list[Path]) -> None:
+def test_months_that_number_their_runs_anew_are_sessions(months: list[Path]) -> None:
     data = read_campaign(months, ratio=RATIO)
-    assert data.sittings() == [0, 8, 16]
+    assert data.sessions() == [0, 8, 16]
     found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM)
     assert (found.verdict, found.effects, found.events) == ("complete", [], [])
-    assert thin_campaign(data, 2000).sittings() == [0, 8, 16]
+    assert thin_campaign(data, 2000).sessions() == [0, 8, 16]
 
 
-def test_runs_that_are_numbered_on_are_one_sitting(tmp_path: Path) -> None:
+def test_runs_that_are_numbered_on_are_one_session(tmp_path: Path) -> None:
     data = campaign(runs=6)
     for name, runs in (("a", data.runs[:3]), ("b", data.runs[3:])):
         write(Campaign(runs), tmp_path / f"{name}.csv")
-    assert read_campaign(tmp_path, ratio=RATIO).sittings() == [0]
+    assert read_campaign(tmp_path, ratio=RATIO).sessions() == [0]
     one = read_campaign(tmp_path / "a.csv", ratio=RATIO)
-    assert one.sittings() == [0]
+    assert one.sessions() == [0]
 
 
-def test_start_states_of_every_sitting_have_their_columns(months: list[Path]) -> None:
+def test_start_states_of_every_session_have_their_columns(months: list[Path]) -> None:
     base = BaselineModel(Conditions(read_campaign(months, ratio=RATIO)), RATED_NM)
     base.first_fit()
     base.allow_outside_friction()
@@ -102,7 +102,7 @@ def test_start_states_of_every_sitting_have_their_columns(months: list[Path]) ->
         assert set(np.flatnonzero(change)) <= set(first)
 
 
-def test_evidence_of_several_sittings_merges_with_that_of_one(months: list[Path]) -> None:
+def test_evidence_of_several_sessions_merges_with_that_of_one(months: list[Path]) -> None:
     bodies = []
     for files in (months[:2], months[2:]):
         data = read_campaign(files, ratio=RATIO)
