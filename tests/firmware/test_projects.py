@@ -254,7 +254,7 @@ add_executable(app)
     + STUBS["zephyr"].partition("set(CONFIG_LOSTMOTION y)")[0]
     + """
 include(${CMAKE_CURRENT_LIST_DIR}/configuration.cmake)
-foreach(module ${ZEPHYR_EXTRA_MODULES})
+foreach(module ${EXTRA_ZEPHYR_MODULES})
   file(STRINGS ${module}/zephyr/module.yml cmake REGEX "^  cmake: ")
   string(REPLACE "  cmake: " "" cmake ${cmake})
   add_subdirectory(${module}/${cmake} module)
@@ -285,16 +285,20 @@ def zephyr_stand_in(folder: Path) -> Path:
 
 
 def test_zephyr_project_runs(tmp_path: Path) -> None:
-    build, program = tmp_path / "build", "app"
+    build, program = tmp_path / "build", ["app"]
     command: list[object] = ["cmake", "-S", PROJECTS / "zephyr", "-B", build]
     if "ZEPHYR_BASE" in os.environ:
         command += ["-G", "Ninja", "-DBOARD=native_sim"]
-        program = "zephyr/zephyr.exe"
+        program = ["zephyr/zephyr.exe", "-stop_at=1"]  # it goes on after main
     else:
         command += [f"-DZephyr_DIR={zephyr_stand_in(tmp_path / 'zephyr')}"]
     run(command)
     run(["cmake", "--build", build, "--parallel", "2"])
     done = subprocess.run(
-        [build / program], capture_output=True, text=True, check=False, timeout=SECONDS
+        [build / program[0], *program[1:]],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=SECONDS,
     )
     assert RAN in done.stdout
