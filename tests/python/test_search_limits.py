@@ -6,7 +6,6 @@ import copy
 import csv
 import json
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,6 @@ from small_search import Write
 
 from conftest import NO_SEARCH
 from lostmotion.cli import main
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 

@@ -28,8 +28,6 @@ from lostmotion import design
 from lostmotion.cli import main
 from lostmotion.errors import InputError
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 

@@ -17,8 +17,6 @@ from lostmotion.core import core
 from lostmotion.design.spec import parse_spec
 from lostmotion.errors import InputError
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -17,8 +16,6 @@ from conftest import NO_SEARCH
 from lostmotion import design
 from lostmotion.design.spec import parse_spec
 from lostmotion.errors import InputError
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
 
