@@ -24,8 +24,9 @@ from conftest import BOUGHT, DATA, DRAWN
 from lostmotion import __version__, export, terminal
 from lostmotion.cli import main
 from lostmotion.commands import predict as predict_command
-from lostmotion.commands.parser import PROFILES, SHELLS
+from lostmotion.commands.parser import JOINS, PROFILES, SHELLS, SIDES
 from lostmotion.errors import LibraryError
+from lostmotion.recordings import joining, protocol
 from lostmotion.units import ARCMIN
 
 Write = Callable[..., Path]
@@ -406,6 +407,8 @@ def test_every_command_names_what_runs_it() -> None:
 
 def test_the_choices_of_the_parser_are_those_of_what_runs() -> None:
     assert PROFILES == export.PROFILES
+    assert JOINS == joining.JOINS
+    assert SIDES == protocol.SIDES
     assert set(SHELLS) <= set(shtab.SUPPORTED_SHELLS)
 
 

@@ -22,8 +22,8 @@ from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 
-STARTS_MAX = 4
-"""Starts of the inner values of an effect."""
+POINTS_MAX = 4
+"""Combinations of starts of the inner values of an effect that are tried."""
 
 TORQUE_SHARES = (0.02, 0.1, 0.5)
 """Starts of a torque for which a card states none, over rated torque."""
@@ -107,7 +107,7 @@ def resolved(effect: Effect, base: BaselineModel, ratio: float) -> Effect:
 
 
 def start_points(effect: Effect, base: BaselineModel, ratio: float) -> list[FloatArray]:
-    """Starts of all inner values, linear ones at zero; at most `STARTS_MAX`."""
+    """Starts of all inner values, linear ones at zero; at most `POINTS_MAX`."""
     first = start_values(effect, given_values(base, ratio))
     linear = effect.indices("linear")
     shapes = effect.inner()
@@ -115,7 +115,7 @@ def start_points(effect: Effect, base: BaselineModel, ratio: float) -> list[Floa
         return [first]
     first[linear] = 0.0
     every = list(product(*(grid(effect, i, base) for i in shapes)))
-    keep = every if len(every) <= STARTS_MAX else every[:: -(-len(every) // STARTS_MAX)]
+    keep = every if len(every) <= POINTS_MAX else every[:: -(-len(every) // POINTS_MAX)]
     points = []
     for combination in keep:
         values = first.copy()

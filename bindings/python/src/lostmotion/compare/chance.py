@@ -13,9 +13,6 @@ IntArray = npt.NDArray[np.intp]
 TINY = float(np.finfo(np.float64).tiny)
 """Below it a ratio of two sums says nothing more."""
 
-TINY = float(np.finfo(np.float64).tiny)
-"""Below it a ratio of two sums says nothing more."""
-
 FLIPS = 2047
 """Random sign patterns of the test for chance."""
 

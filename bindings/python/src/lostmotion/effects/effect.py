@@ -15,7 +15,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import NEEDS, Kind
+from lostmotion.core import NEEDS, Kind, core
 from lostmotion.effects.conditions import NEUTRAL, Conditions
 from lostmotion.errors import InputError, did_you_mean
 
@@ -41,8 +41,8 @@ ROLES: tuple[Role, ...] = get_args(Role)
 SCALES: tuple[Scale, ...] = get_args(Scale)
 """In the order of `lm_value_scale`."""
 
-STARTS_MAX = 4
-"""LM_STARTS_MAX: start values of one value."""
+STARTS_MAX = int(core(64).lib.LM_STARTS_MAX)
+"""Start values of one value, at most."""
 
 
 @dataclass(frozen=True)

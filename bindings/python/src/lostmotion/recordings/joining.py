@@ -17,6 +17,7 @@ import numpy.typing as npt
 from lostmotion.errors import InputError
 from lostmotion.recordings.bags import HEADER_STAMP, RECEIVE_TIME, Channel
 from lostmotion.recordings.findings import Finding
+from lostmotion.recordings.soundness import GAP_FACTOR
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -30,10 +31,6 @@ JOINS: tuple[Join, ...] = ("nearest", "linear")
 SECOND_NS = 1e9
 
 NANO = 1e-9
-
-GAP_FACTOR = 10.0
-"""A column that pauses for so many of its usual steps has no value there: as the factor of a gap in
-a recording (`soundness`)."""
 
 WRAP_SHARE = 0.5
 """A step of more than this share of all that a column covers is no motion to read between: an

@@ -51,7 +51,7 @@ LOAD_JUMP = 0.25
 """Share of the range of the torque from which a step of it is a jump of the load."""
 
 GAP_FACTOR = 10.0
-"""A time step this many times the usual one is a gap in the recording."""
+"""A time step this many times the usual one is a gap in the recording, or in one of its columns."""
 
 DUPLICATE_ACTION = "kept in the order of the file"
 
