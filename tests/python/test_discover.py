@@ -21,6 +21,7 @@ from small_campaigns import (
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover import diagnose, library
 from lostmotion.discover.answer import plausible
+from lostmotion.discover.conclusion import decide
 from lostmotion.discover.fitted_model import fit_model
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.drives import format_toml, parse_drive, tomllib
@@ -362,11 +363,13 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
     assert plain.selection.given_arcsec == 0.0
 
 
-@pytest.mark.parametrize(("runs", "says"), [(1, "1 run can show"), (5, "5 runs can show")])
-def test_few_runs_are_not_called_complete_without_saying_so(runs, says):
-    answer = {"verdict": "complete", "effects": [], "runs": runs}
-    assert says in verdict_sentence(answer)
-    assert verdict_sentence({**answer, "runs": 6}) == "Nothing is missing beyond the noise."
+@pytest.mark.parametrize(("runs", "says"), [(1, "1 run."), (5, "5 runs.")])
+def test_few_runs_are_inconclusive(runs, says):
+    verdict, shown = decide(runs, [], [], False)
+    assert (verdict, shown) == ("inconclusive", [])
+    sentence = verdict_sentence({"verdict": verdict, "effects": [], "runs": runs})
+    assert sentence == f"Inconclusive: {says} At least 6 are needed to identify an effect."
+    assert decide(6, [], [], False) == ("complete", [])
 
 
 @pytest.mark.parametrize("seed", [2, 8, 9])

@@ -29,6 +29,7 @@ from lostmotion.discover.contest_round import make_candidates
 from lostmotion.discover.gates import told_apart
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.refits import without_deviations
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.forms import FORMS, Friction, friction_form, in_form
@@ -204,4 +205,5 @@ def form_beside(
     beside.terms = [term.copy() for term in found.terms if not term.effect.needs <= {"torque_Nm"}]
     beside.fit()
     several = len(found.terms) > len(beside.terms) + 1
-    return choose_form(beside, effects, ratio, rival=tried(found) if several else None).form
+    rival = tried(without_deviations(found)) if several else None
+    return choose_form(beside, effects, ratio, rival=rival).form

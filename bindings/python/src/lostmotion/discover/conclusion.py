@@ -13,6 +13,9 @@ from lostmotion.discover.choice import Step
 from lostmotion.discover.gates import family_p
 from lostmotion.discover.odd_runs import OddRuns
 
+INCONCLUSIVE = "inconclusive"
+"""Verdict where there is too little data for any other."""
+
 
 @dataclass
 class Conclusion:
@@ -109,7 +112,7 @@ def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tu
         Whether a shape or an event without a name was found, too.
     """
     if runs < rules.RUNS_LEAST:
-        return ("unexplained" if names or nameless else "complete"), []
+        return ("unexplained" if names or nameless else INCONCLUSIVE), []
     if nameless:
         return "unexplained", names
     if names and rivals:

@@ -229,7 +229,7 @@ def conclude(
     if slipped:
         models.insert(0, without_slips(models[0], given))
     ladder = make_ladder(models)
-    floor = noise_floor(final, within, ladder[-1]["rms_heldout_arcsec"])
+    floor = noise_floor(final, within)
     slips = range(given, given + slipped)
     told = [event.told(c.labels) for event in events]
     depends = [*found.depends_on, *(dependence(event, c.rows) for event in told)]

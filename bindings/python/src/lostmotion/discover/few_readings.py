@@ -9,12 +9,10 @@ import numpy as np
 from lostmotion import rules
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
+from lostmotion.discover.conclusion import INCONCLUSIVE
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.few_readings import FewReadings
-
-INCONCLUSIVE = "inconclusive"
-"""Verdict where there is too little data for any other."""
 
 
 def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> Diagnosis:

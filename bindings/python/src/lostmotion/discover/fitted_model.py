@@ -263,7 +263,7 @@ def fit_model(
     return FittedModel(
         base,
         ladder,
-        noise_floor(settled, within, ladder[-1]["rms_heldout_arcsec"]),
+        noise_floor(settled, within),
         within,
         names,
         values,

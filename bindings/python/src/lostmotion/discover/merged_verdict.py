@@ -62,11 +62,10 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     sizes, unreachable = detectable(steps[-1].round, within)
     depends = [dependence(event, body.rows.sum()) for event in events if event not in slips]
     scatter = zip((*DEVIATIONS, "offset_arcsec"), map(float, scatter_of(final)), strict=True)
-    held_out = ladder[-1]["rms_heldout_arcsec"]
     return {
         "schema": "lostmotion.diagnosis/1",
         "verdict": found.verdict,
-        "noise_floor_arcsec": floor_of(final, squares_by_run(body), model.rows, within, held_out),
+        "noise_floor_arcsec": floor_of(final, squares_by_run(body), model.rows, within),
         "effects": found.shown,
         "ladder": ladder,
         "candidates": candidates_of_evidence(model, steps, ladder, found.shown),

@@ -19,36 +19,33 @@ def scatter_of(contest: Contest) -> FloatArray:
     return np.asarray(np.sqrt(contest.null_omega) / e.scale[e.scatter])
 
 
-def noise_floor(settled: Settled, within: float, held_out: float) -> float:
+def noise_floor(settled: Settled, within: float) -> float:
     """Noise within runs and scatter between them, as one rms in arc seconds.
 
     Every run counts with the deviations that it has, not with those that its like might have: one
-    odd run may have little that they act on. What a fit leaves of runs that it has not seen holds
-    both, so the floor is not above it: deviations that only make up for an effect whose form is not
-    exactly right are no scatter.
+    odd run may have little that they act on. It is not measured against the error of the model: a
+    floor above the leave-one-run-out error says that deviations make up for what the model lacks.
 
     Parameters
     ----------
     settled : Settled
         The model at the deviations of the runs.
-    within, held_out : float
-        Noise within runs, and the held-out error of the model.
+    within : float
+        Noise within runs.
     """
     base = settled.base
     scatter = base.run_columns(base.at())[:, : len(DEVIATIONS)]
     centred = (scatter[at] - scatter[at].mean(axis=0) for at in base.conditions.slices())
     squares = np.array([columns.T @ columns for columns in centred])
-    return floor_of(settled.contest, squares, base.conditions.rows, within, held_out)
+    return floor_of(settled.contest, squares, base.conditions.rows, within)
 
 
-def floor_of(
-    contest: Contest, squares: FloatArray, rows: float, within: float, held_out: float
-) -> float:
+def floor_of(contest: Contest, squares: FloatArray, rows: float, within: float) -> float:
     """The same from squares and products ``[run, part, part]`` of what scatters."""
     known = len(DEVIATIONS)
     moments = second_moments(contest)[:, :known, :known]
     total = float(np.sum(moments * squares))
-    return min(float(np.sqrt(within**2 + total / rows)), held_out)
+    return float(np.sqrt(within**2 + total / rows))
 
 
 def second_moments(contest: Contest) -> FloatArray:

@@ -9,9 +9,10 @@ from typing import Any
 from lostmotion import rules
 from lostmotion.discover.advice import count_runs
 from lostmotion.discover.answer import Diagnosis
-from lostmotion.discover.few_readings import INCONCLUSIVE
+from lostmotion.discover.conclusion import INCONCLUSIVE
 from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.drives import Drive
+from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.recordings import say_findings
 from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
 from lostmotion.report.ladder import ladder_figure
@@ -49,11 +50,11 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
     names = ", ".join(answer["effects"])
     runs = int(answer.get("runs", rules.RUNS_LEAST))
     sentence = {
-        INCONCLUSIVE: "Inconclusive: too few readings to identify an effect.",
-        "complete": "Nothing is missing beyond the noise."
-        if runs >= rules.RUNS_LEAST
-        else f"Nothing is missing that {count_runs(runs)} can show: fewer than {rules.RUNS_LEAST} "
-        "cannot carry the name of an effect.",
+        INCONCLUSIVE: "Inconclusive: too few readings to identify an effect."
+        if answer.get("samples", SAMPLES_LEAST) < SAMPLES_LEAST
+        else f"Inconclusive: {count_runs(runs)}. At least {rules.RUNS_LEAST} are needed to "
+        "identify an effect.",
+        "complete": "Nothing is missing beyond the noise.",
         "missing-effect": f"Missing: {names}.",
         "ambiguous": f"These data cannot tell apart: {names}.",
         "unexplained": (f"Missing: {names}; beside it s" if names else "S")
