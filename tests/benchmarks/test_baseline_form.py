@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from rig.laboratory import Laboratory
 
+from lostmotion.candidates.named import named_candidates
 from lostmotion.discover.baseline_form import choose_form, tried
 from lostmotion.drives import read_drive
 from lostmotion.effects.conditions import Conditions
@@ -41,6 +42,17 @@ def test_unseen_runs_tell_the_form(law: str, form: str, tmp_path: Path) -> None:
     chosen = choose_form(base, library(), 100.0)
     assert chosen.form == form
     assert np.sqrt(chosen.tried[chosen.form].mean_square) < 1.2 * noise
+
+
+def test_an_effect_that_the_form_holds_is_not_named_beside_it(tmp_path: Path) -> None:
+    base, _ = fitted("load", "8 runs", tmp_path)
+    known = {name for name, effect in library().items() if effect.is_hysteresis}
+    assert known
+    for form, there in (("inside", True), ("inside+load", False)):
+        model = choose_form(base, library(), 100.0, form=form).base
+        candidates, closed = named_candidates(library(), model, model.at(), 100.0)
+        assert (known <= {one.name for one in candidates}) is there
+        assert (known <= set(closed)) is not there
 
 
 def test_a_form_that_is_asked_for_is_used(tmp_path: Path) -> None:

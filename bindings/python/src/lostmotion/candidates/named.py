@@ -32,6 +32,9 @@ def tangent(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> 
     )
 
 
+GROWS_ALREADY = "not testable: absorbed by the baseline, whose friction grows with the load"
+
+
 def named_candidates(
     effects: Mapping[str, Effect], base: BaselineModel, point: Point, ratio: float
 ) -> tuple[list[Candidate], dict[str, str]]:
@@ -49,6 +52,9 @@ def named_candidates(
             continue
         if effect.absorbed and not varies(c, effect.told_by):
             closed[name] = "not testable: " + effect.absorbed
+            continue
+        if effect.is_hysteresis and base.hysteresis.widening is not None:
+            closed[name] = GROWS_ALREADY
             continue
         candidate = tangent(effect, base, point, ratio)
         flat = constant_columns(effect, c)

@@ -170,7 +170,7 @@ def hysteresis_effect(
     """Fit the effects that are hysteresis themselves, each from all its starts: the best."""
     best: Tried | None = None
     for effect in effects.values():
-        if not is_hysteresis(effect):
+        if not effect.is_hysteresis:
             continue
         for start in tangent(effect, base, base.at(), ratio).starts:
             with_effect = base.copy()
@@ -180,11 +180,6 @@ def hysteresis_effect(
             if best is None or found.mean_square < best.mean_square:
                 best = found
     return best
-
-
-def is_hysteresis(effect: Effect) -> bool:
-    """Whether an effect is hysteresis of the torque itself, as the baseline's operators are."""
-    return bool(effect.memory) and not effect.steps and effect.needs == {"torque_Nm"}
 
 
 def form_beside(

@@ -161,6 +161,11 @@ class Effect:
                 expected = f"at most {STARTS_MAX}"
                 raise InputError(f"effect {self.name}", value.name, found, expected)
 
+    @property
+    def is_hysteresis(self) -> bool:
+        """Whether it is hysteresis of the torque itself, as the baseline's operators are."""
+        return bool(self.memory) and not self.steps and self.needs == {"torque_Nm"}
+
     def at_bound(self, values: FloatArray) -> list[str]:
         """Names of the values that stand at the least or the most that they may be."""
         return [
