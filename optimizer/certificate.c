@@ -334,8 +334,11 @@ lm_status lm_certify(const lm_problem *problem, int combination, const double un
                                   LM_CERTAIN_STEPS, &c->smallest, fault);
   }
   if (status == LM_OK) {
+    status = lm_find_rated_load(&c->drive, LM_CERTAIN_PHASES, &workspace->design, &c->load, fault);
+  }
+  if (status == LM_OK) {
     status = lm_check_design(&c->drive, workspace->design.face, lm_face_sections(&c->drive),
-                             &c->smallest, c->check, fault);
+                             &c->smallest, &c->load, c->check, fault);
   }
   if (status != LM_OK) {
     return status;

@@ -29,6 +29,7 @@ typedef struct lm_certificate {
   double search_figure[LM_FIGURE_COUNT]; /* as the search saw them */
   lm_limit_report limit[LM_LIMIT_COUNT];
   lm_smallest_gap smallest; /* 32 steps a tooth pitch, refined, all sections */
+  lm_load load;             /* at rated torque, the worst of the 8 tooth phases */
   lm_check check[LM_CHECK_COUNT];
   /* lost motion of a reversal over the tolerances, arcmin, at the worst of the 8 tooth phases */
   double lost_motion_worst;

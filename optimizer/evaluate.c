@@ -270,8 +270,11 @@ static lm_status find_gapless(const lm_problem *problem, const lm_drive *drive,
   for (p = 0; p < problem->phases; p++) {
     const lm_real phase = pitch * LM_REAL(p) / LM_REAL(problem->phases);
     lm_contributions at[LM_GAPLESS_TORQUES];
-    const lm_status status = lm_evaluate_characteristic(drive, phase, torque, LM_GAPLESS_TORQUES,
-                                                        at, &gapless[p].mesh, workspace, fault);
+    lm_status status = lm_evaluate_characteristic(drive, phase, torque, LM_GAPLESS_TORQUES, at,
+                                                  &gapless[p].mesh, workspace, fault);
+    if (status == LM_OK) {
+      status = lm_measure_load(drive, torque[2], workspace, &gapless[p].load, fault);
+    }
     if (status != LM_OK) {
       return status;
     }
@@ -373,6 +376,12 @@ static lm_real interference_row(const lm_problem *problem, const lm_drive *drive
 }
 
 /* Rows by lm_limit; what is not limited counts -1. */
+/* A row of the check list as a row of the search: MOST by value over limit, LEAST the other way. */
+#define SHARE_MOST(check) ((check).value / (check).limit - LM_REAL(1))
+#define SHARE_LEAST(check) ((check).limit / (check).value - LM_REAL(1))
+#define CAPACITY_ROW(id, name, unit, scale, meaning) \
+  row[LM_LIMIT_##id] = SHARE_##scale(check[LM_CHECK_##id]);
+
 static void measure_limits(const lm_problem *problem, const lm_drive *drive, const lm_check check[],
                            const lm_geometry *g, lm_real row[]) {
   static const lm_check_id by_module[] = {LM_CHECK_FORM_RADIUS,  LM_CHECK_FLEXSPLINE_TIP,
@@ -394,6 +403,7 @@ static void measure_limits(const lm_problem *problem, const lm_drive *drive, con
       check[LM_CHECK_BENDING_STRESS].value / check[LM_CHECK_BENDING_STRESS].limit - LM_REAL(1);
   row[LM_LIMIT_TORSION_STRESS] =
       check[LM_CHECK_TORSION_STRESS].value / check[LM_CHECK_TORSION_STRESS].limit - LM_REAL(1);
+  LM_CAPACITY_CHECKS(CAPACITY_ROW)
   row[LM_LIMIT_SAFETY] =
       LM_REAL(1) - check[LM_CHECK_SAFETY].value / LM_REAL(bounds->safety_factor_min);
   row[LM_LIMIT_OUTER_DIAMETER] = LM_REAL(-1);
@@ -491,6 +501,8 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
   tolerance_state tolerance;
   lm_check check[LM_CHECK_COUNT];
   lm_smallest_gap apart; /* the gaps have rows of their own */
+  lm_load load;
+  int p;
   lm_status status = find_tolerance_state(problem, drive, &tolerance, fault);
   apart.gap_rad = LM_REAL(0);
   apart.angle_rad = LM_REAL(0);
@@ -500,13 +512,16 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     status = lm_prepare_meshes(drive, scan->nodes, workspace, fault);
   }
   if (status == LM_OK) {
+    status = find_gapless(problem, drive, gapless, workspace, fault);
+  }
+  for (p = 0; p < problem->phases && status == LM_OK; p++) {
+    lm_keep_worst_load(&gapless[p].load, p == 0, &load);
+  }
+  if (status == LM_OK) {
     status = lm_make_face(drive, edges_of(drive), scan->nodes, workspace->face, fault);
   }
   if (status == LM_OK) {
-    status = lm_check_design(drive, workspace->face, edges_of(drive), &apart, check, fault);
-  }
-  if (status == LM_OK) {
-    status = find_gapless(problem, drive, gapless, workspace, fault);
+    status = lm_check_design(drive, workspace->face, edges_of(drive), &apart, &load, check, fault);
   }
   if (status == LM_OK) {
     status = measure_production(problem, layout, value, drive, &tolerance, gapless, result, fault);

@@ -6,6 +6,7 @@
 
 #include "lostmotion/characteristic.h"
 #include "lostmotion/drive.h"
+#include "lostmotion/load_capacity.h"
 #include "lostmotion/status.h"
 #include "problem.h"
 
@@ -32,6 +33,7 @@ lm_status lm_grade_drive(const lm_problem *problem, const lm_real value[LM_KEY_C
 typedef struct lm_gapless {
   lm_mesh_state mesh;
   lm_real total_rad[LM_GAPLESS_TORQUES];
+  lm_load load; /* at the rated torque */
 } lm_gapless;
 
 /* Figures and limits of a built drive into result[layout->count], by lm_lay_out.

@@ -133,26 +133,29 @@ int lm_is_set_by_spec(int limit) {
   return limit >= LM_LIMIT_SAFETY;
 }
 
+#define NAME_OF_ROW(id, name, unit, scale, meaning) name,
+
 const char *lm_limit_name(int limit) {
-  static const char *const names[LM_LIMIT_COUNT] = {"form_radius",
-                                                    "flexspline_tip_thickness",
-                                                    "rigid_tip_thickness",
-                                                    "flexspline_root_clearance",
-                                                    "rigid_root_clearance",
-                                                    "disengagement",
-                                                    "free_assembly",
-                                                    "bending_stress",
-                                                    "torsion_stress",
-                                                    "safety_factor_min",
-                                                    "outer_diameter_max_mm",
-                                                    "interference_max_mm",
-                                                    "gap_min_arcmin",
-                                                    "lost_motion_max_arcmin",
-                                                    "tolerance_lost_motion_max_arcmin",
-                                                    "stiffness_min_Nm_per_rad",
-                                                    "kinematic_error_max_arcsec",
-                                                    "stress_max",
-                                                    "cost_max"};
+  static const char *const names[LM_LIMIT_COUNT] = {
+      "form_radius",
+      "flexspline_tip_thickness",
+      "rigid_tip_thickness",
+      "flexspline_root_clearance",
+      "rigid_root_clearance",
+      "disengagement",
+      "free_assembly",
+      "bending_stress",
+      "torsion_stress",
+      LM_CAPACITY_CHECKS(NAME_OF_ROW) "safety_factor_min",
+      "outer_diameter_max_mm",
+      "interference_max_mm",
+      "gap_min_arcmin",
+      "lost_motion_max_arcmin",
+      "tolerance_lost_motion_max_arcmin",
+      "stiffness_min_Nm_per_rad",
+      "kinematic_error_max_arcsec",
+      "stress_max",
+      "cost_max"};
   return limit >= 0 && limit < LM_LIMIT_COUNT ? names[limit] : "";
 }
 

@@ -10,6 +10,7 @@
 #ifndef LOSTMOTION_OPTIMIZER_PROBLEM_H
 #define LOSTMOTION_OPTIMIZER_PROBLEM_H
 
+#include "lostmotion/check_list.h"
 #include "lostmotion/design_key_list.h"
 
 #ifdef __cplusplus
@@ -36,7 +37,6 @@ typedef enum lm_key {
 #define LM_CHAIN_MAX 8          /* members of the radial and of the torsion chain */
 #define LM_OBJECTIVE_MAX 4
 #define LM_PHASE_MAX 8       /* tooth phases of the generator */
-#define LM_CERTAIN_PHASES 8  /* of the certificate, and of what verified designs must hold at */
 #define LM_LOOP_SAMPLES 2048 /* sampled drives of the quantile inside the search */
 #define LM_COMBINATION_MAX 20000
 #define LM_START_MAX 64 /* designs that a search begins with */
@@ -79,6 +79,7 @@ typedef enum lm_figure {
 } lm_figure;
 
 /* What must hold. The first ones stand for the checks of lostmotion/checks.h. */
+#define LM_LIMIT_OF_ROW(id, name, unit, scale, meaning) LM_LIMIT_##id,
 typedef enum lm_limit {
   LM_LIMIT_FORM_RADIUS = 0,
   LM_LIMIT_FLEXSPLINE_TIP,
@@ -89,13 +90,14 @@ typedef enum lm_limit {
   LM_LIMIT_FREE_ASSEMBLY, /* only where asked */
   LM_LIMIT_BENDING_STRESS,
   LM_LIMIT_TORSION_STRESS,
-  LM_LIMIT_SAFETY,
+  LM_CAPACITY_CHECKS(LM_LIMIT_OF_ROW) LM_LIMIT_SAFETY,
   LM_LIMIT_OUTER_DIAMETER,
   LM_LIMIT_INTERFERENCE, /* of the radial chain at its tightest */
   LM_LIMIT_GAP,          /* side clearance at every angle, flank and section */
   LM_LIMIT_FIGURE,       /* LM_LIMIT_FIGURE + lm_figure: largest allowed figure */
   LM_LIMIT_COUNT = LM_LIMIT_FIGURE + LM_FIGURE_COUNT
 } lm_limit;
+#undef LM_LIMIT_OF_ROW
 
 /* Limits that hold always stand one a row before the gaps. */
 #define LM_SINGLE_ROWS LM_LIMIT_GAP

@@ -252,6 +252,7 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
     for (i = 0; i < p->objective_count; i++) {
       objective[i] = s->answer->figure[p->objective[i]];
     }
+    s->violation = s->answer->violation; /* of this design, not of the last one looked at */
     lm_keep_solution(s, s->answer->unit, objective, 1);
   }
 }

@@ -1,5 +1,6 @@
 #include "lostmotion/characteristic.h"
 #include "lostmotion/radial_gap.h"
+#include "lostmotion/rim_support.h"
 #include "lostmotion/tooth_bending.h"
 
 #include "real_math.h"
@@ -299,9 +300,14 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
     add_section(&b, &w->meshes[i], i, w->clearances[i], count, &forward, &backward);
   }
   if (status == LM_OK) {
-    status = lm_beam_yield(drive->support.foundation_N_per_mm2, drive->support.ring_stiffness_N_mm2,
-                           g->neutral_mm * pitch, drive->support.ring_factor, count,
-                           w->foundation.yield_mm_per_N, fault);
+    w->foundation.supports = 0;
+    status =
+        drive->support.foundation_N_per_mm2 > LM_REAL(0)
+            ? lm_beam_yield(drive->support.foundation_N_per_mm2,
+                            drive->support.ring_stiffness_N_mm2, g->neutral_mm * pitch,
+                            drive->support.ring_factor, count, w->foundation.yield_mm_per_N, fault)
+            : lm_make_rim_support(drive, &w->meshes[drive->axial_sections / 2], w->clearances[0],
+                                  count, &w->foundation, fault);
   }
   w->foundation.sections = drive->axial_sections;
   w->foundation.lobes = b.lobes;

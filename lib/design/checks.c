@@ -8,23 +8,26 @@
 #define TIP_THICKNESS LM_REAL(0.25)
 #define RADIAL_CLEARANCE LM_REAL(0.15)
 #define SAFETY LM_REAL(1.5)
+#define ROOT_SAFETY LM_REAL(1.25)
 #define SHEAR_MEAN_FACTOR LM_REAL(0.1)
 
+#define NAME_OF(id, name, unit, scale, meaning) name,
+#define UNIT_OF(id, name, unit, scale, meaning) unit,
+#define MEANING_OF(id, name, unit, scale, meaning) meaning,
+
 const char *lm_check_name(lm_check_id check) {
-  static const char *const names[LM_CHECK_COUNT] = {
-      "form_radius",          "flexspline_tip_thickness",
-      "rigid_tip_thickness",  "flexspline_root_clearance",
-      "rigid_root_clearance", "smallest_gap",
-      "disengagement",        "free_assembly",
-      "bending_stress",       "torsion_stress",
-      "safety_factor"};
+  static const char *const names[LM_CHECK_COUNT] = {LM_CHECKS(NAME_OF)};
   return (int)check >= 0 && check < LM_CHECK_COUNT ? names[check] : "";
 }
 
 const char *lm_check_unit(lm_check_id check) {
-  static const char *const units[LM_CHECK_COUNT] = {"mm", "mm", "mm",  "mm",  "mm", "rad",
-                                                    "mm", "mm", "MPa", "MPa", "-"};
+  static const char *const units[LM_CHECK_COUNT] = {LM_CHECKS(UNIT_OF)};
   return (int)check >= 0 && check < LM_CHECK_COUNT ? units[check] : "";
+}
+
+const char *lm_check_meaning(lm_check_id check) {
+  static const char *const meanings[LM_CHECK_COUNT] = {LM_CHECKS(MEANING_OF)};
+  return (int)check >= 0 && check < LM_CHECK_COUNT ? meanings[check] : "";
 }
 
 lm_real lm_rack_form_radius(const lm_teeth *teeth, int gear_teeth, lm_real shift) {
@@ -297,17 +300,37 @@ static void check_strength(const lm_drive *drive, const lm_mesh meshes[], int se
                SAFETY);
 }
 
+static void check_capacity(const lm_drive *drive, const lm_mesh meshes[], const lm_load *load,
+                           lm_check checks[]) {
+  const lm_material *steel = &drive->material;
+  const lm_real radius = meshes[0].geometry.neutral_mm;
+  const lm_real root = LM_REAL(2) * steel->bending_fatigue_MPa /
+                       (ROOT_SAFETY * (steel->bending_notch_factor + steel->mean_stress_factor));
+  checks[LM_CHECK_FLANK_PRESSURE] = at_most(load->flank_pressure_MPa, steel->flank_pressure_MPa);
+  checks[LM_CHECK_FLEXSPLINE_ROOT_STRESS] = at_most(load->flexspline_root_MPa, root);
+  checks[LM_CHECK_RIGID_ROOT_STRESS] = at_most(load->rigid_root_MPa, root);
+  checks[LM_CHECK_RATCHETING] =
+      at_least(load->ratcheting_torque_Nm, LM_REAL(LM_RATCHETING_FACTOR) * drive->rated_torque_Nm);
+  checks[LM_CHECK_CUP_BUCKLING] = at_least(lm_cup_buckling_torque(drive, radius),
+                                           LM_REAL(LM_BUCKLING_FACTOR) * drive->rated_torque_Nm);
+  checks[LM_CHECK_CONING_STRESS] =
+      at_most(lm_coning_stress(drive, radius), steel->bending_fatigue_MPa / SAFETY);
+  checks[LM_CHECK_BEARING_LIFE] =
+      at_least(lm_bearing_life(drive, load, LM_REAL(LM_LIFE_SPEED_RPM)), LM_REAL(LM_LIFE_H));
+}
+
 lm_status lm_check_design(const lm_drive *drive, const lm_mesh meshes[], int sections,
-                          const lm_smallest_gap *smallest, lm_check checks[LM_CHECK_COUNT],
-                          lm_fault *fault) {
-  if (drive == 0 || meshes == 0 || smallest == 0 || checks == 0) {
-    return refuse(fault, LM_NULL, "drive, meshes, smallest, checks");
+                          const lm_smallest_gap *smallest, const lm_load *load,
+                          lm_check checks[LM_CHECK_COUNT], lm_fault *fault) {
+  if (drive == 0 || meshes == 0 || smallest == 0 || load == 0 || checks == 0) {
+    return refuse(fault, LM_NULL, "drive, meshes, smallest, load, checks");
   }
   if (sections < 1 || sections > LM_SECTIONS_MAX) {
     return refuse_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
   }
   check_geometry(drive, meshes, sections, checks);
   check_strength(drive, meshes, sections, checks);
+  check_capacity(drive, meshes, load, checks);
   checks[LM_CHECK_SMALLEST_GAP] = at_least(smallest->gap_rad, LM_REAL(0));
   return LM_OK;
 }

@@ -212,6 +212,15 @@ lm_status lm_beam_yield(lm_real foundation_N_per_mm2, lm_real stiffness_N_mm2, l
   return LM_OK;
 }
 
+lm_real lm_rim_yield(const lm_foundation *foundation, int tooth, int other) {
+  lm_real give = foundation->yield_mm_per_N[tooth > other ? tooth - other : other - tooth];
+  int k;
+  for (k = 0; k < foundation->supports; k++) {
+    give -= foundation->hold[tooth][k] * foundation->hold[other][k];
+  }
+  return give;
+}
+
 /* Everything the path follower works on. */
 typedef struct path {
   const lm_contact *contacts;
@@ -242,10 +251,9 @@ static lm_real advance(const lm_contact *contact, direction way) {
 /* Element of C: give of contact i along its own approach from a unit force at contact j. */
 static lm_real coupling(const path *p, const lm_contact *a, const lm_contact *b) {
   const lm_real twist = p->foundation->twist_rad_per_Nmm[a->section][b->section] * p->multiplicity;
-  const int apart = a->tooth > b->tooth ? a->tooth - b->tooth : b->tooth - a->tooth;
   lm_real give = LM_REAL(a->side * b->side) * a->arm_mm * b->arm_mm * twist;
   if (a->lobe == b->lobe) {
-    give += a->wedge * b->wedge * p->foundation->yield_mm_per_N[apart];
+    give += a->wedge * b->wedge * lm_rim_yield(p->foundation, a->tooth, b->tooth);
   }
   return give;
 }
@@ -357,6 +365,29 @@ static void turn_sections(const path *p, const lm_real torque_Nmm[LM_SECTIONS_MA
   }
 }
 
+/* What the supports of a rim take off its give, from forces on the active pairs. */
+static void take_off_supports(path *p, const lm_real force[], int lobe) {
+  lm_take_up_workspace *w = p->w;
+  const lm_foundation *f = p->foundation;
+  lm_real held[LM_SUPPORTS_MAX];
+  int i;
+  int k;
+  for (k = 0; k < f->supports; k++) {
+    held[k] = LM_REAL(0);
+  }
+  for (i = 0; i < w->active_count; i++) {
+    const lm_contact *c = &p->contacts[w->active[i]];
+    for (k = 0; k < f->supports && c->lobe == lobe; k++) {
+      held[k] += c->wedge * force[i] * f->hold[c->tooth][k];
+    }
+  }
+  for (i = p->first_tooth; i <= p->last_tooth; i++) {
+    for (k = 0; k < f->supports; k++) {
+      w->give[lobe][i] -= held[k] * f->hold[i][k];
+    }
+  }
+}
+
 /* Radial give of every rim (w->give) and turn of every section from forces on the active pairs. */
 static void spread(path *p, const lm_real force[], lm_real turn_rad[LM_SECTIONS_MAX]) {
   lm_take_up_workspace *w = p->w;
@@ -384,6 +415,9 @@ static void spread(path *p, const lm_real force[], lm_real turn_rad[LM_SECTIONS_
       give[tooth] += radial * p->foundation->yield_mm_per_N[tooth - c->tooth];
     }
     torque_Nmm[c->section] += LM_REAL(c->side) * c->arm_mm * force[i] * p->multiplicity;
+  }
+  for (lobe = 0; lobe < p->foundation->lobes && p->foundation->supports > 0; lobe++) {
+    take_off_supports(p, force, lobe);
   }
   turn_sections(p, torque_Nmm, turn_rad);
 }
@@ -779,9 +813,16 @@ static void range_of_teeth(path *p) {
 /* What the contacts use of the foundation. */
 static lm_status check_foundation(const path *p, lm_fault *fault) {
   const lm_foundation *f = p->foundation;
-  lm_status status = LM_OK;
+  lm_status status;
   int i;
   int j;
+  status =
+      check_range(fault, "supports", LM_REAL(f->supports), LM_REAL(0), LM_REAL(LM_SUPPORTS_MAX));
+  for (i = p->first_tooth; i <= p->last_tooth && status == LM_OK; i++) {
+    for (j = 0; j < f->supports && status == LM_OK; j++) {
+      status = check_range(fault, "hold", f->hold[i][j], -COMPLIANCE_MAX, COMPLIANCE_MAX);
+    }
+  }
   for (i = 0; status == LM_OK && i <= p->last_tooth - p->first_tooth; i++) {
     status =
         check_range(fault, "yield_mm_per_N", f->yield_mm_per_N[i], -COMPLIANCE_MAX, COMPLIANCE_MAX);

@@ -58,6 +58,8 @@ static inline lm_drive reference_a(void) {
   drive.generator.type = LM_DISCS;
   drive.generator.deflection_mm = LM_REAL(0.2375);
   drive.generator.contact_half_angle_rad = LM_REAL(30) * DEGREE;
+  drive.support.foundation_N_per_mm2 = LM_REAL(2600); /* check_values.md, coupled teeth */
+  drive.support.ring_stiffness_N_mm2 = LM_REAL(3.5e5);
   drive.generator.floating = 1;
   drive.flexspline.rim_thickness_mm = LM_REAL(0.6);
   return drive;

@@ -359,6 +359,7 @@ static void a_similar_drive_has_the_same_angles(void) {
   large.teeth.face_width_mm = LM_REAL(20);
   large.generator.deflection_mm = LM_REAL(0.475);
   large.flexspline.rim_thickness_mm = LM_REAL(1.2);
+  large.support.ring_stiffness_N_mm2 *= 16;
   large = completed(large);
   evaluate(&small, 0, at_small, 2);
   angle[0] = (double)point[0].total_rad;
@@ -443,10 +444,10 @@ static void refusals_of_the_parts_come_through(void) {
   const lm_drive good = calibrated();
   lm_drive drive = good;
   evaluate(&good, 0, torque, 1);
-  drive.support.foundation_N_per_mm2 = 0;
+  drive.support.ring_stiffness_N_mm2 = 0;
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
                     lm_evaluate_characteristic(&drive, 0, torque, 1, point, 0, &workspace, &fault));
-  TEST_ASSERT_EQUAL_STRING("support.foundation_N_per_mm2", fault.input);
+  TEST_ASSERT_EQUAL_STRING("support.ring_stiffness_N_mm2", fault.input);
   drive = good;
   drive.gap.generator_mm = LM_REAL(200);
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,

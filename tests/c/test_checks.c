@@ -6,6 +6,7 @@
 
 static lm_mesh meshes[LM_SECTIONS_MAX];
 static lm_check checks[LM_CHECK_COUNT];
+static lm_load load; /* none: its checks are those of test_load_capacity.c */
 static lm_smallest_gap smallest;
 static lm_fault fault;
 
@@ -25,7 +26,8 @@ static void prepare(const lm_drive *drive, int sections) {
 static void run(const lm_drive *drive, int sections) {
   prepare(drive, sections);
   TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, sections, 8, &smallest, &fault));
-  TEST_ASSERT_EQUAL(LM_OK, lm_check_design(drive, meshes, sections, &smallest, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_OK,
+                    lm_check_design(drive, meshes, sections, &smallest, &load, checks, &fault));
 }
 
 /* check_values.md, reference drive A: r_l1 = 25.5370 for z = 200, x = 3, m = 0.25. */
@@ -252,7 +254,7 @@ static void the_free_root_is_as_deep_as_the_widest_section_needs(void) {
     *d = completed(*d);
     prepare(d, 3);
     TEST_ASSERT_EQUAL(LM_OK, lm_find_smallest_gap(meshes, 3, 8, &smallest, &fault));
-    TEST_ASSERT_EQUAL(LM_OK, lm_check_design(d, meshes, 3, &smallest, checks, &fault));
+    TEST_ASSERT_EQUAL(LM_OK, lm_check_design(d, meshes, 3, &smallest, &load, checks, &fault));
     ASSERT_NEAR(1e-5, 0.2 * 0.25,
                 checks[i == 0 ? LM_CHECK_RIGID_ROOT : LM_CHECK_FLEXSPLINE_ROOT].value);
   }
@@ -319,12 +321,14 @@ static void nonsense_is_refused_and_nothing_written(void) {
   TEST_ASSERT_EQUAL_STRING("sections", fault.input);
   TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_find_smallest_gap(meshes, 1, 65, &smallest, &fault));
   TEST_ASSERT_EQUAL_STRING("steps_per_pitch", fault.input);
-  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(0, meshes, 1, &smallest, checks, &fault));
-  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, 0, 1, &smallest, checks, &fault));
-  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, meshes, 1, 0, checks, &fault));
-  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, meshes, 1, &smallest, 0, &fault));
-  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_design(&a, meshes, 0, &smallest, checks, &fault));
-  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE, lm_check_design(&a, meshes, 8, &smallest, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(0, meshes, 1, &smallest, &load, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, 0, 1, &smallest, &load, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, meshes, 1, 0, &load, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_NULL, lm_check_design(&a, meshes, 1, &smallest, &load, 0, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_check_design(&a, meshes, 0, &smallest, &load, checks, &fault));
+  TEST_ASSERT_EQUAL(LM_OUT_OF_RANGE,
+                    lm_check_design(&a, meshes, 8, &smallest, &load, checks, &fault));
   TEST_ASSERT_EQUAL_STRING("sections", fault.input);
   TEST_ASSERT_EQUAL_MEMORY(&kept, &smallest, sizeof kept);
 }

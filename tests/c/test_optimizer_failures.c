@@ -213,8 +213,8 @@ int __wrap_lm_dual_evaluate(const lm_problem *p, const lm_scan *s, const lm_layo
 
 WRAP_MODEL(CHECKS, lm_check_design,
            (const lm_drive *drive, const lm_mesh meshes[], int sections, const lm_smallest_gap *gap,
-            lm_check checks[], lm_fault *f),
-           (drive, meshes, sections, gap, checks, f))
+            const lm_load *load, lm_check checks[], lm_fault *f),
+           (drive, meshes, sections, gap, load, checks, f))
 WRAP_MODEL(CHARACTERISTIC, lm_evaluate_characteristic,
            (const lm_drive *drive, lm_real phase, const lm_real torque[], int count,
             lm_contributions at[], lm_mesh_state *mesh, lm_design_workspace *w, lm_fault *f),

@@ -239,14 +239,14 @@ static void test_the_diameter_is_root_and_ring_of_the_larger_gear(void) {
   const lm_geometry *g;
   read_with(by_differences, "limit outer_diameter_max_mm 70\n", "");
   assert_evaluated(result);
-  g = &workspace->design.meshes[0].geometry;
+  g = &workspace->design.face[0].geometry;
   ASSERT_NEAR(1e-12, 2 * (g->rigid_root_mm + 0.1 * 50) / 70 - 1,
               single(result, LM_LIMIT_OUTER_DIAMETER));
   read_with("fixed teeth.deformation external\n",
             "range teeth.shift_difference -0.05 0.05\nrange generator.deflection_modules 0.9 1\n",
             "fixed generator.type ring\nlimit outer_diameter_max_mm 70\n");
   assert_evaluated(result);
-  g = &workspace->design.meshes[0].geometry;
+  g = &workspace->design.face[0].geometry;
   ASSERT_NEAR(1e-12, 2 * (g->neutral_mm + 0.3 + g->deflection_mm + 0.1 * 50) / 70 - 1,
               single(result, LM_LIMIT_OUTER_DIAMETER));
 }

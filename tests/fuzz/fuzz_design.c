@@ -236,9 +236,8 @@ static void take_up_lobe(fuzz_input *input, const lm_drive *drive, const lm_mesh
   memset(&foundation, 0, sizeof(foundation));
   foundation.sections = 1;
   foundation.lobes = 1;
-  demand(lm_beam_yield(drive->support.foundation_N_per_mm2, drive->support.ring_stiffness_N_mm2,
-                       pitch, drive->support.ring_factor, teeth, foundation.yield_mm_per_N,
-                       &fault) == LM_OK);
+  demand(lm_beam_yield(2600, drive->support.ring_stiffness_N_mm2, pitch, drive->support.ring_factor,
+                       teeth, foundation.yield_mm_per_N, &fault) == LM_OK);
   for (i = 0; i < 2 * teeth; i++) {
     const lm_gap *gap = i % 2 == 0 ? &lobe[i / 2].forward : &lobe[i / 2].backward;
     if (gap->gap_rad < (lm_real)0.003 && gap->gap_rad > (lm_real)-0.003 &&
@@ -257,7 +256,7 @@ static void take_up_lobe(fuzz_input *input, const lm_drive *drive, const lm_mesh
   /* Numbers that the drive gives itself are far from the last digit; others may not be. */
   if (count > 0) {
     check_take_up(count, torque, torques,
-                  drive->support.foundation_N_per_mm2 == (lm_real)2600 &&
+                  drive->support.foundation_N_per_mm2 == 0 &&
                       drive->support.ring_factor == (lm_real)1 &&
                       drive->support.ring_stiffness_N_mm2 < (lm_real)1e9);
   }

@@ -378,7 +378,12 @@ def test_two_constants_bring_reference_A_to_the_catalogue_of_size_20() -> None:
     assert np.all(plain > catalogue / 4)
     assert np.all(plain < catalogue * 4)
     # The two: c_rad of the rim's share and the stiffness of the whole torsion chain.
-    document["design"]["support"] = {"ring_factor": 7.88, "tooth_compliance_mm_per_N": 3.5e-6}
+    document["design"]["support"] = {
+        "foundation_N_per_mm2": 2600,
+        "ring_stiffness_N_mm2": 3.5e5,
+        "ring_factor": 7.88,
+        "tooth_compliance_mm_per_N": 3.5e-6,
+    }
     document["design"]["radial_chain"] = []
     document["design"]["torsion_chain"] = [{"kind": "stiffness", "stiffness_Nm_per_rad": 4.48e4}]
     answer = predict(parse_drive(document), torque)

@@ -507,7 +507,7 @@ def test_page_says_how_it_was_made(page):
     for name in ("size_25", "reference_a", "external_ring"):
         assert f"{name}.toml" in page.text
     assert "NumPy" in page.text
-    assert "design.support.foundation_N_per_mm2 = 2600" in page.text  # a default that is stated
+    assert "design.support.balls = 23" in page.text  # a default that is stated
     assert "The straight line T / K3 is split" in page.text  # an assumption that is stated
 
 

@@ -123,18 +123,30 @@
       "notch factor in torsion, K_tau")                                                          \
   ROW(MEAN_STRESS_FACTOR, material, mean_stress_factor, , REAL, ONE, 0, 1, FILLED, 0, SAME,      \
       "share psi of the mean bending stress that counts in fatigue")                             \
+  ROW(FLANK_PRESSURE_MPA, material, flank_pressure, _MPa, REAL, ONE, 1, 1e5, FILLED, 0, SAME,    \
+      "mean pressure that the flanks stand, normal force over face width and engagement depth")  \
   ROW(TOOTH_STRESS_FACTOR, material, tooth_stress_factor, , REAL, ONE, 1, 5, FILLED, 0, SAME,    \
       "stress rise Y_z of a toothed rim against a smooth one")
 
 #define LM_SUPPORT_KEYS(ROW, DEPENDENT)                                                            \
-  ROW(FOUNDATION_N_PER_MM2, support, foundation, _N_per_mm2, REAL, ONE, 1e-9, 1e15, FILLED, 0,     \
-      SAME, "foundation k_f of the generator under the rim: ball stiffness over ball pitch")       \
+  ROW(FOUNDATION_N_PER_MM2, support, foundation, _N_per_mm2, REAL, ONE, 0, 1e15, FILLED, 0, SAME,  \
+      "foundation k_f, alike under all teeth: ball stiffness over ball pitch; 0: supports from "   \
+      "the "                                                                                       \
+      "geometry")                                                                                  \
   ROW(RING_STIFFNESS_N_MM2, support, ring_stiffness, _N_mm2, REAL, ONE, 1e-9, 1e15, FILLED, 0,     \
       SAME, "bending stiffness E I of rim and bearing race")                                       \
   ROW(RING_FACTOR, support, ring_factor, , REAL, ONE, 0, 1000, FILLED, 0, SAME,                    \
       "calibration c_rad of the ring's share in the compliance; 1: first principles")              \
   ROW(TOOTH_COMPLIANCE_MM_PER_N, support, tooth_compliance, _mm_per_N, REAL, ONE, 0, 1, FILLED, 0, \
       SAME, "compliance C_t of a pair of teeth; 0: from the energy integral, equation (6)")        \
+  ROW(BALLS, support, balls, , COUNT, ONE, 7, 60, FILLED, 0, SAME,                                 \
+      "balls of the generator's bearing")                                                          \
+  ROW(BALL_DIAMETER_MM, support, ball_diameter, _mm, REAL, DIAMETER, 0.01, 0.3, FILLED, 0, SAME,   \
+      "diameter of these balls")                                                                   \
+  ROW(RACE_THICKNESS_MM, support, race_thickness, _mm, REAL, DIAMETER, 0.0005, 0.1, FILLED, 0,     \
+      SAME, "thickness of the race or backing ring under the rim, bent with it")                   \
+  ROW(BEARING_RATING_N, support, bearing_rating, _N, REAL, ONE, 1, 1e9, FILLED, 0, SAME,           \
+      "basic dynamic load rating C of the generator's bearing, ISO 281")                           \
   ROW(ENGAGEMENT_LIMIT_DEG, support, engagement_limit, _rad, REAL, DEGREE, 5, 90, FILLED, 0,       \
       IN_DEG, "only teeth within this angle of the deformation axis carry")                        \
   ROW(GAP_LIMIT_ARCMIN, support, gap_limit, _rad, REAL, ARCMIN, 0.01, 600, FILLED, 0, IN_ARCMIN,   \

@@ -94,16 +94,21 @@ typedef struct lm_material {
   lm_real bending_notch_factor; /* K_sigma */
   lm_real shear_notch_factor;   /* K_tau */
   lm_real mean_stress_factor;   /* psi: share of the mean bending stress that counts */
+  lm_real flank_pressure_MPa;   /* mean pressure that the flanks stand */
   lm_real tooth_stress_factor;  /* Y_z: stress rise of a toothed rim against a smooth one */
 } lm_material;
 
-/* What holds the meshing teeth: the flexspline rim as a beam on the elastic foundation of the wave
- * generator, and the teeth themselves (takeup.h). */
+/* What holds the meshing teeth: the flexspline rim on the wave generator (rim_support.h, or a
+ * stated foundation, takeup.h), and the teeth themselves. */
 typedef struct lm_support {
-  lm_real foundation_N_per_mm2; /* k_f: ball stiffness over ball pitch, > 0 */
+  lm_real foundation_N_per_mm2; /* k_f, alike under all teeth; 0 = supports from the geometry */
   lm_real ring_stiffness_N_mm2; /* E I of rim and bearing race, > 0 */
   lm_real ring_factor;          /* c_rad: calibration of the ring share; 1 = first principles */
   lm_real tooth_compliance_mm_per_N; /* C_t of a pair; 0 = from the energy integral, eq (6) */
+  int balls;                         /* of the generator's bearing, 7 .. 60 */
+  lm_real ball_diameter_mm;
+  lm_real race_thickness_mm;    /* of the race or backing ring under the rim */
+  lm_real bearing_rating_N;     /* C of the generator's bearing, ISO 281 */
   lm_real engagement_limit_rad; /* only teeth within this angle of the deformation axis carry */
   lm_real gap_limit_rad;        /* pairs with a wider side clearance are left out */
 } lm_support;
@@ -145,7 +150,11 @@ typedef struct lm_drive {
  *   steel: E 2.1e5, G 8e4 MPa, nu 0.3, where E or nu is given G in proportion to E / (1 + nu);
  *     sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5, psi 0.1, Y_z 1.45 (middle of the
  *     ranges in theory/check_values.md)
- *   support: k_f 2600 N/mm^2, E I = 3.5e5 N mm^2 (d / 50 mm)^4 (a size 20), ring factor 1;
+ *     mean flank pressure 240 MPa, chosen: half above what textbook drives have at the catalogue
+ *     ratings of sizes 14 to 40
+ *   support: from the geometry; 23 balls of 0.08 d (4 mm at size 20), race 0.022 d (the
+ *     backing ring of rollers 0.075 d), its rating by
+ *     ISO 281, E I = E b (s^3 + race^3) / 12 of rim and race, ring factor 1;
  *     teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8 arcmin;
  *     C_t stays 0, which means: from eq (6)
  *   gap: ring stiffness (9a) of the rim, twice stiffened by teeth and cup

@@ -68,15 +68,23 @@ typedef struct lm_contact {
 
 /* What couples the pairs: each lobe rests on the generator as one rim, on which the forces of all
  * axial sections act together; lobes do not feel each other. */
+#define LM_SUPPORTS_MAX 15 /* places of a lobe at which the generator holds the rim */
 typedef struct lm_foundation {
   lm_real yield_mm_per_N[LM_LOBE_TEETH_MAX]; /* radial give of the rim at that many teeth from a
                                                 radial unit force, -1e6 .. 1e6 */
-  int sections;                              /* 1 .. LM_SECTIONS_MAX */
+  int supports; /* 0: the foundation is alike everywhere, and yield is all; else 1 ..
+                   LM_SUPPORTS_MAX places hold the rim, see lm_rim_yield */
+  lm_real hold[LM_LOBE_TEETH_MAX][LM_SUPPORTS_MAX]; /* of each tooth, sqrt(mm/N) */
+  int sections;                                     /* 1 .. LM_SECTIONS_MAX */
   int lobes; /* lobes listed one by one: 1 (then both are alike and count twice) or 2 */
   lm_real twist_rad_per_Nmm[LM_SECTIONS_MAX][LM_SECTIONS_MAX]; /* turn of one section by a torque
                                                 in another, -1 .. 1, symmetric; 0 in the planar
                                                 model */
 } lm_foundation;
+
+/* Radial give of the rim at one tooth from a unit force on another: yield of their distance, less
+ * the sum over the supports of hold a times hold b. */
+lm_real lm_rim_yield(const lm_foundation *foundation, int tooth, int other);
 
 /* Beam on an elastic foundation: the give at distance s from a unit force is
  *   lambda / (2 k_f) e^(-lambda s) (cos lambda s + sin lambda s), lambda = (k_f / (4 E I))^(1/4),

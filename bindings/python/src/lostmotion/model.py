@@ -83,13 +83,20 @@ ADVICE = ("free_assembly",)
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a design; it passes when the margin is not negative."""
+    """One check of a design; it passes when the margin is not negative.
+
+    Attributes
+    ----------
+    meaning : str
+        What is checked, by which rule, and what is idealised.
+    """
 
     name: str
     unit: str
     value: float
     limit: float
     margin: float
+    meaning: str = ""
 
 
 class DesignModel:
@@ -260,7 +267,10 @@ class DesignModel:
         where = (fine.face, sections)
         self._call(partial(c.lib.lm_find_smallest_gap, *where, steps, smallest))
         found = c.ffi.new("lm_check[]", c.lib.LM_CHECK_COUNT)
-        self._call(partial(c.lib.lm_check_design, self.drive, *where, smallest, found))
+        load = c.ffi.new("lm_load *")
+        phases = c.lib.LM_CERTAIN_PHASES
+        self._call(partial(c.lib.lm_find_rated_load, self.drive, phases, fine, load))
+        self._call(partial(c.lib.lm_check_design, self.drive, *where, smallest, load, found))
         return [
             Check(
                 c.ffi.string(c.lib.lm_check_name(i)).decode(),
@@ -268,6 +278,7 @@ class DesignModel:
                 found[i].value,
                 found[i].limit,
                 found[i].margin,
+                c.ffi.string(c.lib.lm_check_meaning(i)).decode(),
             )
             for i in range(c.lib.LM_CHECK_COUNT)
         ]

@@ -52,6 +52,9 @@ DEPTH_LEAST = 0.3
 RIM_LEAST = 0.005
 """Thinnest rim, in pitch diameters, of catalogue drives (0.25 mm at size 20)."""
 
+USUAL_LENGTH, LONGEST = 0.45, 0.7
+"""Cup from its bottom to the middle of the teeth, in pitch diameters: usual, and of long cups."""
+
 SHIFT_MOST = 2.0
 """How far the shift is opened, in modules."""
 
@@ -99,7 +102,11 @@ def textbook(teeth: float, external: bool, module_mm: float, ratio: float) -> di
 
 
 def textbook_drive(
-    size: float, ratio: int, generator: str = "discs", name: str = ""
+    size: float,
+    ratio: int,
+    generator: str = "discs",
+    name: str = "",
+    rated_torque_Nm: float | None = None,
 ) -> tuple[dict[str, Any], list[Check]]:
     """Return the document of a drive of textbook proportions, and the checks that it breaks.
 
@@ -114,6 +121,8 @@ def textbook_drive(
         One of `GENERATORS`.
     name : str
         Of the drive.
+    rated_torque_Nm : float, optional
+        By default that of catalogues, by the cube of the diameter.
 
     Returns
     -------
@@ -151,6 +160,8 @@ def textbook_drive(
     if generator in ("discs", "rollers", "ring"):
         wave["contact_half_angle_deg"] = book["generator.contact_half_angle_deg"]
     rated = TORQUE_PER_D3 * diameter**3 * min(1.0, ratio / 100) ** RATIO_EXPONENT
+    if rated_torque_Nm is not None:
+        rated = rated_torque_Nm
     document = {
         "drive": {"name": name, "ratio": ratio, "rated_torque_Nm": float(f"{rated:.3g}")},
         "design": {
@@ -189,7 +200,12 @@ def _mend(document: dict[str, Any]) -> None:
     for _ in range(ROUNDS):
         _nearest(margin("form_radius", teeth, "engagement_depth"), depth, DEPTH_LEAST)
         _nearest(margin("smallest_gap", teeth, shift), opened, opened + SHIFT_MOST)
-    _nearest(margin("safety_factor", rim, "rim_thickness_mm"), thick, RIM_LEAST * diameter)
+    fatigue = margin("safety_factor", rim, "rim_thickness_mm")
+    _nearest(fatigue, thick, RIM_LEAST * diameter)
+    if fatigue(rim["rim_thickness_mm"]) < 0:
+        # A longer cup opens less at its edge.
+        shortest = USUAL_LENGTH * diameter
+        _nearest(margin("safety_factor", rim, "length_mm"), shortest, LONGEST * diameter)
 
 
 def _nearest(margin: Callable[[float], float], start: float, end: float) -> None:
