@@ -306,6 +306,27 @@ def test_what_cannot_have_a_drive_is_told(tmp_path: Path) -> None:
         put_drives(tmp_path / "no_model.xml", {"elbow": JOINT})
 
 
+@pytest.mark.parametrize(
+    ("key", "text"),
+    [
+        ("knots_torque_Nm", "1 2 x"),
+        ("knots_torque_Nm", "1 2"),
+        ("knots_angle_rad", ""),
+        ("play_radius_Nm", "1 " * 80),
+        ("effects", "no_such_effect 1 2"),
+        ("lost_motion_joint", "nowhere"),
+        ("ratio", ""),
+    ],
+)
+def test_a_model_file_that_was_damaged_is_refused(key: str, text: str) -> None:
+    spec = one_joint()
+    put_drives(spec, {"elbow": JOINT})
+    damaged = spec.copy()
+    damaged.plugins[0].config = damaged.plugins[0].config | {key: text}
+    with pytest.raises(ValueError, match="plugin"):
+        damaged.compile()
+
+
 def test_the_package_does_not_import_what_was_not_asked_for() -> None:
     code = (
         "import sys, lostmotion.cli, lostmotion; "

@@ -70,14 +70,18 @@ static drive *drive_of(const mjData *d, int instance) {
   return (drive *)d->plugin_data[instance];
 }
 
+/* Numbers of a key, at most NUMBERS, and how many; -1 where the text holds anything else. */
 static int read_numbers(const mjModel *m, int instance, const char *key, double *number) {
   const char *text = mj_getPluginConfig(m, instance, key);
   int count = 0;
-  while (text && count < NUMBERS) {
+  while (text && text[strspn(text, " ")] != '\0') {
     char *end;
+    if (count == NUMBERS) {
+      return -1;
+    }
     number[count] = strtod(text, &end);
     if (end == text) {
-      break;
+      return -1;
     }
     ++count;
     text = end;
@@ -131,9 +135,11 @@ static int read_parameters(const mjModel *m, int instance, lm_parameters *made) 
   int knots = read_numbers(m, instance, "knots_torque_Nm", torque_Nm);
   int plays = read_numbers(m, instance, "play_radius_Nm", radius_Nm);
   int i;
-  (void)read_numbers(m, instance, "knots_angle_rad", angle_rad);
-  (void)read_numbers(m, instance, "play_widening", widening);
-  (void)read_numbers(m, instance, "play_weight", weight);
+  if (knots < 0 || plays < 0 || read_numbers(m, instance, "knots_angle_rad", angle_rad) != knots ||
+      read_numbers(m, instance, "play_widening", widening) != plays ||
+      read_numbers(m, instance, "play_weight", weight) != plays) {
+    return 0;
+  }
   for (i = 0; i < plays; ++i) {
     play[i].radius_Nm = radius_Nm[i];
     play[i].widening = widening[i];
@@ -175,15 +181,16 @@ static int init(const mjModel *m, mjData *d, int instance) {
   if (!made) {
     return -1;
   }
-  if (input < 0 || lost < 0 || !read_parameters(m, instance, &made->parameters)) {
+  made->ratio = read_number(m, instance, "ratio");
+  made->stiffness_Nm_per_rad = read_number(m, instance, "stiffness_max_Nm_per_rad");
+  if (input < 0 || lost < 0 || made->ratio == 0 || !(made->stiffness_Nm_per_rad > 0) ||
+      !read_parameters(m, instance, &made->parameters)) {
     free(made);
     mju_warning("lostmotion.drive: expected the configuration that lostmotion's put_drives writes");
     return -1;
   }
-  made->ratio = read_number(m, instance, "ratio");
   made->temperature_C = read_number(m, instance, "temperature_C");
   made->cycles = read_number(m, instance, "cycles");
-  made->stiffness_Nm_per_rad = read_number(m, instance, "stiffness_max_Nm_per_rad");
   made->input_qpos = m->jnt_qposadr[input];
   made->input_dof = m->jnt_dofadr[input];
   made->lost_qpos = m->jnt_qposadr[lost];
