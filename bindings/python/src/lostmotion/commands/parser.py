@@ -77,6 +77,18 @@ def make_parser() -> argparse.ArgumentParser:
         )
         return added
 
+    add_prediction(command)
+    add_comparison(command)
+    add_discovery(command)
+    add_design(command)
+    add_controller(command)
+    add_workbench(command)
+    add_others(command)
+    return parser
+
+
+def add_prediction(command: Command) -> None:
+    """Add what is told of a drive by its file alone."""
     added = command(
         "new",
         "lostmotion.commands.new:run_new",
@@ -115,6 +127,9 @@ def make_parser() -> argparse.ArgumentParser:
     add_phase(added)
     added.add_argument("--angles-deg", metavar="A,B,C", help="angles to place a tooth at")
 
+
+def add_comparison(command: Command) -> None:
+    """Add what is told of recordings without asking what is missing."""
     added = command(
         "compare",
         "lostmotion.commands.compare:run_compare",
@@ -153,9 +168,9 @@ def make_parser() -> argparse.ArgumentParser:
     add_dask(added)
     add_report(added)
 
-    add_discovery(command)
-    add_design(command)
 
+def add_controller(command: Command) -> None:
+    """Add what is for the controller."""
     added = command(
         "export",
         "lostmotion.commands.export:run_export",
@@ -198,8 +213,9 @@ def make_parser() -> argparse.ArgumentParser:
     add_effects(added, "your own effects in C: a shared object compiled with LM_REAL_BITS=32")
     add_settings(added)
 
-    add_workbench(command)
 
+def add_others(command: Command) -> None:
+    """Add the demo and the completion of a shell."""
     added = command(
         "demo",
         "lostmotion.commands.demo:run_demo",
@@ -217,7 +233,6 @@ def make_parser() -> argparse.ArgumentParser:
         "lostmotion completion bash > ~/.local/share/bash-completion/completions/lostmotion",
     )
     added.add_argument("shell", metavar="SHELL", choices=SHELLS, help="one of " + ", ".join(SHELLS))
-    return parser
 
 
 def add_discovery(command: Command) -> None:
