@@ -21,4 +21,33 @@ def idealisations(model: DesignModel) -> list[str]:
             if model.sections == 1
             else f"{model.sections} axial sections share the load."
         ),
+        (
+            "The rim rests on a foundation that is alike under all teeth, as the drive file states."
+            if drive.support.foundation_N_per_mm2 > 0
+            else "The rim is a thin ring on the supports of the generator, which hold in both "
+            "directions; a ball stands on the deformation axis."
+        ),
+        (
+            "Stresses of flanks and roots are means over the face; the ratcheting torque is "
+            "extrapolated from the deflection at rated torque."
+        ),
+        *(
+            []
+            if is_calibrated(model)
+            else [
+                "Uncalibrated (support.ring_factor = 1): makers' torsion curves of sizes 14 to 65 "
+                f"show {CATALOGUE_OVER_MODEL[0]:g} to {CATALOGUE_OVER_MODEL[1]:g} times these "
+                "angles."
+            ]
+        ),
     ]
+
+
+CATALOGUE_OVER_MODEL = (1.15, 1.75)
+"""Catalogue angles at T1 and T2 over those of textbook drives with a cam: sizes 14, 20, 40 and 65 at
+ratio 100, size 20 at 50 and 30 (tests/python/test_idealisations.py)."""
+
+
+def is_calibrated(model: DesignModel) -> bool:
+    """Whether a figure of the supports was fitted to a measurement or a data sheet."""
+    return bool(model.drive.support.ring_factor != 1.0)
