@@ -72,7 +72,7 @@ static void begin(commissioning *run, int32_t stage) {
   run->stage = stage;
   run->tick = 0;
   run->part = 0;
-  for (i = 0; i < 12; ++i) {
+  for (i = 0; i < COMMISSIONING_SUMS; ++i) {
     run->sum[i] = 0;
   }
 }
@@ -484,12 +484,13 @@ static float greatest_slope(const lm_parameters *parameters) {
 }
 
 /* Signal 0 is the lost motion that was measured, or without an encoder at the output the torque by
- * the motor's current; 1 the model's lost motion; 2 the torque that was told. */
+ * the motor's current; 1 the model's lost motion; 2 the torque that was told; 3 what the correction
+ * misses. */
 static void judge_shake(commissioning *run) {
   commissioning_finding finding = COMMISSIONING_RUNNING;
   float seen_rad = SEEN_NOISES * noise_rad(run);
   float model_rad = amplitude(run, 1);
-  float missed_rad = square_root(2 * run->sum[8] / run->sum[9]);
+  float missed_rad = amplitude(run, 3);
   int seen = run->has_output
                  ? amplitude(run, 0) > seen_rad
                  : amplitude(run, 0) > SEEN_FRICTIONS * run->set.friction_Nm &&
@@ -501,6 +502,9 @@ static void judge_shake(commissioning *run) {
     finding = COMMISSIONING_TORQUE_SCALE;
   } else {
     run->unchecked |= COMMISSIONING_UNCHECKED_TORQUE;
+  }
+  if (finding == COMMISSIONING_RUNNING && run->part) { /* the shadow rang: it follows no more */
+    finding = COMMISSIONING_TORQUE_NOISE;
   }
   if (finding == COMMISSIONING_RUNNING && model_rad > seen_rad &&
       missed_rad > HEADROOM_SHARE * model_rad) {
@@ -523,7 +527,6 @@ static void shake(commissioning *run, const commissioning_input *now, const lm_c
   out->velocity_rad_s = run->set.shake_rad * at.speed;
   out->acceleration_rad_s2 = run->set.shake_rad * at.change;
   if (is_whole(&t, run->tick)) {
-    float missed_rad = shadow->correction_rad + shadow->lost_motion_rad;
     float torque_Nm = now->conditions.torque_Nm - run->torque_start_Nm;
     float by_current_Nm =
         known(now->motor_torque_Nm) ? now->motor_torque_Nm - run->motor_start_Nm : 0;
@@ -531,8 +534,8 @@ static void shake(commissioning *run, const commissioning_input *now, const lm_c
            run->has_output ? output_rad(run, now) - motor_rad(run, now) : by_current_Nm);
     listen(run, 1, &t, shadow->lost_motion_rad);
     listen(run, 2, &t, torque_Nm);
-    run->sum[8] += missed_rad * missed_rad;
-    run->sum[9] += 1;
+    run->part |= (shadow->status & LM_STATE_RINGING) != 0;
+    listen(run, 3, &t, shadow->correction_rad + shadow->lost_motion_rad); /* missed */
   }
   run->tick += 1;
   if (run->tick > t.length + ticks_of(run, SETTLE_S)) {

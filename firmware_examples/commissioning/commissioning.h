@@ -120,6 +120,7 @@ typedef struct commissioning_output {
 } commissioning_output;
 
 #define COMMISSIONING_STOPS 4 /* of the travel */
+#define COMMISSIONING_SUMS 8
 
 /* One run. The fields are for debuggers. */
 typedef struct commissioning {
@@ -139,7 +140,7 @@ typedef struct commissioning {
   float stood_rad;                   /* correction of the shadow where the axis stood */
   float command_rad, correction_rad; /* as returned last, the command from start_rad on */
   float back_rad;                    /* correction at an abort */
-  float sum[12];
+  float sum[COMMISSIONING_SUMS];
   float at_command[COMMISSIONING_STOPS];
   float at_input[COMMISSIONING_STOPS];
   float at_output[COMMISSIONING_STOPS];

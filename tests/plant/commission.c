@@ -463,6 +463,8 @@ static int judge(unsigned seed, const axis *a, const lm_parameters *parameters, 
        /* The bounds come first where the load is heavy. */
        (wrong == TORQUE_FIVEFOLD &&
         (got.finding == COMMISSIONING_TORQUE_BOUND || got.finding == COMMISSIONING_RANGE)) ||
+       /* Without a load its noise is what shows. */
+       (wrong == TORQUE_MILLI && got.finding == COMMISSIONING_TORQUE_NOISE) ||
        (wrong == COLLISION && got.finding == COMMISSIONING_FOLLOW) ||
        (wrong == RAW_SENSOR && (got.finding == COMMISSIONING_TORQUE_NOISE ||
                                 (got.finding == COMMISSIONING_SOUND && !rings(a, parameters)))));
