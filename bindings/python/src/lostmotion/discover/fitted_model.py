@@ -216,17 +216,7 @@ def fit_model(
     base = make_base(drive, campaign, backbone, effects)
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)
-    present = {term.effect.name for term in base.terms}
-    for effect in chosen:
-        require(effect, base.conditions)
-        flat = constant_columns(effect, base.conditions)
-        if flat:
-            raise InputError(
-                campaign.runs[0].file, flat[0], "a constant", f"it to vary, for {effect.name}"
-            )
-        if effect.name in present:
-            raise InputError("--add", effect.name, "an effect that the file has already", "others")
-        present.add(effect.name)
+    require_addable(base, chosen)
     base.first_fit(steps=STEPS)
     if clean_outliers(base):
         base.fit(steps=STEPS)
@@ -237,14 +227,7 @@ def fit_model(
     base.noise_arcsec = noise_rms(noise, base)
     steps = 2 + len(chosen)
 
-    def rung(of: BaselineModel) -> dict[str, Any]:
-        return {
-            "effects": [term.effect.name for term in of.terms],
-            "rms_arcsec": float(np.sqrt(np.mean(of.residual() ** 2))),
-            "rms_heldout_arcsec": held_out_rms(of),
-        }
-
-    ladder = [rung(base)]
+    ladder = [ladder_row(base)]
     for number, effect in enumerate(chosen):
         if progress is not None:
             progress(number + 1, steps)
@@ -252,7 +235,7 @@ def fit_model(
         base = base.copy()
         base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
         base.fit(steps=STEPS)
-        ladder.append(rung(base))
+        ladder.append(ladder_row(base))
     candidates, _ = make_candidates(base, effects, drive.ratio, waves)
     noise = estimate_noise(base, [c.columns for c in candidates])
     settled = settle(base, noise)
@@ -271,6 +254,29 @@ def fit_model(
         covariance,
         inseparable,
     )
+
+
+def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
+    """Refuse effects that the recordings cannot show, or that are in the model already."""
+    present = {term.effect.name for term in base.terms}
+    for effect in add:
+        require(effect, base.conditions)
+        flat = constant_columns(effect, base.conditions)
+        if flat:
+            file = base.conditions.campaign.runs[0].file
+            raise InputError(file, flat[0], "a constant", f"it to vary, for {effect.name}")
+        if effect.name in present:
+            raise InputError("--add", effect.name, "an effect that the file has already", "others")
+        present.add(effect.name)
+
+
+def ladder_row(model: BaselineModel) -> dict[str, Any]:
+    """One line of the ladder: what is in the model, and its errors."""
+    return {
+        "effects": [term.effect.name for term in model.terms],
+        "rms_arcsec": float(np.sqrt(np.mean(model.residual() ** 2))),
+        "rms_heldout_arcsec": held_out_rms(model),
+    }
 
 
 def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedModel:
