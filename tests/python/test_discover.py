@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,8 +21,10 @@ from small_campaigns import (
 
 from lostmotion.candidates.forms import form_of
 from lostmotion.discover import diagnose, library
+from lostmotion.discover.advice import advise
 from lostmotion.discover.answer import plausible
-from lostmotion.discover.conclusion import decide
+from lostmotion.discover.conclusion import Conclusion, decide
+from lostmotion.discover.diagnosis import estimated_at_bound
 from lostmotion.discover.fitted_model import fit_model
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.drives import format_toml, parse_drive, tomllib
@@ -361,6 +364,29 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
         plain.selection.steps[0].selected.size, rel=0.1
     )
     assert plain.selection.given_arcsec == 0.0
+
+
+def test_an_effect_at_a_bound_is_not_recommended():
+    found = Conclusion("missing-effect", ["wear", "creep"], ["wear", "creep"], [], [])
+    last = SimpleNamespace(closed={})
+    says = advise(found, library(), last, 12, {"wear": [], "creep": ["time_s"]})
+    assert "fit --add wear." in says
+    assert "--add creep" not in says
+    assert "creep is not recommended: time_s at a bound" in says
+    assert "fit --add wear --add creep." in advise(found, library(), last, 12, {})
+
+
+def test_values_at_a_bound_are_those_that_are_estimated():
+    base = BaselineModel(Conditions(campaign()), RATED_NM)
+    effect = library()["creep"]
+    values = effect.typical.copy()
+    place = effect.free()[-1]
+    values[place] = effect.values[place].high
+    name = effect.values[place].name
+    base.terms = [Term(effect, values, effect.free())]
+    assert estimated_at_bound(base) == {"creep": [name]}
+    base.terms = [Term(effect, values, [i for i in effect.free() if i != place])]
+    assert estimated_at_bound(base) == {"creep": []}
 
 
 @pytest.mark.parametrize(("runs", "says"), [(1, "1 run."), (5, "5 runs.")])

@@ -30,8 +30,20 @@ def too_few(runs: int) -> str:
     return f"{count_runs(runs)} cannot carry a name"
 
 
-def advise(found: Conclusion, effects: Mapping[str, Effect], last: ContestRound, runs: int) -> str:
-    """Say what to do next, of recordings that can be repeated."""
+def advise(
+    found: Conclusion,
+    effects: Mapping[str, Effect],
+    last: ContestRound,
+    runs: int,
+    at_bound: Mapping[str, Sequence[str]],
+) -> str:
+    """Say what to do next, of recordings that can be repeated.
+
+    Parameters
+    ----------
+    at_bound : mapping
+        Estimated values that stand at a bound, by effect: such an effect is not recommended.
+    """
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: repeat the plan, {RUNS_ASKED}."
     if found.odd is not None:
@@ -47,10 +59,17 @@ def advise(found: Conclusion, effects: Mapping[str, Effect], last: ContestRound,
             "and look at the rig: no effect of the library does this."
         )
     what = "Nothing is left above the noise."
-    if found.names:
-        add = " ".join(f"--add {name}" for name in found.names)
-        it = "it" if len(found.names) == 1 else "them"
+    doubtful = [name for name in found.names if at_bound.get(name)]
+    sound = [name for name in found.names if name not in doubtful]
+    if sound:
+        add = " ".join(f"--add {name}" for name in sound)
+        it = "it" if len(found.names) == 1 else "these" if doubtful else "them"
         what = f"Add {it}: fit {add}. Nothing else is left above the noise."
+    elif doubtful:
+        what = "Nothing else is left above the noise."
+    for name in doubtful:
+        values = ", ".join(at_bound[name])
+        what += f" {name} is not recommended: {values} at a bound of what it may be."
     blind = sorted(name for name, why in last.closed.items() if why.startswith("not visible"))
     if blind:
         what += f" This plan could not have shown: {', '.join(blind)}."

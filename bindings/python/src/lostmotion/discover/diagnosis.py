@@ -247,7 +247,7 @@ def conclude(
         [*(slip for place in slips for slip in told_slips(base, place, within)), *told],
         sizes,
         {"share": found.share(ladder[slipped]["rms_arcsec"]), "depends_on": depends},
-        advise(found, effects, last_step.round, c.runs),
+        advise(found, effects, last_step.round, c.runs, estimated_at_bound(base)),
         {
             "noise": {
                 "within_runs_arcsec": within,
@@ -269,6 +269,15 @@ def conclude(
         selection,
         models,
     )
+
+
+def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
+    """Estimated values that stand at a bound, by effect."""
+    out = {}
+    for term in base.terms:
+        free = {term.effect.values[i].name for i in term.free}
+        out[term.effect.name] = [n for n in term.effect.at_bound(term.values) if n in free]
+    return out
 
 
 def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
