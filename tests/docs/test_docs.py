@@ -103,7 +103,9 @@ def test_the_decision_for_floating_point_stands_on_the_page_of_costs() -> None:
     step = re.search(r"standard profile takes less than (\d+) instructions", page)
     soft = re.search(r"soft float adds less than (\d+) KB", page)
     least = re.search(r"gap profile \(less than (\d+) instructions", page)
-    assert step is not None and soft is not None and least is not None
+    assert step is not None
+    assert soft is not None
+    assert least is not None
     assert int(standard[12].split()[-1]) < int(step[1])
     assert int(standard[4]) - int(standard[3]) < 1024 * int(soft[1])
     assert int(gap[12].split()[-1]) < int(least[1])
