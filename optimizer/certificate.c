@@ -136,12 +136,13 @@ static int limit_at(const lm_layout *layout, int place) {
  * those of the limits and of the bounds of the ranges; least squares by coordinate descent. The
  * objective's own largest branches share its derivative: at a kink of the largest phase their
  * weights add up to 1, which a heavy row asks for. */
+#define LM_END (-3)
 #define COLUMNS_MAX (LM_BRANCH_MAX + LM_RESULT_MAX + LM_FREE_MAX)
 
 typedef struct column {
   double by[LM_FREE_MAX + 1];
   double weight;
-  int limit; /* -1: bound of a range, -2: branch of the objective */
+  int limit; /* -2: branch of the objective, LM_END - k: end of range k */
 } column;
 
 static void solve_multipliers(column columns[], int count, int n, double *residual) {
@@ -233,7 +234,8 @@ static void find_multipliers(const lm_problem *problem, const lm_layout *layout,
     double by[LM_FREE_MAX] = {0};
     by[k] = unit[k] <= 1e-9 ? -1 : unit[k] >= 1 - 1e-9 ? 1 : 0;
     if (by[k] != 0) {
-      add_column(columns, &count, -1, by, n, 1);
+      c->end[k] = by[k] > 0 ? 1 : -1;
+      add_column(columns, &count, LM_END - k, by, n, 1);
     }
   }
   /* sum w_b grad f_b + sum l grad g = 0 with sum w_b = 1; scaled so that both weigh alike */
@@ -245,7 +247,9 @@ static void find_multipliers(const lm_problem *problem, const lm_layout *layout,
   }
   solve_multipliers(columns, count, n, &c->residual);
   for (i = branches; i < count; i++) {
-    if (columns[i].limit >= 0) {
+    if (columns[i].limit <= LM_END) {
+      c->end_price[LM_END - columns[i].limit] = columns[i].weight * (heavy > 0 ? heavy : 1);
+    } else if (columns[i].limit >= 0) {
       c->limit[columns[i].limit].multiplier += columns[i].weight * (heavy > 0 ? heavy : 1);
     }
   }

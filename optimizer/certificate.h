@@ -39,6 +39,9 @@ typedef struct lm_certificate {
   lm_gap_statistics gap;            /* radial gap of the same samples */
   double worst_percent[LM_LINK_MAX];
   double probable_percent[LM_LINK_MAX];
+  int end[LM_FREE_MAX]; /* of each range: -1 at its low end, 1 at its high end, 0 between */
+  double end_price[LM_FREE_MAX]; /* fall of the first objective for one more width of the range
+                                    beyond that end, to first order, >= 0 */
   double residual; /* of the optimality conditions, relative to the objective's derivatives: 0 at a
                       smooth local optimum; large where the objective has a kink */
 } lm_certificate;

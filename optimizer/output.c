@@ -263,6 +263,25 @@ static void write_figures(FILE *file, const char *key, const double figure[]) {
   }
 }
 
+/* Ranges that end where the design stands, and what the end costs. */
+static void write_ends(FILE *file, const lm_problem *problem, const lm_certificate *c) {
+  char key[LM_KEY_NAME_MAX];
+  int first = 1;
+  int k;
+  for (k = 0; k < problem->range_count; k++) {
+    const lm_range *range = &problem->range[k];
+    if (c->end[k] == 0) {
+      continue;
+    }
+    lm_write_key(range->key, key);
+    fprintf(file, "%s\n  {\"key\": \"%s\", \"end\": \"%s\", ", first ? "" : ",", key,
+            c->end[k] < 0 ? "low" : "high");
+    write_json(file, "value", c->end[k] < 0 ? range->low : range->high, ", ");
+    write_json(file, "price", c->end_price[k], "}");
+    first = 0;
+  }
+}
+
 void lm_write_certificate(FILE *file, const lm_problem *problem, int combination,
                           const lm_certificate *c) {
   int i;
@@ -287,6 +306,8 @@ void lm_write_certificate(FILE *file, const lm_problem *problem, int combination
     write_json(file, "limit", c->check[i].limit, ", ");
     write_json(file, "margin", c->check[i].margin, "}");
   }
+  fprintf(file, "],\n \"at_ends\": [");
+  write_ends(file, problem, c);
   fprintf(file, "],\n \"smallest_gap\": {");
   write_json(file, "gap_arcmin", c->smallest.gap_rad / ARCMIN, ", ");
   write_json(file, "angle_deg", c->smallest.angle_rad / DEGREE, ", ");

@@ -11,6 +11,7 @@ from typing import Any, TextIO
 
 from lostmotion.cluster import connect
 from lostmotion.design.report import margin_unit
+from lostmotion.design.ends import at_ends
 from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
@@ -153,6 +154,11 @@ def show_result(result: SearchResult, out: TextIO) -> None:
         print(f"\nbest.toml {word} on the fine check; what binds:", file=out)
         bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
         print("  " + (", ".join(bound) or "no limit"), file=out)
+        ends = at_ends(seen, f"{result.units[0]} of {result.objectives[0]}")
+        if ends:
+            print("\nvariables at an end of their range:", file=out)
+            for line in ends:
+                print(f"  {line}", file=out)
         broken = [limit for limit in seen["limits"] if limit["stated"] and limit["margin"] < 0]
         for limit in broken:
             unit = margin_unit(limit["name"])
