@@ -165,7 +165,7 @@ AXES = 6
 
 Options = tuple[str, ...]
 
-STACK_MAX, STACK_SOFT_MAX = 128, 232
+STACK_MAX, STACK_SOFT_MAX = 132, 232
 """With a floating-point unit; without, where numbers that wait for a call take registers."""
 RAM_MAX = 212
 RATIO_MAX = 1.5
@@ -541,9 +541,9 @@ held to.
 Limits: model and step on the Cortex-M4F at most {MODEL_MAX} and {STEP_MAX} instructions (one
 effect: {MODEL_EFFECT_MAX} and {STEP_EFFECT_MAX}), model on the Cortex-M0+ at most
 {MODEL_SOFT_MAX}; most over least at most {RATIO_MAX}; flash on the Cortex-M4F at most
-{FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX} ({STACK_SOFT_MAX} without an FPU), both
-without effects, `.data` and `.bss` none; symbols none on the Cortex-M4F, on the others soft float
-and memcpy.
+{FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX} ({STACK_SOFT_MAX} without an FPU),
+both without effects, `.data` and `.bss` none; symbols none on the Cortex-M4F, on the others soft
+float and memcpy.
 
 """
 
