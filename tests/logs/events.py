@@ -8,7 +8,7 @@ import numpy as np
 
 from .clean import Array, Sheet, clean
 
-RUN, PLACE = "14", 70
+RUN, PLACE, AT_S = "14", 70, 35.0
 ARCSEC = np.pi / 648_000
 STIFFNESS_NM_PER_RAD = 12_000.0
 """About that of the clean campaign's loops at half their torque."""
@@ -24,10 +24,13 @@ class Event:
         What happens.
     text : str
         The file.
+    step_arcsec : float
+        Step of the lost motion that it makes; 0 for none.
     """
 
     name: str
     text: str
+    step_arcsec: float = 0.0
 
 
 def _after(sheet: Sheet) -> tuple[Array, int]:
@@ -48,7 +51,7 @@ def all_events() -> list[Event]:
     events = []
     for what, size in (("slips by 60 arcsec", 60.0), ("slips by 5 arcmin", 300.0)):
         moved = _shifted(sheet, "output_angle_rad", size * ARCSEC * after, "%.8f")
-        events.append(Event(f"the output {what} and stays", moved.text()))
+        events.append(Event(f"the output {what} and stays", moved.text(), size))
     # Three samples: a blow that torque sensor and encoders all see.
     blow = 8.0 * np.exp(-0.5 * ((rows - at) / 0.8) ** 2)
     blown = _shifted(sheet, "torque_Nm", blow, "%.5g")

@@ -13,7 +13,7 @@ import pytest
 
 from .clean import HIDDEN, clean
 from .dress import DRESSES, SAME
-from .events import Event, all_events
+from .events import AT_S, RUN, Event, all_events
 from .judge import COMMANDS, Verdict, right_answer, run
 from .table import dresses, faults, verdict
 from .walled import against, against_evidence
@@ -65,6 +65,28 @@ def test_a_real_event_is_not_set_aside(event: Event, tmp_path: Path) -> None:
     file.write_text(event.text)
     outcome = run("check", [file])
     assert (outcome.status, outcome.answer["samples"]) == (0, len(clean()))
+
+
+@pytest.mark.parametrize("command", ["compare", "diagnose"])
+@pytest.mark.parametrize(
+    "event", [event for event in all_events() if event.step_arcsec], ids=lambda event: event.name
+)
+def test_a_slip_is_placed_in_its_run_and_hides_no_effect(
+    event: Event, command: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(event.text)
+    outcome = run(command, [file])
+    assert outcome.status == 0
+    (found,) = outcome.answer["events"]
+    assert (str(found["run"]), found["time_s"]) == (RUN, AT_S)
+    assert found["size_arcsec"] == pytest.approx(event.step_arcsec, rel=0.05)
+    if command == "diagnose":
+        assert outcome.answer["effects"] == [HIDDEN]
+        ladder, right = (a["ladder"] for a in (outcome.answer, right_answer("diagnose")))
+        for rung, clean_rung in zip(ladder, right, strict=True):
+            # The step has a size of its own, which is fitted: it is no fault that is set aside.
+            assert rung["rms_arcsec"] == pytest.approx(clean_rung["rms_arcsec"], rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,7 @@ from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Repeatability, repeatability_of
 from lostmotion.discover.baseline_form import choose_form, tried
-from lostmotion.discover.events import Event, find_events
-from lostmotion.discover.linearise import noise_rms
-from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.events import Event, early_events
 from lostmotion.drives import Drive
 from lostmotion.effects.columns import closed_by_columns
 from lostmotion.effects.conditions import Conditions
@@ -344,18 +342,10 @@ def _compare(
         where_it_fails(c, residual, seed),
         closed_by_columns(effects, c),
         float(np.max(np.abs(torque))) if rated_Nm is None else rated_Nm,
-        events_of(best),
+        early_events(best),
     )
     progress(steps, steps)
     return result
-
-
-def events_of(base: BaselineModel) -> list[Event]:
-    """Find the steps inside runs that the fitted model leaves, as a diagnosis does."""
-    if base.conditions.rows < SAMPLES_LEAST:
-        return []
-    noise = estimate_noise(base, ())
-    return find_events(base, noise, noise_rms(noise, base))
 
 
 def _compare_few(

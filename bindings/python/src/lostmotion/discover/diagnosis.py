@@ -26,6 +26,7 @@ from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import (
     Event,
     dependence,
+    early_events,
     find_events,
     lost_counts,
     with_steps,
@@ -146,6 +147,11 @@ def _diagnose(
     events = lost_counts(base, ratio)
     base = with_steps(base, events)
     base.first_fit()
+    early = early_events(base)
+    if early:
+        events += early
+        base = with_steps(base, early)
+        base.fit(steps=REFIT_STEPS)
     outliers = clean_outliers(base)
     if outliers:
         base.fit(steps=REFIT_STEPS)

@@ -12,7 +12,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import special
 
 from lostmotion import rules
-from lostmotion.discover.linearise import columns_of
+from lostmotion.discover.linearise import columns_of, noise_rms
+from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import side_by_side
 from lostmotion.evidence.noise import Noise
 from lostmotion.fit.baseline import BaselineModel
@@ -174,6 +175,16 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
             found.append(event)
     found.sort(key=lambda e: e.row)
     return found[:EVENTS_MAX]
+
+
+def early_events(base: BaselineModel) -> list[Event]:
+    """Find the steps that a fitted base leaves, before anything else is put into it.
+
+    A form of the hysteresis with more values, or rows that are set aside as outliers, would take
+    part of a step up, and the noise of its run the rest.
+    """
+    noise = estimate_noise(base, ())
+    return find_events(base, noise, noise_rms(noise, base))
 
 
 def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
