@@ -188,3 +188,26 @@ def test_a_load_that_really_jumps_stays_where_the_lost_motion_follows() -> None:
     data = Campaign([Run(1, "a.csv", columns)])
     set_wild_aside(data)
     assert data.findings == []
+
+
+@pytest.mark.parametrize("samples", [8, 36, 100])
+@pytest.mark.parametrize(
+    ("name", "value"), [("torque", 655.35), ("torque", -1024.0), ("lost_motion", 0.05)]
+)
+def test_full_scale_for_twenty_samples_is_set_aside(name: str, value: float, samples: int) -> None:
+    rng = np.random.default_rng(5)
+    runs = []
+    for label in range(3):
+        torque = loops(400, samples, "sine", rng)
+        columns = {
+            "time": np.arange(400) * 0.02,
+            "torque": torque + 0.01 * rng.normal(size=400),
+            "lost_motion": (wound(torque, 2.0) + 0.5 * rng.normal(size=400)) * ARCSEC,
+        }
+        runs.append(Run(label, "a.csv", columns))
+    runs[1].columns[name][200:220] = value
+    data = Campaign(runs)
+    set_wild_aside(data)
+    assert [len(run) for run in data.runs] == [400, 380, 400]
+    (finding,) = data.findings
+    assert (finding.column.startswith(name), finding.run, finding.count) == (True, 1, 20)

@@ -8,9 +8,10 @@ Torque and lost motion check each other. What is looked at is the lost motion le
 over the torque, so a load that really jumps, which the lost motion follows, is none; and a torque
 that drops in the middle of its swing, where its own steps are as large, is found.
 
-There are three ways to leave: in a burst of a few samples (`bursts.bursts`), to a value that the
-device writes again and again (`bursts.markers`), and for longer, by many times what the curve
-leaves elsewhere (`departures`).
+There are four ways to leave: in a burst of a few samples (`bursts.bursts`), to a value that the
+device writes again and again (`bursts.markers`), a torque for longer, far beyond all others
+(`torque_alone`), and an angle for longer, by many times what the curve leaves elsewhere
+(`departures`).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.recordings.astray import RANGES, SHARE_MAX
 from lostmotion.recordings.bursts import (
     BURST,
     DEVIATIONS,
@@ -53,6 +55,9 @@ OWN_SHARE = 0.5
 """A burst in lost motion and torque alike is a load: less this share of it must be left. A column
 that came back is nearer than this share of the burst to where it was."""
 
+BEYOND_SHARE = 0.5
+"""Share of a burst by which it lies outside of what stands on its two sides."""
+
 FOLLOWED_SHARE = 0.2
 """Share of one that the other must follow to be a load, whatever the curve makes of it."""
 
@@ -68,6 +73,9 @@ DEPARTED_MAX = 0.4
 
 ERRATIC = 0.2
 """Usual step within a departure, in shares of it, from which the readings jump about."""
+
+GAP = 2
+"""Readings between two of such a stretch that are within the others' range by chance."""
 
 PLAUSIBLE = {"temperature": (-60.0, 200.0)}
 """Range outside of which a value says that a sensor is off, in the unit of the quantity. Greases
@@ -85,6 +93,11 @@ CHECKED = ("torque", "input_angle", "output_angle", "lost_motion")
 
 def set_wild_aside(campaign: Campaign) -> None:
     """Leave out rows with wild values, and wild values of columns that a row can do without."""
+    for run in campaign.runs:
+        alone = torque_alone(run)
+        if alone.any():
+            note(campaign, run, "torque", alone, LEFT_OUT)
+            run.leave_out(alone)
     curve = MeanCurve(campaign.runs)
     jumping = any(finding.kind == "jump" for finding in campaign.findings)
     for run in campaign.runs:
@@ -111,6 +124,36 @@ def note(campaign: Campaign, run: Run, name: str, wild: BoolArray, action: str) 
     column = QUANTITIES[name].column
     count = int(np.count_nonzero(wild))
     campaign.findings.append(Finding("wild", run.file, column, run.label, count, action, seconds))
+
+
+def torque_alone(run: Run) -> BoolArray:
+    """Mark torques far outside of all others in a run that the lost motion does not follow.
+
+    However long they last: such a load would wind the drive up further than all others do, and
+    from one sample to the next.
+    """
+    torque, lost = run.torque_Nm, run.lost_motion_rad
+    marked = np.zeros(len(run), dtype=bool)
+    low, high = np.quantile(torque, [0.25, 0.75])
+    reach = max(RANGES * (high - low), OWN_DEVIATIONS * scatter(np.diff(torque)))
+    outside = (torque < low - reach) | (torque > high + reach)
+    for stretch in consecutive_rows(~outside):
+        within = 0 < stretch[0] and stretch[-1] + 1 < len(run)
+        if within and stretch.size <= GAP:
+            outside[stretch] = True
+    if not outside.any() or np.count_nonzero(outside) > SHARE_MAX * len(run):
+        return marked
+    least, most = np.quantile(lost[~outside], [0.01, 0.99])
+    slack, usual = FOLLOWED_SHARE * (most - least), scatter(np.diff(lost))
+    for stretch in consecutive_rows(outside):
+        edges = [i for i in (stretch[0] - 1, stretch[-1]) if i >= 0 and i + 1 < len(run)]
+        away = np.abs(torque[stretch] - np.clip(torque[stretch], low, high))
+        steps = [abs(torque[i + 1] - torque[i]) for i in edges]
+        wound = (lost[stretch] < least - slack) | (lost[stretch] > most + slack)
+        followed = max(abs(lost[i + 1] - lost[i]) for i in edges) > TIMES_BESIDE * usual
+        if min(steps) > OWN_SHARE * float(np.min(away[away > 0])) and not (wound.any() or followed):
+            marked[stretch] = True
+    return marked
 
 
 def wild_rows_of(run: Run, curve: MeanCurve, in_bursts_only: bool) -> dict[str, BoolArray]:
@@ -181,13 +224,11 @@ def departures(rest: FloatArray) -> BoolArray:
 def may_last(run: Run, name: str, stretch: IntArray) -> bool:
     """Whether a departure of more than a burst is one of the sensor's.
 
-    A load that the lost motion does not follow is none. An angle that stays elsewhere for a while
-    may be teeth that slipped and slipped back, unless it stands still while the torque moves, or
-    jumps about.
+    A torque was looked at before (`torque_alone`). An angle that stays elsewhere for a while may be
+    teeth that slipped and slipped back, unless it stands still while the torque moves, or jumps
+    about.
     """
-    if name == "torque":
-        return True
-    if stretch[0] == 0 or stretch[-1] + 1 == len(run):
+    if name == "torque" or stretch[0] == 0 or stretch[-1] + 1 == len(run):
         return False
     reading = run.columns[name][stretch]
     step = np.abs(np.diff(reading))
@@ -266,14 +307,16 @@ def leaves(values: FloatArray, burst: IntArray, found: BoolArray, at: int) -> bo
 
 
 def comes_back(values: FloatArray, burst: IntArray, found: BoolArray, off: float) -> bool:
-    """Whether a column lies behind a burst about where it lay before it.
+    """Whether a column lies behind a burst about where it lay before it, or left both for it.
 
-    At an end of the run only one side shows; there the steps beside it must be small.
+    A reading between the two may be one that came late. At an end of the run only one side shows; there the steps beside it must be small.
     """
     near = sound_near(burst, found)
     before, behind = near[near < burst[0]], near[near > burst[-1]]
     if before.size and behind.size:
-        return bool(abs(values[behind[0]] - values[before[-1]]) < OWN_SHARE * off)
+        ends = sorted((float(values[before[-1]]), float(values[behind[0]])))
+        beyond = np.abs(values[burst] - np.clip(values[burst], *ends))
+        return bool(ends[1] - ends[0] < OWN_SHARE * off or np.min(beyond) > BEYOND_SHARE * off)
     steps = np.abs(np.diff(values[near]))
     return bool(steps.size > 0 and off > TIMES_BESIDE * float(steps.max()))
 
