@@ -122,11 +122,27 @@ static void add_tooth(const lm_design_workspace *w, const teeth *t, const effect
              LM_REAL(6) * rigid / (t->width_mm * t->rigid.thickness_mm * t->rigid.thickness_mm));
 }
 
+/* The lobe that is pushed back more; a fixed generator that runs out of true may load one alone. */
+static int loaded_lobe(const lm_design_workspace *w) {
+  lm_real first = LM_REAL(0);
+  lm_real second = LM_REAL(0);
+  int i;
+  for (i = 0; i < w->take_up.active_count; i++) {
+    const lm_contact *pair = &w->contacts[w->take_up.active[i]];
+    if (pair->lobe == 0) {
+      first += pair->wedge * force_of(w, i);
+    } else {
+      second += pair->wedge * force_of(w, i);
+    }
+  }
+  return second > first;
+}
+
 lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_design_workspace *w,
                           lm_load *load, lm_fault *fault) {
   effect effects[LM_ACTIVE_MAX];
   lm_load found;
-  lm_real tangential = LM_REAL(0); /* sums over the lobe that is listed first */
+  lm_real tangential = LM_REAL(0); /* sums over the lobe that is loaded more */
   lm_real normal = LM_REAL(0);
   lm_real work = LM_REAL(0);
   lm_real depth = LM_REAL(0);
@@ -134,6 +150,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
   lm_real slope = LM_REAL(0);
   lm_status status;
   teeth t;
+  int lobe;
   int i;
   int j;
   if (drive == 0 || w == 0 || load == 0) {
@@ -146,6 +163,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
     return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
   }
   t = teeth_of(drive, &w->meshes[0].geometry);
+  lobe = loaded_lobe(w);
   found.torque_Nm = torque_Nm;
   found.largest_force_N = LM_REAL(0);
   found.flank_pressure_MPa = LM_REAL(0);
@@ -160,7 +178,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
     const lm_real force = force_of(w, i);
     const lm_real radial = pair->wedge * force;
     add_tooth(w, &t, effects, i, &found);
-    if (pair->lobe != 0) {
+    if (pair->lobe != lobe) {
       continue;
     }
     tangential += force;
@@ -169,7 +187,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
     depth += radial * effects[i].depth_mm;
     for (j = 0; j < w->take_up.active_count; j++) {
       const lm_contact *other = &w->contacts[w->take_up.active[j]];
-      if (other->lobe == 0) {
+      if (other->lobe == lobe) {
         work += radial * other->wedge * force_of(w, j) *
                 lm_rim_yield(&w->foundation, pair->tooth, other->tooth);
       }

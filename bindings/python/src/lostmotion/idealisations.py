@@ -44,8 +44,10 @@ def idealisations(model: DesignModel) -> list[str]:
 
 
 CATALOGUE_OVER_MODEL = (1.15, 1.75)
-"""Catalogue angles at T1 and T2 over those of textbook drives with a cam: sizes 14, 20, 40 and 65 at
-ratio 100, size 20 at 50 and 30 (tests/python/test_idealisations.py)."""
+"""Catalogue angles at T1 and T2 over those of textbook drives with a cam.
+
+Sizes 14, 20, 40 and 65 at ratio 100, size 20 at 50 and 30 (tests/python/test_idealisations.py).
+"""
 
 
 def is_calibrated(model: DesignModel) -> bool:

@@ -1,4 +1,4 @@
-"""Variables of a design that stand at an end of their range: what the end costs, and what stops them.
+"""Variables of a design at an end of their range: what the end costs, and what stops them.
 
 A search pushes a variable to its end where no check holds it back. The price is the fall of the
 first objective for one more width of the range, to first order.
