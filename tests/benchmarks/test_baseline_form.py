@@ -55,6 +55,22 @@ def test_an_effect_that_the_form_holds_is_not_named_beside_it(tmp_path: Path) ->
         assert (known <= set(closed)) is not there
 
 
+def test_runs_that_are_predicted_have_no_part_in_the_fit(tmp_path: Path) -> None:
+    """Whatever the runs beyond them hold, the forms are fitted to the same numbers."""
+    base, _ = fitted("load", "8 runs", tmp_path)
+    rows = base.conditions.run_of < 6
+    spoilt = base.copy()
+    spoilt.measured = np.where(rows, base.measured, 3.0 * base.measured)
+    made = []
+    for model in (base, spoilt):
+        model.fit(rows=rows)
+        chosen = choose_form(model, library(), 100.0, rows=rows)
+        asked = choose_form(model, library(), 100.0, form="inside+load", rows=rows)
+        made.append((chosen.form, asked.base.hysteresis.shares))
+    assert made[0][0] == made[1][0]
+    np.testing.assert_allclose(made[0][1], made[1][1], rtol=1e-6, atol=1e-9)
+
+
 def test_a_form_that_is_asked_for_is_used(tmp_path: Path) -> None:
     base, _ = fitted("maxwell", "8 runs", tmp_path)
     assert choose_form(base, library(), 100.0, form="both+load").form == "both+load"

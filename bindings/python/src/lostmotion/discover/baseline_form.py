@@ -3,7 +3,8 @@
 Every form of the hysteresis (`fit.forms`) predicts runs that it has not been fitted to. A richer
 form than operators of constant width in parallel with the spring is taken where
 
-- runs confirm it (`gates.told_apart`, of their errors as they are left out one by one);
+- runs confirm it (`gates.told_apart`, of their errors as they are left out one by one; of few runs
+  every one);
 - it is what the error comes from: of what is left above the measurement noise it takes at least
   `rules.FORM_EXPLAINS`. What takes less may be an effect that is missing, whose form the operators
   resemble, and is left to the contest;
@@ -93,7 +94,10 @@ def tried(
 def better(one: Tried, other: Tried) -> bool:
     """Whether the runs confirm that the one predicts better than the other."""
     seen = other.by_run > 0
-    return told_apart(other.by_run[seen], one.by_run[seen])
+    before, after = other.by_run[seen], one.by_run[seen]
+    # Fewer cannot be significant: all of them have to agree.
+    few = before.size < rules.RUNS_LEAST
+    return bool(np.all(after < before)) if few else told_apart(before, after)
 
 
 def choose_form(
@@ -127,20 +131,22 @@ def choose_form(
     given = friction_form(base)
     if form is not None or given != FORMS[0]:
         wanted = given if form is None or FORMS.index(form) < FORMS.index(given) else form
-        return ChosenForm(fitted := in_form(base, wanted), wanted, {wanted: tried(fitted, rows)})
+        return ChosenForm(
+            fitted := in_form(base, wanted, rows), wanted, {wanted: tried(fitted, rows)}
+        )
     plain = tried(base, rows)
     found: dict[Friction, Tried] = {FORMS[0]: plain}
-    if np.count_nonzero(plain.by_run) < rules.RUNS_LEAST:
-        return ChosenForm(base, FORMS[0], found)
     for name in FORMS[1:]:
         simpler: Friction = "inside+load" if name == "both+load" else "inside"
-        found[name] = tried(in_form(found[simpler].base, name), rows)
+        found[name] = tried(in_form(found[simpler].base, name, rows), rows)
     confirmed = [name for name in FORMS[1:] if better(found[name], plain)]
     if not confirmed:
         return ChosenForm(base, FORMS[0], found)
-    richest = found[FORMS[-1]].base
-    columns, _ = make_candidates(richest, effects, ratio, shapes.waves(richest))
-    noise = noise_rms(estimate_noise(richest, [c.columns for c in columns]), richest) ** 2
+    noise = 0.0
+    if rows is None:  # what runs that are only predicted hold must not steer the choice
+        richest = found[FORMS[-1]].base
+        columns, _ = make_candidates(richest, effects, ratio, shapes.waves(richest))
+        noise = noise_rms(estimate_noise(richest, [c.columns for c in columns]), richest) ** 2
     excess = plain.mean_square - noise
     large = [
         name
@@ -175,7 +181,7 @@ def hysteresis_effect(
         for start in tangent(effect, base, base.at(), ratio).starts:
             with_effect = base.copy()
             with_effect.terms.append(Term(effect, start.copy(), effect.free()))
-            with_effect.fit()
+            with_effect.fit(rows=rows)
             found = tried(with_effect, rows)
             if best is None or found.mean_square < best.mean_square:
                 best = found

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
+import numpy as np
+import numpy.typing as npt
+
 from lostmotion.fit.baseline import BaselineModel
 
 Friction = Literal["inside", "inside+load", "both", "both+load"]
@@ -36,7 +39,9 @@ def friction_form(base: BaselineModel) -> Friction:
     return FORMS[2 * (where == "both") + load]
 
 
-def in_form(base: BaselineModel, form: Friction, steps: int = STEPS) -> BaselineModel:
+def in_form(
+    base: BaselineModel, form: Friction, rows: npt.NDArray[np.bool_] | None = None
+) -> BaselineModel:
     """Fit a model with what a form has and it has not; itself where it has that already.
 
     Parameters
@@ -45,6 +50,8 @@ def in_form(base: BaselineModel, form: Friction, steps: int = STEPS) -> Baseline
         Fitted.
     form : str
         One that has at least what the model has.
+    rows : ndarray of bool, optional
+        Samples that count.
     """
     if form == friction_form(base):
         return base
@@ -53,5 +60,5 @@ def in_form(base: BaselineModel, form: Friction, steps: int = STEPS) -> Baseline
         other.hysteresis.allow_load()
     if form.startswith("both"):
         other.allow_outside_friction()
-    other.fit(steps=steps)
+    other.fit(steps=STEPS, rows=rows)
     return other
