@@ -55,7 +55,7 @@ def test_independent_pieces_of_work_keep_their_order():
 
 def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
     """A fit that starts too far off, as deviations of single runs lead it, starts anew."""
-    before = without_deviations(warm_gap.selection.settled[0].base)
+    before = warm_gap.selection.began_with
     friction = library()["stribeck_friction"]
     grown = before.copy()
     grown.curve.slopes *= 3.0

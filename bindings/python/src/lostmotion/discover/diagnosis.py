@@ -301,7 +301,8 @@ def for_all_runs(selection: Selection) -> list[BaselineModel]:
     """Refit the base, and the model after each term, for all runs together."""
     models: list[BaselineModel] = []
     for settled in selection.settled:
-        models.append(without_deviations(settled.base, models[-1] if models else None))
+        known = models[-1] if models else selection.began_with
+        models.append(without_deviations(settled.base, known))
     return models
 
 

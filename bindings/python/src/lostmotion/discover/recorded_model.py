@@ -45,12 +45,15 @@ class Selection:
     noise : Noise
     given_arcsec : float
         Largest size of an effect that the model brought along.
+    began_with : BaselineModel
+        Fitted for all runs together, before any of them had deviations.
     """
 
     steps: list[Step]
     settled: list[Settled]
     noise: Noise
     given_arcsec: float
+    began_with: BaselineModel
 
 
 def select_recorded(
@@ -66,7 +69,7 @@ def select_recorded(
     say("noise")
     steps = select(model, say)
     given = max(model.given.values(), default=0.0)
-    return Selection(steps, model.settled, model.noise, given)
+    return Selection(steps, model.settled, model.noise, given, base)
 
 
 class RecordedModel(GrowingModel):
@@ -90,6 +93,7 @@ class RecordedModel(GrowingModel):
 
     def __init__(self, base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> None:
         self.effects, self.ratio = effects, ratio
+        self.began_with = base
         self.runs = base.conditions.runs
         self.given_terms = len(base.terms)
         self.waves = shapes.waves(base)
@@ -124,36 +128,29 @@ class RecordedModel(GrowingModel):
         if self.rounds:
             self.noise = estimate_noise(base, [c.columns for c in candidates])
         self.rounds += 1
-        current, results = self.judged(base, candidates, closed)
-        if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
-            calmer = self.calmer_noise(current, results)
-            if calmer is not None:
-                self.noise = calmer
-                current, results = self.judged(base, candidates, closed)
-        self.within = noise_rms(self.noise, base)
-        self.settled[-1] = current.settled
-        return current, results
-
-    def judged(
-        self,
-        base: BaselineModel,
-        candidates: list[Candidate],
-        closed: dict[str, str],
-    ) -> tuple[RecordedRound, list[Result]]:
-        """Settle a model under the noise and judge every candidate."""
         now = self.now
         settled = now if now.noise is self.noise else settle(base, self.noise)
+        if noise_rms(self.noise, base) > rules.WANDERING * float(np.mean(self.noise.sigma)):
+            calmer = self.calmer_noise(settled, [c for c in candidates if c.named], closed)
+            if calmer is not None:
+                self.noise = calmer
+                settled = settle(base, self.noise)
+        self.within = noise_rms(self.noise, base)
+        self.settled[-1] = settled
         # What is left of an effect is often another in quick runs, and is no second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
         return current, judge_all(current)
 
-    def calmer_noise(self, current: RecordedRound, results: list[Result]) -> Noise | None:
-        """Noise of the largest model about the refit of a strong candidate, where it is calmer."""
+    def calmer_noise(
+        self, settled: Settled, effects: list[Candidate], closed: dict[str, str]
+    ) -> Noise | None:
+        """Noise of the largest model about the fit of a strong effect, where it is calmer."""
         best: Noise | None = None
-        least = rules.CALMER * noise_rms(current.settled.noise, current.settled.base)
-        named = [r for r in results if current.candidates[r.name].named and r.gain > 0]
-        for result in named[: rules.REFITS_NAMED]:
+        least = rules.CALMER * noise_rms(settled.noise, settled.base)
+        current = make_round(settled, effects, closed)
+        strong = [result for result in judge_all(current) if result.gain > 0]
+        for result in strong[: rules.REFITS_NAMED]:
             try:
                 base, _ = fit_with(current, result)
             except np.linalg.LinAlgError:
@@ -201,7 +198,8 @@ class RecordedModel(GrowingModel):
     def alike(self) -> tuple[BaselineModel, float]:
         """The model as it is, fitted for all runs together, and its leave-one-run-out rms."""
         if self.fitted_alike is None or self.fitted_alike[0] is not self.now:
-            base = without_deviations(self.now.base)
+            known = self.began_with if self.fitted_alike is None else self.fitted_alike[1]
+            base = without_deviations(self.now.base, known)
             self.fitted_alike = (self.now, base, held_out_rms(base))
         return self.fitted_alike[1:]
 
