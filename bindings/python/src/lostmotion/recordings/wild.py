@@ -138,7 +138,7 @@ def torque_alone(run: Run) -> BoolArray:
     reach = max(RANGES * (high - low), OWN_DEVIATIONS * scatter(np.diff(torque)))
     outside = (torque < low - reach) | (torque > high + reach)
     for stretch in consecutive_rows(~outside):
-        within = 0 < stretch[0] and stretch[-1] + 1 < len(run)
+        within = stretch[0] > 0 and stretch[-1] + 1 < len(run)
         if within and stretch.size <= GAP:
             outside[stretch] = True
     if not outside.any() or np.count_nonzero(outside) > SHARE_MAX * len(run):
@@ -309,14 +309,15 @@ def leaves(values: FloatArray, burst: IntArray, found: BoolArray, at: int) -> bo
 def comes_back(values: FloatArray, burst: IntArray, found: BoolArray, off: float) -> bool:
     """Whether a column lies behind a burst about where it lay before it, or left both for it.
 
-    A reading between the two may be one that came late. At an end of the run only one side shows; there the steps beside it must be small.
+    A reading between the two may be one that came late. At an end of the run only one side shows;
+    there the steps beside it must be small.
     """
     near = sound_near(burst, found)
     before, behind = near[near < burst[0]], near[near > burst[-1]]
     if before.size and behind.size:
-        ends = sorted((float(values[before[-1]]), float(values[behind[0]])))
-        beyond = np.abs(values[burst] - np.clip(values[burst], *ends))
-        return bool(ends[1] - ends[0] < OWN_SHARE * off or np.min(beyond) > BEYOND_SHARE * off)
+        low, high = sorted((float(values[before[-1]]), float(values[behind[0]])))
+        beyond = np.abs(values[burst] - np.clip(values[burst], low, high))
+        return bool(high - low < OWN_SHARE * off or np.min(beyond) > BEYOND_SHARE * off)
     steps = np.abs(np.diff(values[near]))
     return bool(steps.size > 0 and off > TIMES_BESIDE * float(steps.max()))
 
