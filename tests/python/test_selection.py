@@ -68,8 +68,7 @@ def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
 
 def model_before(diagnosis) -> RecordedModel:
     """The model of a diagnosis as it was in its first round."""
-    base = diagnosis.selection.settled[0].base
-    model = RecordedModel(base, library(), RATIO)
+    model = RecordedModel(diagnosis.selection.began_with, library(), RATIO)
     model.settled = [diagnosis.selection.settled[0]]
     return model
 
