@@ -37,6 +37,7 @@ static inline float upper_edge(const lm_play_slot *slot, float torque_Nm) {
 
 int main(void) {
   lm_play_bank bank = {0};
+  bank.widens = 1;
   lm_play_memory memory;
   float from_Nm = nondet_float();
   float z_Nm = nondet_float();

@@ -45,6 +45,7 @@ static void any_parameters(lm_parameters *p) {
   p->watch.misfit_rad = Frama_C_float_interval(0.0f, 1.0f);
   p->plays.count = Frama_C_interval(0, LM_PLAYS_MAX);
   p->plays.outside_count = Frama_C_interval(0, LM_PLAYS_MAX);
+  p->plays.widens = Frama_C_interval(0, 1);
   p->plays.outside_rad_per_Nm = Frama_C_float_interval(0.0f, 8.0f);
   p->plays.inside_share = Frama_C_float_interval(0.0f, 1.0f);
   p->plays.envelope_Nm = Frama_C_float_interval(0.0f, LM_ENVELOPE ? LM_PLAY_RADIUS_MAX_NM : 0.0f);
