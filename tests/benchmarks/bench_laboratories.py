@@ -44,7 +44,7 @@ FORM = "hysteresis form"
 
 INTRO = """# Laboratories of other make
 
-How `diagnose` does where friction follows another law than the one of the baseline model: figures of
+How `diagnose` does where friction follows another law than that of the baseline model: figures of
 `tests/benchmarks/bench_laboratories.py` on campaigns of `tests/rig/laboratory.py`, which shares no
 formula with the library. Laws: Maxwell slip in parallel, Dahl, LuGre, Bouc-Wen, limits that grow
 with the load, one play operator in series, a dead zone with Bouc-Wen friction. Protocols: bench
@@ -86,7 +86,7 @@ def jobs(each: int, seeds: str, laws: list[str], protocols: list[str]) -> list[J
 
 
 def run(job: Job) -> Record | None:
-    """Write a campaign, read it as a user would and diagnose it; None where nothing can be hidden."""
+    """Write a campaign, read it as a user would and diagnose it; None where nothing is hidden."""
     from lostmotion.discover import diagnose
     from lostmotion.drives import read_drive
     from lostmotion.recordings import read_campaign
@@ -155,7 +155,7 @@ def work(wanted: list[Job], results: Path, workers: int) -> Iterator[Record]:
                 yield done
 
 
-# --- judging ---------------------------------------------------------------------------------------
+# --- judging --------------------------------------------------------------------------------------
 
 
 def wrong(done: Record) -> bool:

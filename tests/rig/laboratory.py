@@ -345,7 +345,9 @@ class Laboratory:
             own = {name: values[rows] for name, values in columns.items()}
             if strangers:
                 own["run"] = np.ones(len(own["run"]))
-            lines = [row % values for values in zip(*map(np.ndarray.tolist, own.values()))]
+            lines = [
+                row % values for values in zip(*map(np.ndarray.tolist, own.values()), strict=True)
+            ]
             text = "\n".join([",".join(columns), *lines, ""])
             name = f"recording_{number:02d}.csv.gz" if strangers else "recording.csv.gz"
             (folder / name).write_bytes(gzip.compress(text.encode(), 6, mtime=0))

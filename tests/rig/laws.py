@@ -1,4 +1,4 @@
-"""Drives whose friction follows one of the published laws (laws.c), one operator outside of them."""
+"""Drives whose friction follows one of the published laws (laws.c), one operator outside them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .mechanics import ARCSEC, DOUBLES, Array, compiled, pointer
 ELEMENTS_MAX = 8
 
 LAWS = ("maxwell", "dahl", "lugre", "bouc_wen", "load", "outside", "dead_zone")
-"""Maxwell slip in parallel, Dahl, LuGre, Bouc-Wen; limits that grow with the load (R = r + eta |T|);
+"""Maxwell slip in parallel, Dahl, LuGre, Bouc-Wen; limits that grow with the load, R = r + eta |T|;
 one play operator of constant width in series, beside a weak Maxwell slip; a dead zone with Bouc-Wen
 friction in parallel."""
 

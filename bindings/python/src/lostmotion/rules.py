@@ -243,7 +243,8 @@ FORM_EXPLAINS = 0.5
 """Share of the error above the measurement noise that another form of the hysteresis must take to
 be the baseline model: less may be an effect that is missing, whose form the operators resemble.
 
-Derived: most of it.
+Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older rig; not judged on
+others.
 """
 
 # Runs that stand apart.

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
 from lostmotion.cluster import connect
-from lostmotion.design.report import margin_unit
 from lostmotion.design.ends import at_ends
+from lostmotion.design.report import margin_unit
 from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.running import search
 from lostmotion.design.spec import read_spec
@@ -94,13 +94,13 @@ def draw_bar(seen: dict[str, Any]) -> None:
     """Draw the bar: share of the budget, best so far, feasible share, combinations, time left."""
     full = min(BAR_WIDTH * seen["evaluations"] // max(seen["budget"], 1), BAR_WIDTH)
     bar = "#" * full + "." * (BAR_WIDTH - full)
-    ends = seen["combinations"]
-    done = ends["total"] - ends["not_reached"]
+    combinations = seen["combinations"]
+    done = combinations["total"] - combinations["not_reached"]
     best = "-" if seen["best_value"] is None else f"{seen['best_value']:.4g}"
     left = "" if seen["seconds_left"] is None else f", {seen['seconds_left']:.0f} s left"
     print(
         f"\r\033[K{seen['stage']:>6} [{bar}] best {best}, feasible "
-        f"{100 * seen['feasible_share']:.0f} %, combinations {done}/{ends['total']}{left}",
+        f"{100 * seen['feasible_share']:.0f} %, combinations {done}/{combinations['total']}{left}",
         end="",
         file=sys.stderr,
         flush=True,
@@ -130,10 +130,10 @@ def relaxations(result: SearchResult) -> list[str]:
 def show_result(result: SearchResult, out: TextIO) -> None:
     """Print the front and what the certificate says."""
     state = "finished" if result.finished else "stopped, --resume goes on"
-    ends = ", ".join(
+    states = ", ".join(
         f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n
     )
-    print(f"search in {one_line(str(result.folder))}: {state}; combinations: {ends}\n", file=out)
+    print(f"search in {one_line(str(result.folder))}: {state}; combinations: {states}\n", file=out)
     if result.refused:
         left_out = "evaluations that the model refused or that gave no number were left out"
         print(f"{result.refused} {left_out}\n", file=out)
@@ -154,11 +154,11 @@ def show_result(result: SearchResult, out: TextIO) -> None:
         print(f"\nbest.toml {word} on the fine check; what binds:", file=out)
         bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
         print("  " + (", ".join(bound) or "no limit"), file=out)
-        ends = at_ends(seen, f"{result.units[0]} of {result.objectives[0]}")
-        if ends:
+        at_bounds = at_ends(seen, f"{result.units[0]} of {result.objectives[0]}")
+        if at_bounds:
             print("\nvariables at an end of their range:", file=out)
-            for line in ends:
-                print(f"  {line}", file=out)
+            for told in at_bounds:
+                print(f"  {told}", file=out)
         broken = [limit for limit in seen["limits"] if limit["stated"] and limit["margin"] < 0]
         for limit in broken:
             unit = margin_unit(limit["name"])
