@@ -158,8 +158,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     answer_soundly(&problem, &tasks[i], &from, &answer);
     change(&answer, &from);
     /* A record holds as many designs as its counts say. */
-    if (answer.solution_count < 0 || answer.solution_count > LM_SOLUTION_MAX || answer.member_count < 0 ||
-        answer.member_count > LM_PARENT_MAX) {
+    if (answer.solution_count < 0 || answer.solution_count > LM_SOLUTION_MAX ||
+        answer.member_count < 0 || answer.member_count > LM_PARENT_MAX) {
       require(lm_accept_answer(to.search, &answer) != LM_OK || answer.id < tasks[0].id);
       break;
     }

@@ -47,7 +47,8 @@ typedef struct {
 static double angle_of(const law_drive *d, const law_samples *s, size_t n, double e) {
   const double u = e / d->rated_torque_Nm, side = e < 0.0 ? -1.0 : 1.0;
   const double soft = 1.0 - d->hardening * u * u / (1.0 + u * u);
-  return d->compliance_rad_per_Nm * s->compliance[n] * (1.0 - 0.5 * side * d->asymmetry) * e * soft +
+  return d->compliance_rad_per_Nm * s->compliance[n] * (1.0 - 0.5 * side * d->asymmetry) * e *
+             soft +
          s->gap_rad[n] * e / sqrt(e * e + d->knee_Nm * d->knee_Nm);
 }
 
@@ -57,32 +58,32 @@ static double moved(const law_drive *d, double f, double limit, double stiffness
   const double sign = dx < 0.0 ? -1.0 : 1.0;
   double force;
   switch (d->law) {
-  case DAHL:
-    return sign * limit - (sign * limit - f) * exp(-stiffness * fabs(dx) / limit);
-  case LUGRE: {
-    const double speed = step_s > 0.0 ? fabs(dx) / step_s : 0.0;
-    const double ratio = speed / d->stribeck_rad_per_s;
-    const double level = limit * (1.0 + d->stribeck * exp(-ratio * ratio));
-    return sign * level - (sign * level - f) * exp(-stiffness * fabs(dx) / level);
-  }
-  case BOUC_WEN: { /* exponent 2, beta = gamma: z' = A unloading, A (1 - (z/limit)^2) loading */
-    double left = fabs(dx), z = sign * f;
-    if (z < 0.0) {
-      const double needed = -z / stiffness;
-      if (left <= needed) {
-        return sign * (z + stiffness * left);
+    case DAHL:
+      return sign * limit - (sign * limit - f) * exp(-stiffness * fabs(dx) / limit);
+    case LUGRE: {
+      const double speed = step_s > 0.0 ? fabs(dx) / step_s : 0.0;
+      const double ratio = speed / d->stribeck_rad_per_s;
+      const double level = limit * (1.0 + d->stribeck * exp(-ratio * ratio));
+      return sign * level - (sign * level - f) * exp(-stiffness * fabs(dx) / level);
+    }
+    case BOUC_WEN: { /* exponent 2, beta = gamma: z' = A unloading, A (1 - (z/limit)^2) loading */
+      double left = fabs(dx), z = sign * f;
+      if (z < 0.0) {
+        const double needed = -z / stiffness;
+        if (left <= needed) {
+          return sign * (z + stiffness * left);
+        }
+        left -= needed;
+        z = 0.0;
       }
-      left -= needed;
-      z = 0.0;
+      if (z >= limit) {
+        return sign * limit;
+      }
+      return sign * limit * tanh(atanh(z / limit) + stiffness * left / limit);
     }
-    if (z >= limit) {
-      return sign * limit;
-    }
-    return sign * limit * tanh(atanh(z / limit) + stiffness * left / limit);
-  }
-  default:
-    force = f + stiffness * dx;
-    return force > limit ? limit : force < -limit ? -limit : force;
+    default:
+      force = f + stiffness * dx;
+      return force > limit ? limit : force < -limit ? -limit : force;
   }
 }
 
