@@ -178,14 +178,14 @@ def test_missing_files_and_empty_folders_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_map_reads_foreign_columns_and_can_turn_a_sign(write: Write) -> None:
-    text = "TIME;POSITION;TORQUE;test_nr\n0;0;0;1\n1;-0.25;-2;1\n2;-0.5;-4;2\n"
+    text = "TIME;POSITION;TORQUE;test_nr\n0;0;0;1\n1;-0.25;-2;1\n2;-0.5;-4;2\n3;-0.5;-4;2\n"
     mapping = parse_map(
         ["TIME=time_s", "POSITION=-lost_motion_rev", "TORQUE=-torque_Nm", "test_nr=run"]
     )
     campaign = read_campaign(write(text, "a.csv"), mapping=mapping)
     assert [run.label for run in campaign.runs] == [1, 2]
-    np.testing.assert_allclose(campaign.column("torque"), [0, 2, 4])
-    np.testing.assert_allclose(campaign.column("lost_motion"), [0, np.pi / 2, np.pi])
+    np.testing.assert_allclose(campaign.column("torque"), [0, 2, 4, 4])
+    np.testing.assert_allclose(campaign.column("lost_motion"), [0, np.pi / 2, np.pi, np.pi])
 
 
 def test_a_map_reads_the_counts_of_an_encoder(write: Write) -> None:
@@ -349,10 +349,10 @@ def test_a_folder_is_one_campaign_in_name_order(tmp_path: Path) -> None:
 
 
 def test_runs_keep_the_order_in_which_they_begin(write: Write) -> None:
-    text = f"run,{HEAD}\n" + "".join(f"{r},{i},{i},{i}\n" for i, r in enumerate("zzaz"))
+    text = f"run,{HEAD}\n" + "".join(f"{r},{i},{i},{i}\n" for i, r in enumerate("zzaaz"))
     campaign = read_campaign(write(text, "a.csv"))
-    assert [(run.label, len(run)) for run in campaign.runs] == [("z", 3), ("a", 1)]
-    assert kinds(campaign) == {"split_run": 2, "runs": 1}
+    assert [(run.label, len(run)) for run in campaign.runs] == [("z", 3), ("a", 2)]
+    assert kinds(campaign) == {"split_run": 2}
 
 
 def test_rows_without_numbers_are_left_out_and_counted(write: Write) -> None:
@@ -646,3 +646,11 @@ def test_recordings_that_take_turns_row_by_row_stay_apart(tmp_path: Path) -> Non
     lines += [f"{1 + i % 2},{i},{i % 9},{(i % 9) * 1e-5}" for i in range(80)]
     (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
     assert [len(run) for run in read_campaign(tmp_path / "a.csv").runs] == [40, 40]
+
+
+def test_a_run_of_one_sample_is_left_out_and_named(write: Write) -> None:
+    text = f"run,{HEAD}\n1,0,0,0\n1,1,1,1\n2,0,2,2\n2,1,3,3\nMean,0.5,1.5,1.5\n"
+    campaign = read_campaign(write(text, "a.csv"))
+    assert [run.label for run in campaign.runs] == ["1", "2"]
+    (found,) = campaign.findings
+    assert (found.kind, found.run) == ("runs", "Mean")

@@ -78,7 +78,7 @@ LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque
 MISSING_ACTION = "only other runs have the column; not used"
 """What is done about a quantity that some runs have."""
 
-SINGLE_ACTION = "a run of one sample, kept: no motion can be told from it"
+SINGLE_ACTION = "a run of one sample, left out: no motion can be told from it"
 
 NEWEST_ACTION = "the newest row stands first; rows turned round"
 
@@ -201,9 +201,8 @@ def campaign_of_table(
 def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Campaign:
     """Make a campaign of runs, and note what is odd about them together."""
     name_apart(runs)
-    campaign = Campaign(runs, findings)
+    campaign = Campaign(without_single(runs, findings), findings)
     note_missing(campaign)
-    note_single(campaign)
     set_wild_aside(campaign)
     check_ratio(campaign, ratio)
     bring_together(campaign, ratio)
@@ -375,12 +374,18 @@ def note_missing(campaign: Campaign) -> None:
             )
 
 
-def note_single(campaign: Campaign) -> None:
-    """Note the runs of one sample where others have more."""
-    single = [run for run in campaign.runs if len(run) == 1]
-    if len(single) < len(campaign.runs):
-        for run in single:
-            campaign.findings.append(Finding("runs", run.file, "run", run.label, 1, SINGLE_ACTION))
+def without_single(runs: list[Run], findings: list[Finding]) -> list[Run]:
+    """Leave out the runs of one sample where others have more: every run has an offset of its own.
+
+    Rows below a table, as of its smallest and mean values, are such runs where their label is one.
+    """
+    longer = [run for run in runs if len(run) > 1]
+    if not longer:
+        return runs
+    for run in runs:
+        if len(run) == 1:
+            findings.append(Finding("runs", run.file, "run", run.label, 1, SINGLE_ACTION))
+    return longer
 
 
 def name_apart(runs: Sequence[Run]) -> None:
