@@ -254,6 +254,7 @@ static const char spec[] =
     "objective lost_motion\n"
     "fixed teeth.module_mm 0.25\n"
     "fixed teeth.face_width_mm 10\n"
+    "fixed teeth.engagement_depth 1\n" /* the tips stay on the involute at both edges */
     "fixed teeth.flexspline_teeth 200\n"
     "fixed generator.type discs\n"
     "range teeth.flexspline_shift 2 4\n"
