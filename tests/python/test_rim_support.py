@@ -94,14 +94,6 @@ def test_gives_of_the_teeth_are_those_of_a_ring_on_springs(generator: str) -> No
     assert found == pytest.approx(expected, abs=1e-6 * expected.max())
 
 
-def stiffness(document: dict[str, Any]) -> float:
-    """Slope of the torsion curve at twice the rated torque, without the chains of torsion."""
-    model = model_of(document)
-    found = model.characteristic([2.0 * model.rated_torque_Nm])
-    torsion = found.parts_rad["torsion"][0] / found.torque_Nm[0]
-    return float(1.0 / (1.0 / found.stiffness_Nm_per_rad[0] - torsion))
-
-
 def deflection(document: dict[str, Any]) -> float:
     """One-sided deflection at rated torque."""
     model = model_of(document)
@@ -114,16 +106,25 @@ def test_generators_differ_in_deflection() -> None:
     assert max(found.values()) > 1.1 * min(found.values())
 
 
+def untwisted(document: dict[str, Any]) -> float:
+    """One-sided deflection at twice the rated torque, without the chain of torsion.
+
+    The slope there is no measure: it jumps where a pair begins to carry.
+    """
+    model = model_of(document)
+    found = model.characteristic([2.0 * model.rated_torque_Nm])
+    return float(found.total_rad[0] - found.parts_rad["torsion"][0])
+
+
 @pytest.mark.parametrize("generator", GENERATORS)
-def test_a_thicker_rim_or_race_is_stiffer(generator: str) -> None:
+def test_a_thicker_rim_or_race_deflects_less(generator: str) -> None:
     thin, thick, raced = size20(generator), size20(generator), size20(generator)
     rim = thin["design"]["flexspline"]["rim_thickness_mm"]
     thick["design"]["flexspline"]["rim_thickness_mm"] = 1.6 * rim
     race = design_model(parse_drive(thin)).drive.support.race_thickness_mm
-    raced["design"]["support"]["race_thickness_mm"] = 1.5 * race
-    # Under rollers the backing ring is five times as thick as the rim, and bends instead of it.
-    assert generator == "rollers" or stiffness(thick) > 1.01 * stiffness(thin)
-    assert stiffness(raced) > 1.02 * stiffness(thin)
+    raced["design"]["support"]["race_thickness_mm"] = 1.3 * race
+    assert untwisted(thin) > 1.005 * untwisted(thick)
+    assert untwisted(thin) > 1.01 * untwisted(raced)
 
 
 def test_a_stated_foundation_is_taken_as_stated() -> None:
