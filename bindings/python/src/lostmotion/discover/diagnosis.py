@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from lostmotion.discover.conclusion import conclude_rounds
 from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import (
+    EDGE,
     Event,
     dependence,
     early_events,
@@ -144,38 +146,83 @@ def _diagnose(
     progress: Callable[[str], None] | None,
 ) -> Diagnosis:
     slipped = put_in_slips(base, chosen_from, ratio)
-    events = lost_counts(base, ratio)
-    base = with_steps(base, events)
-    base.first_fit()
-    early = early_events(base)
+    counts = lost_counts(base, ratio)
+    start = with_steps(base, counts)
+    start.first_fit()
+    early = early_events(start)
+    while True:
+        body = select_with(start, early, chosen_from, ratio, friction, progress)
+        confirmed = beside_what_was_found(body.selection, start, early)
+        if len(confirmed) == len(early):
+            break
+        early = confirmed
+    events = counts + early
+    selection = body.selection
+    found = new_events(selection, body.base, events)
+    if found:
+        events += found
+        again = with_steps(body.base, found)
+        again.fit(steps=REFIT_STEPS)
+        selection = select_recorded(again, chosen_from, ratio, progress=progress)
+        events += new_events(selection, body.base, events)
+    diagnosis = conclude(selection, events, chosen_from, ratio, slipped)
+    diagnosis.details["outliers"] = body.outliers
+    return diagnosis
+
+
+@dataclass
+class Selected:
+    """A selection, the baseline model that it began with, and the outliers set aside for it."""
+
+    base: BaselineModel
+    selection: Selection
+    outliers: int
+
+
+def select_with(
+    start: BaselineModel,
+    early: list[Event],
+    effects: dict[str, Effect],
+    ratio: float,
+    friction: Friction | None,
+    progress: Callable[[str], None] | None,
+) -> Selected:
+    """Select beside the steps of early events: outliers first, then the form, then effects."""
+    plain = with_steps(start, early)
     if early:
-        events += early
-        base = with_steps(base, early)
-        base.fit(steps=REFIT_STEPS)
-    outliers = clean_outliers(base)
+        plain.fit(steps=REFIT_STEPS)
+    outliers = clean_outliers(plain)
     if outliers:
-        base.fit(steps=REFIT_STEPS)
-    plain = base
-    form = choose_form(plain, chosen_from, ratio, form=friction)
+        plain.fit(steps=REFIT_STEPS)
+    form = choose_form(plain, effects, ratio, form=friction)
     base = form.base
     if progress is not None:
         progress("base")
-    selection = select_recorded(base, chosen_from, ratio, progress=progress)
+    selection = select_recorded(base, effects, ratio, progress=progress)
     if len(form.tried) > 1:
-        beside = form_beside(plain, selection.settled[-1].base, chosen_from, ratio)
+        beside = form_beside(plain, selection.settled[-1].base, effects, ratio)
         if beside != form.form:
             base = in_form(plain, beside)
-            selection = select_recorded(base, chosen_from, ratio, progress=progress)
-    found = new_events(selection, base, events)
-    if found:
-        events += found
-        again = with_steps(base, found)
-        again.fit(steps=REFIT_STEPS)
-        selection = select_recorded(again, chosen_from, ratio, progress=progress)
-        events += new_events(selection, base, events)
-    diagnosis = conclude(selection, events, chosen_from, ratio, slipped)
-    diagnosis.details["outliers"] = outliers
-    return diagnosis
+            selection = select_recorded(base, effects, ratio, progress=progress)
+    return Selected(base, selection, outliers)
+
+
+def beside_what_was_found(
+    selection: Selection, start: BaselineModel, early: list[Event]
+) -> list[Event]:
+    """Keep the early events that are steps beside the effects, too, their own steps taken out.
+
+    What an effect does where the motion turns round looks like a step to a base without it.
+    """
+    if not early:
+        return early
+    without = selection.settled[-1].base.copy()
+    first = len(start.additives)
+    del without.additives[first : first + len(early)]
+    without.deviations[:] = 0.0
+    without.fit(steps=REFIT_STEPS)
+    again = {event.run: event.row for event in early_events(without)}
+    return [one for one in early if abs(again.get(one.run, -EDGE - 1) - one.row) <= EDGE]
 
 
 def new_events(selection: Selection, base: BaselineModel, known: list[Event]) -> list[Event]:

@@ -57,7 +57,7 @@ def clean_outliers(base: BaselineModel) -> int:
         level = base.conditions.run_mean(base.measured - point.angle)[base.conditions.run_of]
         base.measured = base.measured.copy()
         base.measured[bad] = point.angle[bad] + level[bad] + filled
-    base.outlier |= found
+    base.outlier = base.outlier | found
     return int(np.count_nonzero(found))
 
 
