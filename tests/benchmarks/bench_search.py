@@ -46,7 +46,6 @@ OBJECTIVE_MAX = 4
 FRONT_MAX = 2048
 RESULT_MAX = 4096
 STAGE_VERIFY = 5
-SINGLE_ROWS = 12
 FIGURES = {
     "lost_motion": 0,
     "tolerance_lost_motion": 1,
@@ -156,7 +155,7 @@ class Problem:
         self.variables = self.ranges + len(self.sizes)
         most = [(i, lib.read_figure_max(self.memory, i)) for i in FIGURES.values()]
         self.limited = [(i, value) for i, value in most if value > 0]
-        self.limits = SINGLE_ROWS + 1 + len(self.limited)
+        self.limits = self.layout.gap_start - self.layout.single_start + 1 + len(self.limited)
         self.start()
 
     def _choice_sizes(self, words: list[list[str]]) -> list[int]:
@@ -187,7 +186,7 @@ class Problem:
     def judge(self, combination: int, unit: c.Array[c.c_double]) -> tuple[Vector, Vector]:
         """Objectives and limits (g <= 0) of a design.
 
-        The limits: 12 single ones, the worst gap, one for each limited figure.
+        The limits: the single ones, the worst gap, one for each limited figure.
         """
         self.evaluations += 1
         status = self.lib.lm_evaluate_point(
@@ -199,7 +198,7 @@ class Problem:
         layout = c.byref(self.layout)
         f = np.array([self.lib.lm_figure_of(layout, self.result, j) for j in self.objectives])
         all_results = np.ctypeslib.as_array(self.result)
-        single = all_results[self.layout.single_start :][:SINGLE_ROWS]
+        single = all_results[self.layout.single_start : self.layout.gap_start]
         gaps = all_results[self.layout.gap_start :][: self.layout.gap_count]
         over = [self.lib.lm_figure_of(layout, self.result, i) / v - 1 for i, v in self.limited]
         g = np.array([*single, gaps.max(), *over])
