@@ -39,10 +39,6 @@
 #define SWING_NOISES2 LM_REAL(4)
 #define SWING_SHARE2 LM_REAL(0.0625)
 #define HELP_SHARE LM_REAL(0.5)
-/* Of the lost motion that the torque which is not believed while it rings would make: so much harm
- * is not held against the correction then. Chosen on tests/plant/duty.c: at 0.05 the watch fades
- * once in ten hours, at 0.25 a torque of 2.5 times the true one takes 20 s to be found. */
-#define DOUBTFUL LM_REAL(0.2)
 /* What did harm has to help five times as long: a loop that rings when the correction comes back
  * would make it fade in and out for ever. */
 #define FORGIVING LM_REAL(0.2)
@@ -163,19 +159,10 @@ void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
   }
 }
 
-/* The torque up to which the parameters hold: fitted, or allowed. */
-static lm_real fitted_range(const lm_parameters *parameters) {
-  lm_real limit_Nm = parameters->torque_limit_Nm;
-  lm_real valid_Nm = parameters->valid.torque_Nm;
-  return valid_Nm > 0 ? least(valid_Nm, limit_Nm) : limit_Nm;
-}
-
 /* Begins to listen for ringing anew. */
 static void listen(lm_compensator *compensator) {
-  compensator->usual_Nm = fitted_range(compensator->parameters);
   compensator->turns = 0;
   compensator->turn_rad = compensator->correction_rad;
-  compensator->turn_Nm = compensator->memory.plays.torque_Nm;
   compensator->ticks = 0;
   compensator->standing &= ~LM_STATE_RINGING;
 }
@@ -184,15 +171,18 @@ static void listen(lm_compensator *compensator) {
 static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
   const lm_limits *limits = &parameters->limits;
+  lm_real valid_Nm = parameters->valid.torque_Nm;
   lm_real fast_ticks = LARGEST;
-  if (LM_PROFILE != LM_PROFILE_GAP && parameters->watch.ringing_Hz > 0) {
+  if (parameters->watch.ringing_Hz > 0) {
     fast_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
   }
   compensator->swing_ticks = fast_ticks < LARGEST ? (uint32_t)fast_ticks : 0u;
   compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
-  compensator->beyond_limit = LM_STATE_TORQUE_CLIPPED;
-  if (parameters->valid.torque_Nm > 0) {
-    compensator->beyond_limit |= LM_STATE_EXTRAPOLATED;
+  compensator->usual_Nm = parameters->torque_limit_Nm;
+  compensator->beyond_limit = 0;
+  if (valid_Nm > 0) {
+    compensator->usual_Nm = least(valid_Nm, parameters->torque_limit_Nm);
+    compensator->beyond_limit = LM_STATE_EXTRAPOLATED;
   }
   compensator->settled_rad_s = limits->response_per_s * greatest(parameters->watch.noise_rad,
                                                                  RESTING * limits->correction_rad);
@@ -208,13 +198,6 @@ static void forget(lm_compensator *compensator) {
   compensator->lowest_Nm = torque_Nm;
   compensator->highest_Nm = torque_Nm;
   compensator->standing |= LM_STATE_MEMORY_UNKNOWN;
-}
-
-/* The plays of a drive that has rested at a torque, every one in the middle of its band. */
-static void rest_at(lm_compensator *compensator, lm_real torque_Nm) {
-  lm_play_memory *plays = &compensator->memory.plays;
-  lm_center_plays(plays, lm_find_envelope(&compensator->parameters->plays, torque_Nm));
-  plays->torque_Nm = torque_Nm;
 }
 
 /* Every field that neither the memory nor the parameters determine. */
@@ -235,7 +218,7 @@ static void rest(lm_compensator *compensator) {
   compensator->doubt_s = 0;
   compensator->watching = 0;
   compensator->zero_shared = 0;
-  compensator->slow_Nm = 0;
+  compensator->slow_rad = 0;
   compensator->mode = LM_MODE_RUN;
   compensator->standing = 0;
 }
@@ -256,7 +239,14 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
   set_rates(compensator);
   compensator->correction_end_rad = parameters->limits.correction_rad;
   lm_start_model(&compensator->memory, torque_Nm);
-  rest_at(compensator, compensator->memory.plays.torque_Nm);
+#if LM_ENVELOPE
+  {
+    lm_play_memory *plays = &compensator->memory.plays;
+    lm_real held_Nm = plays->torque_Nm;
+    lm_center_plays(plays, lm_find_envelope(&parameters->plays, held_Nm));
+    plays->torque_Nm = held_Nm;
+  }
+#endif
   lm_settle_model(parameters, &compensator->memory);
   forget(compensator);
   prepare(compensator);
@@ -278,7 +268,6 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
  * back. */
 NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
   int32_t turns = c->ticks < c->swing_ticks ? c->turns : 0;
-  lm_real torque_Nm = c->memory.plays.torque_Nm;
   if (is_negative(swing_rad)) {
     turns = turns > 0 ? -turns - 1 : -1;
   } else {
@@ -286,15 +275,21 @@ NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
   }
   if ((turns >= RINGING_TURNS || turns <= -RINGING_TURNS) && !(c->standing & LM_STATE_RINGING)) {
     c->standing |= LM_STATE_RINGING;
-    c->usual_Nm = -1; /* no torque is: judge_ringing sees them all */
-    c->slow_Nm = LM_REAL(0.5) * (c->turn_Nm + torque_Nm); /* the middle of the swing */
-    rest_at(c, c->slow_Nm); /* the loop made the history, not the load */
-    forget(c);
+    c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
   }
   c->turns = turns;
   c->turn_rad = c->correction_rad;
-  c->turn_Nm = torque_Nm;
   c->ticks = 0;
+}
+
+/* The target through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that rang at
+ * that frequency or above has a tenth of its gain, or less. */
+#define SLOW_SHARE LM_REAL(0.1)
+NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
+  lm_real ticks =
+      2 * LM_PI * SLOW_SHARE * c->parameters->watch.ringing_Hz * c->parameters->limits.period_s;
+  c->slow_rad += (target_rad - c->slow_rad) * (ticks / (1 + ticks));
+  return c->slow_rad;
 }
 
 static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
@@ -329,33 +324,6 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
   return status;
 }
 
-/* What is believed of a torque that makes the correction ring:
- *   - It goes through a filter of the first order at SLOW_SHARE of ringing_Hz, in which a loop that
- *     rang at that frequency or above has a tenth of its gain, or less.
- *   - It may be wrong by UNSURE_SHARE of the fitted range: the sign of the motor's friction is not
- *     known at standstill. Within that a torque moves nothing, or the loop would hunt.
- *   - Where no load at all is as likely, none is believed in the end, nor any history of it: then
- *     the correction does nothing, and the axis is as good as without.
- * The plays see no swing that the loop made. */
-#define SLOW_SHARE LM_REAL(0.1)
-/* Friction of the motor and the gear, seen from the output, over the largest torque: starting
- * torques in catalogues are 5 to 15 % of the rated one. */
-#define UNSURE_SHARE LM_REAL(0.1)
-static lm_real calm(lm_compensator *c, lm_real told_Nm) {
-  const lm_parameters *parameters = c->parameters;
-  lm_real ticks =
-      2 * LM_PI * SLOW_SHARE * parameters->watch.ringing_Hz * parameters->limits.period_s;
-  lm_real share = ticks / (1 + ticks);
-  lm_real unsure_Nm = UNSURE_SHARE * fitted_range(parameters);
-  lm_real believed_Nm = c->memory.plays.torque_Nm;
-  c->slow_Nm += (told_Nm - c->slow_Nm) * share;
-  if (is_within(c->slow_Nm, unsure_Nm)) {
-    believed_Nm -= believed_Nm * share;
-    rest_at(c, believed_Nm);
-  }
-  return clamp(believed_Nm, c->slow_Nm - unsure_Nm, c->slow_Nm + unsure_Nm);
-}
-
 /* An input beyond the range that was fitted, the limit, or sense. */
 NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real told, uint32_t *status) {
   lm_real limit = c->parameters->torque_limit_Nm;
@@ -367,21 +335,20 @@ NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real told, uin
     *status = told == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
     return c->memory.plays.torque_Nm;
   }
-  *status = c->beyond_limit;
+  *status = LM_STATE_TORQUE_CLIPPED | c->beyond_limit;
   return is_negative(told) ? -limit : limit;
 }
 
-/* Any input while it rings. */
-NOINLINE static lm_real judge_ringing(lm_compensator *c, lm_real told, uint32_t *status) {
-  lm_real input = judge_unusual(c, told, status);
-  if (is_within(told, fitted_range(c->parameters))) {
-    *status = 0;
-  }
-  return is_told(told) ? calm(c, input) : input;
-}
-
 /* States in which a tick is another than usual. */
-#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_HEADROOM_SHORT)
+#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING | LM_STATE_HEADROOM_SHORT)
+
+/* Where the correction goes in these states. */
+NOINLINE static lm_real find_other_target(lm_compensator *c, lm_real target_rad) {
+  if (c->mode == LM_MODE_RUN) {
+    return (c->standing & LM_STATE_RINGING) ? follow_slowly(c, target_rad) : target_rad;
+  }
+  return c->mode == LM_MODE_HOLD ? c->target_rad : 0;
+}
 
 #if LM_EFFECTS_MAX > 0
 #define NEEDS(compensator) ((compensator)->needs)
@@ -414,8 +381,7 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   input = model_input(at);
   if (!is_within(input, compensator->usual_Nm)) {
     uint32_t told_by;
-    input = (status & LM_STATE_RINGING) ? judge_ringing(compensator, input, &told_by)
-                                        : judge_unusual(compensator, input, &told_by);
+    input = judge_unusual(compensator, input, &told_by);
     status |= told_by;
   }
   elapsed_s = period_s;
@@ -448,12 +414,7 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
     if (status & LM_STATE_HEADROOM_SHORT) {
       set_bounds(compensator);
     }
-    if (status & LM_STATE_RESETTING) {
-      target_rad = 0;
-    }
-    if (status & LM_STATE_HOLDING) {
-      target_rad = compensator->target_rad;
-    }
+    target_rad = find_other_target(compensator, target_rad);
   }
   status = follow_target(compensator, target_rad, status);
   result.correction_rad = compensator->correction_rad;
@@ -473,6 +434,7 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
                                        LM_STATE_POSITION_LIMITED, &result.status);
     compensator->velocity_rad_s = 0;
     compensator->acceleration_rad_s2 = 0;
+    compensator->slow_rad = compensator->target_rad;
     listen(compensator);
     set_bounds(compensator);
     result.correction_rad = compensator->correction_rad;
@@ -686,15 +648,11 @@ static void weigh(lm_compensator *c, lm_real measured_rad, lm_real share) {
 static void doubt(lm_compensator *c, lm_real elapsed_s) {
   const lm_watch *watch = &c->parameters->watch;
   lm_real noise_rad2 = watch->noise_rad * watch->noise_rad;
-  lm_real harm_rad = watch->misfit_rad;
-  if (c->standing & LM_STATE_RINGING) { /* what is believed may be wrong by so much */
-    harm_rad += DOUBTFUL * wind(c->parameters, 0, UNSURE_SHARE * fitted_range(c->parameters));
-  }
   if (!(c->power_model_rad2 > SWING_NOISES2 * noise_rad2 &&
         c->power_model_rad2 >= SWING_SHARE2 * c->level_rad2)) {
     return;
   }
-  if (c->power_residual_rad2 > c->power_measured_rad2 + harm_rad * harm_rad) {
+  if (c->power_residual_rad2 > c->power_measured_rad2 + watch->misfit_rad * watch->misfit_rad) {
     c->doubt_s = least(c->doubt_s + elapsed_s, watch->window_s);
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
     c->doubt_s = greatest(c->doubt_s - FORGIVING * elapsed_s, 0);

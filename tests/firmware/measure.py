@@ -167,9 +167,9 @@ Options = tuple[str, ...]
 
 STACK_MAX, STACK_SOFT_MAX = 132, 232
 """With a floating-point unit; without, where numbers that wait for a call take registers."""
-RAM_MAX = 212
+RAM_MAX = 208
 RATIO_MAX = 1.5
-FLASH_MAX = 6144
+FLASH_MAX = 5888
 INSTRUCTIONS_MAX = {
     ("Cortex-M4F", "standard"): (205, 360),
     ("Cortex-M4F", "no envelope"): (205, 360),

@@ -73,9 +73,6 @@ long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int u
   double zero_rad = 0.3;
   long fades = 0;
   int was_faded = 0;
-  double before_Nm = 0;
-  int ticks = (int)(SAMPLE_S / (double)parameters->limits.period_s + 0.5);
-  int i;
   int64_t samples = (int64_t)(hours * 3600 / SAMPLE_S);
   int64_t k;
   state = 0x9E3779B97F4A7C15u * (seed + 1u);
@@ -106,13 +103,9 @@ long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int u
     known_Nm = -now.gravity_share * PLANT_GRAVITY_NM * sin(angle_rad) -
                PLANT_ARM_KGM2 * change_rad_s2 + TORQUE_NOISE_NM * gauss();
     twist_rad = plant_bench(&joint, torque_Nm, TURN_RAD);
+    at.torque_Nm = (float)(wrong.torque_factor * known_Nm);
     at.temperature_C = (float)(joint.temperature_C + off_K);
-    for (i = 1; i <= ticks; ++i) { /* the torque is told more slowly than the tick */
-      at.torque_Nm =
-          (float)(wrong.torque_factor * (before_Nm + (known_Nm - before_Nm) * i / ticks));
-      (void)lm_step_compensator(&c, &at);
-    }
-    before_Nm = known_Nm;
+    (void)lm_step_compensator(&c, &at);
     lm_watch_output(
         &c, (float)((wrong.compensated ? 0 : twist_rad) + zero_rad + MEASURED_NOISE * gauss()),
         (float)SAMPLE_S);

@@ -130,7 +130,7 @@ static const trial trials[] = {
     {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
     {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
     {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1},
-    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1},
     {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0},
     {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1},
     {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1},

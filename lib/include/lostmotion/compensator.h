@@ -51,19 +51,18 @@
  * own.
  *   - The position loop closes on the motor's encoder. One that closes on an encoder at the output
  *     corrects the lost motion by itself: with the correction added it stands off by all of it.
- * There the model serves as a feed-forward: add velocity_rad_s to the velocity that the motor is
- *     commanded, and nothing to the position; a reversal is crossed before the output's encoder has
- *     seen it.
+ *     There the model serves as a feed-forward of what the loop is too slow for: the motor's way
+ *     across the lost motion as the load turns round, and a ripple that effects such as
+ *     kinematic_error know. Add velocity_rad_s to the velocity that the motor is commanded and
+ *     acceleration_rad_s2 to its acceleration, and nothing to the position
+ *     (firmware_examples/output_loop).
  *
  * Ringing. A torque that is measured and not filtered can make the correction a limit cycle, at the
  * joint's resonance. Where the correction swings to and fro by more than 4 noise_rad, six times
  * running, each swing shorter than half a period of ringing_Hz, that is ringing
- * (LM_STATE_RINGING). From then on the torque goes through a filter at a tenth of ringing_Hz, which
- * is too slow to ring, and it moves the model only where it leaves a tenth of the fitted range: so
- * much of a motor's torque may be friction of unknown sign. Within a tenth of no load the
- * correction goes to zero, and the history counts as unknown. What stands is corrected on, to that
- * accuracy. It follows fast again after lm_set_mode to another mode and back, lm_change_parameters
- * or a start. The gap profile follows a command and does not ring.
+ * (LM_STATE_RINGING): from then on it follows its target through a filter at a tenth of ringing_Hz,
+ * which is too slow to ring and still carries what stands. It follows fast again after lm_set_mode
+ * to another mode and back, lm_change_parameters or a start.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
@@ -131,7 +130,7 @@ typedef struct lm_compensator {
   lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
   /* what the step compares with */
   lm_real usual_Nm;      /* torque within the fitted range and the limit */
-  uint32_t beyond_limit; /* status bits of a torque beyond the limit */
+  uint32_t beyond_limit; /* status bit of a torque beyond the limit, where a range was fitted */
   lm_real settled_rad_s; /* slower counts as resting */
   /* range of the load since a start with unknown memory */
   lm_real lowest_Nm;
@@ -149,13 +148,12 @@ typedef struct lm_compensator {
   int32_t watching;         /* the watch has seen its first sample */
   int32_t zero_shared;      /* the measured lost motion has the model's zero */
   /* ringing */
-  lm_real swing_rad;    /* a larger one counts */
+  lm_real swing_rad;    /* a longer one counts */
   uint32_t swing_ticks; /* and takes less than this where it is fast; 0: none does */
   lm_real turn_rad;     /* where the correction last turned round */
-  lm_real turn_Nm;      /* the torque then */
   uint32_t ticks;       /* since then */
   int32_t turns;        /* swings to and fro in a row; its sign is the direction of the last */
-  lm_real slow_Nm;      /* the torque while it rings, filtered */
+  lm_real slow_rad;
   lm_mode mode;
   uint32_t standing; /* status bits that last */
 #if LM_EFFECTS_MAX > 0
