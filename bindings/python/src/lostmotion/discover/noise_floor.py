@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.discover.linearise import Settled
+from lostmotion.discover.linearise import Settled, columns_of
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.scatter import deviations, without_scatter
 from lostmotion.fit.deviations import DEVIATIONS
@@ -23,8 +23,8 @@ def noise_floor(settled: Settled, within: float) -> float:
     """Noise within runs and scatter between them, as one rms in arc seconds.
 
     Every run counts with the deviations that it has, not with those that its like might have: one
-    odd run may have little that they act on. It is not measured against the error of the model: a
-    floor above the leave-one-run-out error says that deviations make up for what the model lacks.
+    odd run may have little that they act on. What all deviations have in common is no scatter: a
+    fit to all runs takes it into its curve. It is not measured against the error of the model.
 
     Parameters
     ----------
@@ -34,10 +34,20 @@ def noise_floor(settled: Settled, within: float) -> float:
         Noise within runs.
     """
     base = settled.base
-    scatter = base.run_columns(base.at())[:, : len(DEVIATIONS)]
-    centred = (scatter[at] - scatter[at].mean(axis=0) for at in base.conditions.slices())
-    squares = np.array([columns.T @ columns for columns in centred])
-    return floor_of(settled.contest, squares, base.conditions.rows, within)
+    contest = settled.contest
+    own, spread = posterior(contest)
+    fixed, _, scatter, _ = columns_of(base, base.at())
+    known = len(DEVIATIONS)
+    scatter = scatter[:, :known]
+    centre = base.conditions.centre
+    centre(fixed)
+    centre(scatter)
+    moved = np.einsum("ij,ij->i", scatter, own[base.conditions.run_of, :known])
+    used = np.einsum("ij,ij->j", fixed, fixed) > 0
+    apart = moved - fixed[:, used] @ np.linalg.lstsq(fixed[:, used], moved, rcond=1e-9)[0]
+    squares = np.array([scatter[at].T @ scatter[at] for at in base.conditions.slices()])
+    total = float(apart @ apart) + float(np.sum(spread[:, :known, :known] * squares))
+    return float(np.sqrt(within**2 + total / base.conditions.rows))
 
 
 def floor_of(contest: Contest, squares: FloatArray, rows: float, within: float) -> float:
@@ -50,11 +60,16 @@ def floor_of(contest: Contest, squares: FloatArray, rows: float, within: float) 
 
 def second_moments(contest: Contest) -> FloatArray:
     """Expected squares and products of every run's deviations, given its recordings."""
+    own, spread = posterior(contest)
+    return np.asarray(own[:, :, None] * own[:, None, :] + spread)
+
+
+def posterior(contest: Contest) -> tuple[FloatArray, FloatArray]:
+    """Deviations of every run given its recordings, and their covariance."""
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
     own = deviations(e, index, omega, contest.null_step())
     gram = e.gram[:, e.scatter[:, None], e.scatter]
     left = omega[:, None] * without_scatter(gram, omega, np.eye(omega.size))[0]
     scale = e.scale[e.scatter]
-    moment = own[:, :, None] * own[:, None, :] + left
-    return np.asarray(moment / np.outer(scale, scale))
+    return np.asarray(own / scale), np.asarray(left / np.outer(scale, scale))
