@@ -363,6 +363,9 @@ def test_fit_hands_on_its_noise_and_its_ranges(write: Write, bought: dict[str, A
     }
     made = build(make_controller(read_drive(write(bought))))
     assert made.watch.noise_rad == pytest.approx(2.28 * ARCSEC)
+    bought["fit"]["heldout_rms_arcsec"] = 1.5  # what deviations make up for is no noise
+    bounded = build(make_controller(read_drive(write(bought))))
+    assert bounded.watch.noise_rad == pytest.approx(1.5 * ARCSEC)
     assert made.valid.torque_Nm == 60
     assert list(made.valid.temperature_C) == [10, 50]
     assert list(made.valid.cycles) == [0, 0]

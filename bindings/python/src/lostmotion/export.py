@@ -548,7 +548,11 @@ def _defaults(
     # With these the stages of the limiter do not narrow each other (compensator.c).
     acceleration = given.get("acceleration", 2.0 * response * velocity)
     jerk = given.get("jerk", 8.0 * response * acceleration)
-    fitted = float((drive.fit or {}).get("noise_floor_arcsec", 0.0)) * ARCSEC
+    # The noise floor may be above what the model leaves of runs that it has not seen: the rest is
+    # what the model lacks, no noise of the measurement.
+    fit = drive.fit or {}
+    floor_arcsec = float(fit.get("noise_floor_arcsec", 0.0))
+    fitted = min(floor_arcsec, float(fit.get("heldout_rms_arcsec", floor_arcsec))) * ARCSEC
     noise = given.get("noise", fitted or NOISE_RAD)
     misfit = given.get("misfit", max(3.0 * noise, MISFIT_SHARE * correction))
     watch = Watch(
