@@ -26,6 +26,8 @@ function(lm_build_nlopt)
   # NLopt asks for a CMake so old that newer ones no longer know its rules; and its options must not
   # override what is set here.
   set(CMAKE_POLICY_VERSION_MINIMUM 3.5)
+  # Its headers are made by scripts of their own, at build time, which the variable does not reach.
+  list(APPEND CMAKE_COMMAND -DCMAKE_POLICY_VERSION_MINIMUM=3.5)
   set(CMAKE_POLICY_DEFAULT_CMP0077 NEW)
   foreach(part CXX FORTRAN PYTHON OCTAVE MATLAB GUILE JAVA SWIG LUKSAN TESTS)
     set(NLOPT_${part} OFF)
