@@ -89,7 +89,12 @@ def build_wheel(
     wheel = Path(wheel_directory) / name
     with zipfile.ZipFile(wheel) as archive:
         entries = [(info, archive.read(info)) for info in archive.infolist()]
-    search = [data for info, data in entries if "/_search." in info.filename]
+    # Beside the extension lies its stub, _search.pyi.
+    search = [
+        data
+        for info, data in entries
+        if "/_search." in info.filename and not info.filename.endswith(".pyi")
+    ]
     loads = [bool(SYSTEM_NLOPT.search(data)) for data in search]
     record = next(info for info, _ in entries if info.filename.endswith(".dist-info/RECORD"))
     about = record.filename.removesuffix("RECORD")
