@@ -324,23 +324,19 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
   return status;
 }
 
-/* An input beyond the range that was fitted, the limit, or sense. */
-NOINLINE static lm_real judge_unusual(const lm_compensator *c, lm_real told, uint32_t *status) {
-  lm_real limit = c->parameters->torque_limit_Nm;
-  if (is_within(told, limit)) {
-    *status = LM_STATE_EXTRAPOLATED;
-    return told;
+/* Bits that tell of an input beyond the range that was fitted, the limit, or sense. */
+NOINLINE static uint32_t tell_unusual(const lm_compensator *c, lm_real told) {
+  if (is_within(told, c->parameters->torque_limit_Nm)) {
+    return LM_STATE_EXTRAPOLATED;
   }
   if (!is_told(told)) {
-    *status = told == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
-    return c->memory.plays.torque_Nm;
+    return told == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
   }
-  *status = LM_STATE_TORQUE_CLIPPED | c->beyond_limit;
-  return is_negative(told) ? -limit : limit;
+  return LM_STATE_TORQUE_CLIPPED | c->beyond_limit;
 }
 
 /* States in which a tick is another than usual. */
-#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING | LM_STATE_HEADROOM_SHORT)
+#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING)
 
 /* Where the correction goes in these states. */
 NOINLINE static lm_real find_other_target(lm_compensator *c, lm_real target_rad) {
@@ -376,14 +372,20 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   if (!at) {
     at = &unknown;
   }
-  period_s = compensator->parameters->limits.period_s;
   status = compensator->standing;
   input = model_input(at);
   if (!is_within(input, compensator->usual_Nm)) {
-    uint32_t told_by;
-    input = judge_unusual(compensator, input, &told_by);
-    status |= told_by;
+    status |= tell_unusual(compensator, input);
+    if (status & LM_STATE_TORQUE_CLIPPED) {
+      lm_real limit = compensator->parameters->torque_limit_Nm;
+      input = is_negative(input) ? -limit : limit;
+    } else if (!(status & LM_STATE_EXTRAPOLATED)) {
+      input = compensator->memory.plays.torque_Nm;
+    } else {
+      /* as it is told */
+    }
   }
+  period_s = compensator->parameters->limits.period_s;
   elapsed_s = period_s;
   if (is_positive(at->elapsed_s)) {
     if (!is_within(at->elapsed_s - period_s, LM_REAL(0.5) * period_s)) {
@@ -409,11 +411,11 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   }
   compensator->lost_motion_rad = angle_rad;
   result.lost_motion_rad = angle_rad;
-  target_rad = -compensator->gain * angle_rad;
+  if (UNLIKELY(status & LM_STATE_HEADROOM_SHORT)) {
+    set_bounds(compensator);
+  }
+  target_rad = -compensator->gain * compensator->lost_motion_rad;
   if (status & UNUSUAL) {
-    if (status & LM_STATE_HEADROOM_SHORT) {
-      set_bounds(compensator);
-    }
     target_rad = find_other_target(compensator, target_rad);
   }
   status = follow_target(compensator, target_rad, status);
