@@ -248,6 +248,9 @@ def test_runs_that_were_not_fitted_decide_where_friction_sits(
     if place == "both":
         base.hysteresis.shares = np.full(PLAYS, 0.01)
         base.hysteresis.outside = np.full(PLAYS, 0.5)
+    if place == "inside+load":
+        base.hysteresis.allow_load()
+        base.hysteresis.shares[base.hysteresis.widening > 0] = 0.05
     noise = 0.5 * np.random.default_rng(4).standard_normal(SAMPLES)
     columns = {
         "run": np.arange(SAMPLES) // 500,
