@@ -312,7 +312,7 @@ def test_the_written_file_is_taken_by_every_other_command(
         ],
         ["compare", str(drive), str(file), "--json", "-"],
         ["diagnose", str(drive), str(file)],
-        ["fit", str(drive), str(file), "-o", str(fitted)],
+        ["fit", str(drive), str(file), "--friction", "inside", "-o", str(fitted)],
         [
             "export",
             str(fitted),
@@ -350,6 +350,21 @@ def test_a_model_of_coulomb_friction_in_series_has_the_figures_of_its_loops(
         figures[kind]["torsion_curve"]["K2_Nm_per_rad"]["value"] for kind in ("measured", "model")
     )
     assert model == pytest.approx(measured, rel=0.02)
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="open: of Coulomb friction in series `fit` chooses both+load with 15 operators, which the "
+    "profile standard does not hold, and which the profile full refuses as wider than the drive",
+)
+def test_the_form_that_a_fit_chooses_is_taken_by_the_controller(tmp_path: Path) -> None:
+    file = Loop(loops=6, samples=240, shape="coulomb").write(tmp_path / "loops.csv", ratio=100.0)
+    drive, fitted = tmp_path / "drive.toml", tmp_path / "fitted.toml"
+    words = ["characterize", str(file), "--ratio", "100", "--rated-torque-Nm", "67"]
+    assert main([*words, "-o", str(drive)]) == 0
+    assert main(["fit", str(drive), str(file), "-o", str(fitted)]) == 0
+    words = ["export", str(fitted), "-o", str(tmp_path / "params.h"), "--set", "period_us=500"]
+    assert main([*words, "--profile", "full"]) == 0
 
 
 def test_what_is_not_stated_is_assumed_by_name(
