@@ -355,7 +355,7 @@ def test_a_model_of_coulomb_friction_in_series_has_the_figures_of_its_loops(
 @pytest.mark.xfail(
     strict=True,
     reason="open: of Coulomb friction in series `fit` chooses both+load with 15 operators, which "
-    "the profile standard does not hold, and which the profile full refuses as wider than the drive",
+    "the profile standard does not hold, and which full refuses as wider than the drive",
 )
 def test_the_form_that_a_fit_chooses_is_taken_by_the_controller(tmp_path: Path) -> None:
     file = Loop(loops=6, samples=240, shape="coulomb").write(tmp_path / "loops.csv", ratio=100.0)
