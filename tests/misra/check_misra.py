@@ -13,6 +13,7 @@ import fnmatch
 import re
 import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -67,8 +68,9 @@ def find(cppcheck: str, profile: str) -> set[tuple[str, str, str]]:
     command += ["--suppress=missingIncludeSystem", "--template={file}:{line} {id}", "-j2"]
     command += [f"-D{name}" for name in (*DEFINED, f"LM_PROFILE=LM_PROFILE_{profile}")]
     command += [f"-U{name}" for name in UNDEFINED]
-    command += ["-Ilib/include", "-Ilib", *SOURCES]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    with tempfile.TemporaryDirectory() as folder:  # else what the addon reads lies by the sources
+        command += [f"--cppcheck-build-dir={folder}", "-Ilib/include", "-Ilib", *SOURCES]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     if done.returncode != 0:
         raise SystemExit(done.stdout + done.stderr)
     pattern = r"^(\S+):(\d+) misra-c2012-([\d.]+)$"
