@@ -155,7 +155,7 @@ lint_python() {
   "$ruff" check --quiet --config "$package/pyproject.toml" "$package" &&
     "$ruff" check --quiet --config "$package/pyproject.toml" --ignore D tests
 }
-types() { (cd "$package" && "$mypy"); }
+types() { (cd "$package" && "$mypy" && "$mypy" --strict ../../tests/python/public_script.py); }
 
 logs() { (cd tests && "$venv/bin/python" -m logs "$@"); }
 

@@ -54,6 +54,7 @@ def measure(recording: Path, sheet: Path) -> None:
     found = timed(
         "diagnose",
         lambda: diagnose(
+            None,
             campaign,
             ratio=drive.ratio,
             rated_torque_Nm=drive.rated_torque_Nm,

@@ -46,6 +46,7 @@ KEPT = ("verdict", "noise_floor_arcsec", "effects", "ladder", "events", "unexpla
 def diagnosed(drive: Drive, campaign: Campaign) -> Diagnosis:
     """Diagnose a campaign as the command does."""
     return diagnose(
+        None,
         campaign,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,

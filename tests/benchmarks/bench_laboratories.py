@@ -107,7 +107,7 @@ def run(job: Job) -> Record | None:
         drive = read_drive(Path(folder) / "drive.toml")
         campaign = read_campaign(sorted(Path(folder).glob("*.csv.gz")), ratio=drive.ratio)
         begin = time.process_time()
-        answer = diagnose(campaign, drive).answer()
+        answer = diagnose(drive, campaign).answer()
     return {
         "law": job.law,
         "protocol": job.protocol,

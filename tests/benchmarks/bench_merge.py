@@ -53,7 +53,7 @@ def merged(drive: Drive, data: Campaign) -> dict[str, Any]:
     """Judge the evidence of both halves."""
     middle = len(data.runs) // 2
     halves = [Campaign(list(runs)) for runs in (data.runs[:middle], data.runs[middle:])]
-    bodies = [gather_body(diagnose(half, drive), library(), drive.ratio) for half in halves]
+    bodies = [gather_body(diagnose(drive, half), library(), drive.ratio) for half in halves]
     return judge_body(merge_bodies(bodies, ["one", "other"]), library())
 
 
@@ -72,7 +72,7 @@ def main(words: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
             hidden, drive, data = written(number, Path(folder))
-            same, said = line(hidden, diagnose(data, drive), merged(drive, data))
+            same, said = line(hidden, diagnose(drive, data), merged(drive, data))
             alike += same
             print(said, flush=True)
     print(f"{alike} of {count}: the verdict of the whole")

@@ -46,7 +46,7 @@ def measure(name: str, sheet: Path, recordings: list[Path]) -> float:
     begin = time.process_time()
     drive = read_drive(sheet)
     campaign = read_campaign(recordings, ratio=drive.ratio, mapping=drive.columns)
-    found = diagnose(campaign, drive)
+    found = diagnose(drive, campaign)
     row = 1e3 * (time.process_time() - begin) / campaign.rows
     wild = sum(finding.count for finding in campaign.findings if finding.kind == "wild")
     print(

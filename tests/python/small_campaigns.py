@@ -76,7 +76,7 @@ def ripple(columns, wound):
 
 
 def answer_of(data, **more):
-    return diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM, **more).answer()
+    return diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM, **more).answer()
 
 
 def read_by_encoders(data, *, turned=True):

@@ -123,7 +123,7 @@ def test_friction_outside_the_elasticity_is_told_from_friction_inside() -> None:
 
 def test_the_base_is_that_of_the_diagnosis() -> None:
     data = campaign(8, inside=0.4, outside=0.0)
-    rung = diagnose(data, ratio=100, rated_torque_Nm=40, backbone=backbone()).ladder[0]
+    rung = diagnose(None, data, ratio=100, rated_torque_Nm=40, backbone=backbone()).ladder[0]
     assert compare(backbone(), data).rms_rad / ARCSEC == pytest.approx(rung["rms_arcsec"], rel=0.02)
 
 
@@ -288,7 +288,7 @@ def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own(
     )
     assert "noise floor" not in out.getvalue()
     found = io.StringIO()
-    show_diagnosis({**diagnose(data, ratio=100, rated_torque_Nm=40).answer()}, found)
+    show_diagnosis({**diagnose(None, data, ratio=100, rated_torque_Nm=40).answer()}, found)
     said = r"noise floor [0-9.]+ arcsec, .*\n\(noise within runs, and the scatter of stiffness, "
     assert re.search(said, found.getvalue())
     assert "repeatability" not in found.getvalue()

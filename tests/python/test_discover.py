@@ -39,7 +39,7 @@ from lostmotion.units import parse_unit
 
 @pytest.fixture(scope="module")
 def warm_gap():
-    return diagnose(campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
+    return diagnose(None, campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
 
 
 @pytest.mark.parametrize("turned", [True, False])
@@ -204,7 +204,9 @@ def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campa
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_friction_of_another_form_than_the_base_is_no_missing_effect(seed):
-    found = diagnose(sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0).answer()
+    found = diagnose(
+        None, sliders_beside_a_spring(seed), ratio=100.0, rated_torque_Nm=40.0
+    ).answer()
     assert (found["verdict"], found["effects"], found["events"]) == ("complete", [], [])
     assert not [c for c in found["candidates"] if c.get("too_small")]
 
@@ -242,7 +244,10 @@ def test_what_no_effect_explains_is_said_to_hang_on_torque():
 def test_a_slip_is_placed_in_its_run_and_second(zero):
     """And what later runs keep of it is no second cause."""
     diagnosis = diagnose(
-        campaign(seed=4, slip=(6, 23.0, 8.0), zero=zero), ratio=RATIO, rated_torque_Nm=RATED_NM
+        None,
+        campaign(seed=4, slip=(6, 23.0, 8.0), zero=zero),
+        ratio=RATIO,
+        rated_torque_Nm=RATED_NM,
     )
     found = diagnosis.answer()
     step = diagnosis.selection.settled[-1].base.additives[0]
@@ -355,10 +360,10 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
 
     data = campaign(runs=16, rows=400, add=uneven_gap)
     drive = parse_drive(tomllib.loads(DRIVE))
-    plain = diagnose(data, drive)
+    plain = diagnose(drive, data)
     assert (plain.verdict, plain.effects) == ("missing-effect", ["thermal_gap"])
     model = fit_model(drive, data, None, ["thermal_gap"], library())
-    fitted = diagnose(data, parse_drive(tomllib.loads(format_toml(model.document(drive)))))
+    fitted = diagnose(parse_drive(tomllib.loads(format_toml(model.document(drive)))), data)
     assert (fitted.verdict, fitted.effects) == ("complete", [])
     assert fitted.selection.given_arcsec == pytest.approx(
         plain.selection.steps[0].selected.size, rel=0.1

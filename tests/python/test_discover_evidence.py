@@ -324,7 +324,7 @@ def quick_campaign(seed: int, share: float) -> Campaign:
 
 
 def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
-    found = diagnose(quick_campaign(4, 0.03), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
+    found = diagnose(None, quick_campaign(4, 0.03), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert found["verdict"] == "unexplained"
     # The quick runs are the last ones: these recordings cannot say which of the two it is.
     assert {d["covariate"] for d in found["unexplained"]["depends_on"]} == {
@@ -340,7 +340,7 @@ def test_a_part_of_the_base_that_drifts_from_run_to_run_is_told_to_drift():
     for r, run in enumerate(data.runs):
         drift = 0.02 * (r / 15 - 0.5)
         run.columns["lost_motion"] = run.columns["lost_motion"] * (1 + drift)
-    found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
+    found = diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert (found["verdict"], found["effects"]) == ("unexplained", [])
     (one,) = found["unexplained"]["depends_on"]
     assert (one["covariate"], one["shape"]) == ("run", "stiffness, a steady drift")
@@ -349,7 +349,7 @@ def test_a_part_of_the_base_that_drifts_from_run_to_run_is_told_to_drift():
 
 
 def test_quick_runs_that_are_like_the_others_are_no_class():
-    found = diagnose(quick_campaign(5, 0.0), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
+    found = diagnose(None, quick_campaign(5, 0.0), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert found["verdict"] == "complete"
 
 

@@ -50,6 +50,7 @@ FINDINGS: dict[str, tuple[Callable[[Saved], None], str]] = {
     "not symmetric": (put("plain", (1, 0, 2), 1e9), "plain"),
     "a negative square": (put("white", (2, 4, 4), -1.0), "white"),
     "samples of none": (put("rows", 0, 0.0), "rows"),
+    "no mean": (lambda saved: saved.update(plain=0 * saved["plain"]), "plain"),
     "half a sample": (put("rows", 1, 2.5), "rows"),
     "noise below zero": (put("spread", 0, -1.0), "spread"),
     "no point": (lambda saved: saved.pop("point"), "point"),
@@ -115,6 +116,14 @@ def test_sound_evidence_is_taken(tmp_path: Path) -> None:
     file = tmp_path / "one.npz"
     np.savez(file, **saved, checksum=np.array(checksum(saved)))
     assert main(["merge", str(file), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize("number", [3450, 6593, 7936, 13020])
+def test_what_fuzzing_found_is_answered_or_refused(number: int) -> None:
+    dice = random.Random(1_000_000_007 + number)
+    saved, said = fuzz_evidence.damaged(dice)
+    wrong = fuzz_evidence.judge(saved, fuzz_evidence.other() if dice.random() < 0.2 else None)
+    assert not wrong, f"{said}: {wrong}"
 
 
 def test_changed_evidence_never_ends_in_a_traceback() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
+
 import numpy as np
+import pandas as pd
 import pytest
 from small_campaigns import DRIVE, RATED_NM, RATIO, campaign, gap
 
-import lostmotion
+import lostmotion as lm
 from lostmotion.backbone import Backbone
 from lostmotion.catalogue import Catalogue
 from lostmotion.compare import compare
@@ -37,7 +40,7 @@ def warm() -> Campaign:
 
 @pytest.fixture(scope="module")
 def found(drive: Drive, warm: Campaign) -> Diagnosis:
-    return diagnose(warm, drive)
+    return diagnose(drive, warm)
 
 
 @pytest.fixture(scope="module")
@@ -45,18 +48,34 @@ def fitted(drive: Drive, warm: Campaign) -> FittedModel:
     return fit_model(drive, warm, add="thermal_gap")
 
 
-def test_a_name_that_a_module_has_is_told_where() -> None:
-    with pytest.raises(AttributeError, match=r"from lostmotion\.drives import read_drive"):
-        _ = lostmotion.read_drive
-    with pytest.raises(AttributeError, match=r"from lostmotion\.discover import diagnose"):
-        _ = lostmotion.diagnose
+def test_the_package_lists_what_is_meant_to_be_used_and_nothing_else() -> None:
+    assert dir(lm) == sorted(lm.__all__)
+    for name in lm.__all__:
+        assert callable(getattr(lm, name)) or name == "__version__", name
     with pytest.raises(AttributeError, match=r"no attribute 'nothing_like_it'$"):
-        _ = lostmotion.nothing_like_it
+        _ = lm.nothing_like_it
 
 
-def test_every_name_that_is_told_is_there() -> None:
-    for name, module in lostmotion.HOMES.items():
-        assert callable(getattr(getattr(lostmotion, module), name)), name
+def test_a_drive_comes_first_and_recordings_second() -> None:
+    for function in (lm.compare, lm.diagnose, lm.fit):
+        assert list(inspect.signature(function).parameters)[:2] == ["drive", "campaign"]
+
+
+def test_a_module_that_is_called_as_a_function_stays_a_module(drive: Drive) -> None:
+    import lostmotion.fit.baseline
+    import lostmotion.predict
+
+    assert lm.fit.baseline is lostmotion.fit.baseline
+    torque = [0.0, 10.0]
+    assert lm.predict(drive, torque) == lostmotion.predict.predict(drive, torque)
+
+
+def test_recordings_in_memory_are_those_of_the_file(drive: Drive, warm: Campaign) -> None:
+    table = warm.table()
+    again = lm.read_campaign(table, ratio=drive.ratio)
+    assert again.fingerprint() == warm.fingerprint()
+    frame = pd.DataFrame(table)
+    assert lm.read_campaign(frame, ratio=drive.ratio).fingerprint() == warm.fingerprint()
 
 
 def test_a_drive_is_enough(
@@ -64,6 +83,7 @@ def test_a_drive_is_enough(
 ) -> None:
     backbone = make_backbone(drive, warm.largest_torque_Nm)
     other = diagnose(
+        None,
         warm,
         ratio=drive.ratio,
         rated_torque_Nm=drive.rated_torque_Nm,
@@ -85,19 +105,19 @@ def test_what_a_fitted_drive_has_is_in_the_model(
 ) -> None:
     assert [term.effect.name for term in fitted.base.terms] == ["thermal_gap"]
     file = parse_drive(fitted.document(drive))
-    assert diagnose(warm, file).verdict == "complete"
+    assert diagnose(file, warm).verdict == "complete"
     assert compare(file, warm).answer()["effects"] == ["thermal_gap"]
 
 
 def test_the_arguments_in_the_wrong_order_are_named(drive: Drive, warm: Campaign) -> None:
     with pytest.raises(InputError, match="diagnose: campaign: found a Drive, expected a Campaign"):
-        diagnose(drive, warm)  # type: ignore[arg-type]
+        diagnose(warm, drive)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="compare: drive: found a Campaign, expected a Drive"):
         compare(warm, drive)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="fit_model: drive: found a Campaign, expected a Drive"):
         fit_model(warm, drive)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="diagnose: drive: found nothing, expected a Drive, or"):
-        diagnose(warm)
+        diagnose(None, warm)
 
 
 def test_everything_says_what_it_is_in_a_few_lines(

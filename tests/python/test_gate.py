@@ -221,7 +221,7 @@ def test_python_and_workbench_pass_the_same_gate(tmp_path: Path, clean: Columns,
 
     calls: dict[str, Callable[[], object]] = {
         "compare": lambda: compare(held, campaign()),
-        "diagnose": lambda: diagnose(campaign(), held),
+        "diagnose": lambda: diagnose(held, campaign()),
         "fit_model": lambda: fit_model(held, campaign()),
         "workbench": lambda: Bench().load_recordings([data], [], lambda *_: None, drive_file),
     }

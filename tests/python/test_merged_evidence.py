@@ -26,7 +26,7 @@ from lostmotion.units import ARCSEC
 
 
 def diagnosis_of(data: Campaign) -> Any:
-    return diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM)
+    return diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM)
 
 
 def body_of(data: Campaign) -> Body:
@@ -163,7 +163,7 @@ def test_what_a_fitted_drive_has_is_not_missing_in_its_evidence(tmp_path: Path) 
     (tmp_path / "drive.toml").write_text(DRIVE)
     drive = read_drive(tmp_path / "drive.toml")
     fitted = parse_drive(fit_model(drive, data, add="thermal_gap").document(drive))
-    whole = diagnose(data, fitted)
+    whole = diagnose(fitted, data)
     body = gather_body(whole, library(), RATIO)
     found = judge_body(merge_bodies([body], ["a"]), library())
     assert (

@@ -40,7 +40,7 @@ def with_noise(seed: int, kind: str) -> Campaign:
 @pytest.mark.parametrize("kind", ["coloured", "long tails", "louder in some runs"])
 def test_noise_of_another_kind_names_nothing(kind: str) -> None:
     for seed in (31, 32):
-        found = diagnose(with_noise(seed, kind), ratio=RATIO, rated_torque_Nm=RATED_NM)
+        found = diagnose(None, with_noise(seed, kind), ratio=RATIO, rated_torque_Nm=RATED_NM)
         assert found.effects == [], (seed, found.verdict)
         assert found.events == [], seed
 

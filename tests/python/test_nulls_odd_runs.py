@@ -124,7 +124,7 @@ def test_three_runs_in_an_oven_that_nobody_noted_are_not_complete() -> None:
         return np.asarray(6.0 * hot * np.tanh(wound / 0.2))
 
     data = campaign(seed=5, runs=18, add=oven, warm=False)
-    answer = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
+    answer = diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert (answer["verdict"], answer["effects"]) == ("unexplained", [])
     (one,) = answer["unexplained"]["depends_on"]
     assert (one["covariate"], one["shape"]) == ("run", "gap, in runs 5, 10 and 14 alone")

@@ -68,7 +68,7 @@ def test_the_next_run_is_the_one_that_differs_most():
     data.runs = [data.runs[i] for i in order]
     for r, run in enumerate(data.runs):
         run.columns["cycles"] = np.full(len(run), 1e5 * r)
-    found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM)
+    found = diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM)
     options = []
     for label, temperature in (("again", 44.0), ("cold", 10.0)):
         columns = {k: v.copy() for k, v in data.runs[-1].columns.items()}

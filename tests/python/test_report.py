@@ -149,7 +149,7 @@ def discovered(kind: str) -> tuple[Drive, Diagnosis | FittedModel]:
     data = campaign(add=ripple if kind == "unexplained" else gap)
     if kind == "fitted":
         return drive, fit_model(drive, data, None, ["thermal_gap"], library())
-    return drive, diagnose(data, ratio=drive.ratio, rated_torque_Nm=drive.rated_torque_Nm)
+    return drive, diagnose(None, data, ratio=drive.ratio, rated_torque_Nm=drive.rated_torque_Nm)
 
 
 @cache

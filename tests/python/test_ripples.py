@@ -44,7 +44,7 @@ def base_of(data: Campaign) -> BaselineModel:
 
 @pytest.mark.parametrize("order", [0.713, 1.37, 7.78])
 def test_a_ripple_of_any_order_is_no_noise(order: float) -> None:
-    found = diagnose(turning(4, order, 1.5), ratio=RATIO, rated_torque_Nm=RATED_NM)
+    found = diagnose(None, turning(4, order, 1.5), ratio=RATIO, rated_torque_Nm=RATED_NM)
     assert (found.verdict, found.effects) == ("unexplained", [])
     depends = {one["covariate"]: one["shape"] for one in found.unexplained["depends_on"]}
     resolved = 0.3 / TURNS

@@ -60,13 +60,23 @@ def modules() -> dict[str, Path]:
     return found
 
 
+def without_type_checking(tree: ast.Module) -> ast.Module:
+    """Leave out what is imported for type checkers alone."""
+    tree.body = [
+        node
+        for node in tree.body
+        if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    ]
+    return tree
+
+
 def imports() -> dict[str, set[str]]:
     """What each module imports of the package, within functions too."""
     known = modules()
     found: dict[str, set[str]] = {}
     for name, file in known.items():
         needed: set[str] = set()
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in ast.walk(without_type_checking(ast.parse(file.read_text()))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lostmotion"):
                 parts = [f"{node.module}.{alias.name}" for alias in node.names]
                 needed |= {part if part in known else str(node.module) for part in parts}

@@ -226,7 +226,7 @@ def test_the_verdict_of_a_sample_is_that_of_all_rows(
     whole = json.loads(capsys.readouterr().out)
     sampled = sample_campaign([folder], ratio=RATIO, rows=4000)
     assert sampled.rows < 6000
-    found = diagnose(sampled, ratio=RATIO, rated_torque_Nm=40.0).answer()
+    found = diagnose(None, sampled, ratio=RATIO, rated_torque_Nm=40.0).answer()
     assert found["verdict"] == whole["verdict"] == "missing-effect"
     assert found["effects"] == whole["effects"] == ["thermal_gap"]
     size, true = (

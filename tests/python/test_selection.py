@@ -25,7 +25,7 @@ from lostmotion.threads import in_parallel
 
 @pytest.fixture(scope="module")
 def warm_gap():
-    return diagnose(campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
+    return diagnose(None, campaign(add=gap), ratio=RATIO, rated_torque_Nm=RATED_NM)
 
 
 def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):

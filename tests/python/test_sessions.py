@@ -62,7 +62,7 @@ def test_every_session_begins_where_it_began(states: tuple[float, ...]) -> None:
 def test_months_that_number_their_runs_anew_are_sessions(months: list[Path]) -> None:
     data = read_campaign(months, ratio=RATIO)
     assert data.sessions() == [0, 8, 16]
-    found = diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM)
+    found = diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM)
     assert (found.verdict, found.effects, found.events) == ("complete", [], [])
     assert thin_campaign(data, 2000).sessions() == [0, 8, 16]
 
@@ -107,7 +107,9 @@ def test_evidence_of_several_sessions_merges_with_that_of_one(months: list[Path]
     for files in (months[:2], months[2:]):
         data = read_campaign(files, ratio=RATIO)
         bodies.append(
-            gather_body(diagnose(data, ratio=RATIO, rated_torque_Nm=RATED_NM), library(), RATIO)
+            gather_body(
+                diagnose(None, data, ratio=RATIO, rated_torque_Nm=RATED_NM), library(), RATIO
+            )
         )
     found = judge_body(merge_bodies(bodies, ["a", "b"]), library())
     assert (found["verdict"], found["effects"]) == ("complete", [])

@@ -76,7 +76,7 @@ def test_a_slip_leaves_nothing_behind_where_another_run_has_its_loads():
 def test_merged_evidence_knows_them_as_events_of_one_campaign():
     drive = parse_drive(tomllib.loads(DRIVE))
     both = [overloaded(campaign(seed), limit) for seed, limit in ((5, 2.1 * RATED_NM), (6, 1e9))]
-    bodies = [gather_body(diagnose(data, drive), library(), RATIO) for data in both]
+    bodies = [gather_body(diagnose(drive, data), library(), RATIO) for data in both]
     answer = judge_body(merge_bodies(bodies, ["1", "2"]), library())
     assert (answer["verdict"], answer["effects"]) == ("missing-effect", ["ratcheting"])
     assert [event["teeth"] for event in answer["events"]] == [1, -1]

@@ -1,42 +1,76 @@
 """Lost motion in strain-wave gears: predict it, compare it with measurements, find what is missing.
 
-The work is done by the C library `lostmotion`, which this package builds and calls in both of its
-precisions; here are files, units, answers and the command line. What the commands do, functions do
-too::
+    import lostmotion as lm
 
-    from lostmotion.drives import read_drive
-    from lostmotion.predict import predict
-    from lostmotion.recordings import read_campaign
-    from lostmotion.compare import compare
-    from lostmotion.discover import diagnose, fit_model
+    drive = lm.read_drive("joint.toml")
+    campaign = lm.read_campaign("recordings/", ratio=drive.ratio)  # files, folders, data frames
+    print(lm.compare(drive, campaign))
+    found = lm.diagnose(drive, campaign)
+    fitted = lm.fit(drive, campaign, add=found.effects)
+    print(fitted.fit_report())
+    fitted.plot()
 
-    drive = read_drive("joint.toml")
-    campaign = read_campaign("recordings/", ratio=drive.ratio)
-    found = diagnose(campaign, drive)
-    print(found.verdict, found.effects)
-    fitted = fit_model(drive, campaign, add=found.effects)
-
-The modules are loaded when they are asked for: ``lostmotion.drives`` needs no import of its own.
+Functions take the drive first and the data second. The work is done by the C library `lostmotion`,
+which this package builds and calls in both of its precisions. Nothing is loaded before it is asked
+for; the modules (``lostmotion.drives``, ``lostmotion.export`` ...) hold what is not listed here.
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lostmotion.errors import InputError, LibraryError, LostMotionError
 
+if TYPE_CHECKING:
+    from lostmotion.characterize import characterize
+    from lostmotion.compare.comparison import Comparison, compare
+    from lostmotion.design.result import SearchResult
+    from lostmotion.design.running import search as design
+    from lostmotion.discover import Diagnosis, FittedModel, diagnose
+    from lostmotion.discover import fit_model as fit
+    from lostmotion.drives import Drive, read_drive, write_drive
+    from lostmotion.effects.effect import Effect, Value, effect
+    from lostmotion.effects.formula import formula
+    from lostmotion.predict import clearances, predict
+    from lostmotion.recordings import Campaign, read_campaign
+    from lostmotion.report import write_report
+
 __version__: str
 
-__all__ = ["InputError", "LibraryError", "LostMotionError", "__version__"]
-
+FROM = {
+    "Campaign": "recordings",
+    "Comparison": "compare",
+    "Diagnosis": "discover",
+    "Drive": "drives",
+    "Effect": "discover",
+    "FittedModel": "discover",
+    "SearchResult": "design",
+    "Value": "discover",
+    "characterize": "",
+    "clearances": "predict",
+    "compare": "",
+    "design": "",
+    "diagnose": "discover",
+    "effect": "discover",
+    "fit": "",
+    "formula": "discover",
+    "predict": "",
+    "read_campaign": "recordings",
+    "read_drive": "drives",
+    "write_drive": "drives",
+    "write_report": "report",
+}
+"""The module that has a name; those that are modules themselves are called (`callable_module`)."""
 
 MODULES = (
     "catalogue",
+    "characterize",
     "compare",
     "core",
     "design",
     "discover",
     "drives",
     "export",
+    "fit",
     "model",
     "predict",
     "recordings",
@@ -46,40 +80,51 @@ MODULES = (
 )
 """What there is to be imported from."""
 
-HOMES = {
-    "read_drive": "drives",
-    "write_drive": "drives",
-    "predict": "predict",
-    "clearances": "predict",
-    "read_campaign": "recordings",
-    "Campaign": "recordings",
-    "make_backbone": "model",
-    "design_model": "model",
-    "compare": "compare",
-    "diagnose": "discover",
-    "fit_model": "discover",
-    "effect": "discover",
-    "formula": "discover",
-    "Value": "discover",
-    "search": "design",
-    "write_report": "report",
-}
-"""What is looked for here, and the module that has it."""
+__all__ = [
+    "Campaign",
+    "Comparison",
+    "Diagnosis",
+    "Drive",
+    "Effect",
+    "FittedModel",
+    "InputError",
+    "LibraryError",
+    "LostMotionError",
+    "SearchResult",
+    "Value",
+    "__version__",
+    "characterize",
+    "clearances",
+    "compare",
+    "design",
+    "diagnose",
+    "effect",
+    "fit",
+    "formula",
+    "predict",
+    "read_campaign",
+    "read_drive",
+    "write_drive",
+    "write_report",
+]
 
 
 def __dir__() -> list[str]:
-    """List the modules beside what is loaded already."""
-    return sorted({*globals(), *MODULES, "__version__"})
+    """List what is meant to be used."""
+    return sorted(__all__)
 
 
 def __getattr__(name: str) -> Any:
-    """Load a module, or look the version up, when somebody asks for it: both take their time."""
+    """Load what somebody asks for: modules, names and the version take their time."""
+    home = FROM.get(name)
+    if home:
+        found = getattr(import_module(f"lostmotion.{home}"), name)
+        globals()[name] = found
+        return found
     if name in MODULES:
         return import_module(f"lostmotion.{name}")
     if name != "__version__":
-        home = HOMES.get(name)
-        hint = "" if home is None else f": from lostmotion.{home} import {name}"
-        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'{hint}")
+        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'")
     from importlib.metadata import PackageNotFoundError, version
 
     try:

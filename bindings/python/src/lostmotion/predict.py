@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.callable_module import make_callable
 from lostmotion.catalogue import PARTS
 from lostmotion.drives import Drive
 from lostmotion.errors import InputError
@@ -189,3 +190,6 @@ def clearances(
         "backward_contact_radius_mm": numbers(radius[1]),
         "overlap": [bool(overlap) for overlap in found.overlap],
     }
+
+
+make_callable(__name__)

@@ -6,6 +6,7 @@ definitions of catalogues (`figures`) and backlash (`backlash`); all together ar
 `Characterization`, with a drive file that every command takes.
 """
 
+from lostmotion.callable_module import make_callable
 from lostmotion.characterize.characterization import (
     Characterization,
     StandardFigures,
@@ -19,3 +20,5 @@ __all__ = [
     "characterize",
     "standard_figures",
 ]
+
+make_callable(__name__)

@@ -95,8 +95,8 @@ def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("diagnosing", quiet=arguments.quiet) as bar:
         result = diagnose(
-            campaign,
             drive,
+            campaign,
             backbone=backbone,
             effects=effects,
             friction=getattr(arguments, "friction", None),

@@ -6,9 +6,12 @@ of the recordings (`repeatability`). What is left is then asked of every recorde
 of it hangs on that quantity (`failures`), and could that be chance (`chance`)?
 """
 
+from lostmotion.callable_module import make_callable
 from lostmotion.compare.comparison import Comparison, compare
 from lostmotion.compare.failures import Failure
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import REPEATABILITY, Repeatability
 
 __all__ = ["REPEATABILITY", "Comparison", "Failure", "Repeatability", "compare", "zero_widths"]
+
+make_callable(__name__)

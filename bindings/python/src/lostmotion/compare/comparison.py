@@ -27,6 +27,7 @@ from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.forms import Friction
+from lostmotion.fit.model_result import ModelResult
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
@@ -40,7 +41,7 @@ STEPS = 25
 
 
 @dataclass
-class Comparison:
+class Comparison(ModelResult):
     """Result of `compare`. Angles in rad; `answer` gives the JSON answer in arc seconds.
 
     Attributes
@@ -89,6 +90,10 @@ class Comparison:
             f"<Comparison of {self.campaign!r}: rms {self.rms_rad / ARCSEC:.3g} arcsec, "
             f"held out {self.heldout_rms_rad / ARCSEC:.3g}>"
         )
+
+    def fitted_base(self) -> BaselineModel:
+        """Give the model that was fitted."""
+        return self.base
 
     @property
     def starts(self) -> IntArray:

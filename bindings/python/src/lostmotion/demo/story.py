@@ -157,7 +157,7 @@ def demonstrate(
     with one_thread():
         result = compare(drive, campaign)
         step()
-        found = diagnose(campaign, drive)
+        found = diagnose(drive, campaign)
     step()
     model, plain, scores, emulated = to_the_controller(folder, drive, campaign, found.effects)
     step()

@@ -4,7 +4,10 @@ The search is the C library of the folder ``optimizer``, bound as ``lostmotion._
 that was built without NLopt has everything but this.
 """
 
+from lostmotion.callable_module import make_callable
 from lostmotion.design.result import SearchResult
 from lostmotion.design.running import search
 
 __all__ = ["SearchResult", "search"]
+
+make_callable(__name__)

@@ -27,16 +27,19 @@ from lostmotion.discover.recorded_model import Selection
 from lostmotion.discover.refits import term_of
 from lostmotion.discover.terms import contest_of_term, term_size
 from lostmotion.effects.effect import Effect
+from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.held_out import held_out_rms
+from lostmotion.fit.model_result import ModelResult
 from lostmotion.fit.terms import Additive
+from lostmotion.results import figures
 from lostmotion.units import ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass
-class Diagnosis:
+class Diagnosis(ModelResult):
     """The answer of `diagnose`; `answer` gives it ready for JSON."""
 
     verdict: str
@@ -62,6 +65,16 @@ class Diagnosis:
             f"<Diagnosis: {self.verdict}{names}; held out {first['rms_heldout_arcsec']:.3g} to "
             f"{last['rms_heldout_arcsec']:.3g} arcsec, noise floor {self.noise_floor_arcsec:.3g}>"
         )
+
+    def fitted_base(self) -> BaselineModel:
+        """Give the model with all that was found, fitted for all runs together."""
+        if self.base is None:
+            raise InputError("diagnosis", "", "no model: it was made of evidence", "recordings")
+        return self.base
+
+    def plot_ladder(self) -> Any:
+        """Draw how the error falls with each effect; a Plotly figure."""
+        return figures.ladder(self.ladder, self.noise_floor_arcsec)
 
     def answer(self) -> dict[str, Any]:
         """Return the answer, ready for JSON."""

@@ -77,8 +77,8 @@ def count_pieces(tick: Callable[[int, int], None]) -> Callable[[str], None]:
 
 @one_thread()
 def diagnose(
+    drive: Drive | None,
     campaign: Campaign,
-    drive: Drive | None = None,
     *,
     ratio: float | None = None,
     rated_torque_Nm: float | None = None,
@@ -92,13 +92,13 @@ def diagnose(
 
     Parameters
     ----------
+    drive : Drive or None
+        The drive; what its file says of a fit and of effects is in the model. None: `ratio` and
+        `rated_torque_Nm` say what is needed of it.
     campaign : Campaign
         Runs in the order in which they were made.
-    drive : Drive, optional
-        The drive; what follows need not be given then, and what its file says of a fit and of
-        effects is in the model.
     ratio, rated_torque_Nm : float, optional
-        Of the drive.
+        Of the drive, where none is given.
     backbone : Backbone, optional
         What the drive file says of the characteristic: the start and a weak prior.
     effects : mapping, optional

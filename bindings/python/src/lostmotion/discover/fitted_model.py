@@ -46,10 +46,12 @@ from lostmotion.fit.drive_file import (
 from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.forms import Friction, friction_form
 from lostmotion.fit.held_out import held_out_rms
+from lostmotion.fit.model_result import ModelResult
 from lostmotion.fit.parameters import placed
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
+from lostmotion.results import figures
 from lostmotion.threads import one_thread
 
 FloatArray = npt.NDArray[np.float64]
@@ -59,7 +61,7 @@ STEPS = 40
 
 
 @dataclass
-class FittedModel:
+class FittedModel(ModelResult):
     """A base with effects, fitted to a campaign.
 
     Attributes
@@ -91,6 +93,18 @@ class FittedModel:
             f"{first['rms_heldout_arcsec']:.3g} to {last['rms_heldout_arcsec']:.3g} arcsec, "
             f"noise floor {self.noise_floor_arcsec:.3g}>"
         )
+
+    def fitted_base(self) -> BaselineModel:
+        """Give the model that was fitted."""
+        return self.base
+
+    def errors_by_name(self) -> dict[str, float]:
+        """Standard errors by the names of the parameters."""
+        return dict(zip(self.names, map(float, self.standard_errors), strict=True))
+
+    def plot_ladder(self) -> Any:
+        """Draw how the error falls with each effect; a Plotly figure."""
+        return figures.ladder(self.ladder, self.noise_floor_arcsec)
 
     def answer(self) -> dict[str, Any]:
         """Return the answer of ``fit``, ready for JSON."""

@@ -279,6 +279,35 @@ def card(effect: Effect) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True)
+class CheckedFunction:
+    """A Python function ``f(p, at)`` as the function of an effect, its result looked at.
+
+    It can be pickled where `function` can: where a module has it.
+    """
+
+    name: str
+    values: tuple[Value, ...]
+    function: Callable[[Any, Any], FloatArray]
+
+    def __call__(
+        self, numbers: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        """Evaluate over one recording."""
+        size = run["torque_Nm"].size
+        everything = {condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in NEEDS}
+        p = SimpleNamespace(**{v.name: float(n) for v, n in zip(self.values, numbers, strict=True)})
+        try:
+            result = self.function(p, SimpleNamespace(**{**everything, **run}))
+            result = np.broadcast_to(np.asarray(result, dtype=np.float64), (size,))
+        except Exception as error:  # the user's own code may raise anything
+            found = f"{type(error).__name__}: {error}"
+            raise InputError(f"effect {self.name}", "", found, "an array of numbers") from None
+        if not np.all(np.isfinite(result)):
+            raise InputError(f"effect {self.name}", "", "a result that is not finite", "numbers")
+        return np.asarray(result)
+
+
 def effect(
     *,
     values: Sequence[Value],
@@ -319,24 +348,7 @@ def effect(
     def make(function: Callable[[Any, Any], FloatArray]) -> Effect:
         own = name or function.__name__
 
-        def call(
-            numbers: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
-        ) -> FloatArray:
-            size = run["torque_Nm"].size
-            everything = {
-                condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in NEEDS
-            }
-            p = SimpleNamespace(**{v.name: float(n) for v, n in zip(values, numbers, strict=True)})
-            try:
-                result = function(p, SimpleNamespace(**{**everything, **run}))
-                result = np.broadcast_to(np.asarray(result, dtype=np.float64), (size,))
-            except Exception as error:  # the user's own code may raise anything
-                found = f"{type(error).__name__}: {error}"
-                raise InputError(f"effect {own}", "", found, "an array of numbers") from None
-            if not np.all(np.isfinite(result)):
-                raise InputError(f"effect {own}", "", "a result that is not finite", "numbers")
-            return np.asarray(result)
-
+        call = CheckedFunction(own, tuple(values), function)
         return Effect(
             own,
             kind,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -80,6 +80,20 @@ OPERATORS: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
 }
 
 
+@dataclass(frozen=True)
+class ParsedFormula:
+    """A formula as the function of an effect."""
+
+    tree: ast.expr
+
+    def __call__(self, p: SimpleNamespace, at: SimpleNamespace) -> FloatArray:
+        """Evaluate by the values of an effect and the conditions of a recording."""
+        words = {**vars(at), **vars(p), "pi": np.pi}
+        for turns, angle in TURNS.items():
+            words[turns] = vars(at)[angle] / (2 * np.pi)
+        return np.asarray(_evaluate(self.tree, words))
+
+
 def formula(
     name: str,
     text: str,
@@ -121,12 +135,6 @@ def formula(
         )
     needs = {TURNS.get(word, "torque_Nm" if word in FILLED_IN else word) for word in used}
 
-    def function(p: SimpleNamespace, at: SimpleNamespace) -> FloatArray:
-        words = {**vars(at), **vars(p), "pi": np.pi}
-        for turns, angle in TURNS.items():
-            words[turns] = vars(at)[angle] / (2 * np.pi)
-        return np.asarray(_evaluate(tree, words))
-
     made = effect(
         values=values,
         needs=[need for need in NEEDS if need in needs],
@@ -137,7 +145,7 @@ def formula(
         typical_size=typical_size,
         confused_with=confused_with,
         experiment=experiment,
-    )(function)
+    )(ParsedFormula(tree))
     return replace(made, formula=text, memory=0)
 
 

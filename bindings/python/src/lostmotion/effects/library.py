@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -16,16 +16,30 @@ from lostmotion.effects.effect import ROLES, SCALES, Effect, Value
 FloatArray = npt.NDArray[np.float64]
 
 
-def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
-    """Make the function of an effect that is an `lm_effect` of the C library."""
-    c = core(bits)
+class FunctionInC:
+    """The function of an effect that is an `lm_effect` of the C library."""
 
-    def function(
-        values: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
+    def __init__(self, effect: Any, bits: Bits = 64) -> None:
+        self.effect = effect
+        self.bits = bits
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle an effect of the library by its name; one of a shared object stays where it is."""
+        c = core(self.bits)
+        name = c.ffi.string(self.effect.card.name).decode()
+        known = library().get(name)
+        if known is None or known.function is not self:
+            raise TypeError(f"effect {name}: one of a shared object cannot be pickled")
+        return function_in_library, (name,)
+
+    def __call__(
+        self, values: FloatArray, run: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
-        return sweep(values, run, memory, [0, run["torque_Nm"].size], fresh=False)
+        """Evaluate over one recording."""
+        return self.sweep(values, run, memory, [0, run["torque_Nm"].size], fresh=False)
 
     def sweep(
+        self,
         values: FloatArray,
         campaign: Mapping[str, FloatArray],
         memory: FloatArray,
@@ -37,6 +51,7 @@ def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
 
         The columns are handed over once: a run is a part of them, not a copy.
         """
+        c = core(self.bits)
         recording = c.ffi.new("lm_recording *")
         columns = {
             name: c.pointer(c.array(campaign[name]))
@@ -53,11 +68,15 @@ def run_in_c(effect: Any, bits: Bits = 64) -> Callable[..., FloatArray]:
             recording.count = end - begin
             for name, column in columns.items():
                 setattr(recording, name, column + begin)
-            c.lib.lm_run_effect(effect, value, remembered, recording, result + begin)
+            c.lib.lm_run_effect(self.effect, value, remembered, recording, result + begin)
         memory[:] = state
         return np.asarray(out, dtype=np.float64)
 
-    function.sweep = sweep  # type: ignore[attr-defined]
+
+def function_in_library(name: str) -> FunctionInC:
+    """Give the function of an effect of the library."""
+    function = library()[name].function
+    assert isinstance(function, FunctionInC)
     return function
 
 
@@ -106,7 +125,7 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
         KINDS[int(effect.kind)],
         values,
         needs,
-        run_in_c(effect, bits),
+        FunctionInC(effect, bits),
         int(effect.memory_count),
         text(card.mechanism),
         text(card.equation),

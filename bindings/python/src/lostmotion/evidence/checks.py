@@ -104,6 +104,9 @@ def check_arrays(file: str | Path, saved: Saved) -> None:
             raise refuse(
                 name, "a matrix of no columns", "Gram matrices: symmetric, x_ij^2 <= x_ii x_jj"
             )
+    mean = saved["scatter"][-1:]
+    if not np.all(saved["plain"][:, mean, mean].sum() > 0):
+        raise refuse("plain", "nothing of the column that takes the mean off", "samples in it")
 
 
 def is_gram(matrix: npt.NDArray[np.float64]) -> bool:

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.errors import InputError, one_line
-from lostmotion.evidence.checks import check_about, check_arrays
+from lostmotion.evidence.checks import SAMPLES_MAX, check_about, check_arrays
 from lostmotion.evidence.gram import Evidence
 from lostmotion.files import write_whole
 
@@ -119,6 +119,12 @@ def load_body(file: str | Path) -> Body:
     return body_of(file, saved)
 
 
+def exact(digits: str) -> int | float:
+    """Read a whole number, as a float where an array of floats does not hold it exactly."""
+    number = int(digits)
+    return number if abs(number) <= SAMPLES_MAX else float(digits)
+
+
 def body_of(file: str | Path, saved: Mapping[str, npt.NDArray[Any]]) -> Body:
     """Make evidence of saved arrays, each value checked before it is used.
 
@@ -142,7 +148,7 @@ def body_of(file: str | Path, saved: Mapping[str, npt.NDArray[Any]]) -> Body:
         for kind in ("white", "plain")
     )
     try:
-        about = json.loads(str(saved["about"]))
+        about = json.loads(str(saved["about"]), parse_int=exact)
     except (ValueError, RecursionError) as error:
         found = one_line(str(error)) or "something else"
         raise InputError(file, "about", found, "JSON") from None

@@ -213,7 +213,7 @@ class RestrictedLikelihood:
         score = -slope / omega
         own, _ = without_scatter(self.gram, omega, self.gram)
         information = 0.5 * (np.einsum("rkk->rk", own) ** 2).sum(axis=0)
-        idle = (score > 0) & (score**2 > 2.0 * STUCK * information)
+        idle = (score > 0) & (score > np.sqrt(2.0 * STUCK * information))
         if idle.any():
             again, lower, _ = self.descend(np.where(idle, np.maximum(omega, LIFTED), omega))
             if lower < value:

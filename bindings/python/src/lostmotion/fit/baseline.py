@@ -357,6 +357,21 @@ class BaselineModel:
         other.deviations = self.deviations.copy()
         return other
 
+    def over(self, conditions: Conditions) -> BaselineModel:
+        """The same model over other recordings, with nothing of single runs: to be evaluated.
+
+        Friction begins at rest in each of their sessions.
+        """
+        other = self.copy()
+        other.conditions = conditions
+        hysteresis = other.hysteresis
+        hysteresis.conditions = conditions
+        hysteresis.start = np.zeros((len(hysteresis.sessions), hysteresis.count))
+        other.measured = conditions.lost_motion.copy()
+        other.outlier = np.zeros(conditions.rows, dtype=bool)
+        other.deviations = np.zeros((conditions.runs, len(DEVIATIONS)))
+        return other
+
     def with_planned(self, conditions: Conditions) -> BaselineModel:
         """The same model over its recordings with planned runs behind them, which measure nothing.
 

@@ -235,6 +235,8 @@ class Campaign:
 
     def quantities(self) -> tuple[str, ...]:
         """Quantities that every run has."""
+        if not self.runs:
+            raise InputError("campaign", "", "no runs", "one or more")
         common = set(self.runs[0].columns)
         for run in self.runs[1:]:
             common &= set(run.columns)

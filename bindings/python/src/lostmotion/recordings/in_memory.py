@@ -42,6 +42,13 @@ class MemoryTable:
         return Rows({i: self.columns[i] for i in columns}, self.count)
 
 
+def has_columns(data: Any) -> bool:
+    """Whether data are a table, as `named_columns` takes one."""
+    structured = getattr(getattr(data, "dtype", None), "names", None)
+    tables = ("columns", "__arrow_c_stream__")
+    return isinstance(data, Mapping) or bool(structured) or any(hasattr(data, t) for t in tables)
+
+
 def named_columns(name: str, data: Any) -> list[tuple[str, Any]]:
     """Take the columns out of data, with their names.
 

@@ -39,7 +39,7 @@ from lostmotion.recordings.columns import (
 from lostmotion.recordings.conversion import Numbers, read_numbers
 from lostmotion.recordings.encoders import bring_together
 from lostmotion.recordings.findings import UNUSED, Finding
-from lostmotion.recordings.in_memory import MemoryTable
+from lostmotion.recordings.in_memory import MemoryTable, has_columns
 from lostmotion.recordings.joining import Join, join_channels
 from lostmotion.recordings.opening import open_table
 from lostmotion.recordings.protocol import FREE, Protocol
@@ -131,7 +131,7 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def read_campaign(
-    paths: str | Path | Iterable[str | Path],
+    paths: str | Path | Iterable[str | Path] | Any,
     *,
     ratio: float | None = None,
     mapping: Mapping[str, str] | None = None,
@@ -142,9 +142,9 @@ def read_campaign(
 
     Parameters
     ----------
-    paths : path or paths
+    paths : path or paths, or a table
         Files and folders; files as given, those of a folder by their names, ``run_2`` before
-        ``run_10``.
+        ``run_10``. Or data in memory, as `Campaign.from_table` takes them.
     ratio : float, optional
         Input turns for one output turn; needed where only the two angles were recorded.
     mapping : mapping, optional
@@ -168,6 +168,8 @@ def read_campaign(
     InputError
         Names file, column, what was found and what was expected.
     """
+    if has_columns(paths):
+        return campaign_of_table(paths, ratio=ratio, mapping=mapping, protocol=protocol)
     if isinstance(paths, (str, Path)):
         paths = [paths]
     files = recording_files(paths)

@@ -152,7 +152,7 @@ class Bench:
         drive, campaign = self.need_drive(), self.need_campaign()
         with one_thread():
             self.diagnosis = diagnose(
-                campaign, drive, effects=self.effects, progress=count_pieces(tick)
+                drive, campaign, effects=self.effects, progress=count_pieces(tick)
             )
         self.version += 1
 

@@ -1,0 +1,156 @@
+"""What every result with a fitted model offers: parameters, residuals, predictions, figures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.effects.conditions import Conditions
+from lostmotion.errors import InputError, given_as
+from lostmotion.fit.baseline import FILED, BaselineModel
+from lostmotion.fit.drive_file import require
+from lostmotion.recordings import Campaign
+from lostmotion.results import Parameter, ParameterTable, data_frame, figures
+from lostmotion.units import ARCMIN, ARCSEC
+
+FloatArray = npt.NDArray[np.float64]
+
+AXES = {"torque_Nm": "torque, N m", "time_s": "time, s", "temperature_C": "temperature, °C"}
+"""How a figure calls what a residual is drawn against."""
+
+
+class ModelResult:
+    """A result that holds a fitted model.
+
+    A subclass says which model (`fitted_base`), and standard errors where it has them
+    (`errors_by_name`).
+    """
+
+    def fitted_base(self) -> BaselineModel:
+        """Give the model that was fitted."""
+        raise NotImplementedError
+
+    def errors_by_name(self) -> Mapping[str, float]:
+        """Standard errors by the names of the parameters, in the units of the drive file."""
+        return {}
+
+    @property
+    def params(self) -> ParameterTable:
+        """Parameters with value, standard error, bounds and unit, named as in a drive file."""
+        base = self.fitted_base()
+        errors = self.errors_by_name()
+        found = [
+            Parameter(name, float(value), errors.get(name), float(low), float(high), True)
+            for block in base.blocks()
+            for name, value, low, high in zip(
+                block.file_keys,
+                block.value * block.unit,
+                block.low * block.unit,
+                block.high * block.unit,
+                strict=False,
+            )
+        ]
+        named = {one.name for one in found}
+        fixed = [
+            Parameter(name, float(value))
+            for filed in FILED
+            for name, value in zip(filed.keys(filed.of(base).size), filed.of(base), strict=True)
+            if name not in named
+        ]
+        effects = [
+            Parameter(name, float(value))
+            for term in base.terms
+            for known, value in zip(term.effect.values, term.values, strict=True)
+            if (name := f"{term.effect.name}.{known.name}") not in named
+        ]
+        return ParameterTable([*found, *effects, *fixed])
+
+    @property
+    def residuals(self) -> FloatArray:
+        """Measured minus model of every sample, arc seconds, each run about its own zero."""
+        return self.fitted_base().residual()
+
+    def predict(self, data: Campaign | None = None) -> FloatArray:
+        """Lost motion of the model for recordings, rad, each run about its own zero.
+
+        Parameters
+        ----------
+        data : Campaign, optional
+            Other recordings; by default those of the fit. Friction starts at rest in each of their
+            sessions.
+
+        Raises
+        ------
+        InputError
+            When a column is not there that an effect needs.
+        """
+        base = self.fitted_base()
+        if data is not None:
+            given_as("predict", "data", data, Campaign)
+            if base.additives:
+                names = ", ".join(shape.name for shape in base.additives)
+                expected = "effects: a shape without a name predicts its own recordings alone"
+                raise InputError("predict", "", f"{names} in the model", expected)
+            base = base.over(Conditions(data))
+            for term in base.terms:
+                require(term.effect, base.conditions)
+        c, angle = base.conditions, base.at().angle
+        return np.asarray((angle - c.run_mean(angle)[c.run_of]) * ARCSEC)
+
+    def samples(self) -> dict[str, Any]:
+        """Columns of every sample: what was recorded, the model and the residual."""
+        base = self.fitted_base()
+        c, residual = base.conditions, base.residual()
+        model = self.predict()
+        return {
+            **c.campaign.table(),
+            "measured_arcmin": model / ARCMIN + residual * ARCSEC / ARCMIN,
+            "model_arcmin": model / ARCMIN,
+            "residual_arcsec": residual,
+        }
+
+    def to_dataframe(self) -> Any:
+        """Give a pandas data frame, a row a sample: recorded columns, model and residual."""
+        return data_frame(self.samples())
+
+    def by_runs(self, column: FloatArray) -> Sequence[FloatArray]:
+        """Split a column into the runs."""
+        return [column[at] for at in self.fitted_base().conditions.slices()]
+
+    def plot(self) -> Any:
+        """Draw measured and modelled loops; a Plotly figure."""
+        columns, labels = self.samples(), self.fitted_base().conditions.labels
+        torque, measured, model = (
+            self.by_runs(columns[name]) for name in ("torque_Nm", "measured_arcmin", "model_arcmin")
+        )
+        return figures.loops(torque, measured, model, labels)
+
+    def plot_residuals(self, against: str = "torque_Nm") -> Any:
+        """Draw the residual against a recorded column; a Plotly figure.
+
+        Parameters
+        ----------
+        against : str
+            A column as `to_dataframe` has it: ``"time_s"``, ``"temperature_C"`` ...
+        """
+        columns, labels = self.samples(), self.fitted_base().conditions.labels
+        if against not in columns or against == "run":
+            expected = "one of " + ", ".join(name for name in columns if name != "run")
+            raise InputError("plot_residuals", "against", against, expected)
+        return figures.residuals(
+            self.by_runs(columns[against]),
+            self.by_runs(columns["residual_arcsec"]),
+            labels,
+            AXES.get(against, against),
+        )
+
+    def fit_report(self) -> str:
+        """Print the result and its parameters."""
+        return f"{self!r}\n{self.params}"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(repr(self))}</p>{self.params._repr_html_()}"

@@ -1,0 +1,137 @@
+"""Figures of results, drawn with Plotly (``pip install 'lostmotion[plot]'``).
+
+Each function takes arrays and gives a ``plotly.graph_objects.Figure``: a notebook shows it, and
+``figure.write_html("loops.html")`` writes a page. Runs are traces, to be toggled in the legend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+POINTS_MAX = 4000
+"""Samples of a run that are drawn; more make a page slow and show nothing else."""
+
+MEASURED, MODEL = "#0072b2", "#d55e00"
+"""Colours of Okabe and Ito (2008), told apart by colour-blind readers."""
+
+
+def plotly() -> ModuleType:
+    """Give Plotly's ``graph_objects``.
+
+    Raises
+    ------
+    InputError
+        When Plotly is not installed.
+    """
+    try:
+        import plotly.graph_objects as go
+    except ImportError:
+        raise InputError("plot", "", "no Plotly", "pip install 'lostmotion[plot]'") from None
+    return go  # type: ignore[no-any-return]
+
+
+def drawn(count: int) -> slice:
+    """Choose the samples of a run that are drawn: evenly spaced."""
+    return slice(None, None, max(1, -(-count // POINTS_MAX)))
+
+
+def framed(go: Any, title: str, x: str, y: str) -> Any:
+    """Make an empty figure with its title and axes."""
+    figure = go.Figure()
+    figure.update_layout(
+        title=title, xaxis_title=x, yaxis_title=y, template="plotly_white", hovermode="closest"
+    )
+    return figure
+
+
+def loops(
+    torque_Nm: Sequence[FloatArray],
+    measured_arcmin: Sequence[FloatArray],
+    model_arcmin: Sequence[FloatArray],
+    labels: Sequence[int | str],
+) -> Any:
+    """Draw measured and modelled lost motion against the torque, run by run."""
+    go = plotly()
+    figure = framed(go, "Lost motion", "torque, N m", "lost motion, arcmin")
+    for torque, *angles, label in zip(
+        torque_Nm, measured_arcmin, model_arcmin, labels, strict=True
+    ):
+        kept = drawn(torque.size)
+        for name, colour, angle in zip(
+            ("measured", "model"), (MEASURED, MODEL), angles, strict=True
+        ):
+            figure.add_scattergl(
+                x=torque[kept],
+                y=angle[kept],
+                name=f"run {label}, {name}",
+                legendgroup=str(label),
+                mode="lines",
+                line={"color": colour, "width": 1},
+            )
+    return figure
+
+
+def residuals(
+    against: Sequence[FloatArray],
+    residual_arcsec: Sequence[FloatArray],
+    labels: Sequence[int | str],
+    axis: str,
+) -> Any:
+    """Draw the residual against a quantity, run by run.
+
+    Parameters
+    ----------
+    axis : str
+        Name of the quantity with its unit, as on the axis.
+    """
+    go = plotly()
+    figure = framed(go, "Residual", axis, "residual, arcsec")
+    for x, residual, label in zip(against, residual_arcsec, labels, strict=True):
+        kept = drawn(x.size)
+        figure.add_scattergl(
+            x=x[kept], y=residual[kept], name=f"run {label}", mode="markers", marker={"size": 3}
+        )
+    return figure
+
+
+def ladder(rungs: Sequence[Mapping[str, Any]], noise_floor_arcsec: float) -> Any:
+    """Draw the error after each effect that was added, fitted and leave-one-run-out."""
+    go = plotly()
+    figure = framed(go, "Error ladder", "", "rms error, arcsec")
+    names = ["baseline model", *(f"+ {rung['effects'][-1]}" for rung in rungs[1:])]
+    figure.add_bar(x=names, y=[rung["rms_arcsec"] for rung in rungs], name="fitted")
+    figure.add_scatter(
+        x=names,
+        y=[rung["rms_heldout_arcsec"] for rung in rungs],
+        name="leave-one-run-out",
+        mode="markers",
+        marker={"size": 12, "symbol": "circle-open", "line": {"width": 2}},
+    )
+    figure.add_hline(y=noise_floor_arcsec, line_dash="dot", annotation_text="noise floor")
+    return figure
+
+
+def curves(x: npt.ArrayLike, series: Mapping[str, Any], title: str, axes: tuple[str, str]) -> Any:
+    """Draw curves over one axis, each under its name."""
+    go = plotly()
+    figure = framed(go, title, *axes)
+    for name, y in series.items():
+        figure.add_scatter(x=np.asarray(x), y=y, name=name, mode="lines")
+    return figure
+
+
+def points(x: Sequence[float], y: Sequence[float], title: str, axes: tuple[str, str]) -> Any:
+    """Draw points, each with its number: designs of a front."""
+    go = plotly()
+    figure = framed(go, title, *axes)
+    figure.add_scatter(x=x, y=y, mode="markers", text=[f"design {i + 1}" for i in range(len(x))])
+    return figure

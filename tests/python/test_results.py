@@ -1,0 +1,134 @@
+"""What results offer in Python: parameters, residuals, predictions, tables, figures, copies."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import public_script
+import pytest
+
+import lostmotion as lm
+from lostmotion.results import Parameter, ParameterTable
+from lostmotion.units import ARCMIN, ARCSEC
+
+JOINT = Path(__file__).parents[1] / "data" / "joint"
+RATIO = lm.read_drive(JOINT / "joint.toml").ratio
+
+RUNS = (1, 2, 3, 11, 12, 13, 21, 22, 23)
+"""Some of the joint's, cold and warm."""
+
+
+@pytest.fixture(scope="module")
+def campaign() -> lm.Campaign:
+    whole = lm.read_campaign(JOINT / "joint.csv.gz", ratio=RATIO)
+    return lm.Campaign([run for run in whole.runs if run.label in RUNS])
+
+
+@pytest.fixture(scope="module")
+def fitted(campaign: lm.Campaign) -> lm.FittedModel:
+    return lm.fit(lm.read_drive(JOINT / "joint.toml"), campaign, add="thermal_gap")
+
+
+def test_parameters_are_those_of_the_fitted_drive_file(fitted: lm.FittedModel) -> None:
+    table = fitted.params
+    values = fitted.answer()["values"]
+    assert {name: table[name].value for name in values} == pytest.approx(values, rel=1e-12)
+    errors = fitted.answer()["standard_errors"]
+    estimated = [one for one in table.values() if one.estimated]
+    assert all(one.error == errors[one.name] for one in estimated)
+    assert {one.name for one in table.values() if one.error} == {n for n, e in errors.items() if e}
+    gap = table["thermal_gap.gap_rad_per_K"]
+    assert (gap.unit, gap.low, gap.high) == ("rad_per_K", -1e-3, 1e-3)
+    assert not table["thermal_gap.gap_rad"].estimated
+    assert "thermal_gap.gap_rad_per_K" in fitted.fit_report()
+    frame = table.to_dataframe()
+    assert list(frame["parameter"]) == list(table)
+
+
+def test_a_table_prints_what_a_fit_report_prints() -> None:
+    table = ParameterTable(
+        [
+            Parameter("gap_rad", 2e-3, 1e-5, 0.0, 0.1, True),
+            Parameter("share", 0.0, 0.1, 0.0, 1.0, True),
+            Parameter("knee_Nm", 3.0),
+        ]
+    )
+    assert str(table).splitlines() == [
+        "gap_rad  0.002  +/- 1e-05 (0.50 %)",
+        "share    0      +/- 0.1             at its bound",
+        "knee_Nm  3                          (fixed)",
+    ]
+    assert str(table["gap_rad"]) == "gap_rad = 0.002 +/- 1e-05 (0.50 %)"
+    assert repr(table) == "<ParameterTable: 2 estimated, 1 fixed>"
+    assert "<td>share</td>" in table._repr_html_()
+
+
+def test_model_and_residual_add_up_to_what_was_measured(
+    campaign: lm.Campaign, fitted: lm.FittedModel
+) -> None:
+    frame = fitted.to_dataframe()
+    assert len(frame) == campaign.rows
+    lost = campaign.column("lost_motion_rad")
+    for label, rows in frame.groupby("run").groups.items():
+        own = lost[rows] - lost[rows].mean()
+        np.testing.assert_allclose(frame["measured_arcmin"][rows], own / ARCMIN, atol=1e-9)
+        assert label in RUNS
+    rms = np.sqrt(np.mean(fitted.residuals**2))
+    assert rms == pytest.approx(fitted.ladder[-1]["rms_arcsec"], rel=1e-12)
+
+
+def test_recordings_that_a_fit_has_not_seen_are_predicted(fitted: lm.FittedModel) -> None:
+    whole = lm.read_campaign(JOINT / "joint.csv.gz", ratio=RATIO)
+    others = lm.Campaign([run for run in whole.runs if run.label not in RUNS])
+    lost = np.concatenate([run.lost_motion_rad - run.lost_motion_rad.mean() for run in others.runs])
+    error = np.sqrt(np.mean((lost - fitted.predict(others)) ** 2)) / ARCSEC
+    assert error < 1.5 * fitted.ladder[-1]["rms_heldout_arcsec"]
+
+
+def test_what_a_prediction_needs_and_has_not_is_named(fitted: lm.FittedModel) -> None:
+    table = lm.read_campaign(JOINT / "joint.csv.gz", ratio=RATIO).table()
+    del table["temperature_C"]
+    with pytest.raises(lm.InputError, match="temperature_C"):
+        fitted.predict(lm.read_campaign(table, ratio=RATIO))
+
+
+def test_a_copy_by_pickle_says_the_same(fitted: lm.FittedModel) -> None:
+    for other in (pickle.loads(pickle.dumps(fitted)), copy.deepcopy(fitted)):
+        np.testing.assert_array_equal(other.predict(), fitted.predict())
+        assert other.answer() == fitted.answer()
+    own = lm.formula(
+        "own", "a_rad * sin(input_turns)", values=[lm.Value("a_rad", "linear", 1, 0, 2)]
+    )
+    assert pickle.loads(pickle.dumps(own)).formula == own.formula
+
+
+def test_figures_hold_every_run(campaign: lm.Campaign, fitted: lm.FittedModel) -> None:
+    pytest.importorskip("plotly", reason="plotly not installed: pip install plotly")
+    assert len(fitted.plot().data) == 2 * len(campaign.runs)
+    figure = fitted.plot_residuals("temperature_C")
+    assert len(figure.data) == len(campaign.runs)
+    assert sum(len(trace.y) for trace in figure.data) <= campaign.rows
+    assert list(fitted.plot_ladder().data[0].x) == ["baseline model", "+ thermal_gap"]
+    with pytest.raises(lm.InputError, match="plot_residuals: against: found nothing_like_it"):
+        fitted.plot_residuals("nothing_like_it")
+
+
+def test_a_campaign_without_runs_is_refused() -> None:
+    drive = lm.read_drive(JOINT / "joint.toml")
+    with pytest.raises(lm.InputError, match="campaign: found no runs, expected one or more"):
+        lm.compare(drive, lm.Campaign([]))
+
+
+def test_a_script_over_the_whole_of_it_runs(
+    campaign: lm.Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(JOINT / "joint.toml", tmp_path)
+    pd.DataFrame(campaign.table()).to_csv(tmp_path / "joint.csv.gz", index=False)
+    public_script.main(tmp_path)
+    assert "thermal_gap.gap_rad_per_K" in capsys.readouterr().out
+    assert (tmp_path / "copy.toml").is_file()
