@@ -132,3 +132,13 @@ def test_a_script_over_the_whole_of_it_runs(
     public_script.main(tmp_path)
     assert "thermal_gap.gap_rad_per_K" in capsys.readouterr().out
     assert (tmp_path / "copy.toml").is_file()
+
+
+def test_a_prediction_is_a_table_and_a_figure() -> None:
+    pytest.importorskip("plotly", reason="plotly not installed: pip install plotly")
+    prediction = lm.predict(lm.read_drive(JOINT / "joint.toml"), [0.0, 10.0, 20.0])
+    frame = prediction.to_dataframe()
+    assert list(frame["torque_Nm"]) == [0.0, 10.0, 20.0]
+    assert list(frame["total_arcmin"]) == prediction["total_arcmin"]
+    names = [trace.name for trace in prediction.plot().data]
+    assert names == ["total", *prediction["parts_arcmin"]]

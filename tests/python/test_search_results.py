@@ -94,6 +94,9 @@ def test_every_design_of_the_front_is_a_drive_with_margins(
     spec, run, _ = searched
     shutil.copytree(run, tmp_path / "run")
     result = design.search(spec, tmp_path / "run", resume=True)
+    frame = result.to_dataframe()
+    assert list(frame[result.objectives[0]]) == [one["objectives"][0] for one in result.front]
+    assert len(result.plot().data[0].x) == len(result.front)
     assert len(result.front) > 3
     lead = [one["objectives"][0] for one in result.front]
     assert lead == sorted(lead)

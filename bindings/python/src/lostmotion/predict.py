@@ -13,6 +13,7 @@ from lostmotion.drives import Drive
 from lostmotion.errors import InputError
 from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model, fitted_backbone, reversal_torque
+from lostmotion.results import data_frame, figures
 from lostmotion.units import ARCMIN
 
 LIMITS = ("worst_min", "worst_max", "probable_min", "probable_max")
@@ -31,8 +32,28 @@ def show_default(value: bool | float | str) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> dict[str, Any]:
-    """Return the characteristic, its contributions and its limits.
+class Prediction(dict[str, Any]):
+    """Answer of `predict`, with its curves as a data frame and as a figure."""
+
+    def curves_arcmin(self) -> dict[str, Any]:
+        """Angles by their names: the whole, its parts, and what a fit found."""
+        curves = {"total": self["total_arcmin"], **self.get("parts_arcmin", {})}
+        return {**curves, "fitted": self["fitted_arcmin"]} if "fitted_arcmin" in self else curves
+
+    def to_dataframe(self) -> Any:
+        """Give a pandas data frame, a row a torque; angles in arc minutes."""
+        curves = {f"{name}_arcmin": angle for name, angle in self.curves_arcmin().items()}
+        stiffness = {"stiffness_Nm_per_rad": self["stiffness_Nm_per_rad"]}
+        return data_frame({"torque_Nm": self["torque_Nm"], **curves, **stiffness})
+
+    def plot(self) -> Any:
+        """Draw the torsion curve and its parts; a Plotly figure."""
+        axes = ("torque, N m", "angle, arcmin")
+        return figures.curves(self["torque_Nm"], self.curves_arcmin(), self["drive"], axes)
+
+
+def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> Prediction:
+    """Return the torsion curve, its contributions and its limits.
 
     Parameters
     ----------
@@ -52,12 +73,12 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> d
         raise InputError("predict", "torque_Nm", "no torque", "one or more")
     if not np.all(np.isfinite(given)):
         raise InputError("predict", "torque_Nm", f"{given[~np.isfinite(given)][0]}", "numbers")
-    answer: dict[str, Any] = {
-        "schema": "lostmotion.prediction/1",
-        "drive": drive.name,
-        "kind": "catalogue" if drive.catalogue is not None else "design",
-        "torque_Nm": numbers(torque_Nm),
-    }
+    answer = Prediction(
+        schema="lostmotion.prediction/1",
+        drive=drive.name,
+        kind="catalogue" if drive.catalogue is not None else "design",
+        torque_Nm=numbers(torque_Nm),
+    )
     answer.update(
         _catalogue(drive, torque_Nm) if drive.catalogue else _design(drive, torque_Nm, phase_rad)
     )

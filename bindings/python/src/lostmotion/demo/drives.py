@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from lostmotion.compare import Comparison, compare
 from lostmotion.drives import Drive, read_drive
 from lostmotion.model import design_model
-from lostmotion.predict import predict
+from lostmotion.predict import Prediction, predict
 from lostmotion.recordings import read_campaign
 from lostmotion.report import Section, comparison_section, drive_section
 from lostmotion.units import ARCMIN
@@ -33,7 +32,7 @@ class OtherDrives:
         One a drive; a bought one has none.
     """
 
-    drives: list[tuple[Drive, dict[str, Any]]]
+    drives: list[tuple[Drive, Prediction]]
     smallest_gap_arcmin: list[float | None]
     measured: Drive
     comparison: Comparison

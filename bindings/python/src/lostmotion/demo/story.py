@@ -306,11 +306,11 @@ def show_drives(others: OtherDrives, out: TextIO) -> None:
             + (f"{gap:<13.4f}  {passed} of {len(checks)}" if gap is not None else "-"),
             file=out,
         )
-    answer = others.comparison.answer()
+    compared = others.comparison.answer()
     scale = ARCSEC / ARCMIN
     print(
-        f"{others.measured.name}: {answer['samples']} samples in {len(answer['by_run'])} runs; "
-        f"rms in arcmin as it stands {answer['unfitted_rms_arcsec'] * scale:.1f}, fitted "
-        f"{answer['rms_arcsec'] * scale:.1f}, held out {answer['heldout_rms_arcsec'] * scale:.1f}",
+        f"{others.measured.name}: {compared['samples']} samples in {len(compared['by_run'])} runs; "
+        f"rms in arcmin as it stands {compared['unfitted_rms_arcsec'] * scale:.1f}, fitted "
+        f"{compared['rms_arcsec'] * scale:.1f}, held out {compared['heldout_rms_arcsec'] * scale:.1f}",
         file=out,
     )

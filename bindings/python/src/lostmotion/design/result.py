@@ -11,6 +11,8 @@ from typing import Any
 
 from lostmotion.design.engine import c_string, engine, figure_value, figures, limit_names
 from lostmotion.design.spec import Spec
+from lostmotion.results import data_frame
+from lostmotion.results.figures import points
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -68,6 +70,28 @@ class SearchResult:
     folder: Path
     assumed: dict[str, Any] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
+
+    def to_dataframe(self) -> Any:
+        """Give a pandas data frame, a row a design of the front: objectives and variables."""
+        rows = [
+            {
+                **dict(zip(self.objectives, one["objectives"], strict=True)),
+                **one["variables"],
+                "verified": one["verified"],
+            }
+            for one in self.front
+        ]
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        return data_frame({name: [row.get(name) for row in rows] for name in names})
+
+    def plot(self) -> Any:
+        """Draw the front over the first two objectives; a Plotly figure."""
+        axes = [f"{n}, {u}" for n, u in zip(self.objectives, self.units, strict=True)]
+        places = [one["objectives"] for one in self.front]
+        x = [place[0] for place in places]
+        if len(axes) == 1:
+            return points(list(range(1, len(x) + 1)), x, "Designs", ("design", axes[0]))
+        return points(x, [place[1] for place in places], "Front", (axes[0], axes[1]))
 
     def answer(self) -> dict[str, Any]:
         """Return the result as JSON can hold it."""
