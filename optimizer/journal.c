@@ -1,9 +1,3 @@
-#if !defined(_WIN32)
-#define _XOPEN_SOURCE 700 /* lockf */
-#include <sys/stat.h>
-#include <unistd.h>
-#endif
-
 #include "journal.h"
 
 #include <errno.h>
@@ -14,6 +8,7 @@
 #include <time.h>
 
 #include "lostmotion/parameters.h"
+#include "platform.h"
 #include "spec.h"
 
 /* The number rises with the layout, when the search plans other tasks for the same answers, and
@@ -47,47 +42,6 @@ static void fill_header(header *h, const char *spec) {
   h->answer_size = (uint32_t)sizeof(lm_answer);
 }
 
-/* A pipe would be waited at for ever. */
-static int is_regular(FILE *file) {
-#if !defined(_WIN32)
-  struct stat found;
-  return fstat(fileno(file), &found) == 0 && S_ISREG(found.st_mode);
-#else
-  (void)file;
-  return 1;
-#endif
-}
-
-/* 1: another process has the file. Else it is ours until it is closed, also by our end; where the
- * file system knows no locks, nobody can tell. */
-static int is_held(FILE *file) {
-#if !defined(_WIN32)
-  const int before = errno;
-  if (lockf(fileno(file), F_TLOCK, 0) != 0) {
-    if (errno == EACCES || errno == EAGAIN) {
-      return 1;
-    }
-    errno = before;
-  }
-#else
-  (void)file;
-#endif
-  return 0;
-}
-
-/* To the disk. */
-static lm_status flush(FILE *file) {
-  if (fflush(file) != 0) {
-    return LM_CORRUPT;
-  }
-#if !defined(_WIN32)
-  if (fsync(fileno(file)) != 0) {
-    return LM_CORRUPT;
-  }
-#endif
-  return LM_OK;
-}
-
 /* To the system, which keeps it when the program is killed; to the disk once a second. All threads
  * wait for a disk that takes milliseconds, and what a power cut takes is done again. */
 static lm_status keep(lm_journal *journal) {
@@ -96,7 +50,7 @@ static lm_status keep(lm_journal *journal) {
     return fflush(journal->file) == 0 ? LM_OK : LM_CORRUPT;
   }
   journal->synced = now;
-  return flush(journal->file);
+  return lm_sync_file(journal->file) ? LM_OK : LM_CORRUPT;
 }
 
 static lm_status wrap(FILE *file, lm_journal **journal) {
@@ -117,20 +71,20 @@ lm_status lm_create_journal(const char *path, const char *spec, lm_journal **jou
   if (path == NULL || spec == NULL || journal == NULL) {
     return LM_NULL;
   }
-  file = fopen(path, "wbx"); /* x: C11's; two that begin at once cannot both have it */
+  file = lm_open_file(path, LM_FILE_CREATE); /* two that begin at once cannot both have it */
   if (file == NULL) {
     return LM_CORRUPT;
   }
   fill_header(&h, spec);
-  if (!is_held(file) && fwrite(&h, sizeof h, 1, file) == 1 &&
-      fwrite(spec, 1, h.spec_length, file) == h.spec_length && flush(file) == LM_OK) {
+  if (lm_lock_file(file) && fwrite(&h, sizeof h, 1, file) == 1 &&
+      fwrite(spec, 1, h.spec_length, file) == h.spec_length && lm_sync_file(file)) {
     status = wrap(file, journal);
   } else {
     fclose(file);
   }
   if (status != LM_OK) {
     const int why = errno;
-    (void)remove(path); /* a part of a header would pass for a search that was begun */
+    (void)lm_remove_file(path); /* a part of a header would pass for a search that was begun */
     errno = why;
   }
   return status;
@@ -203,28 +157,18 @@ static lm_status set_aside(FILE *file, const char *path) {
   if (name != NULL) {
     memcpy(name, path, length);
     memcpy(name + length, LM_JOURNAL_DAMAGED, sizeof LM_JOURNAL_DAMAGED);
-    copy = fopen(name, "wb");
+    copy = lm_open_file(name, LM_FILE_REPLACE);
   }
   if (copy != NULL) {
     int byte;
     rewind(file);
     while ((byte = fgetc(file)) != EOF && fputc(byte, copy) != EOF) {
     }
-    status = byte == EOF ? flush(copy) : LM_CORRUPT;
+    status = byte == EOF && lm_sync_file(copy) ? LM_OK : LM_CORRUPT;
     status = fclose(copy) == 0 ? status : LM_CORRUPT;
   }
   free(name);
   return status;
-}
-
-/* Cut the file at a length. */
-static lm_status cut(FILE *file, long length) {
-#if !defined(_WIN32)
-  if (fflush(file) != 0 || ftruncate(fileno(file), length) != 0) {
-    return LM_CORRUPT;
-  }
-#endif
-  return fseek(file, length, SEEK_SET) == 0 ? LM_OK : LM_CORRUPT;
 }
 
 lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink sink, void *context,
@@ -238,16 +182,16 @@ lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink 
     return LM_NULL;
   }
   memset(report, 0, sizeof *report);
-  file = fopen(path, "r+b");
+  file = lm_open_file(path, LM_FILE_UPDATE);
   if (file == NULL) {
     return LM_CORRUPT;
   }
-  if (!is_regular(file)) {
+  if (!lm_is_regular(file)) { /* a pipe would be waited at for ever */
     fclose(file);
     errno = 0;
     return LM_CORRUPT;
   }
-  if (is_held(file)) {
+  if (!lm_lock_file(file)) {
     fclose(file);
     errno = EBUSY;
     return LM_CORRUPT;
@@ -271,7 +215,7 @@ lm_status lm_resume_journal(const char *path, const char *spec, lm_journal_sink 
       status = report->behind > 0 ? set_aside(file, path) : LM_OK;
     }
     if (status == LM_OK) {
-      status = cut(file, whole);
+      status = lm_cut_file(file, whole) ? LM_OK : LM_CORRUPT;
     }
   }
   free(answer);

@@ -11,7 +11,7 @@
  *
  * One process has a journal from its opening to its closing, or to its own end, however that comes.
  * It must not open it once more meanwhile: POSIX refuses the lock to other processes only, and the
- * first closing ends it. Windows, and a file system without locks, have none.
+ * first closing ends it. A file system without locks has none.
  */
 #ifndef LOSTMOTION_OPTIMIZER_JOURNAL_H
 #define LOSTMOTION_OPTIMIZER_JOURNAL_H

@@ -5,19 +5,15 @@
  * Exit status: 0 done; 1 nothing feasible, or the work failed; 2 bad input or usage; 130
  * interrupted, with the best so far written.
  */
-#define _POSIX_C_SOURCE 200809L
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "output.h"
+#include "platform.h"
 #include "pool.h"
 #include "run.h"
-#include "stop.h"
 
 #define SPEC_MAX (1 << 20) /* bytes */
 
@@ -35,17 +31,6 @@ typedef struct program {
 
 static volatile int interrupted;
 
-static void interrupt(int signal_number) {
-  (void)signal_number;
-  lm_stop(&interrupted);
-}
-
-static double seconds_now(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static int usage(const char *what) {
   fprintf(stderr,
           "lostmotion-optimizer: %s\nusage: lostmotion-optimizer SPEC RUN [--resume] [--workers N] "
@@ -56,7 +41,7 @@ static int usage(const char *what) {
 
 static int read_arguments(int count, char **argument, program *p) {
   int i;
-  p->progress = isatty(2) ? SHOW_BAR : SHOW_NONE;
+  p->progress = lm_is_terminal(stderr) ? SHOW_BAR : SHOW_NONE;
   for (i = 1; i < count; i++) {
     const char *next = i + 1 < count ? argument[i + 1] : "";
     if (strcmp(argument[i], "--resume") == 0) {
@@ -91,7 +76,7 @@ static int read_arguments(int count, char **argument, program *p) {
 /* The whole file as text; null: *why. */
 static const char *read_text(const char *path, const char **why) {
   static char text[SPEC_MAX + 1];
-  FILE *file = fopen(path, "rb");
+  FILE *file = lm_open_file(path, LM_FILE_READ);
   size_t length;
   int failed;
   if (file == NULL) {
@@ -138,7 +123,7 @@ static void show_bar(const lm_progress *progress, double left) {
 
 static void show_progress(void *context) {
   const program *p = (const program *)context;
-  const double seconds = seconds_now() - p->started;
+  const double seconds = lm_seconds_now() - p->started;
   lm_progress progress;
   lm_read_progress(lm_run_search(p->run), &progress);
   if (p->progress == SHOW_JSON) {
@@ -158,11 +143,11 @@ static void tell(const char *note) {
 int main(int count, char **argument) {
   program p;
   char note[LM_NOTE_MAX];
-  struct sigaction action;
   const char *spec;
   const char *why;
   int status;
   memset(&p, 0, sizeof p);
+  argument = lm_take_arguments(&count, argument);
   status = read_arguments(count, argument, &p);
   if (status != LM_EXIT_DONE) {
     return status;
@@ -172,15 +157,11 @@ int main(int count, char **argument) {
     fprintf(stderr, "lostmotion-optimizer: %s: %s\n", p.spec_path, why);
     return LM_EXIT_BAD_INPUT;
   }
-  memset(&action, 0, sizeof action);
-  action.sa_handler = interrupt;
-  action.sa_flags = SA_RESTART; /* no write of the journal is cut short */
-  sigaction(SIGINT, &action, NULL);
-  sigaction(SIGTERM, &action, NULL);
+  lm_watch_interrupts(&interrupted);
   status = lm_open_run(p.spec_path, spec, p.folder, p.resume, &p.run, note);
   tell(note);
   if (status == LM_EXIT_DONE) {
-    p.started = seconds_now();
+    p.started = lm_seconds_now();
     status = lm_work_run(p.run, p.workers, show_progress, &p, &interrupted, note);
     if (p.progress == SHOW_BAR) {
       fprintf(stderr, "\n");

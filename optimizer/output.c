@@ -1,11 +1,12 @@
-#define _POSIX_C_SOURCE 200809L
 #include "output.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "decimal.h"
 #include "lostmotion/design_keys.h"
+#include "platform.h"
 
 #define DEGREE (3.14159265358979323846 / 180.0)
 #define ARCMIN (DEGREE / 60.0)
@@ -78,16 +79,25 @@ void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
 
 char *lm_format_drive(const lm_drive *drive, const char *name) {
   char *text = NULL;
-  size_t length = 0;
-  FILE *file = open_memstream(&text, &length);
+  FILE *file = lm_open_scratch();
+  long length;
   if (file == NULL) {
     return NULL;
   }
   lm_write_drive(file, drive, name);
-  if (fclose(file) != 0) {
-    free(text);
-    return NULL;
+  length = ferror(file) ? -1 : ftell(file);
+  if (length >= 0) {
+    text = (char *)malloc((size_t)length + 1);
   }
+  if (text != NULL) {
+    rewind(file); /* and to the file what is not there yet */
+    text[fread(text, 1, (size_t)length, file)] = '\0';
+    if (strlen(text) != (size_t)length) {
+      free(text);
+      text = NULL;
+    }
+  }
+  fclose(file);
   return text;
 }
 

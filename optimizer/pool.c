@@ -1,19 +1,15 @@
-#if !defined(_WIN32)
-#define _POSIX_C_SOURCE 200809L
-#include <pthread.h>
-#include <unistd.h>
-#endif
-
 #include "pool.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform.h"
 #include "stop.h"
 
 struct lm_pool {
   int workers;
   lm_workspace *workspace[LM_WORKERS_MAX];
+  lm_lock *lock;
 };
 
 /* One run over a batch, shared by the threads. */
@@ -27,31 +23,13 @@ typedef struct run {
   void *context;
   int (*skip)(void *context, int id);
   const volatile int *stop;
-#if !defined(_WIN32)
-  pthread_mutex_t lock;
-#endif
+  lm_lock *lock;
 } run;
 
 typedef struct worker {
   run *shared;
   lm_workspace *workspace;
 } worker;
-
-static void lock(run *r) {
-#if !defined(_WIN32)
-  (void)pthread_mutex_lock(&r->lock);
-#else
-  (void)r;
-#endif
-}
-
-static void unlock(run *r) {
-#if !defined(_WIN32)
-  (void)pthread_mutex_unlock(&r->lock);
-#else
-  (void)r;
-#endif
-}
 
 static int is_stopped(const run *r) {
   return r->failed || lm_is_stopped(r->stop);
@@ -60,46 +38,36 @@ static int is_stopped(const run *r) {
 /* The next task to do, copied while the lock is held: the last answer may end the batch. */
 static int take_task(run *r, lm_task *task) {
   int taken = 0;
-  lock(r);
+  lm_acquire(r->lock);
   while (!taken && r->next < r->count && !is_stopped(r)) {
     *task = r->tasks[r->next++];
     taken = r->skip == NULL || !r->skip(r->context, task->id);
   }
-  unlock(r);
+  lm_release(r->lock);
   return taken;
 }
 
-static void *work(void *data) {
+static void work(void *data) {
   worker *w = (worker *)data;
   run *r = w->shared;
   lm_answer *answer = (lm_answer *)malloc(sizeof *answer);
   lm_task task;
   while (answer != NULL && take_task(r, &task)) {
     const lm_status status = lm_run_task(r->problem, &task, answer, w->workspace, r->stop);
-    lock(r);
+    lm_acquire(r->lock);
     if (status == LM_OK) {
       r->sink(r->context, answer);
     } else {
       r->failed = 1;
     }
-    unlock(r);
+    lm_release(r->lock);
   }
   if (answer == NULL) {
-    lock(r);
+    lm_acquire(r->lock);
     r->failed = 1;
-    unlock(r);
+    lm_release(r->lock);
   }
   free(answer);
-  return NULL;
-}
-
-static int count_cores(void) {
-#if defined(_SC_NPROCESSORS_ONLN)
-  const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-  return cores < 1 ? 1 : cores > LM_WORKERS_MAX ? LM_WORKERS_MAX : (int)cores;
-#else
-  return 1;
-#endif
 }
 
 lm_pool *lm_open_pool(int workers) {
@@ -108,9 +76,18 @@ lm_pool *lm_open_pool(int workers) {
   if (pool == NULL) {
     return NULL;
   }
-  pool->workers = workers == 0 ? count_cores() : workers;
+  if (workers == 0) {
+    const int cores = lm_count_cores();
+    workers = cores > LM_WORKERS_MAX ? LM_WORKERS_MAX : cores;
+  }
+  pool->workers = workers;
   if (pool->workers < 1 || pool->workers > LM_WORKERS_MAX) {
     free(pool);
+    return NULL;
+  }
+  pool->lock = lm_create_lock();
+  if (pool->lock == NULL) {
+    lm_close_pool(pool);
     return NULL;
   }
   for (i = 0; i < pool->workers; i++) {
@@ -129,6 +106,7 @@ void lm_close_pool(lm_pool *pool) {
     for (i = 0; i < pool->workers; i++) {
       lm_free_workspace(pool->workspace[i]);
     }
+    lm_free_lock(pool->lock);
     free(pool);
   }
 }
@@ -138,6 +116,8 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
                        const volatile int *stop) {
   run r;
   worker w[LM_WORKERS_MAX];
+  lm_thread *thread[LM_WORKERS_MAX];
+  int started = 0;
   int i;
   memset(&r, 0, sizeof r);
   r.problem = problem;
@@ -147,30 +127,20 @@ lm_status lm_run_tasks(lm_pool *pool, const lm_problem *problem, const lm_task t
   r.sink = sink;
   r.context = context;
   r.stop = stop;
+  r.lock = pool->lock;
   for (i = 0; i < pool->workers; i++) {
     w[i].shared = &r;
     w[i].workspace = pool->workspace[i];
   }
-#if !defined(_WIN32)
-  {
-    pthread_t thread[LM_WORKERS_MAX];
-    int started = 0;
-    (void)pthread_mutex_init(&r.lock, NULL);
-    /* The calling thread works too; it alone when no other can be started. */
-    for (i = 1; i < pool->workers && i < count; i++) {
-      if (pthread_create(&thread[started], NULL, work, &w[i]) == 0) {
-        started++;
-      }
-    }
-    (void)work(&w[0]);
-    for (i = 0; i < started; i++) {
-      (void)pthread_join(thread[i], NULL);
-    }
-    (void)pthread_mutex_destroy(&r.lock);
+  /* The calling thread works too; it alone when no other can be started. */
+  for (i = 1; i < pool->workers && i < count; i++) {
+    thread[started] = lm_start_thread(work, &w[i]);
+    started += thread[started] != NULL;
   }
-#else
-  (void)work(&w[0]);
-#endif
+  work(&w[0]);
+  for (i = 0; i < started; i++) {
+    lm_join_thread(thread[i]);
+  }
   if (lm_is_stopped(stop)) {
     return LM_NOT_CONVERGED;
   }

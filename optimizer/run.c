@@ -1,4 +1,3 @@
-#define _POSIX_C_SOURCE 200809L
 #include "run.h"
 
 #include <errno.h>
@@ -7,13 +6,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "decimal.h"
 #include "journal.h"
 #include "output.h"
+#include "platform.h"
 #include "pool.h"
 #include "spec.h"
 #include "stop.h"
@@ -35,12 +32,6 @@ struct lm_run {
   volatile int *stop;
 };
 
-static double seconds_now(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static int say(char note[LM_NOTE_MAX], int status, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
@@ -60,8 +51,8 @@ static FILE *begin_file(const lm_run *run, const char *name) {
   char part[80];
   snprintf(part, sizeof part, "%s.part", name);
   join(path, run, part);
-  (void)unlink(path);
-  return fopen(path, "wx");
+  (void)lm_remove_file(path);
+  return lm_open_file(path, LM_FILE_CREATE);
 }
 
 /* 1: the file is whole and in its place; otherwise nothing is left of it. */
@@ -74,9 +65,9 @@ static int end_file(const lm_run *run, const char *name, FILE *file, int whole) 
   join(from, run, part);
   join(path, run, name);
   failed |= fclose(file);
-  if (failed || rename(from, path) != 0) {
+  if (failed || !lm_replace_file(from, path)) {
     const int why = errno;
-    (void)remove(from);
+    (void)lm_remove_file(from);
     errno = why;
     return 0;
   }
@@ -129,32 +120,23 @@ lm_status lm_take_answer(lm_run *run, const lm_answer *answer) {
 /* --- begin --------------------------------------------------------------------------------------
  */
 
-/* 1: the same file, whatever its names. */
-static int is_same(const char *a, const char *b) {
-  struct stat of_a;
-  struct stat of_b;
-  return stat(a, &of_a) == 0 && stat(b, &of_b) == 0 && of_a.st_dev == of_b.st_dev &&
-         of_a.st_ino == of_b.st_ino;
-}
-
 /* Refuse a folder in which the results would take the place of the spec or, without a journal, of
  * files that no search there wrote. */
 static int check_results(const lm_run *run, const char *spec_name, int resume,
                          char note[LM_NOTE_MAX]) {
   static const char *const names[] = LM_RESULT_NAMES;
   char path[PATH_MAX_CHARACTERS];
-  struct stat found;
   int begun;
   size_t i;
   join(path, run, "journal.bin");
-  begun = resume || lstat(path, &found) == 0;
+  begun = resume || lm_exists(path);
   for (i = 0; i < sizeof names / sizeof names[0]; i++) {
     join(path, run, names[i]);
-    if (is_same(path, spec_name)) {
+    if (lm_is_same_file(path, spec_name)) {
       return say(note, LM_EXIT_BAD_INPUT,
                  "%s: found the spec itself where a result goes, expected another folder", path);
     }
-    if (!begun && lstat(path, &found) == 0) {
+    if (!begun && lm_exists(path)) {
       return say(note, LM_EXIT_BAD_INPUT,
                  "%s: found a file that no search in this folder wrote, expected another folder",
                  path);
@@ -171,7 +153,7 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
   join(path, run, "journal.bin");
   errno = 0;
   if (!resume) {
-    made = mkdir(run->folder, 0777) == 0;
+    made = lm_make_folder(run->folder);
     if ((!made && errno != EEXIST) || lm_create_journal(path, spec, &run->journal) != LM_OK) {
       if (errno == EEXIST) {
         return say(note, LM_EXIT_BAD_INPUT,
@@ -182,7 +164,7 @@ static int open_journal(lm_run *run, const char *spec, int resume, char note[LM_
       (void)say(note, 0, "%s: found %s, expected a folder to write to", run->folder,
                 strerror(errno));
       if (made) {
-        (void)rmdir(run->folder);
+        (void)lm_remove_folder(run->folder);
       }
       return LM_EXIT_BAD_INPUT;
     }
@@ -242,7 +224,7 @@ int lm_open_run(const char *spec_name, const char *spec, const char *folder, int
   } else {
     strcpy(r->folder, folder);
     r->search = lm_open_search(&r->problem);
-    r->history = tmpfile();
+    r->history = lm_open_scratch();
     if (r->search == NULL) {
       status = say(note, LM_EXIT_FAILED, "not enough memory");
     } else if (r->history == NULL) {
@@ -278,7 +260,7 @@ void lm_close_run(lm_run *run) {
  */
 
 static void call_hook(lm_run *run, int last) {
-  const double now = seconds_now();
+  const double now = lm_seconds_now();
   if (run->hook != NULL && (last || now - run->hooked >= HOOK_SECONDS)) {
     run->hooked = now;
     run->hook(run->context);

@@ -336,8 +336,9 @@ int lm_read_front(const lm_search *search, lm_solution front[], int capacity) {
   const lm_solution *list = verified ? search->verified : search->archive;
   const int count = verified ? search->verified_count : search->archive_count;
   const int written = count < capacity ? count : capacity;
-  if (written > 0) {
-    memcpy(front, list, (size_t)written * sizeof list[0]);
+  int i;
+  for (i = 0; i < written; i++) {
+    front[i] = list[i];
   }
   return count;
 }

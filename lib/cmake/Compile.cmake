@@ -21,6 +21,9 @@ function(lm_compile target)
     -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wdouble-promotion
     -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes;-Wmissing-prototypes;-Wc++-compat>
     $<$<BOOL:${LM_WERROR}>:-Werror>)
+  if(MINGW) # its isfinite and isnan hand their argument to a function of every precision
+    target_compile_options(${target} PRIVATE -Wno-float-conversion)
+  endif()
   if(LM_SANITIZE)
     target_compile_options(${target} PRIVATE
       -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer)

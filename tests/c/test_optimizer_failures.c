@@ -73,7 +73,6 @@ WRAP(void *, calloc, (size_t count, size_t size), (count, size), NULL)
 WRAP(void *, realloc, (void *memory, size_t size), (memory, size), NULL)
 WRAP(FILE *, fopen, (const char *path, const char *mode), (path, mode), NULL)
 WRAP(FILE *, tmpfile, (void), (), NULL)
-WRAP(FILE *, open_memstream, (char **text, size_t *length), (text, length), NULL)
 WRAP(int, fflush, (FILE * file), (file), EOF)
 WRAP(int, fsync, (int handle), (handle), -1)
 WRAP(int, ftruncate, (int handle, off_t length), (handle, length), -1)
@@ -675,8 +674,9 @@ static void test_a_drive_that_has_no_memory_to_be_written_to_is_null(void) {
     none += text == NULL;
     lm_free_text(text);
   } while (failed);
-  /* to open and to close; a write to memory that fails shows when it is closed */
-  TEST_ASSERT_EQUAL_INT(2, none);
+  /* every call but the closing, after which the text is whole */
+  TEST_ASSERT_GREATER_THAN_INT(2, none);
+  TEST_ASSERT_EQUAL_INT(at - 2, none);
 }
 
 /* A machine that does not know its cores has one; one with more than there is room for is used so

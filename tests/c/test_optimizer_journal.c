@@ -1,17 +1,15 @@
 /* The journal of a search: what is read back, and every way in which a file can be none. */
-#define _XOPEN_SOURCE 700 /* truncate */
 #include <errno.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "journal.h"
 #include "lostmotion/parameters.h"
+#include "machine.h"
+#include "platform.h"
 #include "unity.h"
 
 #define MARK UINT32_C(0x4c4d414e)
@@ -32,7 +30,7 @@ static lm_journal_report report;
 static const char spec[] = "seed 1\n";
 
 void setUp(void) {
-  snprintf(path, sizeof path, "optimizer_journal_%ld.bin", (long)getpid());
+  snprintf(path, sizeof path, "optimizer_journal_%ld.bin", process_number());
   answer = (lm_answer *)calloc(1, sizeof *answer);
   last = (lm_answer *)calloc(1, sizeof *last);
   taken = 0;
@@ -209,10 +207,10 @@ static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(vo
   write_journal();
   before = length_of(path);
   overwrite(first + 40, "damage", 6);
-  TEST_ASSERT_EQUAL_INT(0, mkdir(kept, 0700));
+  TEST_ASSERT_TRUE(lm_make_folder(kept));
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
   TEST_ASSERT_EQUAL_INT(before, length_of(path));
-  TEST_ASSERT_EQUAL_INT(0, rmdir(kept));
+  TEST_ASSERT_TRUE(lm_remove_folder(kept));
   /* A mark alone, inside what was damaged, is no record. */
   write_journal();
   before = length_of(path);
@@ -238,7 +236,7 @@ static void test_a_header_of_something_else_is_refused(void) {
   number = (uint32_t)sizeof(lm_answer) + 8;
   overwrite(HEADER_BYTES - 4, &number, sizeof number);
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
-  TEST_ASSERT_EQUAL_INT(0, truncate(path, HEADER_BYTES - 1));
+  TEST_ASSERT_TRUE(set_length(path, HEADER_BYTES - 1));
   TEST_ASSERT_EQUAL_INT(LM_CORRUPT, resume_with(spec));
   TEST_ASSERT_EQUAL_INT(0, taken);
 }
@@ -252,17 +250,18 @@ static void test_a_journal_that_is_there_is_not_replaced(void) {
   TEST_ASSERT_EQUAL_INT(2, taken);
 }
 
-/* 0: a process of its own could go on with the journal. It ends without a word to the runner. */
+static const char *this_program;
+
+/* 0: a process of its own could go on with the journal. It is this program with the word resume. */
 static int errno_of_another_process(void) {
+  char words[128];
+  char said[sizeof path + 8];
   int status;
-  const pid_t child = fork();
-  TEST_ASSERT_TRUE(child >= 0);
-  if (child == 0) {
-    errno = 0;
-    _exit(resume_with(spec) == LM_OK ? 0 : errno);
-  }
-  TEST_ASSERT_EQUAL_INT(child, waitpid(child, &status, 0));
-  return WEXITSTATUS(status);
+  (void)snprintf(words, sizeof words, "resume %s", path);
+  (void)snprintf(said, sizeof said, "%s.said", path);
+  status = run_program(this_program, words, said, said);
+  (void)remove(said);
+  return status;
 }
 
 static void test_one_process_has_the_journal_until_it_closes_it(void) {
@@ -295,7 +294,14 @@ static void test_nothing_is_refused(void) {
   lm_close_journal(journal);
 }
 
-int main(void) {
+int main(int count, char **argument) {
+  if (count == 3 && strcmp(argument[1], "resume") == 0) {
+    (void)snprintf(path, sizeof path, "%s", argument[2]);
+    last = (lm_answer *)calloc(1, sizeof *last);
+    errno = 0;
+    return resume_with(spec) == LM_OK ? 0 : errno;
+  }
+  this_program = argument[0];
   UNITY_BEGIN();
   RUN_TEST(test_answers_come_back_in_their_order);
   RUN_TEST(test_a_refused_answer_leaves_the_journal_as_it_was);

@@ -3,11 +3,11 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <unistd.h>
 
 #include "archive.h"
 #include "certificate.h"
 #include "journal.h"
+#include "machine.h"
 #include "pool.h"
 #include "reference_drives.h"
 #include "search.h"
@@ -27,7 +27,7 @@ void setUp(void) {
   search = NULL;
   workspace = lm_create_workspace();
   TEST_ASSERT_NOT_NULL(workspace);
-  snprintf(path, sizeof path, "optimizer_journal_%ld.bin", (long)getpid());
+  snprintf(path, sizeof path, "optimizer_journal_%ld.bin", process_number());
 }
 
 void tearDown(void) {

@@ -1,0 +1,97 @@
+/* What the search needs of the operating system. platform_posix.c and platform_windows.c each have
+ * all of it; nothing else here knows on which system it runs.
+ *
+ * Paths are UTF-8 of any length that the system takes, with / (on Windows also \) between the
+ * parts. Files are opened as bytes: a line ends with \n on every system. What fails sets errno.
+ */
+#ifndef LOSTMOTION_OPTIMIZER_PLATFORM_H
+#define LOSTMOTION_OPTIMIZER_PLATFORM_H
+
+#include <stdio.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* --- files --- */
+
+typedef enum lm_file_mode {
+  LM_FILE_READ,    /* that is there */
+  LM_FILE_UPDATE,  /* that is there, to read and write */
+  LM_FILE_REPLACE, /* empty, whatever was there */
+  LM_FILE_CREATE   /* where none is: else EEXIST, also for a link */
+} lm_file_mode;
+
+/* Null: errno. Others may read, rename and delete the file meanwhile. */
+FILE *lm_open_file(const char *path, lm_file_mode mode);
+
+/* An empty file without a name, to read and write; it ends with its closing. Null: errno. */
+FILE *lm_open_scratch(void);
+
+/* 1: a file on a disk; 0: a folder, pipe or device. */
+int lm_is_regular(FILE *file);
+
+/* Take the file until it is closed or this process ends. 0: another process has it (errno EBUSY).
+ * Where the file system knows no locks, nobody can tell, and the file counts as taken. POSIX
+ * refuses the lock to other processes only; Windows also to another opening by this one. */
+int lm_lock_file(FILE *file);
+
+/* What follows returns 1, or 0 with errno. */
+
+/* Bring all that was written to the disk itself. */
+int lm_sync_file(FILE *file);
+
+/* Cut the file at a length, and go on writing there. */
+int lm_cut_file(FILE *file, long length);
+
+/* Rename a file; one of the new name is replaced in one step. */
+int lm_replace_file(const char *from, const char *to);
+
+int lm_remove_file(const char *path);   /* a link itself */
+int lm_make_folder(const char *path);   /* EEXIST: there is something of that name */
+int lm_remove_folder(const char *path); /* an empty one */
+
+/* 1: there is something of that name; a link counts itself. */
+int lm_exists(const char *path);
+
+/* 1: both are names of one file. */
+int lm_is_same_file(const char *a, const char *b);
+
+/* --- time, processor, terminal --- */
+
+/* Since a moment that stays the same while the process runs. */
+double lm_seconds_now(void);
+
+/* At least 1. */
+int lm_count_cores(void);
+
+int lm_is_terminal(FILE *file);
+
+/* The program's arguments as UTF-8, and a terminal that shows UTF-8. Null: out of memory. */
+char **lm_take_arguments(int *count, char **argument);
+
+/* Set *stop when the user or the system asks the program to end: SIGINT and SIGTERM; on Windows
+ * Ctrl-C, Ctrl-Break and the closing of the window. No write is cut short by it. */
+void lm_watch_interrupts(volatile int *stop);
+
+/* --- threads --- */
+
+typedef struct lm_lock lm_lock;
+
+/* Null: out of memory. */
+lm_lock *lm_create_lock(void);
+void lm_acquire(lm_lock *lock);
+void lm_release(lm_lock *lock);
+void lm_free_lock(lm_lock *lock); /* may be null */
+
+typedef struct lm_thread lm_thread;
+
+/* Null: none could be started. */
+lm_thread *lm_start_thread(void (*work)(void *data), void *data);
+void lm_join_thread(lm_thread *thread);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
