@@ -311,6 +311,7 @@ def show_drives(others: OtherDrives, out: TextIO) -> None:
     print(
         f"{others.measured.name}: {compared['samples']} samples in {len(compared['by_run'])} runs; "
         f"rms in arcmin as it stands {compared['unfitted_rms_arcsec'] * scale:.1f}, fitted "
-        f"{compared['rms_arcsec'] * scale:.1f}, held out {compared['heldout_rms_arcsec'] * scale:.1f}",
+        f"{compared['rms_arcsec'] * scale:.1f}, "
+        f"held out {compared['heldout_rms_arcsec'] * scale:.1f}",
         file=out,
     )
