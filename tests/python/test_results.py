@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 import shutil
 from pathlib import Path
 
@@ -16,7 +17,8 @@ import lostmotion as lm
 from lostmotion.results import Parameter, ParameterTable
 from lostmotion.units import ARCMIN, ARCSEC
 
-JOINT = Path(__file__).parents[1] / "data" / "joint"
+ROOT = Path(__file__).parents[2]
+JOINT = ROOT / "tests" / "data" / "joint"
 RATIO = lm.read_drive(JOINT / "joint.toml").ratio
 
 RUNS = (1, 2, 3, 11, 12, 13, 21, 22, 23)
@@ -142,3 +144,18 @@ def test_a_prediction_is_a_table_and_a_figure() -> None:
     assert list(frame["total_arcmin"]) == prediction["total_arcmin"]
     names = [trace.name for trace in prediction.plot().data]
     assert names == ["total", *prediction["parts_arcmin"]]
+
+
+def test_the_readme_runs(
+    campaign: lm.Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("plotly", reason="plotly not installed: pip install plotly")
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    shutil.copy(JOINT / "joint.toml", tmp_path)
+    pd.DataFrame(campaign.table()).to_csv(tmp_path / "joint.csv.gz", index=False)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(compile(code, "README.md", "exec"), names)
+    fitted = names["fitted"]
+    assert isinstance(fitted, lm.FittedModel)
+    assert [term.effect.name for term in fitted.base.terms] == ["thermal_gap"]
