@@ -14,6 +14,7 @@ import public_script
 import pytest
 
 import lostmotion as lm
+from lostmotion.fit.model_result import amplitudes
 from lostmotion.results import Parameter, ParameterTable
 from lostmotion.units import ARCMIN, ARCSEC
 
@@ -115,6 +116,14 @@ def test_figures_hold_every_run(campaign: lm.Campaign, fitted: lm.FittedModel) -
     figure = fitted.plot_residuals("temperature_C")
     assert len(figure.data) == len(campaign.runs)
     assert sum(len(trace.y) for trace in figure.data) <= campaign.rows
+    by_lag = fitted.plot_autocorrelation(5).data[0].y
+    assert len(by_lag) == 6
+    assert by_lag[0] == pytest.approx(1.0)
+    normal = fitted.plot_normal().data[0]
+    assert list(normal.y) == sorted(normal.y)
+    correlated = np.asarray(fitted.plot_correlations().data[0].z)
+    np.testing.assert_allclose(np.diag(correlated), 1.0)
+    assert np.all(np.abs(correlated) <= 1 + 1e-9)
     assert list(fitted.plot_ladder().data[0].x) == ["baseline model", "+ thermal_gap"]
     with pytest.raises(lm.InputError, match="plot_residuals: against: found nothing_like_it"):
         fitted.plot_residuals("nothing_like_it")
@@ -159,3 +168,11 @@ def test_the_readme_runs(
     fitted = names["fitted"]
     assert isinstance(fitted, lm.FittedModel)
     assert [term.effect.name for term in fitted.base.terms] == ["thermal_gap"]
+
+
+def test_a_spectrum_shows_the_order_and_the_amplitude_that_were_put_in() -> None:
+    angle = np.sort(np.random.default_rng(1).uniform(0, 300, 4000))
+    order = np.linspace(0.05, 4, 80)
+    found = amplitudes(angle, 3.0 * np.sin(2.0 * angle + 1.0), order)
+    assert order[np.argmax(found)] == pytest.approx(2.0)
+    assert found.max() == pytest.approx(3.0, rel=0.02)

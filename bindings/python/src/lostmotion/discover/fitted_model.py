@@ -102,6 +102,12 @@ class FittedModel(ModelResult):
         """Standard errors by the names of the parameters."""
         return dict(zip(self.names, map(float, self.standard_errors), strict=True))
 
+    def plot_correlations(self) -> Any:
+        """Draw the correlations of the estimated parameters; a Plotly figure."""
+        estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
+        covariance = self.covariance[np.ix_(estimated, estimated)]
+        return figures.correlations([self.names[i] for i in estimated], covariance)
+
     def plot_ladder(self) -> Any:
         """Draw how the error falls with each effect; a Plotly figure."""
         return figures.ladder(self.ladder, self.noise_floor_arcsec)

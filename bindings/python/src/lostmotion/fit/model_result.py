@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.signal import lombscargle
 
 from lostmotion.effects.conditions import Conditions
 from lostmotion.errors import InputError, given_as
@@ -21,6 +22,20 @@ FloatArray = npt.NDArray[np.float64]
 
 AXES = {"torque_Nm": "torque, N m", "time_s": "time, s", "temperature_C": "temperature, °C"}
 """How a figure calls what a residual is drawn against."""
+
+
+ORDERS, ORDERS_DRAWN = 8.0, 800
+"""Largest order of a spectrum unless another is asked for, and orders that are drawn: chosen, for
+kinematic errors are of orders 2 and 4 of the input."""
+
+LAGS = 50
+"""Lags of an autocorrelation unless others are asked for."""
+
+
+def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -> FloatArray:
+    """Amplitude of a residual at orders of an angle: the periodogram of Lomb and Scargle."""
+    power = lombscargle(angle_rad, residual - residual.mean(), order)
+    return np.asarray(np.sqrt(4.0 * np.maximum(power, 0.0) / residual.size))
 
 
 class ModelResult:
@@ -147,6 +162,36 @@ class ModelResult:
             labels,
             AXES.get(against, against),
         )
+
+    def plot_spectrum(self, turns_of: str = "input", orders: float = ORDERS) -> Any:
+        """Draw the amplitude of the residual over orders of an angle; a Plotly figure.
+
+        Parameters
+        ----------
+        turns_of : {"input", "output"}
+        orders : float
+            Largest order.
+
+        Raises
+        ------
+        InputError
+            When that angle was not recorded.
+        """
+        c = self.fitted_base().conditions
+        angle = c.columns.get(f"{turns_of}_angle_rad")
+        if angle is None:
+            expected = "the angle of the input or the output, recorded"
+            raise InputError("plot_spectrum", f"{turns_of}_angle_rad", "no such column", expected)
+        order = np.linspace(orders / ORDERS_DRAWN, orders, ORDERS_DRAWN)
+        return figures.spectrum(order, amplitudes(angle, self.residuals, order), turns_of)
+
+    def plot_autocorrelation(self, lags: int = LAGS) -> Any:
+        """Draw the autocorrelation of the residual; a Plotly figure."""
+        return figures.autocorrelation(self.by_runs(self.residuals), lags)
+
+    def plot_normal(self) -> Any:
+        """Draw the residual against a normal distribution; a Plotly figure."""
+        return figures.normal_quantiles(self.residuals)
 
     def fit_report(self) -> str:
         """Print the result and its parameters."""

@@ -103,6 +103,67 @@ def residuals(
     return figure
 
 
+def spectrum(order: FloatArray, amplitude_arcsec: FloatArray, turns_of: str) -> Any:
+    """Draw the amplitude of a residual over orders, per turn of the input or the output."""
+    go = plotly()
+    figure = framed(go, "Spectrum of the residual", f"order, per turn of the {turns_of}", "arcsec")
+    figure.add_scatter(x=order, y=amplitude_arcsec, mode="lines", name="amplitude")
+    return figure
+
+
+def autocorrelation(residual_arcsec: Sequence[FloatArray], lags: int) -> Any:
+    """Draw how the residual of neighbouring samples correlates, over all runs.
+
+    The band is what independent samples stay within, 95 of 100 times.
+    """
+    go = plotly()
+    figure = framed(go, "Autocorrelation of the residual", "lag, samples", "correlation")
+    runs = [run - run.mean() for run in residual_arcsec if run.size > 1]
+    lags = min(lags, max(run.size for run in runs) - 1)
+    power = sum(float(run @ run) for run in runs)
+    products = [
+        sum(float(run[lag:] @ run[: run.size - lag]) for run in runs if run.size > lag)
+        for lag in range(lags + 1)
+    ]
+    band = 1.96 / np.sqrt(sum(run.size for run in runs))
+    figure.add_bar(x=list(range(lags + 1)), y=[p / power for p in products], name="residual")
+    figure.add_hrect(y0=-band, y1=band, opacity=0.2, line_width=0, fillcolor="grey")
+    return figure
+
+
+def normal_quantiles(residual_arcsec: FloatArray) -> Any:
+    """Draw the quantiles of the residual against those of a normal distribution of its rms."""
+    from scipy.special import ndtri
+
+    go = plotly()
+    figure = framed(go, "Residual against normal", "normal quantile, arcsec", "residual, arcsec")
+    found = np.sort(residual_arcsec)
+    share = (np.arange(found.size) + 0.5) / found.size
+    normal = np.sqrt(np.mean(found**2)) * ndtri(share)
+    kept = drawn(found.size)
+    figure.add_scattergl(x=normal[kept], y=found[kept], mode="markers", name="residual")
+    ends = [normal[0], normal[-1]]
+    figure.add_scatter(x=ends, y=ends, mode="lines", name="normal", line={"dash": "dot"})
+    return figure
+
+
+def correlations(names: Sequence[str], covariance: FloatArray) -> Any:
+    """Draw the correlations of estimated parameters as a map."""
+    go = plotly()
+    size = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    figure = framed(go, "Correlations of the parameters", "", "")
+    figure.add_heatmap(
+        x=list(names),
+        y=list(names),
+        z=covariance / np.outer(size, size),
+        zmin=-1,
+        zmax=1,
+        colorscale="RdBu",
+        colorbar={"title": "correlation"},
+    )
+    return figure
+
+
 def ladder(rungs: Sequence[Mapping[str, Any]], noise_floor_arcsec: float) -> Any:
     """Draw the error after each effect that was added, fitted and leave-one-run-out."""
     go = plotly()
