@@ -60,6 +60,7 @@ static int whole(lm_real value) {
 #define MEMBER_SWITCH(value) whole(value)
 #define MEMBER_DEFORMATION(value) ((lm_deformation)whole(value))
 #define MEMBER_GENERATOR(value) ((lm_generator_type)whole(value))
+#define MEMBER_FLANK(value) ((lm_flank_kind)whole(value))
 #define ASSIGN(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
   LM_OWNER_##section stem##suffix = MEMBER_##kind(UNIT_##vary(value[LM_KEY_##id]));
 

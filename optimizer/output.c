@@ -30,6 +30,7 @@ static void write_number(FILE *file, const char *key, double value) {
   fprintf(file, "%s = \"%s\"\n", key, lm_deformation_name((int)(value)))
 #define WRITE_GENERATOR(key, value) \
   fprintf(file, "%s = \"%s\"\n", key, lm_generator_name((int)(value)))
+#define WRITE_FLANK(key, value) fprintf(file, "%s = \"%s\"\n", key, lm_flank_name((int)(value)))
 #define WRITE(id, section, stem, suffix, kind, per, low, high, file_, usual, vary, meaning) \
   WRITE_##kind(#stem #suffix, LM_OWNER_##section stem##suffix);
 
@@ -52,6 +53,11 @@ void lm_write_drive(FILE *file, const lm_drive *drive, const char *name) {
   LM_SUPPORT_KEYS(WRITE, WRITE)
   fprintf(file, "\n[design.gap]\n");
   LM_GAP_KEYS(WRITE, WRITE)
+  if (drive->teeth.flexspline_flank != LM_FLANK_INVOLUTE ||
+      drive->teeth.rigid_flank != LM_FLANK_INVOLUTE) {
+    fprintf(file, "\n[design.flank]\n");
+    LM_FLANK_KEYS(WRITE, WRITE)
+  }
   for (i = 0; i < drive->radial_law_count; i++) {
     const lm_radial_law *law = &drive->radial_laws[i];
     fprintf(file, "\n[[design.radial_chain]]\nkind = \"power\"\n");
@@ -116,6 +122,8 @@ static void write_choice(FILE *file, const lm_problem *problem, int combination,
     fprintf(file, "%s", lm_generator_name((int)value));
   } else if (key == LM_KEY_DEFORMATION) {
     fprintf(file, "%s", lm_deformation_name((int)value));
+  } else if (key == LM_KEY_FLEXSPLINE_FLANK || key == LM_KEY_RIGID_FLANK) {
+    fprintf(file, "%s", lm_flank_name((int)value));
   } else {
     write_exact(file, "", value, "");
   }

@@ -36,12 +36,14 @@ typedef struct key_entry {
 #define PREFIX_material "material."
 #define PREFIX_support "support."
 #define PREFIX_gap "gap."
+#define PREFIX_flank "flank."
 #define PREFIX_drive ""
 #define DISCRETE_REAL 0
 #define DISCRETE_COUNT 1
 #define DISCRETE_SWITCH 1
 #define DISCRETE_DEFORMATION 1
 #define DISCRETE_GENERATOR 1
+#define DISCRETE_FLANK 1
 #define LEAST_DIAMETER_MM (LM_MODULE_LEAST_MM * LM_FLEXSPLINE_TEETH_MIN)
 #define MOST_DIAMETER_MM (LM_MODULE_MOST_MM * LM_FLEXSPLINE_TEETH_MAX)
 #define LEAST_ONE_SAME 1

@@ -58,6 +58,9 @@ static int read_number(const char *word, double *value) {
   if (name < 0) {
     name = find_name(word, lm_deformation_name);
   }
+  if (name < 0) {
+    name = find_name(word, lm_flank_name);
+  }
   if (name >= 0) {
     *value = name;
     return 1;

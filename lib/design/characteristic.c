@@ -11,18 +11,23 @@
 /* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius ---------------------
  */
 
+static lm_tooth_material material_of(const lm_drive *drive) {
+  lm_tooth_material material;
+  material.youngs_modulus_MPa = drive->material.youngs_modulus_MPa;
+  material.shear_modulus_MPa = drive->material.shear_modulus_MPa;
+  material.poisson_ratio = drive->material.poisson_ratio;
+  material.plane_strain = 1; /* a tooth is an order of magnitude wider than high */
+  return material;
+}
+
 /* `own` is the flank as lm_make_geometry gives it; pitch_half_rad is half the pitch angle where
  * that is the flank of a SPACE (the tooth has what it leaves), 0 where it is the tooth's own. */
 static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute *own,
                                lm_real pitch_half_rad, lm_real low_mm, lm_real high_mm,
                                const lm_drive *drive, lm_give_table *table, lm_fault *fault) {
   const lm_real width = drive->teeth.face_width_mm;
-  lm_tooth_material material;
+  const lm_tooth_material material = material_of(drive);
   int i;
-  material.youngs_modulus_MPa = drive->material.youngs_modulus_MPa;
-  material.shear_modulus_MPa = drive->material.shear_modulus_MPa;
-  material.poisson_ratio = drive->material.poisson_ratio;
-  material.plane_strain = 1; /* a tooth is an order of magnitude wider than high */
   table->low_mm = low_mm;
   table->step_mm = (high_mm - low_mm) / LM_REAL(LM_GIVE_NODES - 1);
   for (i = 0; i < LM_GIVE_NODES; i++) {
@@ -51,6 +56,76 @@ static lm_status tabulate_give(const lm_involute_tooth *tooth, const lm_involute
   return LM_OK;
 }
 
+/* Half the thickness of a tooth of any outline at a height over its root, and the angle of its
+ * flank against its centre line. */
+typedef struct outline_point {
+  lm_real half_mm;
+  lm_real angle_rad;
+} outline_point;
+
+static outline_point own_outline(const lm_mesh *mesh, lm_real height_mm) {
+  const lm_flank_foot foot = lm_evaluate_flank(&mesh->flank, mesh->flank.low_mm + height_mm);
+  outline_point point;
+  point.half_mm = foot.across_mm;
+  point.angle_rad = real_atan(-foot.across_slope / foot.along_slope);
+  return point;
+}
+
+static outline_point rigid_outline(const lm_mesh *mesh, lm_real height_mm) {
+  const lm_real radius = mesh->geometry.rigid_root_mm - height_mm;
+  const lm_involute_point at = lm_rigid_flank_at(mesh, radius);
+  const lm_real half = LM_PI / LM_REAL(mesh->geometry.rigid_teeth) - at.half_angle_rad;
+  outline_point point;
+  point.half_mm = radius * half;
+  point.angle_rad = at.pressure_angle_rad + half;
+  return point;
+}
+
+/* Where the tip's corner turns round, the generated flank is nearly flat against the force; nothing
+ * presses there, but the table has a node. */
+#define ANGLE_MIN LM_REAL(-0.5)
+#define ANGLE_MAX LM_REAL(1.3)
+
+/* The same by quadrature on the outline of a tooth, whose heights are counted from its root. */
+static lm_status tabulate_outline(outline_point (*outline)(const lm_mesh *, lm_real),
+                                  const lm_mesh *mesh, lm_real root_mm, lm_real low_mm,
+                                  lm_real high_mm, const lm_drive *drive, lm_give_table *table,
+                                  lm_fault *fault) {
+  const lm_real width = drive->teeth.face_width_mm;
+  const lm_real root = LM_REAL(2) * outline(mesh, LM_REAL(0)).half_mm;
+  const lm_tooth_material material = material_of(drive);
+  int i;
+  int k;
+  table->low_mm = low_mm;
+  table->step_mm = (high_mm - low_mm) / LM_REAL(LM_GIVE_NODES - 1);
+  for (i = 0; i < LM_GIVE_NODES; i++) {
+    const lm_real height = real_fabs(low_mm + table->step_mm * LM_REAL(i) - root_mm);
+    lm_real angle = outline(mesh, height).angle_rad;
+    lm_real half[LM_TOOTH_SAMPLES];
+    lm_tooth_compliance bending;
+    lm_real tilt;
+    lm_status status;
+    angle = angle < ANGLE_MIN ? ANGLE_MIN : angle;
+    angle = angle > ANGLE_MAX ? ANGLE_MAX : angle;
+    for (k = 0; k < LM_TOOTH_SAMPLES; k++) {
+      half[k] = outline(mesh, lm_tooth_sample_height(k) * height).half_mm;
+      if (!(half[k] > LM_REAL(0))) { /* pointed before its tip */
+        return refuse_contradiction(fault, "teeth.tooth_height", LM_REAL(2) * half[k], LM_REAL(0),
+                                    REAL_INFINITY);
+      }
+    }
+    status = lm_tooth_outline_compliance(half, height, width, angle, &material, &bending, fault);
+    if (status == LM_OK) {
+      status = lm_foundation_compliance(height, root, width, angle, &material, &tilt, fault);
+    }
+    if (status != LM_OK) {
+      return status;
+    }
+    table->give_mm_per_N[i] = bending.total_mm_per_N + tilt;
+  }
+  return LM_OK;
+}
+
 static lm_real look_up_give(const lm_give_table *table, lm_real radius_mm) {
   const lm_real place = (radius_mm - table->low_mm) / table->step_mm;
   int i = place > LM_REAL(0) ? (int)place : 0;
@@ -63,10 +138,51 @@ static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
 }
 
+/* Internal deformation: the flexspline's teeth stand outward, */
+static lm_status give_of_external_teeth(const lm_drive *drive, const lm_mesh *mesh, lm_real hair,
+                                        lm_give_table *table, lm_fault *fault) {
+  const lm_geometry *g = &mesh->geometry;
+  const lm_teeth *t = &drive->teeth;
+  const lm_real low = larger(g->rigid_tip_mm - g->deflection_mm, g->flexspline_root_mm);
+  lm_involute_tooth outward;
+  lm_status status;
+  if (mesh->flank.kind != LM_FLANK_INVOLUTE) {
+    return tabulate_outline(own_outline, mesh, mesh->flank.low_mm, low + hair, g->flexspline_tip_mm,
+                            drive, table, fault);
+  }
+  status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->flexspline_teeth,
+                                  t->flexspline_shift, t->pressure_angle_rad, g->flexspline_root_mm,
+                                  &outward, fault);
+  return status != LM_OK ? status
+                         : tabulate_give(&outward, &g->flexspline, LM_REAL(0),
+                                         larger(low, g->flexspline.base_mm) + hair,
+                                         g->flexspline_tip_mm, drive, table, fault);
+}
+
+/* the rigid gear's inward. */
+static lm_status give_of_internal_teeth(const lm_drive *drive, const lm_mesh *mesh,
+                                        lm_give_table *table, lm_fault *fault) {
+  const lm_geometry *g = &mesh->geometry;
+  const lm_teeth *t = &drive->teeth;
+  const lm_real high = g->flexspline_tip_mm + g->deflection_mm;
+  lm_involute_tooth inward;
+  lm_status status;
+  if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
+    return tabulate_outline(rigid_outline, mesh, g->rigid_root_mm, g->rigid_tip_mm, high, drive,
+                            table, fault);
+  }
+  status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
+                                  t->pressure_angle_rad, g->rigid_root_mm, &inward, fault);
+  return status != LM_OK ? status
+                         : tabulate_give(&inward, &g->rigid, LM_PI / LM_REAL(t->rigid_teeth),
+                                         g->rigid_tip_mm, high, drive, table, fault);
+}
+
 /* The loaded radii run from where the mating tip can reach to the own tip; a load needs an involute
  * under it and some tooth below it. */
-static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, lm_pair_give *give,
+static lm_status prepare_give(const lm_drive *drive, const lm_mesh *mesh, lm_pair_give *give,
                               lm_fault *fault) {
+  const lm_geometry *g = &mesh->geometry;
   const lm_teeth *t = &drive->teeth;
   const lm_real w = g->deflection_mm;
   const lm_real hair = LM_REAL(0.02) * g->module_mm;
@@ -78,22 +194,9 @@ static lm_status prepare_give(const lm_drive *drive, const lm_geometry *g, lm_pa
     return LM_OK;
   }
   if (g->deformation == LM_INTERNAL) {
-    status = lm_make_involute_tooth(LM_TOOTH_OUTWARD, t->module_mm, t->flexspline_teeth,
-                                    t->flexspline_shift, t->pressure_angle_rad,
-                                    g->flexspline_root_mm, &outward, fault);
+    status = give_of_external_teeth(drive, mesh, hair, &give->flexspline, fault);
     if (status == LM_OK) {
-      status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->rigid_teeth, t->rigid_shift,
-                                      t->pressure_angle_rad, g->rigid_root_mm, &inward, fault);
-    }
-    if (status == LM_OK) {
-      const lm_real low = larger(g->rigid_tip_mm - w, g->flexspline_root_mm);
-      status = tabulate_give(&outward, &g->flexspline, LM_REAL(0),
-                             larger(low, g->flexspline.base_mm) + hair, g->flexspline_tip_mm, drive,
-                             &give->flexspline, fault);
-    }
-    if (status == LM_OK) {
-      status = tabulate_give(&inward, &g->rigid, LM_PI / LM_REAL(t->rigid_teeth), g->rigid_tip_mm,
-                             g->flexspline_tip_mm + w, drive, &give->rigid, fault);
+      status = give_of_internal_teeth(drive, mesh, &give->rigid, fault);
     }
   } else {
     status = lm_make_involute_tooth(LM_TOOTH_INWARD, t->module_mm, t->flexspline_teeth,
@@ -257,16 +360,14 @@ lm_real lm_mean_radial_gap(const lm_drive *drive) {
 lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
                             lm_fault *fault) {
   lm_status status = LM_OK;
-  int i;
   if (drive == 0 || workspace == 0) {
     return refuse(fault, LM_NULL, drive == 0 ? "drive" : "workspace");
   }
   workspace->give.known = 0;
   status = check_range(fault, "drive.axial_sections", LM_REAL(drive->axial_sections), LM_REAL(1),
                        LM_REAL(LM_SECTIONS_MAX));
-  for (i = 0; i < drive->axial_sections && status == LM_OK; i++) {
-    const lm_real factor = lm_section_factor(drive, i, drive->axial_sections);
-    status = lm_make_mesh(drive, factor, nodes, &workspace->meshes[i], fault);
+  if (status == LM_OK) {
+    status = lm_make_face(drive, drive->axial_sections, nodes, workspace->meshes, fault);
   }
   return status;
 }
@@ -279,7 +380,7 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
   nearest forward = {REAL_INFINITY, LM_REAL(0)};
   nearest backward = {REAL_INFINITY, LM_REAL(0)};
   builder b;
-  lm_status status = w->give.known ? LM_OK : prepare_give(drive, g, &w->give, fault);
+  lm_status status = w->give.known ? LM_OK : prepare_give(drive, &w->meshes[0], &w->give, fault);
   int count = 0;
   int i;
   w->give.known = status == LM_OK;

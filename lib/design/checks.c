@@ -201,14 +201,30 @@ static lm_check at_most(lm_real value, lm_real limit) {
 }
 
 /* Tip thickness of a tooth whose flank is given as its own half angle. */
-static lm_real outward_thickness(const lm_involute *flank, lm_real radius) {
-  return LM_REAL(2) * radius * lm_evaluate_involute(flank, radius).half_angle_rad;
+static lm_real outward_thickness(lm_involute_point at, lm_real radius) {
+  return LM_REAL(2) * radius * at.half_angle_rad;
 }
 
 /* Tip thickness of an internal tooth, whose flank is given as the half angle of the space. */
-static lm_real inward_thickness(const lm_involute *flank, lm_real radius, int teeth) {
-  return LM_REAL(2) * radius *
-         (LM_PI / LM_REAL(teeth) - lm_evaluate_involute(flank, radius).half_angle_rad);
+static lm_real inward_thickness(lm_involute_point at, lm_real radius, int teeth) {
+  return LM_REAL(2) * radius * (LM_PI / LM_REAL(teeth) - at.half_angle_rad);
+}
+
+/* Thickness of the flexspline's external tooth at its tip. */
+static lm_real own_tip_thickness(const lm_mesh *mesh) {
+  const lm_geometry *g = &mesh->geometry;
+  return mesh->flank.kind == LM_FLANK_INVOLUTE
+             ? outward_thickness(lm_evaluate_involute(&g->flexspline, g->flexspline_tip_mm),
+                                 g->flexspline_tip_mm)
+             : LM_REAL(2) * mesh->high.across_mm;
+}
+
+/* Where the flexspline's flank ends below: what the rack leaves of an involute, or the root of a
+ * drawn flank. */
+static lm_real own_form_radius(const lm_teeth *t, const lm_mesh *mesh) {
+  return mesh->flank.kind == LM_FLANK_INVOLUTE
+             ? lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift)
+             : mesh->flank.low_mm;
 }
 
 /* The deflection of the widest axial section, the last one, and how far the free zone of the
@@ -230,12 +246,12 @@ static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int se
   lm_real retreat;
   widest_wave(meshes, sections, &w, &retreat);
   if (g->deformation == LM_INTERNAL) {
-    checks[LM_CHECK_FORM_RADIUS] = at_least(
-        g->rigid_tip_mm - w, lm_rack_form_radius(t, t->flexspline_teeth, t->flexspline_shift));
-    checks[LM_CHECK_FLEXSPLINE_TIP] =
-        at_least(outward_thickness(&g->flexspline, g->flexspline_tip_mm), tip);
+    checks[LM_CHECK_FORM_RADIUS] = at_least(g->rigid_tip_mm - w, own_form_radius(t, &meshes[0]));
+    checks[LM_CHECK_FLEXSPLINE_TIP] = at_least(own_tip_thickness(&meshes[0]), tip);
     checks[LM_CHECK_RIGID_TIP] =
-        at_least(inward_thickness(&g->rigid, g->rigid_tip_mm, g->rigid_teeth), tip);
+        at_least(inward_thickness(lm_rigid_flank_at(&meshes[0], g->rigid_tip_mm), g->rigid_tip_mm,
+                                  g->rigid_teeth),
+                 tip);
     checks[LM_CHECK_FLEXSPLINE_ROOT] =
         at_least(g->rigid_tip_mm - w - g->flexspline_root_mm, clearance);
     checks[LM_CHECK_RIGID_ROOT] = at_least(g->rigid_root_mm - g->flexspline_tip_mm - w, clearance);
@@ -246,8 +262,11 @@ static void check_geometry(const lm_drive *drive, const lm_mesh meshes[], int se
     checks[LM_CHECK_FORM_RADIUS] =
         at_least(g->flexspline_tip_mm - w, lm_rack_form_radius(t, t->rigid_teeth, t->rigid_shift));
     checks[LM_CHECK_FLEXSPLINE_TIP] =
-        at_least(inward_thickness(&g->flexspline, g->flexspline_tip_mm, g->flexspline_teeth), tip);
-    checks[LM_CHECK_RIGID_TIP] = at_least(outward_thickness(&g->rigid, g->rigid_tip_mm), tip);
+        at_least(inward_thickness(lm_evaluate_involute(&g->flexspline, g->flexspline_tip_mm),
+                                  g->flexspline_tip_mm, g->flexspline_teeth),
+                 tip);
+    checks[LM_CHECK_RIGID_TIP] = at_least(
+        outward_thickness(lm_evaluate_involute(&g->rigid, g->rigid_tip_mm), g->rigid_tip_mm), tip);
     checks[LM_CHECK_FLEXSPLINE_ROOT] =
         at_least(g->flexspline_root_mm - w - g->rigid_tip_mm, clearance);
     checks[LM_CHECK_RIGID_ROOT] = at_least(g->flexspline_tip_mm - w - g->rigid_root_mm, clearance);

@@ -64,6 +64,19 @@ const char *lm_generator_name(int type) {
   }
 }
 
+const char *lm_flank_name(int kind) {
+  switch (kind) {
+    case LM_FLANK_INVOLUTE:
+      return "involute";
+    case LM_FLANK_DOUBLE_ARC:
+      return "double_arc";
+    case LM_FLANK_CONJUGATE:
+      return "conjugate";
+    default:
+      return "";
+  }
+}
+
 const char *lm_distribution_name(int distribution) {
   switch (distribution) {
     case LM_NORMAL:

@@ -1,6 +1,7 @@
 #include "lostmotion/drive.h"
 
 #include "lostmotion/design_key_list.h"
+#include "lostmotion/flank.h"
 #include "lostmotion/involute.h"
 #include "lostmotion/load_capacity.h"
 #include "lostmotion/mesh.h"
@@ -42,12 +43,33 @@ static key_scales scales_of(const lm_drive *drive) {
 #define NUMBER_COUNT(value) LM_REAL(value)
 #define NUMBER_SWITCH(value) LM_REAL(value)
 #define NUMBER_DEFORMATION(value) LM_REAL((int)(value))
+#define NUMBER_FLANK(value) LM_REAL((int)(value))
 
 /* A row as a bound. Dependent rows are checked where their range is known. */
 #define BOUND(id, section, stem, suffix, kind, per, low, high, file, usual, vary, meaning) \
   {#section "." #stem #suffix, NUMBER_##kind(LM_OWNER_##section stem##suffix),             \
    LM_REAL(low) * scales.per_##per, LM_REAL(high) * scales.per_##per},
 #define NO_BOUND(id, ...)
+
+/* Each gear has its kinds; only internal deformation has others than involutes. */
+static lm_status check_flanks(const lm_teeth *t, lm_fault *fault) {
+  const int own = (int)t->flexspline_flank;
+  const int rigid = (int)t->rigid_flank;
+  const int external = t->deformation == LM_EXTERNAL;
+  const lm_real reach = LM_REAL(0.1) - t->engagement_depth; /* of a conjugate flank, in modules */
+  if (own != LM_FLANK_INVOLUTE && (external || own != LM_FLANK_DOUBLE_ARC)) {
+    return refuse_contradiction(fault, "teeth.flexspline_flank", LM_REAL(own), LM_REAL(0),
+                                LM_REAL(external ? 0 : 1));
+  }
+  if (rigid != LM_FLANK_INVOLUTE && (external || rigid != LM_FLANK_CONJUGATE)) {
+    return refuse_contradiction(fault, "teeth.rigid_flank", LM_REAL(rigid), LM_REAL(0),
+                                LM_REAL(external ? 0 : 2));
+  }
+  if (rigid == LM_FLANK_CONJUGATE && !(t->rigid_shift > reach)) {
+    return refuse_contradiction(fault, "teeth.rigid_shift", t->rigid_shift, reach, REAL_INFINITY);
+  }
+  return LM_OK;
+}
 
 static lm_status check_teeth(const lm_drive *drive, lm_fault *fault) {
   const lm_teeth *t = &drive->teeth;
@@ -67,7 +89,7 @@ static lm_status check_teeth(const lm_drive *drive, lm_fault *fault) {
                                 LM_REAL(t->flexspline_teeth + difference),
                                 LM_REAL(t->flexspline_teeth + difference));
   }
-  return LM_OK;
+  return check_flanks(t, fault);
 }
 
 static lm_status check_generator(const lm_drive *drive, lm_fault *fault) {
@@ -141,6 +163,7 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
         LM_MATERIAL_KEYS(BOUND, NO_BOUND)
         LM_SUPPORT_KEYS(BOUND, NO_BOUND)
         LM_GAP_KEYS(BOUND, NO_BOUND)
+        LM_FLANK_KEYS(BOUND, NO_BOUND)
         LM_DRIVE_KEYS(BOUND, NO_BOUND)
         /* clang-format on */
     };
@@ -161,6 +184,10 @@ lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) {
   }
   if (status == LM_OK && drive->planar_only && drive->axial_sections > 1) {
     status = refuse_contradiction(fault, "planar_only", LM_REAL(1), LM_REAL(0), LM_REAL(0));
+  }
+  if (status == LM_OK) {
+    lm_flank flank;
+    status = lm_make_flank(drive, &geometry, 1, &flank, fault);
   }
   /* The coarsest line of the widest axial section tells whether there is one. */
   if (status == LM_OK) {

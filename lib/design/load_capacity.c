@@ -57,13 +57,24 @@ typedef struct teeth {
   lm_real depth_mm; /* engagement on the deformation axis */
 } teeth;
 
-static teeth teeth_of(const lm_drive *drive, const lm_geometry *g) {
+static teeth teeth_of(const lm_drive *drive, const lm_mesh *mesh) {
+  const lm_geometry *g = &mesh->geometry;
   const int internal = g->deformation == LM_INTERNAL;
   teeth t;
   t.flexspline = root_of(&g->flexspline, g->flexspline_root_mm,
                          internal ? LM_REAL(0) : LM_PI / LM_REAL(g->flexspline_teeth));
   t.rigid =
       root_of(&g->rigid, g->rigid_root_mm, internal ? LM_PI / LM_REAL(g->rigid_teeth) : LM_REAL(0));
+  if (mesh->flank.kind != LM_FLANK_INVOLUTE) {
+    t.flexspline.radius_mm = mesh->flank.low_mm;
+    t.flexspline.thickness_mm = LM_REAL(2) * mesh->low.across_mm;
+  }
+  if (mesh->rigid_kind != LM_FLANK_INVOLUTE) {
+    t.rigid.radius_mm = g->rigid_root_mm;
+    t.rigid.thickness_mm = LM_REAL(2) * g->rigid_root_mm *
+                           (LM_PI / LM_REAL(g->rigid_teeth) -
+                            lm_rigid_flank_at(mesh, g->rigid_root_mm).half_angle_rad);
+  }
   t.width_mm = drive->teeth.face_width_mm;
   t.depth_mm = drive->teeth.engagement_depth * g->module_mm;
   return t;
@@ -162,7 +173,7 @@ lm_status lm_measure_load(const lm_drive *drive, lm_real torque_Nm, const lm_des
   if (w->take_up.active_count == 0) {
     return refuse(fault, LM_NO_CONTACT, "teeth.engagement_depth");
   }
-  t = teeth_of(drive, &w->meshes[0].geometry);
+  t = teeth_of(drive, &w->meshes[0]);
   lobe = loaded_lobe(w);
   found.torque_Nm = torque_Nm;
   found.largest_force_N = LM_REAL(0);

@@ -27,17 +27,10 @@ typedef struct flank_point {
   lm_real flank_angle_rad;
 } flank_point;
 
-static lm_flank_foot foot_at(const lm_geometry *g, lm_real radius_mm) {
-  const lm_involute_point at = lm_evaluate_involute(&g->flexspline, radius_mm);
-  const lm_real s = real_sin(at.half_angle_rad);
-  const lm_real c = real_cos(at.half_angle_rad);
-  lm_flank_foot foot;
-  foot.radius_mm = radius_mm;
-  foot.across_mm = radius_mm * s;
-  foot.along_mm = radius_mm * c - g->neutral_mm;
-  foot.across_slope = s - at.tangent * c;
-  foot.along_slope = c + at.tangent * s;
-  return foot;
+lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm) {
+  return mesh->rigid_kind == LM_FLANK_CONJUGATE
+             ? lm_evaluate_conjugate(&mesh->conjugate, radius_mm)
+             : lm_evaluate_involute(&mesh->geometry.rigid, radius_mm);
 }
 
 /* Where the foot stands after the tooth has been placed: along the radius of the tooth's axis and
@@ -72,7 +65,7 @@ static flank_point evaluate_foot(const flank_pair *pair, const lm_flank_foot *fo
   point.foot_mm = foot->radius_mm;
   point.radius_mm = real_sqrt(square);
   point.radius_slope = (along * d_along + across * d_across) / point.radius_mm;
-  rigid = lm_evaluate_involute(&pair->mesh->geometry.rigid, point.radius_mm);
+  rigid = lm_rigid_flank_at(pair->mesh, point.radius_mm);
   point.gap_rad = pair->closing * (rigid.half_angle_rad -
                                    pair->side * (real_atan(across / along) + pair->lead_rad));
   point.gap_slope = -pair->closing * (rigid.tangent * point.radius_slope / point.radius_mm +
@@ -82,7 +75,7 @@ static flank_point evaluate_foot(const flank_pair *pair, const lm_flank_foot *fo
 }
 
 static flank_point evaluate_flank(const flank_pair *pair, lm_real radius_mm) {
-  const lm_flank_foot foot = foot_at(&pair->mesh->geometry, radius_mm);
+  const lm_flank_foot foot = lm_evaluate_flank(&pair->mesh->flank, radius_mm);
   return evaluate_foot(pair, &foot);
 }
 
@@ -160,6 +153,182 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
   return middle;
 }
 
+/* --- flanks that are no involutes ----------------------------------------------------------------
+ */
+
+/* Newton from a first guess, kept between the ends of the flank. */
+#define RADIUS_STEPS 3
+
+static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
+  const lm_flank *flank = &pair->mesh->flank;
+  lm_real parameter = target - pair->place.radius_mm + flank->neutral_mm;
+  flank_point point;
+  int i;
+  for (i = 0;; i++) {
+    parameter = parameter < flank->low_mm ? flank->low_mm : parameter;
+    parameter = parameter > flank->high_mm ? flank->high_mm : parameter;
+    point = evaluate_flank(pair, parameter);
+    if (i == RADIUS_STEPS) {
+      return point;
+    }
+    parameter += (target - point.radius_mm) / point.radius_slope;
+  }
+}
+
+/* Lowest value of the cubic through both ends and slopes of a bracket, by the parabola of the
+ * slopes: which bracket is worth a closer look. */
+static lm_real bracket_floor(const flank_point *low, const flank_point *high) {
+  const lm_real width = high->foot_mm - low->foot_mm;
+  const lm_real x = low->gap_slope / (low->gap_slope - high->gap_slope);
+  const lm_real from_low = low->gap_rad + LM_REAL(0.5) * x * width * low->gap_slope;
+  const lm_real from_high =
+      high->gap_rad - LM_REAL(0.5) * (LM_REAL(1) - x) * width * high->gap_slope;
+  return from_low < from_high ? from_low : from_high;
+}
+
+/* Within a bracket whose slopes enclose a minimum: regula falsi with the Illinois correction, which
+ * closes in on a smooth minimum, in turn with the point where both ends' tangents cross, which
+ * finds a corner of a conjugate flank, until the bracket can hold nothing lower that counts. Then
+ * the parabola of the last chord of slopes, whose minimum has the right derivatives by the
+ * dimensions of the drive; at a corner there is none and the lowest point stays. */
+#define FLOOR_RAD LM_REAL(1e-9)
+#define BRACKET_STEPS 12
+
+static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *low,
+                                     const flank_point *high) {
+  flank_point a = *low;
+  flank_point b = *high;
+  flank_point best = low->gap_rad < high->gap_rad ? *low : *high;
+  lm_real slope_a = a.gap_slope;
+  lm_real slope_b = b.gap_slope;
+  lm_real step;
+  int side = 0;
+  int i;
+  for (i = 0; i < BRACKET_STEPS && best.gap_rad - bracket_floor(&a, &b) > FLOOR_RAD; i++) {
+    const int crossing = i % 2 == 1;
+    const lm_real at =
+        crossing ? a.foot_mm + (b.gap_rad - a.gap_rad - b.gap_slope * (b.foot_mm - a.foot_mm)) /
+                                   (a.gap_slope - b.gap_slope)
+                 : (a.foot_mm * slope_b - b.foot_mm * slope_a) / (slope_b - slope_a);
+    flank_point middle;
+    if (!(at > a.foot_mm && at < b.foot_mm)) {
+      continue;
+    }
+    middle = evaluate_flank(pair, at);
+    if (middle.gap_rad < best.gap_rad) {
+      best = middle;
+    }
+    if (middle.gap_slope < LM_REAL(0)) {
+      a = middle;
+      slope_a = middle.gap_slope;
+      slope_b = side == -1 ? slope_b / LM_REAL(2) : slope_b;
+      side = -1;
+    } else {
+      b = middle;
+      slope_b = middle.gap_slope;
+      slope_a = side == 1 ? slope_a / LM_REAL(2) : slope_a;
+      side = 1;
+    }
+  }
+  step = best.gap_slope * (a.foot_mm - b.foot_mm) / (b.gap_slope - a.gap_slope);
+  if (-best.gap_slope * step <= LM_REAL(2) * FLOOR_RAD) {
+    best.foot_mm += step;
+    best.radius_mm += best.radius_slope * step;
+    best.gap_rad += LM_REAL(0.5) * best.gap_slope * step;
+  }
+  return best;
+}
+
+/* Samples of the gap between two joints of the flank, both ends among them. */
+#define PIECE_STEPS 2
+
+/* Ends of the pieces of the flexspline's flank by rising parameter: its joints, where it passes the
+ * end of a conjugate flank, and its own end. */
+static int list_pieces(const flank_pair *pair, const flank_point *high, lm_real end[]) {
+  const lm_mesh *mesh = pair->mesh;
+  int count = 0;
+  for (; count < mesh->flank.joints; count++) {
+    end[count] = mesh->flank.joint_mm[count];
+  }
+  if (mesh->rigid_kind == LM_FLANK_CONJUGATE && high->radius_mm > mesh->conjugate.land_mm) {
+    const lm_real land = general_on_radius(pair, mesh->conjugate.land_mm).foot_mm;
+    int i = count++;
+    for (; i > 0 && end[i - 1] > land; i--) {
+      end[i] = end[i - 1];
+    }
+    end[i] = land;
+  }
+  end[count] = high->foot_mm;
+  return count + 1;
+}
+
+/* Both flanks may bend either way, so the gap is sampled along every piece of the flexspline's
+ * flank; the lowest sample, or the lowest minimum that two slopes enclose. */
+static flank_point general_minimum(const flank_pair *pair, const flank_point *low,
+                                   const flank_point *high) {
+  flank_point best = *low;
+  flank_point before = *low;
+  flank_point bracket_low = *low;
+  flank_point bracket_high = *low;
+  lm_real floor = REAL_INFINITY;
+  lm_real from = low->foot_mm;
+  lm_real end[LM_FLANK_JOINTS_MAX + 2];
+  const int pieces = list_pieces(pair, high, end);
+  int piece;
+  int i;
+  for (piece = 0; piece < pieces; piece++) {
+    const lm_real to = end[piece] < high->foot_mm ? end[piece] : high->foot_mm;
+    if (!(to > from)) {
+      continue;
+    }
+    for (i = 1; i <= PIECE_STEPS; i++) {
+      const flank_point now =
+          evaluate_flank(pair, from + (to - from) * LM_REAL(i) / LM_REAL(PIECE_STEPS));
+      if (now.gap_rad < best.gap_rad) {
+        best = now;
+      }
+      if (before.gap_slope < LM_REAL(0) && now.gap_slope > LM_REAL(0)) {
+        const lm_real lowest = bracket_floor(&before, &now);
+        if (lowest < floor) {
+          floor = lowest;
+          bracket_low = before;
+          bracket_high = now;
+        }
+      }
+      before = now;
+    }
+    from = to;
+  }
+  if (floor < best.gap_rad) {
+    const flank_point inside = bracketed_minimum(pair, &bracket_low, &bracket_high);
+    best = inside.gap_rad < best.gap_rad ? inside : best;
+  }
+  return best;
+}
+
+static int is_involute_pair(const lm_mesh *mesh) {
+  return mesh->flank.kind == LM_FLANK_INVOLUTE && mesh->rigid_kind == LM_FLANK_INVOLUTE &&
+         !(mesh->flank.relief_mm > LM_REAL(0));
+}
+
+static lm_gap general_gap(const flank_pair *pair, lm_real at_low, lm_real at_high) {
+  const lm_mesh *mesh = pair->mesh;
+  const flank_point low = at_low < mesh->polar_low_mm ? general_on_radius(pair, mesh->polar_low_mm)
+                                                      : evaluate_foot(pair, &mesh->low);
+  const flank_point high = at_high > mesh->polar_high_mm
+                               ? general_on_radius(pair, mesh->polar_high_mm)
+                               : evaluate_foot(pair, &mesh->high);
+  const flank_point nearest = general_minimum(pair, &low, &high);
+  lm_gap gap;
+  gap.gap_rad = nearest.gap_rad;
+  gap.radius_mm = nearest.radius_mm;
+  gap.flank_angle_rad = nearest.flank_angle_rad;
+  return gap;
+}
+
+/* --- involutes -----------------------------------------------------------------------------------
+ */
+
 /* Both flanks exist between two ends: the flexspline's own, or where the rigid tip cuts it off. The
  * gap between the ends is straight but for a slight bend, so its minimum is at an end unless the
  * slopes enclose it. */
@@ -172,6 +341,9 @@ static lm_gap flank_gap(const flank_pair *pair) {
   lm_gap gap;
   if (at_high <= mesh->polar_low_mm || at_low >= mesh->polar_high_mm) {
     return no_overlap();
+  }
+  if (!is_involute_pair(mesh)) {
+    return general_gap(pair, at_low, at_high);
   }
   low = at_low < mesh->polar_low_mm ? point_on_radius(pair, mesh->polar_low_mm, at_low, at_high)
                                     : evaluate_foot(pair, &mesh->low);
@@ -193,16 +365,13 @@ static lm_gap flank_gap(const flank_pair *pair) {
  */
 static void limit_flanks(lm_mesh *mesh) {
   const lm_geometry *g = &mesh->geometry;
+  mesh->low = lm_evaluate_flank(&mesh->flank, mesh->flank.low_mm);
+  mesh->high = lm_evaluate_flank(&mesh->flank, mesh->flank.high_mm);
   if (g->deformation == LM_INTERNAL) {
-    const int below = g->flexspline_root_mm < g->flexspline.base_mm;
-    mesh->low = foot_at(g, below ? g->flexspline.base_mm : g->flexspline_root_mm);
-    mesh->high = foot_at(g, g->flexspline_tip_mm);
     mesh->polar_low_mm = g->rigid_tip_mm;
     mesh->polar_high_mm = REAL_INFINITY;
   } else {
     const int below = g->rigid_root_mm < g->rigid.base_mm;
-    mesh->low = foot_at(g, g->flexspline_tip_mm);
-    mesh->high = foot_at(g, g->flexspline_root_mm);
     mesh->polar_low_mm = below ? g->rigid.base_mm : g->rigid_root_mm;
     mesh->polar_high_mm = g->rigid_tip_mm;
   }
@@ -233,9 +402,27 @@ static void deepen_root(const lm_drive *drive, int sections, lm_geometry *g) {
   }
 }
 
-/* The mesh of one of `sections` sections. */
+/* The conjugate flank of the rigid gear, which the nominal deflection generates. */
+static lm_status generate_rigid(const lm_drive *drive, const lm_geometry *g, lm_real section_factor,
+                                int nodes, lm_mesh *mesh, lm_fault *fault) {
+  lm_neutral_line nominal;
+  lm_flank flank;
+  lm_status status = lm_make_flank(drive, g, 0, &flank, fault);
+  if (status == LM_OK && section_factor != LM_REAL(1)) {
+    status = lm_make_neutral_line(&drive->generator, drive->teeth.deformation, g->neutral_mm,
+                                  drive->generator.deflection_mm, nodes, &nominal, fault);
+  }
+  if (status == LM_OK) {
+    status = lm_make_conjugate(&flank, g, section_factor != LM_REAL(1) ? &nominal : &mesh->line,
+                               drive->teeth.rigid_shift * g->module_mm, drive->flank.backlash_mm,
+                               &mesh->conjugate, fault);
+  }
+  return status;
+}
+
+/* The mesh of one of `sections` sections; `sibling`, where it is not null, is another one. */
 static lm_status make_section(const lm_drive *drive, int sections, lm_real section_factor,
-                              int nodes, lm_mesh *mesh, lm_fault *fault) {
+                              int nodes, const lm_mesh *sibling, lm_mesh *mesh, lm_fault *fault) {
   lm_geometry geometry;
   lm_status status = check_range(fault, "section_factor", section_factor, LM_REAL(0.2), LM_REAL(2));
   if (status == LM_OK) {
@@ -249,6 +436,17 @@ static lm_status make_section(const lm_drive *drive, int sections, lm_real secti
                                   &mesh->line, fault);
   }
   if (status == LM_OK) {
+    status = lm_make_flank(drive, &geometry, 1, &mesh->flank, fault);
+  }
+  if (status == LM_OK) {
+    mesh->rigid_kind = drive->teeth.rigid_flank;
+    if (mesh->rigid_kind == LM_FLANK_CONJUGATE && sibling != 0) {
+      mesh->conjugate = sibling->conjugate;
+    } else if (mesh->rigid_kind == LM_FLANK_CONJUGATE) {
+      status = generate_rigid(drive, &geometry, section_factor, nodes, mesh, fault);
+    }
+  }
+  if (status == LM_OK) {
     mesh->geometry = geometry;
     limit_flanks(mesh);
   }
@@ -260,7 +458,7 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
   if (drive == 0 || mesh == 0) {
     return refuse(fault, LM_NULL, drive == 0 ? "drive" : "mesh");
   }
-  return make_section(drive, drive->axial_sections, section_factor, nodes, mesh, fault);
+  return make_section(drive, drive->axial_sections, section_factor, nodes, 0, mesh, fault);
 }
 
 int lm_face_sections(const lm_drive *drive) {
@@ -279,8 +477,8 @@ lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh m
   }
   status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
   for (i = 0; i < sections && status == LM_OK; i++) {
-    status = make_section(drive, sections, lm_section_factor(drive, i, sections), nodes, &meshes[i],
-                          fault);
+    status = make_section(drive, sections, lm_section_factor(drive, i, sections), nodes,
+                          i > 0 ? &meshes[0] : 0, &meshes[i], fault);
   }
   return status;
 }

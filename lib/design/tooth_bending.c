@@ -167,6 +167,42 @@ lm_status lm_tooth_profile_compliance(const lm_real *height_mm, const lm_real *h
   return LM_OK;
 }
 
+/* Panel of a sample, its place in it, and its weight: the positive nodes, then the negative ones.
+ */
+lm_real lm_tooth_sample_height(int sample) {
+  const int k = sample % GAUSS_HALF;
+  const lm_real middle = LM_REAL(sample < 2 * GAUSS_HALF ? 0.25 : 0.75);
+  const lm_real offset = LM_REAL(0.25) * LM_REAL(gauss_node[k]);
+  return (sample / GAUSS_HALF) % 2 == 0 ? middle - offset : middle + offset;
+}
+
+lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_SAMPLES],
+                                      lm_real load_height_mm, lm_real face_width_mm,
+                                      lm_real load_angle_rad, const lm_tooth_material *material,
+                                      lm_tooth_compliance *compliance, lm_fault *fault) {
+  strip_sums sums = {LM_REAL(0), LM_REAL(0)};
+  lm_status status;
+  int i;
+  if (half_thickness_mm == 0 || compliance == 0) {
+    return refuse(fault, LM_NULL, "half_thickness_mm, compliance");
+  }
+  status = check_range(fault, "load_height_mm", load_height_mm, LENGTH_MIN_MM, LENGTH_MAX_MM);
+  if (status == LM_OK) {
+    status = check_tooth_load(face_width_mm, load_angle_rad, material, fault);
+  }
+  for (i = 0; i < LM_TOOTH_SAMPLES && status == LM_OK; i++) {
+    const lm_real below = load_height_mm * (LM_REAL(1) - lm_tooth_sample_height(i));
+    status =
+        check_range(fault, "half_thickness_mm", half_thickness_mm[i], LENGTH_MIN_MM, LENGTH_MAX_MM);
+    add_strip(&sums, LM_REAL(0.25) * load_height_mm * LM_REAL(gauss_weight[i % GAUSS_HALF]), below,
+              LM_REAL(2) * half_thickness_mm[i]);
+  }
+  if (status == LM_OK) {
+    put_tooth(&sums, face_width_mm, load_angle_rad, material, compliance);
+  }
+  return status;
+}
+
 /* Pressure angle and involute function at a radius; both zero below the base circle, where the
  * flank goes on radially. atan of the tangent keeps its digits where acos of a number near one
  * loses them. */

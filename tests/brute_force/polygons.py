@@ -264,7 +264,7 @@ def _line(design: Design) -> NeutralLine:
     )
 
 
-def _on_line(
+def on_line(
     design: Design, points: NDArray[np.complex128], material_rad: float
 ) -> NDArray[np.complex128]:
     """Carry points of the undeformed tooth at angle 0 to the tooth at a material angle."""
@@ -273,9 +273,15 @@ def _on_line(
     return origin + (points - neutral_mm) * normal
 
 
-def _rigid_axis_rad(design: Design, material_rad: float) -> float:
+def frame_points(design: Design) -> NDArray[np.complex128]:
+    """Foot of the undeformed tooth at angle 0 on the neutral line, and a module above it [mm]."""
+    neutral_mm = radii(design).neutral_mm
+    return np.array([neutral_mm, neutral_mm + design.module_mm], dtype=complex)
+
+
+def rigid_axis_rad(design: Design, material_rad: ArrayLike) -> NDArray[np.float64]:
     """Axis of the rigid space that belongs to a flexspline tooth; both are on axis at angle 0."""
-    return material_rad * design.flexspline_teeth / design.rigid_teeth
+    return np.asarray(material_rad) * design.flexspline_teeth / design.rigid_teeth
 
 
 def _plane(points: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -329,15 +335,36 @@ def first_contact(
     """
     if flank not in ("forward", "backward"):
         raise ValueError(f"flank: found {flank!r}, expected forward or backward")
+    return turned_contact(design, *_flanks(design, points), angle_deg, flank)
+
+
+def turned_contact(
+    design: Design,
+    flexspline: NDArray[np.complex128],
+    rigid: NDArray[np.complex128],
+    angle_deg: float,
+    flank: str,
+) -> Contact | None:
+    """Turn the rigid gear until given upper flanks touch, as `first_contact` does.
+
+    Parameters
+    ----------
+    design : Design
+        Deformation, tooth counts and neutral line.
+    flexspline, rigid : ndarray of complex, shape (n,)
+        Upper flanks [mm] of the undeformed flexspline tooth and of the rigid space (external: space
+        and tooth), from the inner to the outer end; the axis of each is the real axis.
+    angle_deg, flank
+        As in `first_contact`.
+    """
     # The rigid gear comes towards the tooth; a tooth leads with its upper flank, a space with its
     # lower one.
     closing = -1 if flank == "forward" else 1
     upper = (flank == "forward") == design.is_internal
-    flexspline, rigid = _flanks(design, points)
     if not upper:
         flexspline, rigid = np.conj(flexspline), np.conj(rigid)
     material_rad = math.radians(angle_deg)
-    fixed = _on_line(design, flexspline, material_rad)
+    fixed = on_line(design, flexspline, material_rad)
     inner, outer = np.abs(fixed).min(), np.abs(fixed).max()
     if outer <= np.abs(rigid[0]) or inner >= np.abs(rigid[-1]):
         return None
@@ -345,7 +372,7 @@ def first_contact(
     fixed_line = shapely.linestrings(_plane(fixed))
     shapely.prepare(fixed_line)
     reach_mm = np.abs(rigid[-1])
-    rigid = rigid * np.exp(1j * _rigid_axis_rad(design, material_rad))
+    rigid = rigid * np.exp(1j * rigid_axis_rad(design, material_rad))
     turn = -CLEAR_PITCHES * 2 * math.pi / design.rigid_teeth
     for _ in range(TURNS_MAX):
         moving_line = shapely.linestrings(_plane(rigid * np.exp(1j * closing * turn)))
@@ -427,7 +454,7 @@ def flexspline_outline(design: Design, angle_deg: float) -> list[Polygon]:
         middle = np.abs(upper[[0, -1]]) * np.exp(1j * math.pi / design.flexspline_teeth)
         half_tooth = _beside_space(upper, middle)
         outlines = [half_tooth, np.conj(half_tooth)]
-    return [Polygon(_plane(_on_line(design, one, math.radians(angle_deg)))) for one in outlines]
+    return [Polygon(_plane(on_line(design, one, math.radians(angle_deg)))) for one in outlines]
 
 
 def rigid_outline(design: Design, angle_deg: float, turn_rad: float = 0.0) -> list[Polygon]:
@@ -454,7 +481,7 @@ def rigid_outline(design: Design, angle_deg: float, turn_rad: float = 0.0) -> li
         outline, numbers = _beside_space(upper, np.conj(upper) * np.exp(1j * pitch)), (-2, -1, 0, 1)
     else:
         outline, numbers = _tooth(upper), (-1, 0, 1)
-    axis = _rigid_axis_rad(design, math.radians(angle_deg)) + turn_rad
+    axis = rigid_axis_rad(design, math.radians(angle_deg)) + turn_rad
     return [Polygon(_plane(outline * np.exp(1j * (axis + number * pitch)))) for number in numbers]
 
 

@@ -9,9 +9,9 @@
  *   ID       of the search: LM_KEY_<ID> in the optimizer
  *   section  of the drive file, and the member of lm_drive that holds it; drive: [design] itself
  *   stem, suffix  name and unit: the member is stem##suffix, so is the key; the suffix may be empty
- *   KIND     REAL, COUNT (int), SWITCH (0 or 1), DEFORMATION or GENERATOR (a name of drive.h)
- *   PER      what `low` and `high` are measured in: ONE (the unit of the name), DEGREE, ARCMIN (of
- *            an angle in rad), MODULE, DIAMETER (module times flexspline teeth), RIM (rim
+ *   KIND     REAL, COUNT (int), SWITCH (0 or 1), DEFORMATION, GENERATOR or FLANK (a name of
+ * drive.h) PER      what `low` and `high` are measured in: ONE (the unit of the name), DEGREE,
+ * ARCMIN (of an angle in rad), MODULE, DIAMETER (module times flexspline teeth), RIM (rim
  *            thickness), FACE (face width)
  *   FILE     what a drive file does with it: REQUIRED; DEFAULT (left out, it is `usual`); FILLED
  *            (left out, it is 0, which lm_complete_drive replaces where 0 means nothing)
@@ -37,6 +37,7 @@
 #define LM_OWNER_material drive->material.
 #define LM_OWNER_support drive->support.
 #define LM_OWNER_gap drive->gap.
+#define LM_OWNER_flank drive->flank.
 #define LM_OWNER_drive drive->
 
 /* Smallest and largest module and face width, in which other ranges are measured. */
@@ -76,7 +77,13 @@
   ROW(ENGAGEMENT_DEPTH, teeth, engagement_depth, , REAL, ONE, 0.2, 2.5, REQUIRED, 1.2, SAME,      \
       "engagement depth h_d on the deformation axis, in modules")                                 \
   ROW(FACE_WIDTH_MM, teeth, face_width, _mm, REAL, ONE, LM_FACE_WIDTH_LEAST_MM,                   \
-      LM_FACE_WIDTH_MOST_MM, REQUIRED, 0, SAME, "face width b of the mesh")
+      LM_FACE_WIDTH_MOST_MM, REQUIRED, 0, SAME, "face width b of the mesh")                       \
+  DEPENDENT(FLEXSPLINE_FLANK, teeth, flexspline_flank, , FLANK, ONE, 0, 1, DEFAULT, 0, SAME,      \
+            "flank of the flexspline: an involute, or two arcs with a common tangent (table "     \
+            "flank), whose shift is the radial displacement of the tool")                         \
+  DEPENDENT(RIGID_FLANK, teeth, rigid_flank, , FLANK, ONE, 0, 2, DEFAULT, 0, SAME,                \
+            "flank of the rigid gear: an involute, or the conjugate that the moving teeth of "    \
+            "the flexspline leave free, whose shift is its displacement from there")
 
 #define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                        \
   DEPENDENT(GENERATOR_TYPE, generator, type, , GENERATOR, ONE, 0, 4, REQUIRED, 0, SAME,          \
@@ -160,6 +167,35 @@
   ROW(GAP_RING_STIFFNESS_N_PER_MM, gap, ring_stiffness, _N_per_mm, REAL, ONE, 1e-9, 1e15, FILLED, \
       0, SAME, "radial stiffness of one lobe of the ring that closes the gap, equation (9a)")
 
+/* Flanks that are no involutes. Usual arcs: Liu et al., Machines 2025, 13, 535, section 3.5, in
+ * modules; the tangent's height as those arcs give it. */
+#define LM_FLANK_KEYS(ROW, DEPENDENT)                                                              \
+  DEPENDENT(RHO_A, flank, rho_a, , REAL, ONE, 0.2, 20, DEFAULT, 1.37, SAME,                        \
+            "double arc: radius of the convex arc at the tip, in modules")                         \
+  DEPENDENT(L_A, flank, l_a, , REAL, ONE, -2, 20, DEFAULT, 0.664, SAME,                            \
+            "double arc: offset of the convex arc's centre across the tooth's axis, in modules")   \
+  DEPENDENT(X_A, flank, X_a, , REAL, ONE, -2, 10, DEFAULT, 0.31, SAME,                             \
+            "double arc: depth of the convex arc's centre below the reference circle, in modules") \
+  DEPENDENT(RHO_F, flank, rho_f, , REAL, ONE, 0.2, 20, DEFAULT, 1.57, SAME,                        \
+            "double arc: radius of the concave arc at the root, in modules")                       \
+  DEPENDENT(L_F, flank, l_f, , REAL, ONE, -2, 20, DEFAULT, 0.66, SAME,                             \
+            "double arc: offset of the concave arc's centre across the space's axis, in modules")  \
+  DEPENDENT(X_F, flank, X_f, , REAL, ONE, -2, 10, DEFAULT, 0.268, SAME,                            \
+            "double arc: height of the concave arc's centre above the reference circle, in "       \
+            "modules")                                                                             \
+  DEPENDENT(DELTA_L_DEG, flank, delta_L, _rad, REAL, DEGREE, 0, 60, DEFAULT, 0, IN_DEG,            \
+            "double arc: inclination of the common tangent; 0: it follows from both centres; "     \
+            "above 0, l_f and X_f follow from it and are not read (arc, straight, arc)")           \
+  DEPENDENT(H_L, flank, h_l, , REAL, ONE, 0.01, 2, DEFAULT, 0.25, SAME,                            \
+            "double arc: height of the common tangent, in modules; read with delta_L")             \
+  ROW(TIP_RELIEF_MM, flank, tip_relief, _mm, REAL, MODULE, 0, 0.1, FILLED, 0, SAME,                \
+      "relief of the flexspline's tip: what is taken off its flank across the tooth there; the "   \
+      "conjugate is generated without it")                                                         \
+  ROW(TIP_RELIEF_HEIGHT, flank, tip_relief_height, , REAL, ONE, 0, 1, DEFAULT, 0.3, SAME,          \
+      "height below the tip at which the relief begins, in modules; it grows with the square")     \
+  ROW(BACKLASH_MM, flank, backlash, _mm, REAL, MODULE, -0.05, 0.2, FILLED, 0, SAME,                \
+      "constant side clearance that a conjugate flank is given, along the circumference")
+
 /* Keys of [design] itself. */
 #define LM_DRIVE_KEYS(ROW, DEPENDENT)                                                              \
   ROW(FRICTION_ANGLE_DEG, drive, friction_angle, _rad, REAL, ONE, 0, 0.3, FILLED, 0, IN_DEG,       \
@@ -178,6 +214,7 @@
   LM_MATERIAL_KEYS(ROW, DEPENDENT)     \
   LM_SUPPORT_KEYS(ROW, DEPENDENT)      \
   LM_GAP_KEYS(ROW, DEPENDENT)          \
+  LM_FLANK_KEYS(ROW, DEPENDENT)        \
   LM_DRIVE_KEYS(ROW, DEPENDENT)
 
 #endif

@@ -19,7 +19,8 @@ typedef enum lm_key_kind {
   LM_KIND_COUNT = 1,       /* a whole number */
   LM_KIND_SWITCH = 2,      /* 0 or 1; false or true in a file */
   LM_KIND_DEFORMATION = 3, /* lm_deformation; by name in a file */
-  LM_KIND_GENERATOR = 4    /* lm_generator_type; by name in a file */
+  LM_KIND_GENERATOR = 4,   /* lm_generator_type; by name in a file */
+  LM_KIND_FLANK = 5        /* lm_flank_kind; by name in a file */
 } lm_key_kind;
 
 /* What a range is measured in. */
@@ -66,6 +67,7 @@ lm_status lm_describe_design_key(int index, lm_design_key *key, lm_fault *fault)
 /* Names as in drive files; "" outside the enumeration. */
 const char *lm_deformation_name(int deformation);
 const char *lm_generator_name(int type);
+const char *lm_flank_name(int kind);
 const char *lm_distribution_name(int distribution);
 const char *lm_zone_name(int zone);
 

@@ -49,6 +49,13 @@ typedef enum lm_generator_type {
   LM_RING = 4 /* external ring generator: contact arc of constant curvature about the minor axis */
 } lm_generator_type;
 
+/* What the flank of a gear is (flank.h, conjugate.h). */
+typedef enum lm_flank_kind {
+  LM_FLANK_INVOLUTE = 0,
+  LM_FLANK_DOUBLE_ARC = 1, /* flexspline: convex arc, common tangent, concave arc */
+  LM_FLANK_CONJUGATE = 2   /* rigid gear: what the moving flexspline tooth leaves free */
+} lm_flank_kind;
+
 /* Both gears, in the words of a gear drawing. Shifts, heights and depths are in modules. */
 typedef struct lm_teeth {
   lm_deformation deformation;
@@ -63,7 +70,31 @@ typedef struct lm_teeth {
   lm_real tooth_height;       /* h, whole depth of the tooth whose root the rack cuts, 0.5 .. 3 */
   lm_real engagement_depth;   /* h_d, on the deformation axis, 0.2 .. 2.5 */
   lm_real face_width_mm;      /* 0.5 .. 400 */
+  lm_flank_kind flexspline_flank; /* involute or double arc (internal deformation only); of a double
+                                     arc the shift is the radial displacement of the tool */
+  lm_flank_kind rigid_flank; /* involute or conjugate (internal deformation only); the shift of a
+                                conjugate flank is the displacement from where it is generated */
 } lm_teeth;
+
+/* Flanks that are no involutes, in the letters of the literature on double arcs (theory/flanks.md).
+ * Centres are given from the tooth's axis and from the reference circle m z1 / 2 + x1 m. Lengths in
+ * modules where the name has no unit. */
+typedef struct lm_flank_form {
+  lm_real rho_a;       /* radius of the convex arc, 0.2 .. 20 */
+  lm_real l_a;         /* its centre lies this far across the tooth's axis, -2 .. 20 */
+  lm_real X_a;         /* and this far below the reference circle, -2 .. 10 */
+  lm_real rho_f;       /* radius of the concave arc, 0.2 .. 20 */
+  lm_real l_f;         /* its centre lies this far across the axis of the space, -2 .. 20 */
+  lm_real X_f;         /* and this far above the reference circle, -2 .. 10 */
+  lm_real delta_L_rad; /* 0: the tangent follows from both centres. Above 0, up to 60 deg: its
+                          inclination is given, l_f and X_f follow and are not read */
+  lm_real
+      h_l; /* height of the common tangent along the tooth's axis, 0.01 .. 2; read with delta_L */
+  lm_real tip_relief_mm;     /* taken off the flexspline's flank at its tip; 0 .. 0.1 modules */
+  lm_real tip_relief_height; /* of the relieved part, 0 .. 1; the relief grows with the square */
+  lm_real
+      backlash_mm; /* added to a conjugate flank along the circumference, -0.05 .. 0.2 modules */
+} lm_flank_form;
 
 typedef struct lm_generator {
   lm_generator_type type;
@@ -130,6 +161,7 @@ typedef struct lm_drive {
   lm_material material;
   lm_support support;
   lm_radial_gap gap;
+  lm_flank_form flank;
   lm_real friction_angle_rad; /* rho of the flanks, 0 .. 0.3: loading and unloading branch */
   int axial_sections;         /* that share the load: 1 = planar; 2 .. 7 = spatial */
   int planar_only;            /* 1: checks see the middle of the face alone; 0: both edges too. Only
@@ -170,7 +202,8 @@ lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) LM_PRECISE(lm_comp
 /* Whether every value lies in its range and none contradicts another. The fault names the key as in
  * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT
  * (tooth numbers that are odd or do not differ by 2; generator against deformation; a flank that
- * does not reach its base circle; a ratio that the teeth cannot give). What is accepted here has a
+ * does not reach its base circle; arcs that do not make a flank; a ratio that the teeth cannot
+ * give). What is accepted here has a
  * mesh: lm_make_mesh takes every axial section of it. */
 lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) LM_PRECISE(lm_check_drive);
 

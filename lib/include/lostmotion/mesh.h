@@ -8,7 +8,9 @@
 #ifndef LOSTMOTION_MESH_H
 #define LOSTMOTION_MESH_H
 
+#include "lostmotion/conjugate.h"
 #include "lostmotion/drive.h"
+#include "lostmotion/flank.h"
 #include "lostmotion/involute.h"
 #include "lostmotion/real.h"
 #include "lostmotion/shape.h"
@@ -33,20 +35,13 @@ typedef struct lm_clearance {
   lm_gap backward;
 } lm_clearance;
 
-/* A point of the flexspline's flank at growing angles, in the frame of its own tooth or space:
- * origin on the neutral line, and the derivatives along the flank by the radius. */
-typedef struct lm_flank_foot {
-  lm_real radius_mm; /* from the axis, undeformed */
-  lm_real across_mm;
-  lm_real along_mm;
-  lm_real across_slope;
-  lm_real along_slope;
-} lm_flank_foot;
-
 /* What one axial section of the mesh is made of. */
 typedef struct lm_mesh {
   lm_geometry geometry;
   lm_neutral_line line;
+  lm_flank flank;           /* of the flexspline */
+  lm_flank_kind rigid_kind; /* of the rigid gear: geometry.rigid or conjugate */
+  lm_conjugate conjugate;
   lm_flank_foot low;    /* ends of the flexspline's flank: towards the axis */
   lm_flank_foot high;   /* and away from it */
   lm_real polar_low_mm; /* radii between which the rigid gear has a flank */
@@ -56,9 +51,15 @@ typedef struct lm_mesh {
 /* Prepare the mesh of an axial section. section_factor scales the deflection of this section (1 in
  * the planar model; lm_section_factor for the others); the metal is the same. nodes as in
  * lm_make_neutral_line. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE ("section_factor" 0.2 .. 2, or what
- * lm_make_geometry and lm_make_neutral_line refuse), LM_INCONSISTENT. */
+ * lm_make_geometry, lm_make_neutral_line, lm_make_flank and lm_make_conjugate refuse),
+ * LM_INCONSISTENT. A conjugate flank is generated at the nominal deflection, the
+ * same in every section. */
 lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes, lm_mesh *mesh,
                        lm_fault *fault);
+
+/* The rigid gear's flank at a radius, of either kind, in the words of involute.h: half angle of the
+ * space (internal deformation) or of the tooth (external). */
+lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm);
 
 /* Where axial section `section` of `sections` stands on the face width: 0 at the edge towards the
  * cup bottom, 1 at the open end, equally spaced with both edges among them, because the edges touch

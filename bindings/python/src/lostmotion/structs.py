@@ -30,6 +30,9 @@ DEFORMATIONS = _names(core().lib.lm_deformation_name)
 GENERATORS = _names(core().lib.lm_generator_name)
 """By the value of `lm_generator_type`."""
 
+FLANKS = _names(core().lib.lm_flank_name)
+"""By the value of `lm_flank_kind`."""
+
 DISTRIBUTIONS = _names(core().lib.lm_distribution_name)
 """By the value of `lm_distribution`."""
 
@@ -69,6 +72,7 @@ def design_keys() -> list[DesignKey]:
         lib.LM_KIND_SWITCH: ("switch", ()),
         lib.LM_KIND_DEFORMATION: ("choice", DEFORMATIONS),
         lib.LM_KIND_GENERATOR: ("choice", GENERATORS),
+        lib.LM_KIND_FLANK: ("choice", FLANKS),
     }
     found = []
     for index in range(lib.LM_DESIGN_KEY_COUNT):
@@ -295,7 +299,8 @@ def _set_all(drive: Any, design: Design, paths: Iterable[str]) -> None:
 def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
     """List every value that the file left open, by its dotted key, as it was filled in.
 
-    What the drive's generator does not have is left out: the contact of a cam, the cam of discs.
+    What the drive does not have is left out: the contact of a cam, the cam of discs, the arcs of
+    an involute.
     """
     defaults: dict[str, Any] = {}
     generator = design.values["generator.type"].value
@@ -304,6 +309,7 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
         "generator.cam_offset_mm": generator != "ellipse",
         "generator.eccentricity_angle_rad": drive.generator.eccentricity_mm == 0,
     }
+    unused.update(_unused_flank_keys(drive))
     for section, keys in FIELDS.items():
         for key in keys:
             path = field_path(section, key)
@@ -327,6 +333,27 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
     if design.tolerances is None:
         defaults["design.tolerance"] = "none"
     return defaults
+
+
+ARC_KEYS = ("rho_a", "l_a", "X_a", "rho_f")
+CENTRE_KEYS = ("l_f", "X_f")
+TANGENT_KEYS = ("delta_L_rad", "h_l")
+
+
+def _unused_flank_keys(drive: Any) -> dict[str, bool]:
+    """Tell which keys of the flanks say nothing of a drive."""
+    involute = drive.teeth.flexspline_flank == core().lib.LM_FLANK_INVOLUTE
+    generated = drive.teeth.rigid_flank == core().lib.LM_FLANK_CONJUGATE
+    stated_tangent = drive.flank.delta_L_rad > 0
+    hidden = {
+        **dict.fromkeys(ARC_KEYS, involute),
+        **dict.fromkeys(CENTRE_KEYS, involute or stated_tangent),
+        **dict.fromkeys(TANGENT_KEYS, involute or not stated_tangent),
+        "tip_relief_mm": involute and not generated,
+        "tip_relief_height": drive.flank.tip_relief_mm == 0,
+        "backlash_mm": not generated,
+    }
+    return {f"flank.{name}": value for name, value in hidden.items()}
 
 
 def with_fault(design: Design, c: Core, call: Callable[[Any], int]) -> None:
@@ -365,6 +392,12 @@ def _refused(design: Design, error: LibraryError) -> InputError:
         found = f"shifts of {shifts} (flexspline, rigid gear)"
         expected = "shifts that leave the teeth of both some thickness at the root"
         return InputError(design.file, "design.teeth", found, expected)
+    if error.key in ARC_FAULTS:
+        found, expected = ARC_FAULTS[error.key]
+        place = " and ".join(f"design.{name}" for name in error.key.split(", "))
+        return InputError(
+            design.file, place, found.format(error.found), expected.format(error.low, error.high)
+        )
     if value is None and not re.fullmatch(r"[\w.\[\]]+", error.key):
         found = f"{error.found:.6g} as the {error.key}"
         return InputError(design.file, "design", found, _range(error, 1.0))
@@ -416,16 +449,69 @@ def _no_tip(design: Design, error: LibraryError) -> tuple[str, str]:
     )
 
 
+def _unfit_flank(design: Design, error: LibraryError) -> tuple[str, str]:
+    found = design.values[error.key].value
+    if error.high == 0:
+        return f"'{found}'", "'involute': the teeth of a ring generator have no other flanks"
+    gear = "flexspline" if error.key == "teeth.flexspline_flank" else "rigid gear"
+    other = {"flexspline": "double_arc", "rigid gear": "conjugate"}[gear]
+    return f"'{found}'", f"'involute' or '{other}' for the {gear}"
+
+
+def _no_reach(design: Design, error: LibraryError) -> tuple[str, str]:
+    return (
+        f"{error.found:.6g}, which moves the conjugate flank out of the mesh",
+        f"more than {error.low:.6g}, its engagement depth being "
+        f"{design.values['teeth.engagement_depth'].value:g}",
+    )
+
+
 GEARS = ("flexspline", "rigid")
 
 NO_ROOT = "tooth thickness at root_radius_mm"
 """What the library calls a tooth whose flanks meet below its root."""
+
+ARC_FAULTS: dict[str, tuple[str, str]] = {
+    "flank.rho_a, flank.rho_f": (
+        "radii that together are {:.6g} mm",
+        "less than {1:.6g} mm, the distance of the centres: no common tangent lies between arcs "
+        "that overlap",
+    ),
+    "flank.rho_a, teeth.tooth_height": (
+        "a convex arc of {:.6g} modules",
+        "more than {0:.6g} modules, the height of the tip above its centre",
+    ),
+    "flank.rho_a, flank.X_a": (
+        "a convex arc that begins {:.6g} modules above the neutral line",
+        "below the tip at {1:.6g} modules: the tip lies on the straight part",
+    ),
+    "flank.rho_f, teeth.root_clearance": (
+        "a concave arc of {:.6g} modules",
+        "more than {0:.6g} modules, the depth of the root below its centre",
+    ),
+    "flank.rho_f, flank.X_f": (
+        "a concave arc that ends {:.6g} modules above the neutral line",
+        "above the root at {0:.6g} modules: the root lies on the straight part",
+    ),
+    "flank.rho_a, flank.l_a": (
+        "half a tooth of {:.6g} modules at the tip",
+        "a tooth that has thickness there",
+    ),
+    "flank.rho_f, flank.l_f": (
+        "half a tooth of {:.6g} modules at the root",
+        "less than {1:.6g} modules, half the pitch there: the teeth run into each other",
+    ),
+}
+"""What was found and what was expected of arcs that make no flank, by the keys that disagree."""
 
 CONTRADICTIONS: dict[str, Callable[[Design, LibraryError], tuple[str, str]]] = {
     "teeth.flexspline_teeth": _odd_teeth,
     "teeth.rigid_teeth": _difference,
     "teeth.tooth_height": _no_tip,
     "teeth.engagement_depth": _no_tip,
+    "teeth.flexspline_flank": _unfit_flank,
+    "teeth.rigid_flank": _unfit_flank,
+    "teeth.rigid_shift": _no_reach,
     "generator.type": _unfit_generator,
     "ratio": _other_ratio,
 }
@@ -459,6 +545,8 @@ def _number(path: str, value: Any) -> Any:
         return DEFORMATIONS.index(value)
     if path == "generator.type":
         return GENERATORS.index(value)
+    if path in ("teeth.flexspline_flank", "teeth.rigid_flank"):
+        return FLANKS.index(value)
     return int(value) if isinstance(value, bool) else value
 
 

@@ -64,8 +64,16 @@ class Mesh:
     def half_angle(self, flank: str, radius_mm: Array) -> Array:
         """Half angle of a flank at radii."""
         lib, ffi = self.model.core.lib, self.model.core.ffi
-        involute = ffi.addressof(self.mesh.geometry, flank)
-        return np.array([lib.lm_evaluate_involute(involute, r).half_angle_rad for r in radius_mm])
+        if flank == "rigid":
+            return np.array([lib.lm_rigid_flank_at(self.mesh, r).half_angle_rad for r in radius_mm])
+        if self.mesh.flank.kind == lib.LM_FLANK_INVOLUTE:
+            involute = ffi.addressof(self.mesh.geometry, flank)
+            return np.array(
+                [lib.lm_evaluate_involute(involute, r).half_angle_rad for r in radius_mm]
+            )
+        own = ffi.addressof(self.mesh, "flank")
+        feet = [lib.lm_evaluate_flank(own, lib.lm_flank_at_radius(own, r)) for r in radius_mm]
+        return np.array([math.atan2(f.across_mm, f.along_mm + self.neutral_mm) for f in feet])
 
     def rigid_axis(self, angle_rad: float) -> float:
         """Where the rigid gear's space (or tooth) belongs that a tooth (or space) meets."""

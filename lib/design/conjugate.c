@@ -1,0 +1,572 @@
+#include "lostmotion/conjugate.h"
+
+#include "half_turn.h"
+#include "real_math.h"
+#include "refuse.h"
+
+/* Rates of a tooth's motion by central differences: third order of a smooth wave leaves 1e-6 of
+ * them (float32: 2e-5, about its rounding), which moves the maximum by as much and its value by the
+ * square. The search for the maximum ends where a step no longer counts in the value. */
+#if LM_REAL_BITS == 32
+#define RATE_STEP LM_REAL(4e-3)
+#define CLIMB_END LM_REAL(1e-3)
+#else
+#define RATE_STEP LM_REAL(1e-3)
+#define CLIMB_END LM_REAL(1e-7)
+#endif
+
+/* Angles at which all maxima are looked for; a tooth is out of mesh beyond the last one. */
+#define SCAN_HALF 24
+#define SCAN_STEP (LM_PI / LM_REAL(72)) /* 2.5 deg */
+
+/* Nodes of the flank before corners are added, and how many apart all maxima are looked for. */
+#define NODES 40
+#define SCAN_EVERY 4
+
+/* Bisections of a corner's place. */
+#define CORNER_STEPS 10
+
+/* Maxima further apart than this belong to different zones. */
+#define SAME_ZONE (LM_PI / LM_REAL(36)) /* 5 deg */
+
+/* A tooth on its way: where it stands and how that changes with the material angle. */
+typedef struct motion {
+  lm_placement place;
+  lm_real lead_rad; /* of the foot ahead of the rigid space's axis */
+  lm_real radius_rate;
+  lm_real tilt_rate;
+  lm_real lead_rate;
+} motion;
+
+typedef struct generation {
+  const lm_flank *flank;
+  const lm_geometry *geometry;
+  const lm_neutral_line *line;
+  lm_placement scan[2 * SCAN_HALF + 1];
+} generation;
+
+/* A point of the moving flank in polar coordinates of the rigid space, and its derivatives along
+ * the flank (u) and by the material angle (phi). */
+typedef struct swept_point {
+  lm_real radius_mm;
+  lm_real radius_u;
+  lm_real radius_phi;
+  lm_real theta_rad;
+  lm_real theta_u;
+  lm_real theta_phi;
+} swept_point;
+
+static lm_real lead_of(const generation *g, const lm_placement *place, lm_real angle) {
+  return place->lead_rad + fold_half_turn(angle) * g->geometry->lead_per_angle;
+}
+
+static motion move_tooth(const generation *g, lm_real angle) {
+  const lm_placement before = lm_place_tooth(g->line, angle - RATE_STEP);
+  const lm_placement after = lm_place_tooth(g->line, angle + RATE_STEP);
+  const lm_real twice = LM_REAL(2) * RATE_STEP;
+  motion m;
+  m.place = lm_place_tooth(g->line, angle);
+  m.lead_rad = lead_of(g, &m.place, angle);
+  m.radius_rate = (after.radius_mm - before.radius_mm) / twice;
+  m.tilt_rate = (after.tilt_sin * before.tilt_cos - after.tilt_cos * before.tilt_sin) / twice;
+  m.lead_rate = (after.lead_rad - before.lead_rad) / twice + g->geometry->lead_per_angle;
+  return m;
+}
+
+static swept_point sweep(const motion *m, const lm_flank_foot *foot) {
+  const lm_real c = m->place.tilt_cos;
+  const lm_real s = m->place.tilt_sin;
+  const lm_real above = foot->along_mm * c - foot->across_mm * s;
+  const lm_real along = m->place.radius_mm + above;
+  const lm_real across = foot->along_mm * s + foot->across_mm * c;
+  const lm_real along_u = foot->along_slope * c - foot->across_slope * s;
+  const lm_real across_u = foot->along_slope * s + foot->across_slope * c;
+  const lm_real along_phi = m->radius_rate - m->tilt_rate * across;
+  const lm_real across_phi = m->tilt_rate * above;
+  const lm_real square = along * along + across * across;
+  swept_point p;
+  p.radius_mm = real_sqrt(square);
+  p.radius_u = (along * along_u + across * across_u) / p.radius_mm;
+  p.radius_phi = (along * along_phi + across * across_phi) / p.radius_mm;
+  p.theta_rad = real_atan(across / along) + m->lead_rad;
+  p.theta_u = (along * across_u - across * along_u) / square;
+  p.theta_phi = (along * across_phi - across * along_phi) / square + m->lead_rate;
+  return p;
+}
+
+/* --- the flank of one placed tooth on a radius ---------------------------------------------------
+ */
+
+static lm_real polar_radius(const lm_placement *place, const lm_flank_foot *foot) {
+  const lm_real along =
+      place->radius_mm + foot->along_mm * place->tilt_cos - foot->across_mm * place->tilt_sin;
+  const lm_real across = foot->along_mm * place->tilt_sin + foot->across_mm * place->tilt_cos;
+  return real_sqrt(along * along + across * across);
+}
+
+/* Parameter of the flank point on a radius: Newton; the flank is nearly radial. */
+static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_real radius,
+                             int steps) {
+  lm_real u = radius - place->radius_mm + g->flank->neutral_mm;
+  lm_flank_foot foot;
+  int i;
+  for (i = 0;; i++) {
+    lm_real along;
+    lm_real across;
+    lm_real found;
+    u = u < g->flank->low_mm ? g->flank->low_mm : u;
+    u = u > g->flank->high_mm ? g->flank->high_mm : u;
+    foot = lm_evaluate_flank(g->flank, u);
+    if (i == steps) {
+      return foot;
+    }
+    along = place->radius_mm + foot.along_mm * place->tilt_cos - foot.across_mm * place->tilt_sin;
+    across = foot.along_mm * place->tilt_sin + foot.across_mm * place->tilt_cos;
+    found = real_sqrt(along * along + across * across);
+    u += (radius - found) * found /
+         (along * (foot.along_slope * place->tilt_cos - foot.across_slope * place->tilt_sin) +
+          across * (foot.along_slope * place->tilt_sin + foot.across_slope * place->tilt_cos));
+  }
+}
+
+#define FOOT_STEPS 3
+#define ROUGH_STEPS 1
+
+/* --- the greatest angle on a radius --------------------------------------------------------------
+ */
+
+/* What makes the flank on a radius. */
+typedef struct maker {
+  lm_real angle; /* material angle of the tooth */
+  lm_real theta;
+  lm_real slope; /* of theta by the radius */
+  lm_contact_part part;
+  int piece; /* of the flexspline's flank */
+} maker;
+
+/* Slope by the material angle on a constant radius. */
+static lm_real along_radius(const swept_point *p) {
+  return p->theta_phi - p->theta_u * p->radius_phi / p->radius_u;
+}
+
+static maker make_here(const generation *g, lm_real angle, lm_real radius, lm_real *slope) {
+  const motion m = move_tooth(g, angle);
+  const lm_flank_foot foot = foot_on(g, &m.place, radius, FOOT_STEPS);
+  const swept_point p = sweep(&m, &foot);
+  maker found;
+  int i;
+  found.angle = angle;
+  found.theta = p.theta_rad + p.theta_u / p.radius_u * (radius - p.radius_mm);
+  found.slope = p.theta_u / p.radius_u;
+  found.part = LM_PART_FLANK;
+  found.piece = 0;
+  for (i = 0; i < g->flank->joints; i++) {
+    found.piece += foot.radius_mm > g->flank->joint_mm[i];
+  }
+  *slope = along_radius(&p);
+  return found;
+}
+
+/* Where the tip's corner passes a radius, near an angle: Newton. */
+static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real *inside) {
+  const lm_flank_foot tip = lm_evaluate_flank(g->flank, g->flank->high_mm);
+  swept_point p;
+  maker found;
+  int i;
+  for (i = 0;; i++) {
+    const motion m = move_tooth(g, angle);
+    p = sweep(&m, &tip);
+    if (i == 4) {
+      break;
+    }
+    angle += (radius - p.radius_mm) / p.radius_phi;
+  }
+  found.angle = angle;
+  found.theta = p.theta_rad;
+  found.slope = p.theta_phi / p.radius_phi;
+  found.part = LM_PART_TIP;
+  found.piece = g->flank->joints + 1;
+  /* Above 0: the flank reaches further before the corner gets here. */
+  *inside = along_radius(&p) * (p.radius_phi > LM_REAL(0) ? LM_REAL(1) : LM_REAL(-1));
+  return found;
+}
+
+static int reaches(const generation *g, const lm_placement *place, lm_real radius) {
+  const lm_flank_foot tip = lm_evaluate_flank(g->flank, g->flank->high_mm);
+  return polar_radius(place, &tip) > radius;
+}
+
+/* Newton with the slope of a chord from an angle near the maximum; steps that leave the mesh end at
+ * the tip. */
+#define CLIMB_STEPS 5
+#define STEP_MAX (LM_PI / LM_REAL(60)) /* 3 deg */
+
+static maker climb(const generation *g, lm_real angle, lm_real radius) {
+  lm_real slope;
+  maker at = make_here(g, angle, radius, &slope);
+  lm_real last_slope = slope;
+  lm_real last_angle = angle;
+  lm_real step = slope > LM_REAL(0) ? LM_REAL(0.25) * SCAN_STEP : LM_REAL(-0.25) * SCAN_STEP;
+  int i;
+  for (i = 0; i < CLIMB_STEPS; i++) {
+    lm_placement place;
+    step = step > STEP_MAX ? STEP_MAX : step;
+    step = step < -STEP_MAX ? -STEP_MAX : step;
+    place = lm_place_tooth(g->line, at.angle + step);
+    if (!reaches(g, &place, radius)) {
+      lm_real inside;
+      const maker tip = tip_on(g, at.angle + step, radius, &inside);
+      if (!(inside > LM_REAL(0))) {
+        return tip;
+      }
+      step = (tip.angle - at.angle) / LM_REAL(2);
+    }
+    last_angle = at.angle;
+    last_slope = slope;
+    at = make_here(g, at.angle + step, radius, &slope);
+    {
+      const lm_real bend = (slope - last_slope) / (at.angle - last_angle);
+      if (bend < LM_REAL(0)) {
+        step = -slope / bend;
+      } else {
+        step = slope > LM_REAL(0) ? SCAN_STEP / LM_REAL(2) : -SCAN_STEP / LM_REAL(2);
+      }
+    }
+    if (real_fabs(step) < CLIMB_END) {
+      break;
+    }
+  }
+  return at;
+}
+
+static maker greater(maker a, maker b) {
+  return b.theta > a.theta ? b : a;
+}
+
+/* All maxima on a radius, from the samples of the scan; the greatest. */
+static maker scan_radius(const generation *g, lm_real radius) {
+  maker best;
+  lm_real before = -REAL_INFINITY; /* two samples back, one back */
+  lm_real last = -REAL_INFINITY;
+  lm_real limit = -REAL_INFINITY;
+  lm_real candidate[2 * SCAN_HALF + 1];
+  lm_real value[2 * SCAN_HALF + 1];
+  int candidates = 0;
+  int i;
+  for (i = 0; i <= 2 * SCAN_HALF + 1; i++) {
+    lm_real now = -REAL_INFINITY;
+    if (i <= 2 * SCAN_HALF && reaches(g, &g->scan[i], radius)) {
+      const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_HALF);
+      const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
+      const lm_placement *p = &g->scan[i];
+      now = real_atan((foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
+                      (p->radius_mm + foot.along_mm * p->tilt_cos - foot.across_mm * p->tilt_sin)) +
+            lead_of(g, p, angle);
+    }
+    if (real_isfinite(last) && last >= before && last >= now) {
+      candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_HALF);
+      value[candidates] = last;
+      candidates++;
+      limit = last > limit ? last : limit;
+    }
+    before = last;
+    last = now;
+  }
+  best.theta = -REAL_INFINITY;
+  best.angle = LM_REAL(0);
+  best.slope = LM_REAL(0);
+  best.part = LM_PART_FLANK;
+  best.piece = 0;
+  /* Samples miss their maximum by less than a thousandth of the pitch. */
+  limit -= LM_REAL(2e-3) * LM_PI / LM_REAL(g->geometry->rigid_teeth);
+  for (i = 0; i < candidates; i++) {
+    if (value[i] >= limit) {
+      best = greater(best, climb(g, candidate[i], radius));
+    }
+  }
+  if (candidates == 0) { /* between two samples, next to the deformation axis */
+    best = climb(g, LM_REAL(0), radius);
+  }
+  return best;
+}
+
+/* --- the table -----------------------------------------------------------------------------------
+ */
+
+static lm_real radius_at(const lm_conjugate *c, lm_real place) {
+  return c->top_mm - (c->top_mm - c->low_mm) * place * place;
+}
+
+/* Near the angles that made the flank on both sides. */
+static maker between(const generation *g, const maker *a, const maker *b, lm_real share,
+                     lm_real radius) {
+  if (real_fabs(a->angle - b->angle) < SAME_ZONE) {
+    return climb(g, a->angle + share * (b->angle - a->angle), radius);
+  }
+  return greater(climb(g, a->angle, radius), climb(g, b->angle, radius));
+}
+
+static int same_maker(const maker *a, const maker *b) {
+  return a->part == b->part && a->piece == b->piece && real_fabs(a->angle - b->angle) < SAME_ZONE;
+}
+
+/* Slope by s. */
+static lm_real by_place(const lm_conjugate *c, const maker *m, lm_real place) {
+  return m->slope * LM_REAL(-2) * (c->top_mm - c->low_mm) * place;
+}
+
+/* The next node, reached from the last one by what makes the flank on this side of it. */
+static void add_node(lm_conjugate *c, lm_real place, const maker *from, lm_real from_place,
+                     const maker *to) {
+  const int i = c->intervals;
+  c->place[i + 1] = place;
+  c->half_angle_rad[i + 1] = to->theta;
+  c->slope_low[i] = by_place(c, from, from_place);
+  c->slope_high[i] = by_place(c, to, place);
+  c->intervals = i + 1;
+}
+
+/* A corner between two nodes: the place where another part of the flank, or another zone, takes
+ * over; narrowed down to two nodes a hair apart. */
+static void add_corner(const generation *g, lm_conjugate *c, maker *a, lm_real *a_place,
+                       const maker *b, lm_real b_place) {
+  lm_real from = *a_place;
+  lm_real to = b_place;
+  maker first = *a;
+  maker second = *b;
+  int i;
+  for (i = 0; i < CORNER_STEPS; i++) {
+    const lm_real middle = (from + to) / LM_REAL(2);
+    const maker found = between(g, &first, &second, LM_REAL(0.5), radius_at(c, middle));
+    if (same_maker(&found, a)) {
+      from = middle;
+      first = found;
+    } else {
+      to = middle;
+      second = found;
+    }
+  }
+  add_node(c, from, a, *a_place, &first);
+  add_node(c, to, &first, from, &second);
+  c->slope_high[c->intervals - 1] =
+      (second.theta - first.theta) / (to - from); /* across the corner: straight */
+  c->slope_low[c->intervals - 1] = c->slope_high[c->intervals - 1];
+  *a = second;
+  *a_place = to;
+}
+
+/* From one node to the next, whose number is `node`, over the corners between them as long as there
+ * is room for the nodes that follow. */
+static void add_piece(const generation *g, lm_conjugate *c, maker a, lm_real a_place, maker b,
+                      lm_real b_place, int node) {
+  while (!same_maker(&a, &b) && c->intervals + 3 + (NODES - node) <= LM_CONJUGATE_INTERVALS_MAX) {
+    add_corner(g, c, &a, &a_place, &b, b_place);
+  }
+  add_node(c, b_place, &a, a_place, &b);
+}
+
+/* Shift and backlash move the finished flank. */
+static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
+  int i;
+  for (i = 0; i <= c->intervals; i++) {
+    const lm_real radius = radius_at(c, c->place[i]);
+    const lm_real turn = backlash_mm / radius;
+    /* -backlash / radius^2 per mm */
+    const lm_real slope = turn / radius * LM_REAL(2) * (c->top_mm - c->low_mm) * c->place[i];
+    c->half_angle_rad[i] += turn;
+    if (i < c->intervals) {
+      c->slope_low[i] += slope;
+    }
+    if (i > 0) {
+      c->slope_high[i - 1] += slope;
+    }
+  }
+  c->low_mm += shift_mm;
+  c->top_mm += shift_mm;
+  c->land_mm = radius_at(c, c->place[0]);
+}
+
+static void start(generation *g, const lm_flank *flank, const lm_geometry *geometry,
+                  const lm_neutral_line *line) {
+  int i;
+  g->flank = flank;
+  g->geometry = geometry;
+  g->line = line;
+  for (i = 0; i <= 2 * SCAN_HALF; i++) {
+    g->scan[i] = lm_place_tooth(line, SCAN_STEP * LM_REAL(i - SCAN_HALF));
+  }
+}
+
+lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
+                            const lm_neutral_line *line, lm_real shift_mm, lm_real backlash_mm,
+                            lm_conjugate *conjugate, lm_fault *fault) {
+  const lm_real first_place = real_sqrt(LM_REAL(LM_CONJUGATE_LAND));
+  generation g;
+  lm_conjugate made;
+  maker last;
+  lm_real last_place;
+  lm_flank_foot tip;
+  int block;
+  if (flank == 0 || geometry == 0 || line == 0 || conjugate == 0) {
+    return refuse(fault, LM_NULL, "flank, geometry, line, conjugate");
+  }
+  start(&g, flank, geometry, line);
+  tip = lm_evaluate_flank(flank, flank->high_mm);
+  made.low_mm = geometry->rigid_tip_mm - shift_mm;
+  made.top_mm = polar_radius(&g.scan[SCAN_HALF], &tip);
+  if (!(made.top_mm > made.low_mm + LM_REAL(0.01) * geometry->module_mm)) {
+    return refuse_contradiction(fault, "teeth.engagement_depth", made.top_mm, made.low_mm,
+                                REAL_INFINITY);
+  }
+  made.intervals = 0;
+  last_place = first_place;
+  last = scan_radius(&g, radius_at(&made, last_place));
+  made.place[0] = last_place;
+  made.half_angle_rad[0] = last.theta;
+  for (block = 0; block < NODES / SCAN_EVERY; block++) {
+    const lm_real width = (LM_REAL(1) - first_place) / LM_REAL(NODES / SCAN_EVERY);
+    const lm_real from = last_place;
+    const maker before = last;
+    const lm_real end = first_place + width * LM_REAL(block + 1);
+    const maker after = scan_radius(&g, radius_at(&made, end));
+    int i;
+    for (i = 1; i <= SCAN_EVERY; i++) {
+      const lm_real share = LM_REAL(i) / LM_REAL(SCAN_EVERY);
+      const lm_real place = from + share * (end - from);
+      const maker here =
+          i < SCAN_EVERY ? between(&g, &before, &after, share, radius_at(&made, place)) : after;
+      add_piece(&g, &made, last, last_place, here, place, block * SCAN_EVERY + i);
+      last = here;
+      last_place = place;
+    }
+  }
+  displace(&made, shift_mm, backlash_mm);
+  *conjugate = made;
+  return LM_OK;
+}
+
+lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm) {
+  const lm_conjugate *c = conjugate;
+  const lm_real height = c->top_mm - c->low_mm;
+  const lm_real below = (c->top_mm - radius_mm) / height;
+  lm_real place = c->place[0];
+  lm_involute_point point;
+  lm_real width;
+  lm_real x;
+  lm_real rest;
+  int low = 0;
+  int high = c->intervals;
+  point.tangent = LM_REAL(0);
+  point.pressure_angle_rad = LM_REAL(0);
+  if (!(below > place * place)) { /* beyond the top: radial */
+    point.half_angle_rad = c->half_angle_rad[0];
+    return point;
+  }
+  place = real_sqrt(below);
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    if (place < c->place[middle]) {
+      high = middle;
+    } else {
+      low = middle;
+    }
+  }
+  width = c->place[low + 1] - c->place[low];
+  x = (place - c->place[low]) / width;
+  rest = LM_REAL(1) - x;
+  point.half_angle_rad =
+      rest * rest *
+          ((LM_REAL(1) + LM_REAL(2) * x) * c->half_angle_rad[low] + x * width * c->slope_low[low]) +
+      x * x *
+          ((LM_REAL(1) + LM_REAL(2) * rest) * c->half_angle_rad[low + 1] -
+           rest * width * c->slope_high[low]);
+  point.tangent =
+      (LM_REAL(6) * x * rest * (c->half_angle_rad[low + 1] - c->half_angle_rad[low]) / width +
+       rest * (LM_REAL(1) - LM_REAL(3) * x) * c->slope_low[low] +
+       x * (LM_REAL(1) - LM_REAL(3) * rest) * c->slope_high[low]) *
+      radius_mm / (LM_REAL(2) * height * place);
+  point.pressure_angle_rad = real_atan(point.tangent);
+  return point;
+}
+
+/* --- zones ---------------------------------------------------------------------------------------
+ */
+
+/* Cross product of both derivatives of the point: 0 where the relative velocity lies in the flank.
+ */
+static lm_real envelope(const generation *g, const lm_flank_foot *foot, lm_real angle,
+                        swept_point *p) {
+  const motion m = move_tooth(g, angle);
+  *p = sweep(&m, foot);
+  return p->theta_phi * p->radius_u - p->theta_u * p->radius_phi;
+}
+
+/* Regula falsi with the Illinois correction. */
+#define ZONE_STEPS 12
+
+static lm_conjugate_contact find_contact(const generation *g, const lm_flank_foot *foot, lm_real a,
+                                         lm_real b, lm_real at_a, lm_real at_b) {
+  lm_conjugate_contact contact;
+  lm_real angle = a;
+  swept_point p;
+  int side = 0;
+  int i;
+  for (i = 0; i < ZONE_STEPS; i++) {
+    lm_real value;
+    angle = (a * at_b - b * at_a) / (at_b - at_a);
+    value = envelope(g, foot, angle, &p);
+    if (value == LM_REAL(0)) {
+      break;
+    }
+    if ((value > LM_REAL(0)) == (at_a > LM_REAL(0))) {
+      a = angle;
+      at_a = value;
+      at_b = side == -1 ? at_b / LM_REAL(2) : at_b;
+      side = -1;
+    } else {
+      b = angle;
+      at_b = value;
+      at_a = side == 1 ? at_a / LM_REAL(2) : at_a;
+      side = 1;
+    }
+  }
+  contact.angle_rad = angle;
+  contact.radius_mm = p.radius_mm;
+  contact.half_angle_rad = p.theta_rad;
+  contact.beyond_mm = (scan_radius(g, p.radius_mm).theta - p.theta_rad) * p.radius_mm;
+  return contact;
+}
+
+lm_status lm_find_conjugate_contacts(const lm_flank *flank, const lm_geometry *geometry,
+                                     const lm_neutral_line *line, lm_real parameter_mm,
+                                     lm_conjugate_contact contacts[], int capacity, int *count,
+                                     lm_fault *fault) {
+  generation g;
+  lm_flank_foot foot;
+  swept_point p;
+  lm_real before;
+  lm_status status;
+  int found = 0;
+  int i;
+  if (flank == 0 || geometry == 0 || line == 0 || contacts == 0 || count == 0) {
+    return refuse(fault, LM_NULL, "flank, geometry, line, contacts, count");
+  }
+  status = check_range(fault, "parameter_mm", parameter_mm, flank->low_mm, flank->high_mm);
+  if (status != LM_OK) {
+    return status;
+  }
+  start(&g, flank, geometry, line);
+  foot = lm_evaluate_flank(flank, parameter_mm);
+  before = envelope(&g, &foot, -SCAN_STEP * LM_REAL(SCAN_HALF), &p);
+  for (i = 1; i <= 2 * SCAN_HALF && found < capacity; i++) {
+    const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_HALF);
+    const lm_real now = envelope(&g, &foot, angle, &p);
+    if ((before > LM_REAL(0)) != (now > LM_REAL(0))) {
+      contacts[found] = find_contact(&g, &foot, angle - SCAN_STEP, angle, before, now);
+      found++;
+    }
+    before = now;
+  }
+  *count = found;
+  return LM_OK;
+}

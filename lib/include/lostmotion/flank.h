@@ -1,0 +1,84 @@
+/* The flank of a flexspline tooth as a curve in the tooth's own frame, theory/flanks.md.
+ *
+ * Frame: origin on the neutral line, y along the tooth's axis away from it, x across at growing
+ * angles. A flank is a function of one parameter, the radius: of an involute the distance from the
+ * gear's centre; of other flanks r_m + y, the height along the tooth's axis, so that both name the
+ * same place to within x^2 / (2 r). Every kind gives position and tangent, and its curvature; the
+ * involute has the same closed forms as in involute.h.
+ */
+#ifndef LOSTMOTION_FLANK_H
+#define LOSTMOTION_FLANK_H
+
+#include "lostmotion/drive.h"
+#include "lostmotion/involute.h"
+#include "lostmotion/real.h"
+#include "lostmotion/status.h"
+
+LM_BEGIN_DECLS
+
+/* A point of the flexspline's flank at growing angles, in the frame of its own tooth or space:
+ * origin on the neutral line, and the derivatives along the flank by the parameter. */
+typedef struct lm_flank_foot {
+  lm_real radius_mm; /* the parameter */
+  lm_real across_mm;
+  lm_real along_mm;
+  lm_real across_slope;
+  lm_real along_slope;
+} lm_flank_foot;
+
+/* Convex arc, common tangent, concave arc, mm in the tooth's frame. From the tip (A) to B the flank
+ * lies right of the convex centre, from B to C it is straight, from C to the root (D) it lies left
+ * of the concave centre. */
+typedef struct lm_double_arc {
+  lm_real convex_mm; /* rho_a */
+  lm_real convex_across_mm;
+  lm_real convex_along_mm;
+  lm_real concave_mm; /* rho_f */
+  lm_real concave_across_mm;
+  lm_real concave_along_mm;
+  lm_real inclination_rad; /* delta_L, of the tangent against the tooth's axis */
+  lm_real tangent;         /* of delta_L */
+  lm_real upper_mm;        /* y of B */
+  lm_real upper_across_mm; /* x of B */
+  lm_real lower_mm;        /* y of C */
+} lm_double_arc;
+
+/* Largest number of joints: B and C. */
+#define LM_FLANK_JOINTS_MAX 2
+
+typedef struct lm_flank {
+  lm_flank_kind kind;
+  lm_real neutral_mm; /* r_m, where the frame's origin lies */
+  lm_real low_mm;     /* parameter at the end towards the gear's centre */
+  lm_real high_mm;    /* and at the other end */
+  lm_involute involute;
+  lm_double_arc arc;
+  lm_real relief_mm; /* tip relief at high_mm; 0: none */
+  lm_real relief_from_mm;
+  int joints; /* where the curvature jumps, rising parameters */
+  lm_real joint_mm[LM_FLANK_JOINTS_MAX];
+} lm_flank;
+
+/* The flexspline's flank of a checked drive with its geometry; its tip relief is left out where
+ * `relieved` is 0. LM_INCONSISTENT, naming the keys that disagree: "flank.rho_a, flank.rho_f" (arcs
+ * that overlap: no common tangent between them), "flank.rho_a, teeth.tooth_height" and
+ * "flank.rho_f, teeth.root_clearance" (an arc that ends before tip or root), "flank.rho_a,
+ * flank.X_a" and "flank.rho_f, flank.X_f" (tip or root on the straight part), "flank.rho_f,
+ * flank.l_f" (teeth that run into each other at the root), "flank.rho_a, flank.l_a" (a tooth
+ * without thickness at its tip). */
+lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int relieved,
+                        lm_flank *flank, lm_fault *fault);
+
+/* Position and tangent at a parameter between the ends. */
+lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm);
+
+/* Curvature there, 1/mm: above 0 where the tooth is convex. Without tip relief. */
+lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm);
+
+/* The parameter whose point stands at a distance from the undeformed gear's centre, between the
+ * ends. */
+lm_real lm_flank_at_radius(const lm_flank *flank, lm_real radius_mm);
+
+LM_END_DECLS
+
+#endif

@@ -1,0 +1,134 @@
+"""Flanks of two arcs with a common tangent, and what such a tooth leaves of a rigid gear.
+
+The arcs are drawn from their centres and the tangent is looked for as a line at the distance of one
+radius from each. The conjugate flank is made as a slotting tool would: the tooth is put on the
+deformed neutral line at many angles, and at each radius the rigid gear keeps what no position
+reaches. Points are complex numbers [mm], the tooth's axis is the real axis, as in `polygons`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from . import polygons
+
+SWEEP_STEP_DEG = 0.05
+"""Between two positions of the tool [deg]; the flank is 1e-4 arcmin off for it."""
+
+NODE_STEP_DEG = 1.0
+"""Between two positions that are found on the neutral line [deg]; a spline through them is 3e-6
+arcmin off the line."""
+
+SWEEP_HALF_DEG = 70.0
+"""Beyond this material angle a tooth is out of mesh [deg]."""
+
+LAND_SHARE = 0.02
+"""Share of the height below the reach of the tip where the space is left radial, as by the library.
+"""
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """Convex arc at the tip, common tangent, concave arc at the root [mm].
+
+    Attributes
+    ----------
+    convex_mm, concave_mm : float
+        Radii.
+    convex_centre, concave_centre : complex
+        Centres: real part from the gear's centre along the tooth's axis, imaginary part across.
+    inner_mm, outer_mm : float
+        Root and tip, along the tooth's axis.
+    """
+
+    convex_mm: float
+    convex_centre: complex
+    concave_mm: float
+    concave_centre: complex
+    inner_mm: float
+    outer_mm: float
+
+
+def tangent_rad(arcs: Arcs) -> float:
+    """Inclination of the line that touches both arcs between them, against the tooth's axis."""
+    apart = arcs.concave_centre - arcs.convex_centre
+
+    def missing(angle: float) -> float:
+        normal = complex(math.sin(angle), math.cos(angle))
+        return (apart * normal.conjugate()).real - arcs.convex_mm - arcs.concave_mm
+
+    line_of_centres = math.atan2(apart.real, apart.imag)
+    return float(brentq(missing, line_of_centres, line_of_centres + math.pi / 2, xtol=1e-15))
+
+
+def upper_flank(arcs: Arcs, points: int) -> NDArray[np.complex128]:
+    """Upper flank of the undeformed tooth [mm] from root to tip, by height along its axis."""
+    angle = tangent_rad(arcs)
+    normal = complex(math.sin(angle), math.cos(angle))
+    upper = arcs.convex_centre + arcs.convex_mm * normal
+    lower = arcs.concave_centre - arcs.concave_mm * normal
+    ends = [arcs.inner_mm, lower.real, upper.real, arcs.outer_mm]
+    height = np.unique(
+        np.concatenate([np.linspace(a, b, points // 3) for a, b in itertools.pairwise(ends)])
+    )
+    convex = arcs.convex_centre.imag + np.sqrt(
+        np.maximum(arcs.convex_mm**2 - (height - arcs.convex_centre.real) ** 2, 0)
+    )
+    concave = arcs.concave_centre.imag - np.sqrt(
+        np.maximum(arcs.concave_mm**2 - (height - arcs.concave_centre.real) ** 2, 0)
+    )
+    straight = np.interp(height, ends[1:3], [lower.imag, upper.imag])
+    across = np.where(
+        height >= upper.real, convex, np.where(height <= lower.real, concave, straight)
+    )
+    return height + 1j * across
+
+
+def swept_flank(
+    design: polygons.Design,
+    tool: NDArray[np.complex128],
+    inner_mm: float,
+    points: int = polygons.FLANK_POINTS,
+) -> NDArray[np.complex128]:
+    """Upper flank of the rigid space [mm] that a moving flexspline tooth leaves.
+
+    Parameters
+    ----------
+    tool : ndarray of complex, shape (n,)
+        Upper flank of the undeformed tooth, from root to tip.
+    inner_mm : float
+        Tip radius of the rigid gear.
+    """
+    top = float(np.abs(polygons.on_line(design, tool, 0.0)).max())
+    share = np.linspace(1.0, math.sqrt(LAND_SHARE), points)
+    radius = top - (top - inner_mm) * share**2
+    reach = np.full(points, -np.inf)
+    node = np.radians(np.arange(0.0, SWEEP_HALF_DEG + 2 * NODE_STEP_DEG, NODE_STEP_DEG))
+    frame = np.array(
+        [polygons.on_line(design, polygons.frame_points(design), angle) for angle in node]
+    )
+    frame *= np.exp(-1j * polygons.rigid_axis_rad(design, node))[:, None]
+    # The line is symmetric about the deformation axis.
+    path = CubicSpline(
+        np.concatenate((-node[:0:-1], node)), np.concatenate((np.conj(frame[:0:-1]), frame))
+    )
+    steps = round(SWEEP_HALF_DEG / SWEEP_STEP_DEG)
+    from_neutral = tool - polygons.radii(design).neutral_mm
+    for angle in np.radians(np.linspace(-SWEEP_HALF_DEG, SWEEP_HALF_DEG, 2 * steps + 1)):
+        origin, end = path(angle)
+        placed = origin + from_neutral * (end - origin) / abs(end - origin)
+        rho = np.abs(placed)
+        if rho[-1] > inner_mm:
+            reach = np.maximum(
+                reach, np.interp(radius, rho, np.angle(placed), left=-np.inf, right=-np.inf)
+            )
+    flank = radius * np.exp(1j * reach)
+    beyond = (top + 0.1 * design.module_mm) * np.exp(1j * reach[-1])
+    return np.append(flank, beyond)

@@ -1,0 +1,321 @@
+"""Double arcs and conjugate flanks against polygons that share no formula with the library.
+
+The rigid flank is swept by the tooth itself (tests/brute_force/arcs.py), then both are turned until
+they touch, as in test_clearances_against_polygons.py. Bar: 0.005 arcmin, float64; 0.01 arcmin more
+in float32. CI sees a few drives; `LM_FLANK_DRIVES=50` in the environment, as ./dev check sets it,
+all of them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lostmotion.drives import parse_drive
+from lostmotion.errors import InputError
+from lostmotion.model import DesignModel
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from brute_force import arcs, polygons
+
+ARCMIN = math.pi / 180 / 60
+BAR_ARCMIN = 0.005
+BAR_FLOAT32_ARCMIN = 0.01
+DRIVES = int(os.environ.get("LM_FLANK_DRIVES", "3"))
+GENERATORS = ("cosine", "discs", "rollers", "ellipse")
+
+
+def drawn_document(rng: np.random.Generator, kind: str) -> dict[str, Any]:
+    """Draw a double arc near those of the literature, with its conjugate."""
+    module = float(rng.choice([0.16, 0.25, 0.4, 0.5, 1.0]))
+    teeth = int(2 * rng.integers(40, 121))
+    rho_a, x_a = rng.uniform(0.9, 2.0), rng.uniform(0.0, 0.5)
+    beta = {"discs": rng.uniform(20, 40), "rollers": rng.uniform(15, 33)}
+    design: dict[str, Any] = {
+        "teeth": {
+            "module_mm": module,
+            "flexspline_teeth": teeth,
+            "rigid_teeth": teeth + 2,
+            "flexspline_shift": rng.uniform(-0.1, 0.4),
+            "rigid_shift": 0.0,
+            "rack_addendum": 0.6,
+            "root_clearance": rng.uniform(0.1, 0.25),
+            "tooth_height": rng.uniform(1.2, 1.5),
+            "engagement_depth": rng.uniform(0.8, 1.0),
+            "face_width_mm": max(0.2 * teeth * module, 0.5),
+            "flexspline_flank": "double_arc",
+            "rigid_flank": "conjugate",
+        },
+        "generator": {
+            "type": kind,
+            "deflection_mm": rng.uniform(0.85, 1.15) * module,
+            "contact_half_angle_deg": float(beta.get(kind, 0.0)),
+        },
+        "flexspline": {"rim_thickness_mm": rng.uniform(0.009, 0.016) * module * teeth},
+        "flank": {
+            "rho_a": rho_a,
+            "X_a": x_a,
+            "l_a": math.sqrt(rho_a**2 - x_a**2) - rng.uniform(0.55, 0.72),
+            "rho_f": rng.uniform(1.0, 2.0),
+            "delta_L_deg": rng.uniform(8, 20),
+            "h_l": rng.uniform(0.05, 0.35),
+            "backlash_mm": float(rng.choice([0.0, 0.004])) * module,
+        },
+    }
+    return {
+        "drive": {"name": "random", "ratio": teeth // 2, "rated_torque_Nm": 10.0},
+        "design": design,
+    }
+
+
+def random_document(seed: int) -> dict[str, Any]:
+    """Return the first drawn drive whose arcs make a tooth."""
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        document = drawn_document(rng, GENERATORS[seed % len(GENERATORS)])
+        try:
+            DesignModel(parse_drive(document).design)
+        except InputError:
+            continue
+        return document
+    pytest.fail(f"seed {seed} drew no tooth")
+
+
+def brute_design(document: dict[str, Any]) -> polygons.Design:
+    """Give the same motion to the polygons."""
+    t, g = document["design"]["teeth"], document["design"]["generator"]
+    return polygons.Design(
+        deformation="internal",
+        module_mm=t["module_mm"],
+        flexspline_teeth=t["flexspline_teeth"],
+        rigid_teeth=t["rigid_teeth"],
+        pressure_angle_deg=20.0,
+        flexspline_shift=t["flexspline_shift"] + polygons.ADDENDUM_MODULES - t["rack_addendum"],
+        rigid_shift=0.0,
+        tooth_height=t["tooth_height"],
+        engagement_depth=t["engagement_depth"],
+        root_clearance=t["root_clearance"],
+        rim_thickness_mm=document["design"]["flexspline"]["rim_thickness_mm"],
+        generator_type=g["type"],
+        deflection_mm=g["deflection_mm"],
+        contact_half_angle_deg=g["contact_half_angle_deg"],
+    )
+
+
+def drawn_arcs(document: dict[str, Any]) -> arcs.Arcs:
+    """Draw the arcs of a document: the concave one hangs on the end of the tangent."""
+    t, f = document["design"]["teeth"], document["design"]["flank"]
+    m = t["module_mm"]
+    reference = m * (t["flexspline_teeth"] / 2 + t["flexspline_shift"])
+    root = reference - m * (t["rack_addendum"] + t["root_clearance"])
+    convex = complex(reference - f["X_a"] * m, -f["l_a"] * m)
+    if "delta_L_deg" in f:
+        angle = math.radians(f["delta_L_deg"])
+        normal = complex(math.sin(angle), math.cos(angle))
+        down = complex(-math.cos(angle), math.sin(angle))
+        concave = (
+            convex + (f["rho_a"] + f["rho_f"]) * m * normal + f["h_l"] * m / math.cos(angle) * down
+        )
+    else:
+        concave = complex(reference + f["X_f"] * m, (math.pi / 2 + f["l_f"]) * m)
+    return arcs.Arcs(
+        f["rho_a"] * m, convex, f["rho_f"] * m, concave, root, root + m * t["tooth_height"]
+    )
+
+
+def largest_error_arcmin(document: dict[str, Any], angles_deg: np.ndarray) -> float:
+    design, drawn = brute_design(document), drawn_arcs(document)
+    radii = polygons.radii(design)
+    tooth = arcs.upper_flank(drawn, polygons.FLANK_POINTS)
+    rigid = arcs.swept_flank(design, tooth, radii.rigid_inner_mm)
+    wider = document["design"]["flank"].get("backlash_mm", 0.0)
+    rigid = rigid * np.exp(1j * wider / np.abs(rigid))
+    model = DesignModel(parse_drive(document).design)
+    single = DesignModel(parse_drive(document).design, 32)
+    found = model.clearances(angles_rad=np.radians(angles_deg))
+    rough = single.clearances(angles_rad=np.radians(angles_deg))
+    worst = 0.0
+    for flank in ("forward", "backward"):
+        gaps = getattr(found, f"{flank}_rad")
+        for i, angle in enumerate(angles_deg):
+            turned = polygons.turned_contact(design, tooth, rigid, float(angle), flank)
+            assert (turned is not None) == math.isfinite(gaps[i]), (angle, flank)
+            if turned is not None:
+                worst = max(worst, abs(float(gaps[i]) - turned.gap_rad) / ARCMIN)
+        both = np.isfinite(gaps) & np.isfinite(getattr(rough, f"{flank}_rad"))
+        difference = np.abs(getattr(rough, f"{flank}_rad")[both] - gaps[both]) / ARCMIN
+        assert np.all(difference < BAR_FLOAT32_ARCMIN)
+    return worst
+
+
+@pytest.mark.parametrize("seed", range(DRIVES))
+def test_double_arcs_agree_with_swept_and_turned_polygons(seed: int) -> None:
+    angles = np.random.default_rng(20_000 + seed).uniform(-20, 50, 6)
+    assert largest_error_arcmin(random_document(seed), angles) < BAR_ARCMIN
+
+
+PUBLISHED = {
+    # Liu et al., Machines 2025, 13, 535, section 3.5, over its module of 0.5 mm. Addendum and
+    # dedendum are not printed there: 0.275 and 0.375 mm, as a public re-implementation takes them.
+    "rho_a": 0.685 / 0.5,
+    "l_a": 0.332 / 0.5,
+    "X_a": 0.155 / 0.5,
+    "rho_f": 0.785 / 0.5,
+    "l_f": 0.330 / 0.5,
+    "X_f": 0.134 / 0.5,
+}
+
+
+def published_document(**flank: Any) -> dict[str, Any]:
+    return {
+        "drive": {"name": "published", "ratio": 50, "rated_torque_Nm": 10.0},
+        "design": {
+            "teeth": {
+                "module_mm": 0.5,
+                "flexspline_teeth": 100,
+                "rigid_teeth": 102,
+                "flexspline_shift": 0.0,
+                "rigid_shift": 0.0,
+                "rack_addendum": 0.6,
+                "root_clearance": 0.15,
+                "tooth_height": 1.3,
+                "engagement_depth": 1.0,
+                "face_width_mm": 10.0,
+                "flexspline_flank": "double_arc",
+                "rigid_flank": "conjugate",
+            },
+            "generator": {
+                "type": "cosine",
+                "deflection_mm": 0.5,
+                "contact_half_angle_deg": 0.0,
+            },
+            # s - t / 2 = 0.35 mm from root to neutral line: s = 0.01 m z, t = 0.6 s
+            "flexspline": {"rim_thickness_mm": 0.7},
+            "flank": {**PUBLISHED, **flank},
+        },
+    }
+
+
+def made_mesh(document: dict[str, Any]) -> tuple[DesignModel, Any]:
+    model = DesignModel(parse_drive(document).design)
+    mesh = model.core.ffi.new("lm_mesh *")
+    fault = model.core.fault()
+    status = model.core.lib.lm_make_mesh(model.drive, 1.0, 256, mesh, fault)
+    model.core.check(status, fault)
+    return model, mesh
+
+
+def test_the_published_arcs_have_the_tangent_of_their_own_formulas() -> None:
+    """Formulas of the paper (and of theory/flanks.md): eps, sigma, delta, height of the tangent."""
+    arc = made_mesh(published_document())[1].flank.arc
+    across = math.pi * 0.5 / 2 + 0.330 + 0.332
+    apart = math.hypot(across, 0.155 + 0.134)
+    delta = math.acos((0.685 + 0.785) / apart) + math.atan2(0.155 + 0.134, across)
+    assert math.isclose(arc.inclination_rad, delta, rel_tol=1e-12)
+    assert math.isclose(arc.inclination_rad, math.radians(16.446), abs_tol=1e-5)
+    height = apart * math.sin(math.acos((0.685 + 0.785) / apart)) * math.cos(delta)
+    assert math.isclose(arc.upper_mm - arc.lower_mm, height, rel_tol=1e-12)
+
+
+def test_a_stated_tangent_is_the_same_flank_as_its_centres() -> None:
+    model, mesh = made_mesh(published_document())
+    arc = mesh.flank.arc
+    stated = published_document(
+        delta_L_deg=math.degrees(arc.inclination_rad), h_l=(arc.upper_mm - arc.lower_mm) / 0.5
+    )
+    other = DesignModel(parse_drive(stated).design).clearances().forward_rad
+    assert np.allclose(model.clearances().forward_rad, other, rtol=0, atol=1e-12)
+
+
+def test_the_flank_has_the_tangent_and_curvature_of_its_points() -> None:
+    model, mesh = made_mesh(published_document(tip_relief_mm=0.0))
+    lib, flank = model.core.lib, model.core.ffi.addressof(mesh, "flank")
+    for parameter in np.linspace(flank.low_mm + 0.003, flank.high_mm - 0.003, 11):
+        before, at, after = (
+            lib.lm_evaluate_flank(flank, parameter + step) for step in (-1e-4, 0.0, 1e-4)
+        )
+        slope = (after.across_mm - before.across_mm) / 2e-4
+        bend = (after.across_mm - 2 * at.across_mm + before.across_mm) / 1e-8
+        assert math.isclose(at.across_slope, slope, abs_tol=1e-6)
+        curvature = -bend / (1 + slope**2) ** 1.5
+        assert math.isclose(lib.lm_flank_curvature(flank, parameter), curvature, abs_tol=2e-5)
+
+
+def test_a_conjugate_flank_touches_over_its_zone() -> None:
+    """Every envelope point that no other position crosses lies on the table, within 1e-6 modules;
+    where a point meets it twice there are two zones."""
+    model, mesh = made_mesh(published_document())
+    c = model.core
+    flank, conjugate = c.ffi.addressof(mesh, "flank"), c.ffi.addressof(mesh, "conjugate")
+    contacts, count = c.ffi.new("lm_conjugate_contact[8]"), c.ffi.new("int *")
+    touched = twice = 0
+    for parameter in np.linspace(flank.low_mm, flank.high_mm, 60):
+        status = c.lib.lm_find_conjugate_contacts(
+            flank,
+            c.ffi.addressof(mesh, "geometry"),
+            c.ffi.addressof(mesh, "line"),
+            parameter,
+            contacts,
+            8,
+            count,
+            c.ffi.NULL,
+        )
+        assert status == c.lib.LM_OK
+        twice += count[0] > 1
+        for contact in list(contacts)[: count[0]]:
+            made = conjugate.low_mm < contact.radius_mm < conjugate.land_mm
+            if made and abs(contact.beyond_mm) < 1e-9:
+                half = c.lib.lm_rigid_flank_at(mesh, contact.radius_mm).half_angle_rad
+                gap_mm = (half - contact.half_angle_rad) * contact.radius_mm
+                assert abs(gap_mm) < 1e-6 * 0.5
+                touched += 1
+    assert touched > 15
+    assert twice > 0
+
+
+def test_backlash_and_relief_open_the_clearance_by_what_they_say() -> None:
+    tight = DesignModel(parse_drive(published_document()).design).clearances()
+    wide = DesignModel(parse_drive(published_document(backlash_mm=0.002)).design).clearances()
+    near = (np.abs(tight.angle_rad) < math.radians(40)) & np.isfinite(tight.forward_rad)
+    turned = wide.forward_rad[near] - tight.forward_rad[near]
+    opened = turned * tight.forward_radius_mm[near]
+    assert np.allclose(opened, 0.002, rtol=0, atol=1e-5)
+    relieved = DesignModel(
+        parse_drive(published_document(tip_relief_mm=0.003, tip_relief_height=0.4)).design
+    ).clearances()
+    more_mm = (relieved.forward_rad[near] - tight.forward_rad[near]) * 26
+    assert more_mm.min() > -1e-9
+    assert 0.0005 < more_mm.max() < 0.0035
+
+
+@pytest.mark.parametrize(
+    ("changes", "keys"),
+    [
+        ({"rho_a": 1.6, "rho_f": 1.6}, "flank.rho_a and design.flank.rho_f"),
+        ({"rho_a": 0.84, "delta_L_deg": 15.0}, "flank.rho_a and design.teeth.tooth_height"),
+        ({"delta_L_deg": 55.0}, "flank.rho_a and design.flank.X_a"),
+        ({"delta_L_deg": 12.0, "h_l": 1.2}, "flank.rho_f and design.flank.X_f"),
+        ({"l_a": 1.4, "delta_L_deg": 15.0}, "flank.rho_a and design.flank.l_a"),
+    ],
+)
+def test_arcs_that_make_no_flank_are_refused_by_both_keys(
+    changes: dict[str, float], keys: str
+) -> None:
+    with pytest.raises(InputError) as refusal:
+        DesignModel(parse_drive(published_document(**changes)).design)
+    assert keys in str(refusal.value)
+
+
+def test_a_ring_generator_has_involutes_only() -> None:
+    document = published_document()
+    document["design"]["teeth"].update(deformation="external", rigid_teeth=98)
+    document["design"]["generator"].update(type="ring", contact_half_angle_deg=30.0)
+    document["drive"]["ratio"] = 50
+    with pytest.raises(InputError, match="flexspline_flank"):
+        DesignModel(parse_drive(document).design)
