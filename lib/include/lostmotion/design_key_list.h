@@ -168,32 +168,33 @@
       0, SAME, "radial stiffness of one lobe of the ring that closes the gap, equation (9a)")
 
 /* Flanks that are no involutes. Usual arcs: Liu et al., Machines 2025, 13, 535, section 3.5, in
- * modules; the tangent's height as those arcs give it. */
-#define LM_FLANK_KEYS(ROW, DEPENDENT)                                                              \
-  DEPENDENT(RHO_A, flank, rho_a, , REAL, ONE, 0.2, 20, DEFAULT, 1.37, SAME,                        \
-            "double arc: radius of the convex arc at the tip, in modules")                         \
-  DEPENDENT(L_A, flank, l_a, , REAL, ONE, -2, 20, DEFAULT, 0.664, SAME,                            \
-            "double arc: offset of the convex arc's centre across the tooth's axis, in modules")   \
-  DEPENDENT(X_A, flank, X_a, , REAL, ONE, -2, 10, DEFAULT, 0.31, SAME,                             \
-            "double arc: depth of the convex arc's centre below the reference circle, in modules") \
-  DEPENDENT(RHO_F, flank, rho_f, , REAL, ONE, 0.2, 20, DEFAULT, 1.57, SAME,                        \
-            "double arc: radius of the concave arc at the root, in modules")                       \
-  DEPENDENT(L_F, flank, l_f, , REAL, ONE, -2, 20, DEFAULT, 0.66, SAME,                             \
-            "double arc: offset of the concave arc's centre across the space's axis, in modules")  \
-  DEPENDENT(X_F, flank, X_f, , REAL, ONE, -2, 10, DEFAULT, 0.268, SAME,                            \
-            "double arc: height of the concave arc's centre above the reference circle, in "       \
-            "modules")                                                                             \
-  DEPENDENT(DELTA_L_DEG, flank, delta_L, _rad, REAL, DEGREE, 0, 60, DEFAULT, 0, IN_DEG,            \
-            "double arc: inclination of the common tangent; 0: it follows from both centres; "     \
-            "above 0, l_f and X_f follow from it and are not read (arc, straight, arc)")           \
-  DEPENDENT(H_L, flank, h_l, , REAL, ONE, 0.01, 2, DEFAULT, 0.25, SAME,                            \
-            "double arc: height of the common tangent, in modules; read with delta_L")             \
-  ROW(TIP_RELIEF_MM, flank, tip_relief, _mm, REAL, MODULE, 0, 0.1, FILLED, 0, SAME,                \
-      "relief of the flexspline's tip: what is taken off its flank across the tooth there; the "   \
-      "conjugate is generated without it")                                                         \
-  ROW(TIP_RELIEF_HEIGHT, flank, tip_relief_height, , REAL, ONE, 0, 1, DEFAULT, 0.3, SAME,          \
-      "height below the tip at which the relief begins, in modules; it grows with the square")     \
-  ROW(BACKLASH_MM, flank, backlash, _mm, REAL, MODULE, -0.05, 0.2, FILLED, 0, SAME,                \
+ * modules; the tangent's height as those arcs give it. A radius or height of 0 is one that an
+ * involute leaves unsaid. */
+#define LM_FLANK_KEYS(ROW, DEPENDENT)                                                            \
+  ROW(RHO_A, flank, rho_a, , REAL, ONE, 0, 20, DEFAULT, 1.37, SAME,                              \
+      "double arc: radius of the convex arc at the tip, in modules, 0.2 at least")               \
+  ROW(L_A, flank, l_a, , REAL, ONE, -2, 20, DEFAULT, 0.664, SAME,                                \
+      "double arc: offset of the convex arc's centre across the tooth's axis, in modules")       \
+  ROW(X_A, flank, X_a, , REAL, ONE, -2, 10, DEFAULT, 0.31, SAME,                                 \
+      "double arc: depth of the convex arc's centre below the reference circle, in modules")     \
+  ROW(RHO_F, flank, rho_f, , REAL, ONE, 0, 20, DEFAULT, 1.57, SAME,                              \
+      "double arc: radius of the concave arc at the root, in modules, 0.2 at least")             \
+  ROW(L_F, flank, l_f, , REAL, ONE, -2, 20, DEFAULT, 0.66, SAME,                                 \
+      "double arc: offset of the concave arc's centre across the space's axis, in modules")      \
+  ROW(X_F, flank, X_f, , REAL, ONE, -2, 10, DEFAULT, 0.268, SAME,                                \
+      "double arc: height of the concave arc's centre above the reference circle, in "           \
+      "modules")                                                                                 \
+  ROW(DELTA_L_DEG, flank, delta_L, _rad, REAL, DEGREE, 0, 60, DEFAULT, 0, IN_DEG,                \
+      "double arc: inclination of the common tangent; 0: it follows from both centres; "         \
+      "above 0, l_f and X_f follow from it and are not read (arc, straight, arc)")               \
+  ROW(H_L, flank, h_l, , REAL, ONE, 0, 2, DEFAULT, 0.25, SAME,                                   \
+      "double arc: height of the common tangent, in modules, 0.01 at least; read with delta_L")  \
+  ROW(TIP_RELIEF_MM, flank, tip_relief, _mm, REAL, MODULE, 0, 0.1, FILLED, 0, SAME,              \
+      "relief of the flexspline's tip: what is taken off its flank across the tooth there; the " \
+      "conjugate is generated without it")                                                       \
+  ROW(TIP_RELIEF_HEIGHT, flank, tip_relief_height, , REAL, ONE, 0, 1, DEFAULT, 0.3, SAME,        \
+      "height below the tip at which the relief begins, in modules; it grows with the square")   \
+  ROW(BACKLASH_MM, flank, backlash, _mm, REAL, MODULE, -0.05, 0.2, FILLED, 0, SAME,              \
       "constant side clearance that a conjugate flank is given, along the circumference")
 
 /* Keys of [design] itself. */
