@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from small_campaigns import ARCSEC, RATED_NM, campaign
 
-from lostmotion.discover.fitted_model import table_of
+from lostmotion.discover.stepwise_fit import table_of
 from lostmotion.discover.linearise import settle
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import Conditions
@@ -83,7 +83,8 @@ def test_a_scalar_more_lowers_the_error_on_unseen_runs(fitted: Leaning) -> None:
 
 def test_a_scalar_more_has_an_error_and_a_key_in_the_fitted_file(fitted: Leaning) -> None:
     noise = estimate_noise(fitted, [])
-    names, values, covariance, _ = table_of(fitted, settle(fitted, noise))
+    table = table_of(fitted, settle(fitted, noise))
+    names, values, covariance = table.names, table.values, table.covariance
     place = names.index("lean_rad")
     assert values[place] == fitted.lean_arcsec * ARCSEC
     error = np.sqrt(covariance[place, place]) / ARCSEC

@@ -280,7 +280,7 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
                 known = f" +- {candidate['standard_errors'][name]:.2g}"
             else:
                 known = ""
-            print(f"  {candidate['name']}.{name} = {size:.4g}{known}", file=out)
+            print(f"  {candidate['name']}.{name} = {size:.5g}{known}", file=out)
     print(f"\nnext: {answer['next_experiment']}", file=out)
 
 

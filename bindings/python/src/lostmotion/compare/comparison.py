@@ -15,7 +15,8 @@ from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Repeatability, repeatability_of
-from lostmotion.discover.baseline_form import choose_form, tried
+from lostmotion.discover.baseline_fit import fit_baseline
+from lostmotion.discover.baseline_form import tried
 from lostmotion.discover.events import Event, early_events
 from lostmotion.drives import Drive
 from lostmotion.effects.columns import closed_by_columns
@@ -35,10 +36,6 @@ from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
-
-STEPS = 25
-"""Evaluations of a fit."""
-
 
 @dataclass
 class Comparison(ModelResult):
@@ -64,6 +61,8 @@ class Comparison(ModelResult):
         Of the drive, or the largest torque of the recordings where there is none.
     events : list of Event
         Steps of the lost motion inside a run: slips, lost counts, zeros that moved.
+    outliers : int
+        Single wild samples that were set to what their neighbours say.
     """
 
     campaign: Campaign
@@ -83,6 +82,7 @@ class Comparison(ModelResult):
     rated_torque_Nm: float
     events: list[Event]
     few: FewReadings | None = None
+    outliers: int = 0
 
     def __repr__(self) -> str:
         """Say what came out; the residuals fill screens."""
@@ -220,6 +220,7 @@ class Comparison(ModelResult):
             "events": [event.told(self.base.conditions.labels) for event in self.events],
             "findings": say_findings(self.campaign.findings),
             "samples": self.campaign.rows,
+            "outliers": self.outliers,
             "values": None if self.few is None else self.few.values,
             "data_fingerprint": self.campaign.fingerprint(),
         }
@@ -277,8 +278,7 @@ def compare(
         backbone = drive
     else:
         backbone = hold_against(campaign, drive)
-        if base is None and (drive.fit is not None or drive.effects):
-            base = make_base(drive, campaign, backbone, known)
+        base = base or make_base(drive, campaign, backbone, known)
     with one_thread():
         return _compare(
             backbone,
@@ -310,18 +310,17 @@ def _compare(
     inside = given or BaselineModel(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
     c = inside.conditions
     measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
-    stands = inside.at().angle if given is not None else backbone(torque) / ARCSEC
+    stands = backbone(torque) / ARCSEC if inside.hysteresis.unfitted else inside.at().angle
     stands = measured - (stands - c.run_mean(stands)[c.run_of])
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]
 
     if campaign.rows < SAMPLES_LEAST:
         return _compare_few(inside, stands, seen, effects, rated_Nm)
-    inside.first_fit(steps=STEPS, rows=rows)
-    progress(1, steps)
-    chosen = choose_form(
-        inside, effects, 1.0 if drive is None else drive.ratio, form=friction, rows=rows
-    )
+    ratio = 1.0 if drive is None else drive.ratio
+    fitted = fit_baseline(inside, effects, ratio, friction, rows=rows)
+    chosen = fitted.chosen
+    progress(2, steps)
     best, heldout = chosen.base, tried(chosen.base, rows, refits=True).heldout
     frictions = {
         name: (rms_of(form.base.residual()), rms_of(form.heldout))
@@ -348,6 +347,7 @@ def _compare(
         closed_by_columns(effects, c),
         float(np.max(np.abs(torque))) if rated_Nm is None else rated_Nm,
         early_events(best),
+        outliers=fitted.outliers,
     )
     progress(steps, steps)
     return result

@@ -25,6 +25,7 @@ from lostmotion.discover.gates import (
 from lostmotion.discover.linearise import Settled
 from lostmotion.discover.recorded_model import Selection
 from lostmotion.discover.refits import term_of
+from lostmotion.discover.stepwise_fit import StepwiseFit
 from lostmotion.discover.terms import contest_of_term, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
@@ -196,32 +197,34 @@ def list_candidates(
     effects: Mapping[str, Effect],
     rivals: list[str],
     ladder: list[dict[str, Any]],
+    stepwise: StepwiseFit,
 ) -> list[dict[str, Any]]:
-    """List every effect: strongest first, then those that are not testable."""
+    """List every effect: strongest first, then those that are not testable.
+
+    Those that were found have the values of the stepwise fit, as `fit` prints them.
+    """
     out: list[dict[str, Any]] = []
-    final = selection.settled[-1].base
-    present = {term.effect.name: term for term in final.terms}
+    present = {term.effect.name: term for term in stepwise.model.terms}
     first = selection.steps[0]
     shown: set[str] = set()
-    for number, step in enumerate(selection.steps):
+    for step in selection.steps:
         if step.selected is not None and step.selected.result.name in present:
             name = step.selected.result.name
             if name in shown:
                 continue
             shown.add(name)
             term = present[name]
-            rung = next(r for r in ladder[number + 1 :] if name in r["effects"])
-            out.append(
-                entry(
-                    term.effect,
-                    term.values,
-                    rung["rms_heldout_arcsec"],
-                    step.selected.gain,
-                    family_p(step.round, step.selected.candidate, step.selected.result),
-                    step.rivals,
-                    step.selected.size,
-                )
+            rung = next(r for r in ladder if name in r["effects"])
+            made = entry(
+                term.effect,
+                term.values,
+                rung["rms_heldout_arcsec"],
+                step.selected.gain,
+                family_p(step.round, step.selected.candidate, step.selected.result),
+                step.rivals,
+                step.selected.size,
             )
+            out.append({**made, "standard_errors": stepwise.table.error_of(term.effect)})
     last = selection.steps[-1]
     judged = {r.name: (r, last) for r in last.results}
     for result in first.results:

@@ -20,7 +20,7 @@ from lostmotion.discover.answer import (
     told_slips,
     weak_leftovers,
 )
-from lostmotion.discover.baseline_form import choose_form, form_beside
+from lostmotion.discover.baseline_fit import finish_baseline, form_beside_effects
 from lostmotion.discover.conclusion import conclude_rounds
 from lostmotion.discover.contest_round import swing_by_run
 from lostmotion.discover.detectable import detectable
@@ -37,10 +37,10 @@ from lostmotion.discover.few_readings import few_readings_diagnosis
 from lostmotion.discover.linearise import noise_rms
 from lostmotion.discover.noise_floor import noise_floor, scatter_of
 from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
-from lostmotion.discover.outliers import clean_outliers
 from lostmotion.discover.recorded_model import Selection, select_recorded
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.shortlist import least_size
+from lostmotion.discover.stepwise_fit import fit_stepwise
 from lostmotion.drives import Drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
@@ -50,7 +50,7 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
 from lostmotion.fit.few_readings import fit_few_readings
-from lostmotion.fit.forms import Friction, in_form
+from lostmotion.fit.forms import Friction
 from lostmotion.fit.terms import Term, start_values
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
@@ -191,20 +191,16 @@ def select_with(
     plain = with_steps(start, early)
     if early:
         plain.fit(steps=REFIT_STEPS)
-    outliers = clean_outliers(plain)
-    if outliers:
-        plain.fit(steps=REFIT_STEPS)
-    form = choose_form(plain, effects, ratio, form=friction)
-    base = form.base
+    fitted = finish_baseline(plain, effects, ratio, friction)
     if progress is not None:
         progress("base")
+    base = fitted.base
     selection = select_recorded(base, effects, ratio, progress=progress)
-    if len(form.tried) > 1:
-        beside = form_beside(plain, selection.settled[-1].base, effects, ratio)
-        if beside != form.form:
-            base = in_form(plain, beside)
-            selection = select_recorded(base, effects, ratio, progress=progress)
-    return Selected(base, selection, outliers)
+    other = form_beside_effects(fitted, selection.settled[-1].base, effects, ratio)
+    if other is not None:
+        base = other
+        selection = select_recorded(base, effects, ratio, progress=progress)
+    return Selected(base, selection, fitted.outliers)
 
 
 def beside_what_was_found(
@@ -278,11 +274,21 @@ def conclude(
         if odd is not None:
             least = least_size(within, selection.given_arcsec)
             found.add_odd_runs(odd, size_of_odd(base, odd), least, c.labels)
-    models = for_all_runs(selection)
+    stepwise = fit_stepwise(
+        selection.began_with,
+        [term.effect for term in base.terms[given + slipped :]],
+        effects,
+        ratio,
+        selection.first,
+    )
+    models = list(stepwise.models)
+    floor, within_told = stepwise.floor_arcsec, stepwise.within_arcsec
+    if shapes_of(base):
+        models.append(without_deviations(base, models[-1]))
+        floor, within_told = noise_floor(final, within), within
     if slipped:
         models.insert(0, without_slips(models[0], given))
     ladder = make_ladder(models)
-    floor = noise_floor(final, within)
     slips = range(given, given + slipped)
     told = [event.told(c.labels) for event in events]
     depends = [*found.depends_on, *(dependence(event, c.rows) for event in told)]
@@ -295,15 +301,15 @@ def conclude(
         ladder,
         [
             *(of_slip(final, place, ladder[1], selection.steps[-1]) for place in slips),
-            *list_candidates(selection, effects, found.rivals, ladder),
+            *list_candidates(selection, effects, found.rivals, ladder, stepwise),
         ],
         [*(slip for place in slips for slip in told_slips(base, place, within)), *told],
         sizes,
         {"share": found.share(ladder[slipped]["rms_arcsec"]), "depends_on": depends},
-        advise(found, effects, last_step.round, c.runs, estimated_at_bound(base)),
+        advise(found, effects, last_step.round, c.runs, estimated_at_bound(stepwise.model)),
         {
             "noise": {
-                "within_runs_arcsec": within,
+                "within_runs_arcsec": within_told,
                 "scatter": {
                     name: float(value)
                     for name, value in zip(
@@ -342,15 +348,6 @@ def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
         column = columns[slices[run]]
         total += float(np.sum((column - column.mean()) ** 2)) * deviation**2
     return float(np.sqrt(total / base.conditions.rows))
-
-
-def for_all_runs(selection: Selection) -> list[BaselineModel]:
-    """Refit the base, and the model after each term, for all runs together."""
-    models: list[BaselineModel] = []
-    for settled in selection.settled:
-        known = models[-1] if models else selection.began_with
-        models.append(without_deviations(settled.base, known))
-    return models
 
 
 def without_slips(base: BaselineModel, place: int) -> BaselineModel:

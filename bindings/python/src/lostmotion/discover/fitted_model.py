@@ -15,17 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.backbone import Backbone
-from lostmotion.candidates import shapes
-from lostmotion.candidates.named import tangent
-from lostmotion.candidates.tangents import given_values
 from lostmotion.discover.answer import not_fitted
-from lostmotion.discover.baseline_form import choose_form
-from lostmotion.discover.contest_round import make_candidates, make_round
-from lostmotion.discover.linearise import Settled, noise_rms, settle
-from lostmotion.discover.measurement_noise import estimate_noise
-from lostmotion.discover.noise_floor import noise_floor
-from lostmotion.discover.outliers import clean_outliers
-from lostmotion.discover.refits import term_of
+from lostmotion.discover.baseline_fit import fit_baseline, form_beside_effects
+from lostmotion.discover.stepwise_fit import Table, fit_stepwise
 from lostmotion.drives import (
     FIT_RANGES,
     Drive,
@@ -35,7 +27,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
-from lostmotion.fit.baseline import FILED, BaselineModel
+from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.drive_file import (
     SAMPLES_LEAST,
     effect_table,
@@ -47,18 +39,12 @@ from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.forms import Friction, friction_form
 from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.model_result import ModelResult
-from lostmotion.fit.parameters import placed
-from lostmotion.fit.terms import Term, start_values
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.results import figures
 from lostmotion.threads import one_thread
 
 FloatArray = npt.NDArray[np.float64]
-
-STEPS = 40
-"""Evaluations of each rung's fit."""
-
 
 @dataclass
 class FittedModel(ModelResult):
@@ -70,19 +56,40 @@ class FittedModel(ModelResult):
         Without deviations of single runs.
     ladder : list of dict
         One rung for the base and one for each effect.
-    names, values, standard_errors, covariance
-        In the units of the drive file.
+    table : Table
+        Values in the units of the drive file, with their covariance.
     """
 
     base: BaselineModel
     ladder: list[dict[str, Any]]
     noise_floor_arcsec: float
     within_runs_arcsec: float
-    names: list[str]
-    values: FloatArray
-    standard_errors: FloatArray
-    covariance: FloatArray
-    inseparable: list[list[str]]
+    table: Table
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the values."""
+        return self.table.names
+
+    @property
+    def values(self) -> FloatArray:
+        """Values, in the order of `names`."""
+        return self.table.values
+
+    @property
+    def standard_errors(self) -> FloatArray:
+        """Standard errors; 0 for what was chosen and not estimated."""
+        return self.table.standard_errors
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the values."""
+        return self.table.covariance
+
+    @property
+    def inseparable(self) -> list[list[str]]:
+        """Pairs of values that these recordings do not separate."""
+        return self.table.inseparable
 
     def __repr__(self) -> str:
         """Say what came out; the samples it was fitted to fill screens."""
@@ -183,23 +190,6 @@ def fitted_ranges(conditions: Conditions) -> dict[str, list[float]]:
     return found
 
 
-def first_term(base: BaselineModel, settled: Settled, effect: Effect, ratio: float) -> Term:
-    """Start an effect where the linearised evidence points."""
-    candidate = tangent(effect, base, base.at(), ratio)
-    if candidate.columns.shape[1] == 0:
-        return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
-    alone = make_round(settled, [candidate], {})
-    result = alone.contest.test(effect.name)
-    if result is None:
-        raise InputError(
-            "--add",
-            effect.name,
-            "an effect that the base takes up wholly",
-            "one that these recordings show",
-        )
-    return term_of(alone, result)
-
-
 @one_thread()
 def fit_model(
     drive: Drive,
@@ -237,42 +227,23 @@ def fit_model(
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)
     require_addable(base, chosen)
-    base.first_fit(steps=STEPS)
-    if clean_outliers(base):
-        base.fit(steps=STEPS)
-    base = choose_form(base, effects, drive.ratio, form=friction).base
-    waves = shapes.waves(base)
-    candidates, _ = make_candidates(base, effects, drive.ratio, waves)
-    noise = estimate_noise(base, [c.columns for c in candidates])
-    base.noise_arcsec = noise_rms(noise, base)
+    baseline = fit_baseline(base, effects, drive.ratio, friction)
     steps = 2 + len(chosen)
-
-    ladder = [ladder_row(base)]
-    for number, effect in enumerate(chosen):
-        if progress is not None:
-            progress(number + 1, steps)
-        settled = settle(base, noise)
-        base = base.copy()
-        base.terms.append(first_term(settled.base, settled, effect, drive.ratio))
-        base.fit(steps=STEPS)
-        ladder.append(ladder_row(base))
-    candidates, _ = make_candidates(base, effects, drive.ratio, waves)
-    noise = estimate_noise(base, [c.columns for c in candidates])
-    settled = settle(base, noise)
-    within = noise_rms(noise, base)
-    names, values, covariance, inseparable = table_of(base, settled)
-    if progress is not None:
-        progress(steps, steps)
+    say = progress or (lambda *_: None)
+    fitted = fit_stepwise(
+        baseline.base, chosen, effects, drive.ratio, progress=lambda number: say(number + 1, steps)
+    )
+    if chosen:
+        other = form_beside_effects(baseline, fitted.model, effects, drive.ratio)
+        if other is not None:
+            fitted = fit_stepwise(other, chosen, effects, drive.ratio)
+    say(steps, steps)
     return FittedModel(
-        base,
-        ladder,
-        noise_floor(settled, within),
-        within,
-        names,
-        values,
-        np.sqrt(np.maximum(np.diag(covariance), 0.0)),
-        covariance,
-        inseparable,
+        fitted.model,
+        [ladder_row(model) for model in fitted.models],
+        fitted.floor_arcsec,
+        fitted.within_arcsec,
+        fitted.table,
     )
 
 
@@ -306,7 +277,7 @@ def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedMode
     if few is None:
         require_samples(campaign)
         raise AssertionError("few readings are fewer than a fit needs")
-    names, values, covariance = few.table()
+    table = Table(*few.table(), [])
     heldout = few.heldout()
     rung = {
         "effects": [],
@@ -314,47 +285,4 @@ def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedMode
         "rms_heldout_arcsec": float(np.sqrt(np.mean(heldout**2))),
     }
     error = few.error_arcsec
-    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return FittedModel(base, [rung], error, error, names, values, errors, covariance, [])
-
-
-CORRELATED = 0.99
-"""Values whose estimates are correlated beyond this cannot be separated by the recordings."""
-
-
-def table_of(
-    base: BaselineModel, settled: Settled
-) -> tuple[list[str], FloatArray, FloatArray, list[list[str]]]:
-    """Values in the units of the drive file, with the covariance under scatter and noise."""
-    contest = settled.contest
-    evidence = contest.evidence
-    index = evidence.index()
-    total = contest.null.matrix.sum(axis=0)
-    n = index.size - 1
-    inverse = np.linalg.inv(total[:n, :n] + np.diag(evidence.ridge(index)))
-    scale = evidence.scale[evidence.fixed]
-    small = inverse / np.outer(scale, scale)
-    # Start states and the common offset belong to these recordings, not to the drive.
-    kept = [(block, places) for block, places in placed(base.blocks()) if block.file_keys]
-    keep = np.concatenate([np.arange(places.start, places.stop) for _, places in kept])
-    names = [name for block, _ in kept for name in block.file_keys]
-    unit = np.concatenate([np.full(block.size, block.unit) for block, _ in kept])
-    values = np.concatenate([block.value * block.unit for block, _ in kept])
-    covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    correlation = covariance / np.outer(deviation, deviation)
-    close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
-    inseparable = [[names[i], names[j]] for i, j in close]
-    # The grid was chosen and not estimated.
-    estimated = {block.filed for block, _ in kept}
-    grid = [filed for filed in FILED if filed not in estimated and filed.of(base).size]
-    fixed = np.concatenate([filed.of(base) for filed in grid])
-    fixed_names = [name for filed in grid for name in filed.keys(filed.of(base).size)]
-    whole = np.zeros((len(names) + fixed.size,) * 2)
-    whole[: len(names), : len(names)] = covariance
-    return (
-        [*names, *fixed_names],
-        np.concatenate((values, fixed)),
-        whole,
-        inseparable,
-    )
+    return FittedModel(base, [rung], error, error, table)

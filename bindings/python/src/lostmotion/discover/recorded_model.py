@@ -47,6 +47,8 @@ class Selection:
         Largest size of an effect that the model brought along.
     began_with : BaselineModel
         Fitted for all runs together, before any of them had deviations.
+    first : Settled
+        The noise beside it as it was estimated first, and the deviations of the runs under that.
     """
 
     steps: list[Step]
@@ -54,6 +56,7 @@ class Selection:
     noise: Noise
     given_arcsec: float
     began_with: BaselineModel
+    first: Settled
 
 
 def select_recorded(
@@ -69,7 +72,7 @@ def select_recorded(
     say("noise")
     steps = select(model, say)
     given = max(model.given.values(), default=0.0)
-    return Selection(steps, model.settled, model.noise, given, base)
+    return Selection(steps, model.settled, model.noise, given, base, model.first)
 
 
 class RecordedModel(GrowingModel):
@@ -100,7 +103,8 @@ class RecordedModel(GrowingModel):
         candidates, _ = self.candidates(base)
         self.noise = estimate_noise(base, [c.columns for c in candidates])
         self.within = noise_rms(self.noise, base)
-        self.settled = [settle(base, self.noise)]
+        self.first = settle(base, self.noise)
+        self.settled = [self.first]
         self.rounds = 0
         self.fitted: dict[str, BaselineModel] = {}
         self.fitted_alike: tuple[Settled, BaselineModel, float] | None = None

@@ -1,0 +1,97 @@
+"""The fit of the baseline model, before anything is added: outliers first, then its form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.discover.baseline_form import ChosenForm, choose_form, form_beside
+from lostmotion.discover.outliers import clean_outliers
+from lostmotion.effects.effect import Effect
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.forms import Friction, in_form
+
+
+@dataclass
+class BaselineFit:
+    """A fitted baseline model.
+
+    Attributes
+    ----------
+    plain : BaselineModel
+        Before its form was chosen.
+    chosen : ChosenForm
+    outliers : int
+        Single wild samples that were set to what their neighbours say.
+    """
+
+    plain: BaselineModel
+    chosen: ChosenForm
+    outliers: int
+
+    @property
+    def base(self) -> BaselineModel:
+        """In the form that was chosen."""
+        return self.chosen.base
+
+
+def fit_baseline(
+    base: BaselineModel,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    form: Friction | None = None,
+    *,
+    rows: npt.NDArray[np.bool_] | None = None,
+) -> BaselineFit:
+    """Fit a baseline model: outliers are set aside, and its form is chosen.
+
+    `compare`, `diagnose` and `fit` begin with it, so that they have the same baseline model.
+
+    Parameters
+    ----------
+    base : BaselineModel
+    effects : mapping
+        That may be missing.
+    ratio : float
+        Of the drive.
+    form : str, optional
+        To be used, whatever the runs say.
+    rows : ndarray of bool, optional
+        Samples that are fitted, whole runs.
+    """
+    base.first_fit(rows=rows)
+    return finish_baseline(base, effects, ratio, form, rows=rows)
+
+
+def finish_baseline(
+    base: BaselineModel,
+    effects: Mapping[str, Effect],
+    ratio: float,
+    form: Friction | None = None,
+    *,
+    rows: npt.NDArray[np.bool_] | None = None,
+) -> BaselineFit:
+    """Do what `fit_baseline` does behind the first fit."""
+    outliers = clean_outliers(base)
+    if outliers:
+        base.fit(rows=rows)
+    return BaselineFit(base, choose_form(base, effects, ratio, form=form, rows=rows), outliers)
+
+
+def form_beside_effects(
+    fitted: BaselineFit, found: BaselineModel, effects: Mapping[str, Effect], ratio: float
+) -> BaselineModel | None:
+    """Choose the form again, beside the effects that were found or added.
+
+    Returns
+    -------
+    BaselineModel or None
+        The baseline model in that form; None where it keeps its form, or that was stated.
+    """
+    if len(fitted.chosen.tried) < 2:
+        return None
+    beside = form_beside(fitted.plain, found, effects, ratio)
+    return None if beside == fitted.chosen.form else in_form(fitted.plain, beside)

@@ -1,0 +1,211 @@
+"""The stepwise fit: the baseline model, then each effect on top, all refitted at each rung.
+
+It is the one refit behind `diagnose` and `fit`: the same recordings, form and effects give the same
+numbers in both. All runs are alike in it, as a drive file holds them; standard errors count the
+coloured noise within runs and the scatter between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.candidates import shapes
+from lostmotion.candidates.named import tangent
+from lostmotion.candidates.tangents import given_values
+from lostmotion.discover.contest_round import make_candidates, make_round
+from lostmotion.discover.linearise import Settled, contest_at, noise_rms, settle
+from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.noise_floor import noise_floor
+from lostmotion.discover.refits import term_of, without_deviations
+from lostmotion.effects.effect import Effect
+from lostmotion.errors import InputError
+from lostmotion.evidence.noise import Noise
+from lostmotion.fit.baseline import FILED, BaselineModel
+from lostmotion.fit.parameters import placed
+from lostmotion.fit.terms import Term, start_values
+
+FloatArray = npt.NDArray[np.float64]
+
+STEPS = 12
+"""Evaluations of a fit before the runs have their own deviations."""
+
+CORRELATED = 0.99
+"""Values whose estimates are correlated beyond this cannot be separated by the recordings."""
+
+
+@dataclass
+class Table:
+    """Values of a model in the units of the drive file.
+
+    Attributes
+    ----------
+    names : list of str
+    values : ndarray
+    covariance : ndarray
+        Under scatter and noise; nothing for what was chosen and not estimated.
+    inseparable : list of list of str
+        Pairs that these recordings do not separate.
+    """
+
+    names: list[str]
+    values: FloatArray
+    covariance: FloatArray
+    inseparable: list[list[str]]
+
+    @property
+    def standard_errors(self) -> FloatArray:
+        """Of every value; nothing for what was not estimated."""
+        return np.asarray(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
+
+    def error_of(self, effect: Effect) -> dict[str, float]:
+        """Standard errors of the values of an effect that were estimated, by their names."""
+        errors = dict(zip(self.names, map(float, self.standard_errors), strict=True))
+        keys = {value.name: f"{effect.name}.{value.name}" for value in effect.values}
+        return {name: errors[key] for name, key in keys.items() if errors.get(key, 0.0) > 0.0}
+
+
+@dataclass
+class StepwiseFit:
+    """The baseline model and the model after each effect, without deviations of single runs.
+
+    Attributes
+    ----------
+    models : list of BaselineModel
+    noise : Noise
+        Beside the last of them.
+    settled : Settled
+        The last one at the deviations of its runs, with the evidence of its columns.
+    """
+
+    models: list[BaselineModel]
+    noise: Noise
+    settled: Settled
+
+    @property
+    def model(self) -> BaselineModel:
+        """The model with all effects."""
+        return self.models[-1]
+
+    @cached_property
+    def within_arcsec(self) -> float:
+        """Noise within runs."""
+        return noise_rms(self.noise, self.model)
+
+    @cached_property
+    def floor_arcsec(self) -> float:
+        """Noise within runs and scatter between them."""
+        return noise_floor(self.settled, self.within_arcsec)
+
+    @cached_property
+    def table(self) -> Table:
+        """Values with their covariance."""
+        return table_of(self.model, self.settled)
+
+
+def fit_stepwise(
+    base: BaselineModel,
+    add: Sequence[Effect],
+    effects: Mapping[str, Effect],
+    ratio: float,
+    known: Settled | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+) -> StepwiseFit:
+    """Add effects to a fitted baseline model, in their order.
+
+    Parameters
+    ----------
+    base : BaselineModel
+        Fitted, in the form that was chosen.
+    add : sequence of Effect
+    effects : mapping
+        That may be missing: what none of them explains is noise.
+    ratio : float
+        Of the drive.
+    known : Settled, optional
+        What `measure_noise` gives for the base, where it is at hand.
+    progress : callable, optional
+        Called with the number of each effect when its turn comes.
+    """
+    settled = known or measure_noise(base, effects, ratio)
+    noise = settled.noise
+    models = [base]
+    for number, effect in enumerate(add):
+        progress(number)
+        models.append(with_effect(models[-1], noise, effect, ratio))
+    if add:
+        settled = measure_noise(models[-1], effects, ratio)
+    return StepwiseFit(models, settled.noise, settled)
+
+
+def with_effect(
+    base: BaselineModel, noise: Noise, effect: Effect, ratio: float
+) -> BaselineModel:
+    """Refit a model with an effect more.
+
+    The runs have their own deviations on the way: what they scatter by would hold the effect back,
+    and a fit in which all runs are alike goes through kinks slowly.
+    """
+    model = base.copy()
+    model.noise_arcsec = noise_rms(noise, base)
+    model.terms.append(first_term(model, noise, effect, ratio))
+    model.fit(noise=float(np.median(noise.sigma)), steps=STEPS)
+    return without_deviations(settle(model, noise).base, base)
+
+
+def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
+    """Estimate the noise beside a model, and the deviations of the runs under it."""
+    candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
+    return settle(base, estimate_noise(base, [c.columns for c in candidates]))
+
+
+def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> Term:
+    """Start an effect where the linearised evidence points."""
+    candidate = tangent(effect, base, base.at(), ratio)
+    if candidate.columns.shape[1] == 0:
+        return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
+    alone = make_round(Settled(base, contest_at(base, noise), noise), [candidate], {})
+    result = alone.contest.test(effect.name)
+    if result is None:
+        raise InputError(
+            "--add",
+            effect.name,
+            "an effect that the base takes up wholly",
+            "one that these recordings show",
+        )
+    return term_of(alone, result)
+
+
+def table_of(base: BaselineModel, settled: Settled) -> Table:
+    """Values in the units of the drive file, with the covariance under scatter and noise."""
+    contest = settled.contest
+    evidence = contest.evidence
+    index = evidence.index()
+    total = contest.null.matrix.sum(axis=0)
+    n = index.size - 1
+    inverse = np.linalg.inv(total[:n, :n] + np.diag(evidence.ridge(index)))
+    scale = evidence.scale[evidence.fixed]
+    small = inverse / np.outer(scale, scale)
+    # Start states and the common offset belong to these recordings, not to the drive.
+    kept = [(block, places) for block, places in placed(base.blocks()) if block.file_keys]
+    keep = np.concatenate([np.arange(places.start, places.stop) for _, places in kept])
+    names = [name for block, _ in kept for name in block.file_keys]
+    unit = np.concatenate([np.full(block.size, block.unit) for block, _ in kept])
+    values = np.concatenate([block.value * block.unit for block, _ in kept])
+    covariance = small[np.ix_(keep, keep)] * np.outer(unit, unit)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    correlation = covariance / np.outer(deviation, deviation)
+    close = np.argwhere(np.triu(np.abs(correlation), 1) > CORRELATED)
+    inseparable = [[names[i], names[j]] for i, j in close]
+    # The grid was chosen and not estimated.
+    estimated = {block.filed for block, _ in kept}
+    grid = [filed for filed in FILED if filed not in estimated and filed.of(base).size]
+    fixed = np.concatenate([filed.of(base) for filed in grid])
+    fixed_names = [name for filed in grid for name in filed.keys(filed.of(base).size)]
+    whole = np.zeros((len(names) + fixed.size,) * 2)
+    whole[: len(names), : len(names)] = covariance
+    return Table([*names, *fixed_names], np.concatenate((values, fixed)), whole, inseparable)
