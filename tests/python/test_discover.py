@@ -374,11 +374,11 @@ def test_beside_an_effect_of_the_file_the_same_counts_as_beside_one_that_was_fou
 def test_an_effect_at_a_bound_is_not_recommended():
     found = Conclusion("missing-effect", ["wear", "creep"], ["wear", "creep"], [], [])
     last = SimpleNamespace(closed={})
-    says = advise(found, library(), last, 12, {"wear": [], "creep": ["time_s"]})
+    says = advise(found, library(), last, 12, {"wear": [], "creep": ["time_s"]}, {})
     assert "fit --add wear." in says
     assert "--add creep" not in says
     assert "creep is not recommended: time_s at a bound" in says
-    assert "fit --add wear --add creep." in advise(found, library(), last, 12, {})
+    assert "fit --add wear --add creep." in advise(found, library(), last, 12, {}, {})
 
 
 def test_values_at_a_bound_are_those_that_are_estimated():

@@ -506,7 +506,10 @@ def _effects(file: str, tables: Any, fitted: set[str]) -> list[dict[str, Any]]:
             raise InputError(file, f"{at}.name", as_in_file(name), "each effect once")
         seen.add(name)
         for key, value in table.items():
-            if key != "name":
+            if key == "formula":
+                if not isinstance(value, str):
+                    raise InputError(file, f"{at}.formula", as_in_file(value), "text")
+            elif key != "name":
                 _finite(file, f"{at}.{key}", value)
     for index, table in enumerate(tables):
         if table["name"] in known:
@@ -531,7 +534,7 @@ def effect_values(
     for written, low, high in ranges:
         name, unit = units.split_unit(written)
         keys.append(Key(name, unit.symbol if unit else "", required=True, low=low, high=high))
-    rest = {key: value for key, value in table.items() if key != "name"}
+    rest = {key: value for key, value in table.items() if key not in ("name", "formula")}
     values = read_keys(file, place, rest, keys)
     return [float(values[key_label(key, keys)].value) for key in keys]
 

@@ -247,6 +247,13 @@ Chosen: half, on even seeds of tests/rig/laboratory.py and a few of the older ri
 others.
 """
 
+HARM_MOST = 0.05
+"""An effect that raises the error of runs of one setting, predicted from those of the others, by
+more than this is not recommended.
+
+Conventional: what is asked of a recommended effect, 5 % at an amplitude that was left out.
+"""
+
 # Runs that stand apart.
 
 ODD_RUNS_LEVEL = 0.002
@@ -347,6 +354,13 @@ OUTLIERS_ALONE = 5
 """Outliers that a run may have when the others have none.
 
 Chosen: on campaigns of tests/rig.
+"""
+
+OUTLIERS_MOST = 0.03
+"""Share of all samples from which on none is an outlier: what is that common is how the drive acts.
+
+Chosen: three times the wild samples of the worst logs of tests/rig, half of what the steps of
+friction make in the logs of a printed reducer.
 """
 
 WHOLE_TOOTH = 0.2

@@ -45,6 +45,8 @@ class Candidate:
         Other quantities that would give the same columns, and in what shape.
     kind : str
         Of `KINDS`: with which others it shares a part of the level.
+    formula : str
+        A shape as ``fit --add`` takes it, where it can be written.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Candidate:
     tests: int = 1
     also: list[tuple[str, str]] = field(default_factory=list)
     kind: str = "shape"
+    formula: str = ""
 
     def __post_init__(self) -> None:
         """Effects are a kind of their own."""

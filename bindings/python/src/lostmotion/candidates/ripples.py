@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy import fft
 
 from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.formulas import wave_over_angle
 from lostmotion.candidates.shapes import ANGLE_ORDERS, over_the_output
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.baseline import BaselineModel
@@ -92,6 +93,7 @@ def strongest_order(
             trials=max(int(span * highest), 1),
             also=over_the_output(c, order) if channel == "input_angle" else [],
             kind="ripple",
+            formula=wave_over_angle(channel, [order]),
         )
     ]
 

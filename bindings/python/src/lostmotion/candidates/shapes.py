@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.candidates.candidate import Candidate
+from lostmotion.candidates.formulas import wave_over_angle, wave_over_torque
 from lostmotion.effects.conditions import Conditions, side_by_side
 from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.point import Point
@@ -124,6 +125,7 @@ def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
                         columns,
                         channel,
                         shape,
+                        formula=wave_over_angle(channel, orders, part),
                     )
                 )
     return out
@@ -145,6 +147,7 @@ def waves(base: BaselineModel) -> list[Candidate]:
                 "torque",
                 f"ripple of {span / k:.3g} Nm",
                 kind="ripple",
+                formula=wave_over_torque(span / k),
             )
         )
     for channel in ("input_angle", "output_angle"):
@@ -162,6 +165,7 @@ def waves(base: BaselineModel) -> list[Candidate]:
                     channel,
                     f"{order:g} per revolution",
                     kind="ripple",
+                    formula=wave_over_angle(channel, [order]),
                 )
             )
     return out
@@ -175,8 +179,8 @@ def finer(base: BaselineModel, coarse: Candidate) -> list[Candidate]:
     """Scan about a wave that won; none for other shapes."""
     c = base.conditions
     kind = coarse.name.split()
+    span = 2.0 * base.largest
     if kind[0] == "wave":
-        span = 2.0 * base.largest
         middle = float(kind[1])
         scan = middle + FINE * np.arange(-10, 11)
         x = c.torque / span
@@ -197,7 +201,18 @@ def finer(base: BaselineModel, coarse: Candidate) -> list[Candidate]:
         name = f"{kind[0]} {k:.6g} {' '.join(kind[2:])}"
         also = over_the_output(c, float(k)) if coarse.also else []
         out.append(
-            Candidate(name, False, columns, coarse.covariate, word, also=also, kind=coarse.kind)
+            Candidate(
+                name,
+                False,
+                columns,
+                coarse.covariate,
+                word,
+                also=also,
+                kind=coarse.kind,
+                formula=wave_over_torque(span / float(k))
+                if kind[0] == "wave"
+                else wave_over_angle(coarse.covariate, [float(k)]),
+            )
         )
     return out
 

@@ -32,6 +32,7 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.file import load_body
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.files import write_whole
+from lostmotion.fit.drive_file import refuse_bound
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import (
@@ -119,6 +120,9 @@ def run_fit(arguments: argparse.Namespace) -> None:
             friction=arguments.friction,
             progress=bar,
         )
+    if not arguments.force:
+        for term in model.base.terms:
+            refuse_bound("--add", term.effect, term.values)
     if arguments.report is not None:
         with one_thread():
             section = fit_section(drive, model, recording_files(arguments.data))
@@ -243,18 +247,24 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             f"  {what:<48} {rung['rms_arcsec']:8.2f}  held out {rung['rms_heldout_arcsec']:8.2f}",
             file=out,
         )
+        show_conditions(rung, "    ", out)
     for part in answer.get("alone", ()):
         print(f"  {part['file']} alone: {verdict_sentence(part)}", file=out)
     steps = [dependence(event, 1)["shape"] for event in answer["events"]]
     for one in answer["unexplained"]["depends_on"]:
         if one["shape"] not in steps:
             print(f"depends on {one['covariate']}: {one['shape']} (p = {one['p']:.2g})", file=out)
+            if "formula" in one:
+                print(f'  to fit it: fit --add "{one["formula"]}"', file=out)
     for event in answer["events"]:
         print(
             f"sudden: run {event['run']} at {event['time_s']:.6g} s, "
             f"{plain_number(event['size_arcsec'])} arcsec",
             file=out,
         )
+    for one in answer["unexplained"]["depends_on"]:
+        if one["shape"] in steps and "formula" in one:
+            print(f'  to fit it: fit --add "{one["formula"]}"', file=out)
     print("\nstrongest candidates:", file=out)
     for candidate in [c for c in answer["candidates"] if c["testable"]][:5]:
         twins = ", ".join(candidate["confused_with"])
@@ -294,6 +304,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
             f"{rung['rms_heldout_arcsec']:8.2f}",
             file=out,
         )
+        show_conditions(rung, "  ", out)
     print(
         f"{NOISE_FLOOR:<48} {model.noise_floor_arcsec:8.2f} arcsec  within runs "
         f"{model.within_runs_arcsec:4.2f}\n({NOISE_FLOOR_IS})\n",
@@ -308,9 +319,39 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         print(f"{name:<48} {value:.5g}, {AT_BOUND}", file=out)
     for name, value in held.items():
         print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
+    for name, one in model.tested.items():
+        if not one.significant:
+            print(f"not significant: {name} (p = {one.p:.2g})", file=out)
     for pair in model.inseparable:
         print(f"these recordings do not separate {pair[0]} and {pair[1]}", file=out)
     print(f"\nwritten: {file}", file=out)
+
+
+def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
+    """Print what is known of a rung beside its errors: by condition, gain, what it makes worse."""
+    by = rung.get("heldout_by_condition", {})
+    if by:
+        parts = [f"{name} {one['rms_heldout_arcsec']:.2f}" for name, one in by.items()]
+        print(f"{indent}left out by condition: {', '.join(parts)}", file=out)
+    if "gain_arcsec" in rung:
+        low, high = rung["gain_interval_arcsec"]
+        said = f"{indent}gain {rung['gain_arcsec']:.2f} arcsec ({low:.2f} to {high:.2f})"
+        if "confidence" in rung:
+            said += f", confidence {confidence_text(rung['confidence'])}"
+        if rung.get("rivals"):
+            said += f"; these data cannot tell it from {', '.join(rung['rivals'])}"
+        print(said, file=out)
+    for one in rung.get("harms", ()):
+        print(
+            f"{indent}worse at {one['setting']}: {one['rms_heldout_arcsec_before']:.2f} to "
+            f"{one['rms_heldout_arcsec']:.2f} arcsec, predicted from the other settings",
+            file=out,
+        )
+
+
+def confidence_text(confidence: float) -> str:
+    """Write a confidence, 1 - p over all candidates, in per cent."""
+    return "> 99.99 %" if confidence > 0.9999 else f"{100 * confidence:.2f} %"
 
 
 def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:

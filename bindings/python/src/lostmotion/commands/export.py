@@ -6,8 +6,10 @@ import argparse
 from pathlib import Path
 
 from lostmotion.drives import read_drive
+from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.export import Profile, export, make_controller, read_settings, show_export
+from lostmotion.fit.drive_file import require_within_bounds, written_effects
 from lostmotion.options import own_effects
 from lostmotion.terminal import deliver
 
@@ -16,7 +18,9 @@ def run_export(arguments: argparse.Namespace) -> None:
     """``lostmotion export``."""
     settings = read_settings(arguments.set)
     drive = read_drive(arguments.drive)
-    own = own_effects(arguments)
+    own = {**own_effects(arguments), **written_effects(drive)}
+    if not arguments.force:
+        require_within_bounds(drive, {**library(), **own})
     if Path(arguments.output).suffix == ".fmu":
         from lostmotion.simulators.fmu import export_fmu
 

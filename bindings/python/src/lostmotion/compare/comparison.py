@@ -15,7 +15,7 @@ from lostmotion.characterize import StandardFigures, standard_figures
 from lostmotion.compare.failures import Failure, where_it_fails
 from lostmotion.compare.loops import zero_widths
 from lostmotion.compare.repeatability import Repeatability, repeatability_of
-from lostmotion.discover.baseline_fit import fit_baseline
+from lostmotion.discover.baseline_fit import finish_baseline
 from lostmotion.discover.baseline_form import tried
 from lostmotion.discover.events import Event, early_events
 from lostmotion.drives import Drive
@@ -36,6 +36,7 @@ from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
+
 
 @dataclass
 class Comparison(ModelResult):
@@ -318,7 +319,9 @@ def _compare(
     if campaign.rows < SAMPLES_LEAST:
         return _compare_few(inside, stands, seen, effects, rated_Nm)
     ratio = 1.0 if drive is None else drive.ratio
-    fitted = fit_baseline(inside, effects, ratio, friction, rows=rows)
+    inside.first_fit(rows=rows)
+    events = early_events(inside)
+    fitted = finish_baseline(inside, effects, ratio, friction, rows=rows)
     chosen = fitted.chosen
     progress(2, steps)
     best, heldout = chosen.base, tried(chosen.base, rows, refits=True).heldout
@@ -346,7 +349,7 @@ def _compare(
         where_it_fails(c, residual, seed),
         closed_by_columns(effects, c),
         float(np.max(np.abs(torque))) if rated_Nm is None else rated_Nm,
-        early_events(best),
+        events,
         outliers=fitted.outliers,
     )
     progress(steps, steps)

@@ -36,6 +36,7 @@ def advise(
     last: ContestRound,
     runs: int,
     at_bound: Mapping[str, Sequence[str]],
+    harmful: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> str:
     """Say what to do next, of recordings that can be repeated.
 
@@ -43,15 +44,18 @@ def advise(
     ----------
     at_bound : mapping
         Estimated values that stand at a bound, by effect: such an effect is not recommended.
+    harmful : mapping
+        What `ladder.harms` says of effects: one that makes a prediction worse is not, either.
     """
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: repeat the plan, {RUNS_ASKED}."
     if found.odd is not None:
         return ASK_WHAT_DIFFERED
     if found.verdict == "ambiguous":
-        both = (*found.names, *found.rivals)
+        doubtful = [name for name, said in found.by_effect.items() if said["rivals"]]
+        both = list(dict.fromkeys((*(n for n in doubtful if n in found.names), *found.rivals)))
         first = [effects[name].experiment for name in both if effects[name].experiment]
-        pair = " and ".join((*found.names[:1], *found.rivals))
+        pair = " and ".join(both)
         return f"To tell {pair} apart: " + "; ".join(dict.fromkeys(first)) + "."
     if found.verdict == "unexplained":
         return (
@@ -59,7 +63,7 @@ def advise(
             "and look at the rig: no effect of the library does this."
         )
     what = "Nothing is left above the noise."
-    doubtful = [name for name in found.names if at_bound.get(name)]
+    doubtful = [name for name in found.names if at_bound.get(name) or harmful.get(name)]
     sound = [name for name in found.names if name not in doubtful]
     if sound:
         add = " ".join(f"--add {name}" for name in sound)
@@ -68,8 +72,7 @@ def advise(
     elif doubtful:
         what = "Nothing else is left above the noise."
     for name in doubtful:
-        values = ", ".join(at_bound[name])
-        what += f" {name} is not recommended: {values} at a bound of what it may be."
+        what += f" {name} is not recommended: {why_not(at_bound.get(name), harmful.get(name))}."
     blind = sorted(name for name, why in last.closed.items() if why.startswith("not visible"))
     if blind:
         what += f" This plan could not have shown: {', '.join(blind)}."
@@ -77,6 +80,17 @@ def advise(
     if lacking:
         what += f" Without their columns nothing is known of: {', '.join(lacking)}."
     return what
+
+
+def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]] | None) -> str:
+    """Say why an effect is not recommended."""
+    if at_bound:
+        return f"{', '.join(at_bound)} at a bound of what it may be"
+    return "it makes the prediction worse at " + "; ".join(
+        f"{one['setting']} ({one['rms_heldout_arcsec_before']:.3g} to "
+        f"{one['rms_heldout_arcsec']:.3g} arcsec)"
+        for one in harmful or ()
+    )
 
 
 def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any]]) -> str:

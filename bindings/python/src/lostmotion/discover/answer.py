@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from lostmotion import rules
 from lostmotion.candidates.slipped_teeth import slips_of
 from lostmotion.discover.choice import Step
+from lostmotion.discover.conclusion import Conclusion
 from lostmotion.discover.events import (
     EVENT_NAME,
     Event,
@@ -22,6 +24,7 @@ from lostmotion.discover.gates import (
     large_enough,
     paid_by_kind,
 )
+from lostmotion.discover.ladder import make_rungs, told
 from lostmotion.discover.linearise import Settled
 from lostmotion.discover.recorded_model import Selection
 from lostmotion.discover.refits import term_of
@@ -30,7 +33,6 @@ from lostmotion.discover.terms import contest_of_term, term_size
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.model_result import ModelResult
 from lostmotion.fit.terms import Additive
 from lostmotion.results import figures
@@ -69,9 +71,9 @@ class Diagnosis(ModelResult):
 
     def fitted_base(self) -> BaselineModel:
         """Give the model with all that was found, fitted for all runs together."""
-        if self.base is None:
+        if not self.models:
             raise InputError("diagnosis", "", "no model: it was made of evidence", "recordings")
-        return self.base
+        return self.models[-1]
 
     def plot_ladder(self) -> Any:
         """Draw how the error falls with each effect; a Plotly figure."""
@@ -121,19 +123,20 @@ def told_slips(base: BaselineModel, place: int, within: float) -> list[dict[str,
     return found
 
 
-def make_ladder(models: list[BaselineModel]) -> list[dict[str, Any]]:
-    """Fitted and held-out error of the base and after each term."""
-    rungs = []
-    for base in models:
-        rungs.append(
-            {
-                "effects": [t.effect.name for t in base.terms]
-                + [shape.name for shape in shapes_of(base)],
-                "rms_arcsec": float(np.sqrt(np.mean(base.residual() ** 2))),
-                "rms_heldout_arcsec": held_out_rms(base),
-            }
-        )
-    return rungs
+def make_ladder(models: Sequence[BaselineModel], found: Conclusion) -> list[dict[str, Any]]:
+    """Errors of the baseline model and after each term, and the verdict on each effect."""
+    ladder = told(
+        make_rungs(models),
+        [
+            [t.effect.name for t in base.terms] + [shape.name for shape in shapes_of(base)]
+            for base in models
+        ],
+    )
+    for before, rung in pairwise(ladder):
+        new = [name for name in rung["effects"] if name not in before["effects"]]
+        if new:
+            rung |= {"effect": new[0], **found.by_effect.get(new[0], {})}
+    return ladder
 
 
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ steps that were found in it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -124,12 +125,18 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
             "swing_arcsec": swing_by_run(base, at).tolist(),
             "given_arcsec": {name: term_size(base, names.index(name)) for name in present},
             "runs": [str(label) for label in c.labels],
-            "events": [{**event, "run": str(event["run"])} for event in diagnosis.events],
+            "events": [named_apart(event) for event in diagnosis.events],
             "data_fingerprints": [c.campaign.fingerprint()],
             "run_fingerprints": [run.fingerprint() for run in c.campaign.runs],
             "alone": [{"verdict": diagnosis.verdict, "effects": diagnosis.effects}],
         },
     )
+
+
+def named_apart(event: Mapping[str, Any]) -> dict[str, Any]:
+    """An event by the name of its run: the number of that is another one in merged evidence."""
+    rest = {key: value for key, value in event.items() if key != "run_number"}
+    return {**rest, "run": str(event["run"])}
 
 
 def common_candidates(

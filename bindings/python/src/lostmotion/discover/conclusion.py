@@ -28,6 +28,8 @@ class Conclusion:
         Effects that it shows.
     names, rivals : list of str
         Effects that are missing, and those that do as well as one of them.
+    by_effect : dict
+        Verdict, confidence and rivals of each effect that is missing, by its name.
     depends_on : list of dict
         On what that depends which no effect explains.
     odd : OddRuns or None
@@ -40,6 +42,7 @@ class Conclusion:
     shown: list[str]
     names: list[str]
     rivals: list[str]
+    by_effect: dict[str, dict[str, Any]] = field(default_factory=dict)
     depends_on: list[dict[str, Any]] = field(default_factory=list)
     odd: OddRuns | None = None
     unnamed: float = 0.0
@@ -75,6 +78,7 @@ def conclude_rounds(
     present: Sequence[str],
     names: list[str],
     nameless: bool,
+    within: float,
 ) -> Conclusion:
     """Draw the conclusion from the rounds of a selection.
 
@@ -89,14 +93,50 @@ def conclude_rounds(
         Effects in the model, and those of them that are missing from the drive file.
     nameless : bool
         Whether the model has shapes without a name, or the recordings have sudden events.
+    within : float
+        Noise within runs, arc seconds.
     """
     counted = steps[:taken]
-    rivals = sorted({name for step in counted for name in step.rivals if name not in present})
-    verdict, shown = decide(runs, names, rivals, nameless)
+    rungs = [rung_of(step, present) for step in counted if is_named(step)]
+    by_effect = {name: said for name, said, _ in rungs if name in names}
+    minor = minor_doubts([rung for rung in rungs if rung[0] in names], within)
+    sure = [name for name in names if name not in minor]
+    rivals = sorted({r for name, said, _ in rungs if name not in minor for r in said["rivals"]})
+    verdict, shown = decide(runs, sure, rivals, nameless)
     depends = [what for step in steps for what in describe(step)]
     shapes = [s.selected for s in counted if s.selected and not s.selected.candidate.named]
     unnamed = sum(shape.size**2 for shape in shapes)
-    return Conclusion(verdict, shown, names, rivals, depends, unnamed=unnamed)
+    return Conclusion(verdict, shown, sure, rivals, by_effect, depends, unnamed=unnamed)
+
+
+def is_named(step: Step) -> bool:
+    """Whether a round has selected an effect that has a name."""
+    return step.selected is not None and step.selected.candidate.named
+
+
+def rung_of(step: Step, present: Sequence[str]) -> tuple[str, dict[str, Any], float]:
+    """Name, verdict and size in arc seconds of an effect that was selected."""
+    chosen = step.selected
+    assert chosen is not None
+    rivals = sorted(name for name in step.rivals if name not in present)
+    said = {
+        "verdict": "ambiguous" if rivals else "missing-effect",
+        "confidence": 1.0 - family_p(step.round, chosen.candidate, chosen.result),
+        "rivals": rivals,
+    }
+    return chosen.name, said, chosen.size
+
+
+def minor_doubts(rungs: Sequence[tuple[str, dict[str, Any], float]], within: float) -> list[str]:
+    """Effects with rivals that are too small beside a certain one to make the answer doubtful.
+
+    As for a shape beside a named effect (`rules.SHAPE_AFTER_NAMED`): the certain one explains the
+    misfit, only not in every detail.
+    """
+    if not any(said["verdict"] == "missing-effect" for _, said, _ in rungs):
+        return []
+    least = rules.SHAPE_AFTER_NAMED * within
+    return [name for name, said, size in rungs if said["rivals"] and size < least]
 
 
 def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tuple[str, list[str]]:
@@ -125,12 +165,14 @@ def describe(step: Step) -> list[dict[str, Any]]:
     if step.selected is None or step.selected.candidate.named:
         return []
     candidate, result = step.selected.candidate, step.selected.result
+    ready = {"formula": candidate.formula} if candidate.formula else {}
     return [
         {
             "covariate": covariate,
             "shape": shape,
             "p": family_p(step.round, candidate, result),
             "rms_arcsec": step.selected.size,
+            **(ready if covariate == candidate.covariate else {}),
         }
         for covariate, shape in ((candidate.covariate, candidate.shape), *candidate.also)
     ]

@@ -265,8 +265,10 @@ def conclude(
     given = len(selection.settled[0].base.terms) - slipped
     names = present[given:]
     nameless = bool(shapes_of(base) or events)
-    found = conclude_rounds(steps, len(selection.settled) - 1, c.runs, present, names, nameless)
     within = noise_rms(selection.noise, base)
+    found = conclude_rounds(
+        steps, len(selection.settled) - 1, c.runs, present, names, nameless, within
+    )
     # Beside an effect that was found, or one that differs between runs, it may be what the form
     # of that does not meet.
     if found.verdict == "complete" and not any(t.effect.needs & RUN_NEEDS for t in base.terms):
@@ -288,7 +290,8 @@ def conclude(
         floor, within_told = noise_floor(final, within), within
     if slipped:
         models.insert(0, without_slips(models[0], given))
-    ladder = make_ladder(models)
+    ladder = make_ladder(models, found)
+    harmful = {rung["effect"]: rung["harms"] for rung in ladder if rung.get("harms")}
     slips = range(given, given + slipped)
     told = [event.told(c.labels) for event in events]
     depends = [*found.depends_on, *(dependence(event, c.rows) for event in told)]
@@ -306,7 +309,9 @@ def conclude(
         [*(slip for place in slips for slip in told_slips(base, place, within)), *told],
         sizes,
         {"share": found.share(ladder[slipped]["rms_arcsec"]), "depends_on": depends},
-        advise(found, effects, last_step.round, c.runs, estimated_at_bound(stepwise.model)),
+        advise(
+            found, effects, last_step.round, c.runs, estimated_at_bound(stepwise.model), harmful
+        ),
         {
             "noise": {
                 "within_runs_arcsec": within_told,
@@ -331,12 +336,8 @@ def conclude(
 
 
 def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
-    """Estimated values that stand at a bound, by effect."""
-    out = {}
-    for term in base.terms:
-        free = {term.effect.values[i].name for i in term.free}
-        out[term.effect.name] = [n for n in term.effect.at_bound(term.values) if n in free]
-    return out
+    """Estimated values that a bound has stopped, by effect."""
+    return {term.effect.name: term.effect.stopped_at_bound(term.values) for term in base.terms}
 
 
 def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:

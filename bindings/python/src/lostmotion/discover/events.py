@@ -12,6 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import special
 
 from lostmotion import rules
+from lostmotion.candidates.formulas import step
 from lostmotion.discover.linearise import columns_of, noise_rms
 from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.effects.conditions import side_by_side
@@ -51,6 +52,7 @@ class Event:
         """Say it in the words of an answer."""
         return {
             "run": labels[self.run],
+            "run_number": self.run + 1,
             "time_s": self.time_s,
             "size_arcsec": self.size_arcsec,
             "score": self.score,
@@ -72,6 +74,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
         "shape": f"step of {plain_number(event['size_arcsec'])} arcsec in run {event['run']} "
         f"at {event['time_s']:.6g} s",
         "p": min(1.0, float(2 * special.ndtr(-event["score"]) * rows)),
+        **({"formula": step(event)} if "run_number" in event else {}),
     }
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,11 @@ import numpy.typing as npt
 from lostmotion.backbone import Backbone
 from lostmotion.discover.answer import not_fitted
 from lostmotion.discover.baseline_fit import fit_baseline, form_beside_effects
-from lostmotion.discover.stepwise_fit import Table, fit_stepwise
+from lostmotion.discover.gates import accepted
+from lostmotion.discover.ladder import make_rungs, told
+from lostmotion.discover.linearise import Settled
+from lostmotion.discover.stepwise_fit import EstimatedValues, fit_stepwise
+from lostmotion.discover.terms import contest_of_term
 from lostmotion.drives import (
     FIT_RANGES,
     Drive,
@@ -25,6 +30,7 @@ from lostmotion.drives import (
 from lostmotion.effects.columns import constant_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
+from lostmotion.effects.formula import written
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import BaselineModel
@@ -37,7 +43,6 @@ from lostmotion.fit.drive_file import (
 )
 from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.forms import Friction, friction_form
-from lostmotion.fit.held_out import held_out_rms
 from lostmotion.fit.model_result import ModelResult
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
@@ -45,6 +50,23 @@ from lostmotion.results import figures
 from lostmotion.threads import one_thread
 
 FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Significance:
+    """Test of an effect of a model beside the others.
+
+    Attributes
+    ----------
+    p : float
+        Of the F test.
+    significant : bool
+        Whether it passes the gates of `diagnose`, as a single test.
+    """
+
+    p: float
+    significant: bool
+
 
 @dataclass
 class FittedModel(ModelResult):
@@ -56,15 +78,18 @@ class FittedModel(ModelResult):
         Without deviations of single runs.
     ladder : list of dict
         One rung for the base and one for each effect.
-    table : Table
+    table : EstimatedValues
         Values in the units of the drive file, with their covariance.
+    tested : dict
+        Of each effect whether these recordings show it beside the others.
     """
 
     base: BaselineModel
     ladder: list[dict[str, Any]]
     noise_floor_arcsec: float
     within_runs_arcsec: float
-    table: Table
+    table: EstimatedValues
+    tested: dict[str, Significance] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -132,6 +157,7 @@ class FittedModel(ModelResult):
             "at_bound": self.at_bound(),
             "not_fitted": self.not_fitted(),
             "inseparable": self.inseparable,
+            "significance": {name: vars(one) for name, one in self.tested.items()},
             "data_fingerprint": self.base.conditions.campaign.fingerprint(),
             "samples": self.base.conditions.rows,
         }
@@ -210,7 +236,8 @@ def fit_model(
     backbone : Backbone, optional
         What the drive says of the characteristic; by default made of its file.
     add : str or sequence of str
-        Effects to add, in this order.
+        Effects to add, in this order: names, or formulas such as
+        ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written`.
     effects : mapping, optional
         Effects by name; by default those of the library.
     friction : {"inside", "inside+load", "both", "both+load"}, optional
@@ -222,8 +249,8 @@ def fit_model(
     effects = library() if effects is None else effects
     if backbone is None:
         backbone = hold_against(campaign, drive)
-    chosen = [find_effect(name, effects) for name in ([add] if isinstance(add, str) else add)]
     base = make_base(drive, campaign, backbone, effects)
+    chosen = effects_to_add([add] if isinstance(add, str) else add, effects, base)
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)
     require_addable(base, chosen)
@@ -240,11 +267,36 @@ def fit_model(
     say(steps, steps)
     return FittedModel(
         fitted.model,
-        [ladder_row(model) for model in fitted.models],
+        make_ladder(fitted.models),
         fitted.floor_arcsec,
         fitted.within_arcsec,
         fitted.table,
+        significance(fitted.settled),
     )
+
+
+def effects_to_add(
+    add: Sequence[str], effects: Mapping[str, Effect], base: BaselineModel
+) -> list[Effect]:
+    """Effects by their names, and those that are written as a formula."""
+    taken = {term.effect.name for term in base.terms}
+    numbers = (n for n in count(1) if f"formula_{n}" not in taken)
+    return [
+        written(one, f"formula_{next(numbers)}") if "*" in one else find_effect(one, effects)
+        for one in add
+    ]
+
+
+def significance(settled: Settled) -> dict[str, Significance]:
+    """Test every effect of a model that has free values."""
+    found = {}
+    for place, term in enumerate(settled.base.terms):
+        if term.free:
+            contest, name = contest_of_term(settled, place)
+            result = contest.test(name)
+            p = 1.0 if result is None else result.p
+            found[name] = Significance(p, result is not None and accepted(result, 1))
+    return found
 
 
 def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
@@ -261,13 +313,9 @@ def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
         present.add(effect.name)
 
 
-def ladder_row(model: BaselineModel) -> dict[str, Any]:
-    """One line of the ladder: what is in the model, and its errors."""
-    return {
-        "effects": [term.effect.name for term in model.terms],
-        "rms_arcsec": float(np.sqrt(np.mean(model.residual() ** 2))),
-        "rms_heldout_arcsec": held_out_rms(model),
-    }
+def make_ladder(models: Sequence[BaselineModel]) -> list[dict[str, Any]]:
+    """Errors of the baseline model and after each effect."""
+    return told(make_rungs(models), [[t.effect.name for t in model.terms] for model in models])
 
 
 def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedModel:
@@ -277,7 +325,7 @@ def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedMode
     if few is None:
         require_samples(campaign)
         raise AssertionError("few readings are fewer than a fit needs")
-    table = Table(*few.table(), [])
+    table = EstimatedValues(*few.table(), [])
     heldout = few.heldout()
     rung = {
         "effects": [],

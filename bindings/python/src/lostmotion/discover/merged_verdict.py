@@ -11,7 +11,7 @@ from lostmotion.candidates.slipped_teeth import jumping_effect
 from lostmotion.discover.advice import advise_merged
 from lostmotion.discover.answer import entry
 from lostmotion.discover.choice import Step
-from lostmotion.discover.conclusion import conclude_rounds
+from lostmotion.discover.conclusion import Conclusion, conclude_rounds
 from lostmotion.discover.contest_round import ContestRound
 from lostmotion.discover.detectable import detectable
 from lostmotion.discover.events import dependence
@@ -40,7 +40,6 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     """
     model = EvidenceModel(body, effects)
     steps = select(model)
-    ladder = [rung(taken, model.errors(taken)) for taken in model.trail]
     events, within = body.about["events"], model.within
     slips = [event for event in events if "teeth" in event]
     jumping = jumping_effect(effects)
@@ -49,8 +48,9 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     given = list(body.about["given_arcsec"])
     nameless = len(events) > len(slips) or any(not one.candidate.named for one in model.taken)
     found = conclude_rounds(
-        steps, len(model.trail) - 1, model.runs, [*given, *names], names, nameless
+        steps, len(model.trail) - 1, model.runs, [*given, *names], names, nameless, within
     )
+    ladder = [rung(taken, model.errors(taken), found) for taken in model.trail]
     final = model.round_with(model.taken).contest
     if found.verdict == "complete" and not any(
         effects[name].needs & RUN_NEEDS for name in (*given, *names) if name in effects
@@ -86,10 +86,13 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
     }
 
 
-def rung(taken: Sequence[Contender], errors: tuple[float, float]) -> dict[str, Any]:
-    """Make a rung of the ladder."""
+def rung(
+    taken: Sequence[Contender], errors: tuple[float, float], found: Conclusion
+) -> dict[str, Any]:
+    """Make a rung of the ladder, with the verdict on the effect that is new there."""
     names = [one.name for one in taken]
-    return {"effects": names, "rms_arcsec": errors[0], "rms_heldout_arcsec": errors[1]}
+    said = {"effect": names[-1], **found.by_effect.get(names[-1], {})} if names else {}
+    return {"effects": names, "rms_arcsec": errors[0], "rms_heldout_arcsec": errors[1], **said}
 
 
 def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:

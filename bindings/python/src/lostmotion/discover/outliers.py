@@ -49,6 +49,8 @@ def clean_outliers(base: BaselineModel) -> int:
         expected = usual * float(rows[r])
         if counts[r] > rules.OUTLIERS_ALONE + expected + 3.0 * np.sqrt(expected):
             found[at] = False
+    if np.mean(found) > rules.OUTLIERS_MOST:
+        found[:] = False
     if found.any():
         point = base.at()
         good = np.flatnonzero(~found)

@@ -39,7 +39,7 @@ CORRELATED = 0.99
 
 
 @dataclass
-class Table:
+class EstimatedValues:
     """Values of a model in the units of the drive file.
 
     Attributes
@@ -102,7 +102,7 @@ class StepwiseFit:
         return noise_floor(self.settled, self.within_arcsec)
 
     @cached_property
-    def table(self) -> Table:
+    def table(self) -> EstimatedValues:
         """Values with their covariance."""
         return table_of(self.model, self.settled)
 
@@ -142,9 +142,7 @@ def fit_stepwise(
     return StepwiseFit(models, settled.noise, settled)
 
 
-def with_effect(
-    base: BaselineModel, noise: Noise, effect: Effect, ratio: float
-) -> BaselineModel:
+def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> BaselineModel:
     """Refit a model with an effect more.
 
     The runs have their own deviations on the way: what they scatter by would hold the effect back,
@@ -180,7 +178,7 @@ def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) 
     return term_of(alone, result)
 
 
-def table_of(base: BaselineModel, settled: Settled) -> Table:
+def table_of(base: BaselineModel, settled: Settled) -> EstimatedValues:
     """Values in the units of the drive file, with the covariance under scatter and noise."""
     contest = settled.contest
     evidence = contest.evidence
@@ -208,4 +206,6 @@ def table_of(base: BaselineModel, settled: Settled) -> Table:
     fixed_names = [name for filed in grid for name in filed.keys(filed.of(base).size)]
     whole = np.zeros((len(names) + fixed.size,) * 2)
     whole[: len(names), : len(names)] = covariance
-    return Table([*names, *fixed_names], np.concatenate((values, fixed)), whole, inseparable)
+    return EstimatedValues(
+        [*names, *fixed_names], np.concatenate((values, fixed)), whole, inseparable
+    )

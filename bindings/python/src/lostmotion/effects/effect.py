@@ -41,6 +41,9 @@ ROLES: tuple[Role, ...] = get_args(Role)
 SCALES: tuple[Scale, ...] = get_args(Scale)
 """In the order of `lm_value_scale`."""
 
+RECORDED_ONLY = ("time_s", "run_number")
+"""Conditions of a recording that no controller knows: the time of a sample, the number of a run."""
+
 STARTS_MAX = int(core(64).lib.LM_STARTS_MAX)
 """Start values of one value, at most."""
 
@@ -121,6 +124,8 @@ class Effect:
         ... and the condition that tells the two apart where it varies.
     steps : bool
         The angle jumps by its given value and stays.
+    in_file : bool
+        A drive file that has it holds its formula, too.
     """
 
     name: str
@@ -140,6 +145,7 @@ class Effect:
     absorbed: str = ""
     told_by: str = ""
     steps: bool = False
+    in_file: bool = False
 
     def __repr__(self) -> str:
         """Say what it is and what it takes; `vars` has all."""
@@ -174,6 +180,12 @@ class Effect:
             if known.role != "given" and not known.low < x < known.high
         ]
 
+    def stopped_at_bound(self, values: FloatArray) -> list[str]:
+        """Names of estimated values that a bound has stopped: not what is nothing at its least."""
+        free = {self.values[i].name for i in self.free()}
+        size = {known.name: float(x) for known, x in zip(self.values, values, strict=True)}
+        return [name for name in self.at_bound(values) if name in free and size[name] != 0.0]
+
     def against_its_name(self, values: FloatArray) -> int | None:
         """Place of a value that makes the effect another one, and ought to be nothing."""
         for i, value in enumerate(self.values):
@@ -199,9 +211,9 @@ class Effect:
         memory = np.zeros(max(self.memory, 1))
         fresh = "elapsed_s" in self.needs
         pieces = conditions.slices() if fresh or self.memory else [slice(0, conditions.rows)]
-        wrapped = conditions.wrapped_rad
         sweep = getattr(self.function, "sweep", None)
         if sweep is not None:
+            wrapped = conditions.wrapped_rad
             whole = dict(conditions.columns)
             if wrapped is not None:
                 whole["input_angle_rad"] = wrapped
@@ -213,9 +225,10 @@ class Effect:
         for at in pieces:
             if fresh:
                 memory[:] = 0.0
+            # The angles go on over turns here: an order need not be a whole number.
             run = {name: column[at] for name, column in conditions.columns.items()}
-            if wrapped is not None:
-                run["input_angle_rad"] = wrapped[at]
+            run["time_s"] = conditions.time_s[at]
+            run["run_number"] = 1.0 + conditions.run_of[at].astype(np.float64)
             run["torque_Nm"] = torque_Nm[at]
             run["elastic_rad"] = elastic_rad[at]
             run["wound_Nm"] = (torque_Nm if wound_Nm is None else wound_Nm)[at]
@@ -295,7 +308,10 @@ class CheckedFunction:
     ) -> FloatArray:
         """Evaluate over one recording."""
         size = run["torque_Nm"].size
-        everything = {condition: np.full(size, NEUTRAL.get(condition, 0.0)) for condition in NEEDS}
+        everything = {
+            condition: np.full(size, NEUTRAL.get(condition, 0.0))
+            for condition in (*NEEDS, *RECORDED_ONLY)
+        }
         p = SimpleNamespace(**{v.name: float(n) for v, n in zip(self.values, numbers, strict=True)})
         try:
             result = self.function(p, SimpleNamespace(**{**everything, **run}))
@@ -328,7 +344,9 @@ def effect(
     `p` has the values as attributes, `at` the conditions of one recording as arrays
     (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
     the angle of backbone and friction, and ``at.wound_Nm``, the torque that friction leaves to wind
-    up the mesh); the function returns an array.
+    up the mesh); the function returns an array. Angles go on over turns. ``at.run_number``, 1 for
+    the first run of the campaign, and ``at.time_s`` are for what happened once: no controller knows
+    them.
 
     Parameters
     ----------

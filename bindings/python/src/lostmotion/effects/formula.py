@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion.core import FILLED_IN, NEEDS, Kind
-from lostmotion.effects.effect import Effect, Value, effect
+from lostmotion.effects.effect import RECORDED_ONLY, Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import as_in_file
 from lostmotion.units import split_unit
@@ -71,6 +71,9 @@ HELPERS = {
 
 TURNS = {"input_turns": "input_angle_rad", "output_turns": "output_angle_rad"}
 """Angles in turns, for formulas with a period."""
+
+WORDS = {*NEEDS, *FILLED_IN, *RECORDED_ONLY, *TURNS, "pi"}
+"""Names in a formula that are none of its values."""
 
 OPERATORS: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Add: ("+", np.add),
@@ -134,6 +137,7 @@ def formula(
             f"effect {name}", unused[0], "a value that the formula does not have", text
         )
     needs = {TURNS.get(word, "torque_Nm" if word in FILLED_IN else word) for word in used}
+    needs -= set(RECORDED_ONLY)
 
     made = effect(
         values=values,
@@ -149,6 +153,54 @@ def formula(
     return replace(made, formula=text, memory=0)
 
 
+def written(text: str, name: str) -> Effect:
+    """Make an effect of a formula alone, as it is written behind ``--add`` or in a drive file.
+
+    Every name in it that is no condition is a value, to which the lost motion in rad that it gives
+    is proportional.
+
+    Raises
+    ------
+    InputError
+        When the formula has something else in it, or is not proportional to its values.
+    """
+    tree = _read(name, text)
+    called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    named = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and id(n) not in called]
+    named.sort(key=lambda node: (node.lineno, node.col_offset))
+    names = list(dict.fromkeys(node.id for node in named if node.id not in WORDS))
+    where = f"effect {name}"
+    if not names:
+        raise InputError(where, "formula", as_in_file(text), "a name of a value, as size_rad")
+    made = formula(
+        name, text, values=[_linear(value) for value in names], mechanism="a formula of one's own"
+    )
+    at = {need: np.linspace(0.1, 1.3, TRIED) for need in (*NEEDS, *FILLED_IN, *RECORDED_ONLY)}
+    once, memory = np.full(len(names), 0.5), np.zeros(1)
+    twice = made.function(2.0 * once, at, memory)
+    if not np.allclose(twice, 2.0 * made.function(once, at, memory), rtol=1e-9, atol=0.0):
+        found = f"not proportional to {', '.join(names)}"
+        raise InputError(where, "formula", found, "numbers in place of what is not proportional")
+    return replace(made, in_file=True)
+
+
+def _linear(name: str) -> Value:
+    """A value of a written formula, by its unit: an angle, or a number that multiplies one."""
+    unit = split_unit(name)[1]
+    angle = unit is not None and unit.symbol.startswith("rad")
+    typical, most = (
+        (WRITTEN_RAD, WRITTEN_RAD_MOST) if angle else (WRITTEN_SHARE, WRITTEN_SHARE_MOST)
+    )
+    return Value(name, "linear", typical, -most, most)
+
+
+WRITTEN_RAD, WRITTEN_RAD_MOST = 5e-6, 0.05
+"""Typical angle of a written formula, an arc second, and the most: 3 degrees are no lost motion."""
+
+WRITTEN_SHARE, WRITTEN_SHARE_MOST = 0.01, 100.0
+"""Typical number that is no angle, as the share of another one, and the most."""
+
+
 def _read(name: str, text: str) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
@@ -158,7 +210,7 @@ def _read(name: str, text: str) -> ast.expr:
 
 def _names(name: str, tree: ast.expr, values: Sequence[str]) -> set[str]:
     """Names that the formula uses, but for functions and pi; refuses what is no formula."""
-    allowed = {*values, *NEEDS, *FILLED_IN, *TURNS, "pi"}
+    allowed = {*values, *WORDS}
     found: set[str] = set()
     where = f"effect {name}"
 
@@ -265,6 +317,29 @@ def symbol_of(own: Effect) -> str:
     return own.symbol or f"lm_effect_{own.name}"
 
 
+def require_of_controller(own: Effect) -> None:
+    """Refuse a formula of what a controller does not know: runs, or turns of the input."""
+    tree = _read(own.name, own.formula)
+    words = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    for word in RECORDED_ONLY:
+        if word in words:
+            expected = "a formula of conditions: the controller does not know this one"
+            raise InputError(f"effect {own.name}", "formula", word, expected)
+    if "input_angle_rad" not in own.needs:
+        return
+    at = {need: np.linspace(-1.0, 1.0, TRIED) for need in (*NEEDS, *FILLED_IN)}
+    here, memory = own.function(own.typical, at, np.zeros(1)), np.zeros(1)
+    turned = {**at, "input_angle_rad": at["input_angle_rad"] + 2 * np.pi}
+    if not np.allclose(own.function(own.typical, turned, memory), here, rtol=1e-6, atol=1e-12):
+        found = "not the same after a turn of the input"
+        expected = "a period of one turn: the controller knows that angle within a turn alone"
+        raise InputError(f"effect {own.name}", "formula", found, expected)
+
+
+TRIED = 41
+"""Samples at which a formula is tried."""
+
+
 def write_c(own: Effect) -> str:
     """C source of an effect that has a formula; the desktop and the controller compile the same.
 
@@ -277,6 +352,7 @@ def write_c(own: Effect) -> str:
         expected = "one made by formula(...), or in C: the controller cannot run a Python function"
         raise InputError("effect", own.name, "a Python function", expected)
     names = [value.name for value in own.values]
+    require_of_controller(own)
     used: set[str] = set()
     result = _in_c(_read(own.name, own.formula), names, used)
     if result.startswith("(") and result.endswith(")") and _pairs(result):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from lostmotion.backbone import Backbone
 from lostmotion.drives import (
@@ -17,11 +18,14 @@ from lostmotion.drives import (
 from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
+from lostmotion.effects.formula import written
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.terms import Term
 from lostmotion.model import fit_values
 from lostmotion.recordings import Campaign
+
+FloatArray = npt.NDArray[np.float64]
 
 SAMPLES_LEAST = 50
 """The base alone has some forty numbers: slopes, plays, offsets."""
@@ -30,15 +34,45 @@ SAMPLES_LEAST = 50
 def effect_table(term: Term) -> dict[str, Any]:
     """An ``[[effect]]`` table."""
     values = {v.name: float(x) for v, x in zip(term.effect.values, term.values, strict=True)}
-    return {"name": term.effect.name, **values}
+    formula = {"formula": term.effect.formula} if term.effect.in_file else {}
+    return {"name": term.effect.name, **formula, **values}
 
 
 def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str) -> Term:
     """Read an ``[[effect]]`` table."""
-    effect = find_effect(str(table["name"]), effects, file)
+    name = str(table["name"])
+    own = table.get("formula")
+    effect = find_effect(name, effects, file) if own is None else written(own, name)
     place = f"effect.{effect.name}"
     values = np.array(effect_values(file, place, table, effect.ranges()))
     return Term(effect, values, effect.free())
+
+
+def require_within_bounds(drive: Drive, effects: Mapping[str, Effect]) -> None:
+    """Refuse a drive file with an effect that a bound has stopped."""
+    for table in drive.effects:
+        if table["name"] in effects or "formula" in table:
+            term = term_from(table, effects, drive.file)
+            refuse_bound(drive.file, term.effect, term.values)
+
+
+def refuse_bound(file: str, effect: Effect, values: FloatArray) -> None:
+    """Refuse values of an effect that a bound has stopped."""
+    stopped = effect.stopped_at_bound(values)
+    if stopped:
+        known = next(value for value in effect.values if value.name == stopped[0])
+        x = values[effect.values.index(known)]
+        expected = f"a value between {known.low:g} and {known.high:g}, or --force"
+        raise InputError(file, f"{effect.name}.{known.name}", f"{x:g}, its bound", expected)
+
+
+def written_effects(drive: Drive) -> dict[str, Effect]:
+    """Effects of a drive file that holds their formulas."""
+    return {
+        table["name"]: written(table["formula"], table["name"])
+        for table in drive.effects
+        if "formula" in table
+    }
 
 
 def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) -> None:

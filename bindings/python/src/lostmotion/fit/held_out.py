@@ -35,14 +35,8 @@ RIDGE = 1e-9
 """Relative ridge: what the other runs do not see stays where it is."""
 
 
-def held_out_residual(
-    base: BaselineModel,
-    starts: IntArray | None = None,
-    rows: npt.NDArray[np.bool_] | None = None,
-    groups: Sequence[Sequence[int]] | None = None,
-    refits: bool = True,
-) -> FloatArray:
-    """Residual of every sample under a fit without its piece, arc seconds.
+class LeftOut:
+    """What a fit predicts of samples that are left out of it, whole pieces at a time.
 
     What belongs to a recording alone is its own here too: its offset, and where the operators stood
     before it, where a session begins with it.
@@ -55,62 +49,115 @@ def held_out_residual(
         Offsets of the pieces that are left out; by default the runs.
     rows : ndarray of bool, optional
         Samples that were fitted, whole pieces.
+
+    Attributes
+    ----------
+    pieces : list of slice
+    out : ndarray
+        Residual under the fit to all, each piece about its mean, arc seconds.
+    """
+
+    def __init__(
+        self,
+        base: BaselineModel,
+        starts: IntArray | None = None,
+        rows: npt.NDArray[np.bool_] | None = None,
+    ) -> None:
+        starts = base.conditions.starts if starts is None else starts
+        self.base, self.rows = base, rows
+        point = base.at()
+        fixed = base.fixed_columns(point)
+        out = base.measured - point.angle
+        self.pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
+        for at in self.pieces:
+            fixed[at] -= fixed[at].mean(axis=0)
+            out[at] -= out[at].mean()
+        known = base.precision() * float(np.mean(out**2))
+        for block, places in placed(base.blocks()):
+            if block.prior is not None and block.prior.per_run:
+                known[places.start + block.prior.places] = 1.0 / block.prior.sd**2
+        x, low, high = base.vector()
+        room = np.where(np.isfinite(high - low), NEAR_BOUND * (high - low), 0.0)
+        self.free = (x > low + room) & (x < high - room)
+        fixed, known = fixed[:, self.free], known[self.free] / out.size
+        # The units of a column are such that it and what is known of its value are one together.
+        norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
+        norm[norm == 0] = 1.0
+        fixed /= norm
+        self.least, self.most = (low - x)[self.free] * norm, (high - x)[self.free] * norm
+        self.fixed, self.norm, self.out = fixed, norm, out
+        size = fixed.shape[1]
+        self.gram = np.zeros((len(self.pieces), size, size))
+        self.slope = np.zeros((len(self.pieces), size))
+        for i, at in enumerate(self.pieces):
+            if rows is None or rows[at].any():
+                self.gram[i] = fixed[at].T @ fixed[at]
+                self.slope[i] = fixed[at].T @ out[at]
+        self.whole = self.gram.sum(axis=0) + out.size * np.diag(known / norm**2 + RIDGE)
+        self.own = own_states(base, self.pieces)
+
+    def normal_without(self, group: Sequence[int]) -> tuple[IntArray, FloatArray]:
+        """Unknowns of a fit to the pieces beside a group, and their normal matrix."""
+        held = np.isin(np.flatnonzero(self.free), np.concatenate([self.own[i] for i in group]))
+        kept = np.flatnonzero(~held)
+        normal = self.whole - self.gram[group].sum(axis=0)
+        return kept, normal[np.ix_(kept, kept)]
+
+    def step_without(self, group: Sequence[int]) -> FloatArray:
+        """Step of the unknowns, in units of their columns, to where the other pieces want them."""
+        # Nothing pulls at a fit to all: what the others want is what the pieces do not.
+        kept, normal = self.normal_without(group)
+        least, most = self.least[kept], self.most[kept]
+        step = np.zeros(self.norm.size)
+        right = -self.slope[group].sum(axis=0)[kept]
+        step[kept] = np.clip(solve_within(normal, right, least, most), least, most)
+        return step
+
+    def stepped(self, group: Sequence[int]) -> list[FloatArray]:
+        """Residual of a group's pieces after `step_without`."""
+        step = self.step_without(group)
+        return [self.out[at] - self.fixed[at] @ step for at in self.pieces_of(group)]
+
+    def refitted(self, group: Sequence[int]) -> list[FloatArray]:
+        """Residual of a group's pieces under a fit to the others in truth."""
+        return residual_without(self.base, self.pieces_of(group), self.rows)
+
+    def residual(self, group: Sequence[int], refits: bool = True) -> list[FloatArray]:
+        """Residual of a group's pieces; refitted where the step may have gone too far."""
+        left = self.stepped(group)
+        before = np.sqrt(sum(float(self.out[at] @ self.out[at]) for at in self.pieces_of(group)))
+        if refits and np.linalg.norm(np.concatenate(left)) > DOUBTFUL * before:
+            return self.refitted(group)
+        return left
+
+    def pieces_of(self, group: Sequence[int]) -> list[slice]:
+        """Pieces of a group."""
+        return [self.pieces[i] for i in group]
+
+
+def held_out_residual(
+    base: BaselineModel,
+    starts: IntArray | None = None,
+    rows: npt.NDArray[np.bool_] | None = None,
+    groups: Sequence[Sequence[int]] | None = None,
+    refits: bool = True,
+) -> FloatArray:
+    """Residual of every sample under a fit without its piece, arc seconds.
+
+    Parameters
+    ----------
+    base, starts, rows
+        See `LeftOut`.
     groups : sequence, optional
         Numbers of pieces that are left out together; by default each alone. Those of no group keep
         the residual of the fit to all.
     refits : bool
         Whether the others are fitted in truth where the step may have gone too far.
     """
-    starts = base.conditions.starts if starts is None else starts
-    point = base.at()
-    fixed = base.fixed_columns(point)
-    out = base.measured - point.angle
-    pieces = [slice(int(a), int(b)) for a, b in pairwise(starts)]
-    groups = [[i] for i in range(len(pieces))] if groups is None else groups
-    for at in pieces:
-        fixed[at] -= fixed[at].mean(axis=0)
-        out[at] -= out[at].mean()
-    known = base.precision() * float(np.mean(out**2))
-    for block, places in placed(base.blocks()):
-        if block.prior is not None and block.prior.per_run:
-            known[places.start + block.prior.places] = 1.0 / block.prior.sd**2
-    x, low, high = base.vector()
-    room = np.where(np.isfinite(high - low), NEAR_BOUND * (high - low), 0.0)
-    free = (x > low + room) & (x < high - room)
-    fixed, known = fixed[:, free], known[free] / out.size
-    # The units of a column are such that it and what is known of its value are one together.
-    norm = np.sqrt(np.einsum("ij,ij->j", fixed, fixed) / out.size + known)
-    norm[norm == 0] = 1.0
-    fixed /= norm
-    least, most = (low - x)[free] * norm, (high - x)[free] * norm
-    size = fixed.shape[1]
-    gram = np.zeros((len(pieces), size, size))
-    slope = np.zeros((len(pieces), size))
-    for i, at in enumerate(pieces):
-        if rows is None or rows[at].any():
-            gram[i] = fixed[at].T @ fixed[at]
-            slope[i] = fixed[at].T @ out[at]
-    whole = gram.sum(axis=0) + out.size * np.diag(known / norm**2 + RIDGE)
-    own = own_states(base, pieces)
-    for group in groups:
-        # Nothing pulls at a fit to all: what the others want is what the pieces do not.
-        held = np.isin(np.flatnonzero(free), np.concatenate([own[i] for i in group]))
-        kept = np.flatnonzero(~held)
-        normal = whole - gram[group].sum(axis=0)
-        step = np.zeros(size)
-        step[kept] = np.clip(
-            solve_within(
-                normal[np.ix_(kept, kept)], -slope[group].sum(axis=0)[kept], least[kept], most[kept]
-            ),
-            least[kept],
-            most[kept],
-        )
-        ats = [pieces[i] for i in group]
-        before = np.sqrt(sum(float(out[at] @ out[at]) for at in ats))
-        left = [out[at] - fixed[at] @ step for at in ats]
-        if refits and np.linalg.norm(np.concatenate(left)) > DOUBTFUL * before:
-            left = residual_without(base, ats, rows)
-        for at, rest in zip(ats, left, strict=True):
+    left = LeftOut(base, starts, rows)
+    out = left.out.copy()
+    for group in [[i] for i in range(len(left.pieces))] if groups is None else groups:
+        for at, rest in zip(left.pieces_of(group), left.residual(group, refits), strict=True):
             out[at] = rest
     return out
 

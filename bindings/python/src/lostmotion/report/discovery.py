@@ -56,11 +56,23 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
         "identify an effect.",
         "complete": "Nothing is missing beyond the noise.",
         "missing-effect": f"Missing: {names}.",
-        "ambiguous": f"These data cannot tell apart: {names}.",
+        "ambiguous": open_sentence(answer),
         "unexplained": (f"Missing: {names}; beside it s" if names else "S")
         + "omething systematic remains that no effect of the library explains.",
     }
     return sentence[answer["verdict"]]
+
+
+def open_sentence(answer: Mapping[str, Any]) -> str:
+    """Say what is certain, and which effects these data cannot tell apart."""
+    names = list(answer["effects"])
+    rungs = answer.get("ladder", ())
+    known = {r["effect"] for r in rungs if r.get("verdict") == "missing-effect"}
+    sure = [name for name in names if name in known or name.lower().replace(" ", "_") in known]
+    rest = ", ".join(name for name in names if name not in sure)
+    if not sure:
+        return f"These data cannot tell apart: {rest}."
+    return f"Missing: {', '.join(sure)}. Beside it, these data cannot tell apart: {rest}."
 
 
 def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path]) -> Section:
@@ -72,7 +84,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     floor = found.noise_floor_arcsec
     c = before.conditions
     last = answer["ladder"][-1]
-    lead = verdict_sentence({**answer, "effects": map(words, answer["effects"])})
+    lead = verdict_sentence({**answer, "effects": [*map(words, answer["effects"])]})
     for one in answer["unexplained"]["depends_on"]:
         lead += f" It depends on {words(one['covariate'])}: {with_signs(one['shape'])}."
     section = Section(

@@ -1,0 +1,207 @@
+"""The ladder: the error of the baseline model and after each effect, by run and by condition.
+
+Every rung is cross-validated twice: runs are left out one by one, and all runs of one setting of a
+condition together (`measured_conditions`). An effect may lower the error of runs that resemble the
+others and make the prediction of another amplitude worse: it is not recommended then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion import rules
+from lostmotion.discover.measured_conditions import Setting, settings_of
+from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.held_out import LeftOut
+
+FloatArray = npt.NDArray[np.float64]
+
+TWO_SIDED = 1.96
+"""Standard errors of an interval of 95 %."""
+
+
+@dataclass
+class Rung:
+    """A model with its errors.
+
+    Attributes
+    ----------
+    model : BaselineModel
+    rms_arcsec : float
+        Of the fit to all runs.
+    by_run : ndarray
+        Mean square of every run under a fit to the others.
+    by_setting : dict
+        Mean square of every run under a fit to the runs of other settings, by setting.
+    sure : set
+        Settings without which the other runs show the effect that is new on this rung.
+    """
+
+    model: BaselineModel
+    rms_arcsec: float
+    by_run: FloatArray
+    by_setting: dict[Setting, FloatArray]
+    sure: set[Setting]
+
+    @property
+    def rows(self) -> FloatArray:
+        """Samples of every run."""
+        return np.diff(self.model.conditions.starts).astype(np.float64)
+
+    @property
+    def heldout_rms_arcsec(self) -> float:
+        """Leave-one-run-out error."""
+        return float(np.sqrt(np.average(self.by_run, weights=self.rows)))
+
+    def rms_of(self, settings: Sequence[Setting]) -> float:
+        """Error over settings, each predicted from the others, arc seconds."""
+        runs = np.concatenate([one.runs for one in settings])
+        squares = np.concatenate([self.by_setting[one] for one in settings])
+        return float(np.sqrt(np.average(squares, weights=self.rows[runs])))
+
+    def by_condition(self) -> dict[str, dict[str, Any]]:
+        """Error of every condition, and of each of its settings."""
+        found: dict[str, list[Setting]] = {}
+        for one in self.by_setting:
+            found.setdefault(one.condition, []).append(one)
+        return {
+            condition: {
+                "rms_heldout_arcsec": self.rms_of(settings),
+                "settings": [
+                    {"setting": str(one), "rms_heldout_arcsec": self.rms_of([one])}
+                    for one in settings
+                ],
+            }
+            for condition, settings in found.items()
+        }
+
+
+def make_rungs(models: Sequence[BaselineModel]) -> list[Rung]:
+    """Cross-validate models of which each has something more than the one before."""
+    if not models:
+        return []
+    settings = settings_of(models[0].conditions) if models[0].conditions.runs > 2 else {}
+    every = [one for group in settings.values() for one in group]
+    before = [len(models[0].terms), *(len(model.terms) for model in models)]
+    return [
+        make_rung(model, every, len(model.terms) > terms)
+        for model, terms in zip(models, before, strict=False)
+    ]
+
+
+def make_rung(model: BaselineModel, settings: Sequence[Setting], grown: bool) -> Rung:
+    """Cross-validate a model; whether it has `grown` by an effect."""
+    left = LeftOut(model)
+    by_run = [mean_square(left.residual([run])[0]) for run in range(len(left.pieces))]
+    by_setting = {
+        one: np.array([mean_square(rest) for rest in left.residual(list(one.runs))])
+        for one in settings
+    }
+    return Rung(
+        model,
+        float(np.sqrt(np.mean(model.residual() ** 2))),
+        np.array(by_run),
+        by_setting,
+        {one for one in settings if grown and shown_without(left, one)},
+    )
+
+
+def mean_square(residual: FloatArray) -> float:
+    """Mean square."""
+    return float(np.mean(residual**2))
+
+
+def shown_without(left: LeftOut, setting: Setting) -> bool:
+    """Whether the runs of other settings show the newest effect by themselves.
+
+    By Wald's statistic of its values that scale it, with the covariance of what each run says of
+    them (the sandwich over runs: the noise within a run is coloured).
+    """
+    base = left.base
+    term = base.terms[-1]
+    group = list(setting.runs)
+    others = [run for run in range(len(left.pieces)) if run not in group]
+    kept, normal = left.normal_without(group)
+    places = base.term_places(term)
+    carries = [places.start + k for k, i in enumerate(term.free) if i in term.effect.scaling()]
+    among = np.flatnonzero(left.free)[kept]
+    mine = np.flatnonzero(np.isin(among, carries))
+    if not mine.size or len(others) < 2:
+        return False
+    step = left.step_without(group)
+    scores = np.array([left.slope[run] - left.gram[run] @ step for run in others])[:, kept]
+    spread = np.linalg.solve(normal, scores.T)[mine]
+    covariance = spread @ spread.T * len(others) / (len(others) - 1)
+    x = base.vector()[0][left.free] * left.norm + step
+    values = x[kept][mine]
+    try:
+        wald = float(values @ np.linalg.solve(covariance, values))
+    except np.linalg.LinAlgError:
+        return False
+    return wald >= mine.size * rules.PAIRED_T**2
+
+
+def harms(before: Rung, after: Rung) -> list[dict[str, Any]]:
+    """Settings that an effect predicts worse, though the other runs show it by themselves."""
+    found = []
+    for one, squares in after.by_setting.items():
+        if one not in after.sure:
+            continue
+        was, now = before.rms_of([one]), after.rms_of([one])
+        worse = int(np.count_nonzero(squares > before.by_setting[one]))
+        if now > (1.0 + rules.HARM_MOST) * was and 2 * worse > len(one.runs):
+            found.append(
+                {
+                    "condition": one.condition,
+                    "setting": str(one),
+                    "rms_heldout_arcsec_before": was,
+                    "rms_heldout_arcsec": now,
+                }
+            )
+    return found
+
+
+def gain(before: Rung, after: Rung) -> tuple[float, list[float]]:
+    """Fall of the leave-one-run-out error, arc seconds, with its interval of 95 % over the runs."""
+    was, now = before.heldout_rms_arcsec, after.heldout_rms_arcsec
+    weights = before.rows / before.rows.sum()
+    # Each run moves either error by its own square about the mean (the delta method).
+    moves = weights * (
+        (before.by_run - was**2) / (2 * max(was, 1e-300))
+        - (after.by_run - now**2) / (2 * max(now, 1e-300))
+    )
+    runs = moves.size
+    error = float(np.sqrt(np.sum(moves**2) * runs / max(runs - 1, 1)))
+    return was - now, [was - now - TWO_SIDED * error, was - now + TWO_SIDED * error]
+
+
+def told(rungs: Sequence[Rung], names: Sequence[list[str]]) -> list[dict[str, Any]]:
+    """Say every rung in the words of an answer, under the names of what it has.
+
+    Parameters
+    ----------
+    rungs : sequence of Rung
+    names : sequence of list of str
+    """
+    out = []
+    for number, (rung, has) in enumerate(zip(rungs, names, strict=True)):
+        entry: dict[str, Any] = {
+            "effects": has,
+            "rms_arcsec": rung.rms_arcsec,
+            "rms_heldout_arcsec": rung.heldout_rms_arcsec,
+            "heldout_by_condition": rung.by_condition(),
+        }
+        if number:
+            size, interval = gain(rungs[number - 1], rung)
+            entry |= {
+                "gain_arcsec": size,
+                "gain_interval_arcsec": interval,
+                "harms": harms(rungs[number - 1], rung),
+            }
+        out.append(entry)
+    return out
