@@ -14,7 +14,7 @@ from lostmotion.commands.discover import show_diagnosis
 from lostmotion.compare import compare
 from lostmotion.discover import FittedModel, diagnose, fit_model
 from lostmotion.drives import Drive, format_toml, parse_drive
-from lostmotion.effects.formula import written
+from lostmotion.effects.formula import written_formula
 from lostmotion.errors import InputError
 from lostmotion.export import make_controller
 from lostmotion.fit.drive_file import written_effects
@@ -41,7 +41,7 @@ def turning() -> Campaign:
 def printed_formulas(data: Campaign) -> list[str]:
     """Formulas behind ``--add`` in what `diagnose` prints."""
     text = io.StringIO()
-    show_diagnosis(diagnose(data, drive()).answer(), text)
+    show_diagnosis(diagnose(drive(), data).answer(), text)
     lines = [line for line in text.getvalue().splitlines() if "fit --add" in line]
     return [shlex.split(line)[-1] for line in lines]
 
@@ -84,7 +84,7 @@ def test_the_controller_does_not_get_a_wave_of_another_period_than_a_turn(
     make_controller(fitted, profile="full", own=own)
     with pytest.raises(InputError, match="a period of one turn"):
         write_c(own["formula_1"])
-    assert "lm_cosine" in write_c(written("a_rad * cos(2*pi*3*input_turns)", "formula_1"))
+    assert "lm_cosine" in write_c(written_formula("a_rad * cos(2*pi*3*input_turns)", "formula_1"))
 
 
 def test_a_step_in_one_run_is_fitted_as_printed() -> None:
@@ -107,4 +107,4 @@ def test_a_step_in_one_run_is_fitted_as_printed() -> None:
 )
 def test_what_is_no_sum_of_values_is_refused(text: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
-        written(text, "formula_1")
+        written_formula(text, "formula_1")

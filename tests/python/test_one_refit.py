@@ -20,7 +20,7 @@ EFFECT = "thermal_gap"
 def answers() -> tuple[Diagnosis, FittedModel, Comparison]:
     drive = parse_drive(tomllib.loads(DRIVE))
     data = campaign(add=gap)
-    return diagnose(data, drive), fit_model(drive, data, add=EFFECT), compare(drive, data)
+    return diagnose(drive, data), fit_model(drive, data, add=EFFECT), compare(drive, data)
 
 
 def printed_values(text: str) -> dict[str, str]:

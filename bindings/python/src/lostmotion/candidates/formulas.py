@@ -14,15 +14,17 @@ OF_PART = {"lost motion": ("rad", ""), "stiffness": ("share", "elastic_rad * ")}
 
 def wave_over_angle(channel: str, orders: Sequence[float], part: str = "lost motion") -> str:
     """Waves of some orders over an angle."""
-    return waves({f"{order:.6g}": f"2*pi*{order:.6g}*{TURNS[channel]}" for order in orders}, part)
+    return sum_of_waves(
+        {f"{order:.6g}": f"2*pi*{order:.6g}*{TURNS[channel]}" for order in orders}, part
+    )
 
 
 def wave_over_torque(period_Nm: float) -> str:
     """A ripple over the torque."""
-    return waves({"": f"2*pi*torque_Nm/{period_Nm:.6g}"}, "lost motion")
+    return sum_of_waves({"": f"2*pi*torque_Nm/{period_Nm:.6g}"}, "lost motion")
 
 
-def waves(phases: Mapping[str, str], part: str) -> str:
+def sum_of_waves(phases: Mapping[str, str], part: str) -> str:
     """A cosine and a sine of each phase; nothing for parts that no formula has."""
     if part not in OF_PART:
         return ""

@@ -30,7 +30,7 @@ from lostmotion.drives import (
 from lostmotion.effects.columns import constant_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
-from lostmotion.effects.formula import written
+from lostmotion.effects.formula import written_formula
 from lostmotion.effects.library import library
 from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import BaselineModel
@@ -237,7 +237,7 @@ def fit_model(
         What the drive says of the characteristic; by default made of its file.
     add : str or sequence of str
         Effects to add, in this order: names, or formulas such as
-        ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written`.
+        ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written_formula`.
     effects : mapping, optional
         Effects by name; by default those of the library.
     friction : {"inside", "inside+load", "both", "both+load"}, optional
@@ -267,7 +267,7 @@ def fit_model(
     say(steps, steps)
     return FittedModel(
         fitted.model,
-        make_ladder(fitted.models),
+        ladder_of_fit(fitted.models),
         fitted.floor_arcsec,
         fitted.within_arcsec,
         fitted.table,
@@ -282,7 +282,9 @@ def effects_to_add(
     taken = {term.effect.name for term in base.terms}
     numbers = (n for n in count(1) if f"formula_{n}" not in taken)
     return [
-        written(one, f"formula_{next(numbers)}") if "*" in one else find_effect(one, effects)
+        written_formula(one, f"formula_{next(numbers)}")
+        if "*" in one
+        else find_effect(one, effects)
         for one in add
     ]
 
@@ -313,7 +315,7 @@ def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
         present.add(effect.name)
 
 
-def make_ladder(models: Sequence[BaselineModel]) -> list[dict[str, Any]]:
+def ladder_of_fit(models: Sequence[BaselineModel]) -> list[dict[str, Any]]:
     """Errors of the baseline model and after each effect."""
     return told(make_rungs(models), [[t.effect.name for t in model.terms] for model in models])
 

@@ -66,8 +66,8 @@ class Setting:
 def settings_of(c: Conditions) -> dict[str, list[Setting]]:
     """Settings of every condition of which these runs have several."""
     found = {}
-    for condition, values, unit in measured(c):
-        groups = levels(values)
+    for condition, values, unit in values_by_run(c):
+        groups = part_by_value(values)
         if len(groups) > 1:
             found[condition] = [
                 Setting(
@@ -85,7 +85,7 @@ def settings_of(c: Conditions) -> dict[str, list[Setting]]:
     return found
 
 
-def measured(c: Conditions) -> Iterator[tuple[str, FloatArray, str]]:
+def values_by_run(c: Conditions) -> Iterator[tuple[str, FloatArray, str]]:
     """Name, value of each run, and unit of every condition that was measured."""
     yield "amplitude", np.maximum.reduceat(np.abs(c.torque), c.starts[:-1]), "Nm"
     if "temperature_C" in c.columns:
@@ -104,7 +104,7 @@ def measured(c: Conditions) -> Iterator[tuple[str, FloatArray, str]]:
             yield f"{name} position", place, "deg"
 
 
-def levels(values: FloatArray) -> list[IntArray]:
+def part_by_value(values: FloatArray) -> list[IntArray]:
     """Part runs into settings: where a gap parts them, else into three of like number."""
     order = np.argsort(values, kind="stable")
     spread = np.diff(values[order])

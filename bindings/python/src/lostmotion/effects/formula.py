@@ -153,7 +153,7 @@ def formula(
     return replace(made, formula=text, memory=0)
 
 
-def written(text: str, name: str) -> Effect:
+def written_formula(text: str, name: str) -> Effect:
     """Make an effect of a formula alone, as it is written behind ``--add`` or in a drive file.
 
     Every name in it that is no condition is a value, to which the lost motion in rad that it gives

@@ -18,7 +18,7 @@ from lostmotion.drives import (
 from lostmotion.effects.columns import missing_columns
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
-from lostmotion.effects.formula import written
+from lostmotion.effects.formula import written_formula
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.terms import Term
@@ -42,7 +42,7 @@ def term_from(table: Mapping[str, Any], effects: Mapping[str, Effect], file: str
     """Read an ``[[effect]]`` table."""
     name = str(table["name"])
     own = table.get("formula")
-    effect = find_effect(name, effects, file) if own is None else written(own, name)
+    effect = find_effect(name, effects, file) if own is None else written_formula(own, name)
     place = f"effect.{effect.name}"
     values = np.array(effect_values(file, place, table, effect.ranges()))
     return Term(effect, values, effect.free())
@@ -69,7 +69,7 @@ def refuse_bound(file: str, effect: Effect, values: FloatArray) -> None:
 def written_effects(drive: Drive) -> dict[str, Effect]:
     """Effects of a drive file that holds their formulas."""
     return {
-        table["name"]: written(table["formula"], table["name"])
+        table["name"]: written_formula(table["formula"], table["name"])
         for table in drive.effects
         if "formula" in table
     }
