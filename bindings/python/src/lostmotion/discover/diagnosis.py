@@ -40,7 +40,7 @@ from lostmotion.discover.odd_runs import RUN_NEEDS, OddRuns, find_odd_runs
 from lostmotion.discover.recorded_model import Selection, select_recorded
 from lostmotion.discover.refits import without_deviations
 from lostmotion.discover.shortlist import least_size
-from lostmotion.discover.stepwise_fit import fit_stepwise
+from lostmotion.discover.stepwise_fit import StepwiseFit, fit_stepwise
 from lostmotion.drives import Drive
 from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect
@@ -157,25 +157,30 @@ def _diagnose(
             break
         early = confirmed
     events = counts + early
-    selection = body.selection
+    selection, stepwise = body.selection, body.stepwise
     found = new_events(selection, body.base, events)
     if found:
         events += found
         again = with_steps(body.base, found)
         again.fit(steps=REFIT_STEPS)
         selection = select_recorded(again, chosen_from, ratio, progress=progress)
+        stepwise = add_found(selection, chosen_from, ratio)
         events += new_events(selection, body.base, events)
-    diagnosis = conclude(selection, events, chosen_from, ratio, slipped)
+    diagnosis = conclude(selection, stepwise, events, chosen_from, slipped)
     diagnosis.details["outliers"] = body.outliers
     return diagnosis
 
 
 @dataclass
 class Selected:
-    """A selection, the baseline model that it began with, and the outliers set aside for it."""
+    """A selection, the baseline model that it began with, and the outliers set aside for it.
+
+    `stepwise` has the effects that it found, as `fit` would add them.
+    """
 
     base: BaselineModel
     selection: Selection
+    stepwise: StepwiseFit
     outliers: int
 
 
@@ -196,11 +201,20 @@ def select_with(
         progress("base")
     base = fitted.base
     selection = select_recorded(base, effects, ratio, progress=progress)
-    other = form_beside_effects(fitted, selection.settled[-1].base, effects, ratio)
+    stepwise = add_found(selection, effects, ratio)
+    other = form_beside_effects(fitted, stepwise.model, effects, ratio)
     if other is not None:
         base = other
         selection = select_recorded(base, effects, ratio, progress=progress)
-    return Selected(base, selection, fitted.outliers)
+        stepwise = add_found(selection, effects, ratio)
+    return Selected(base, selection, stepwise, fitted.outliers)
+
+
+def add_found(selection: Selection, effects: Mapping[str, Effect], ratio: float) -> StepwiseFit:
+    """Add what a selection has found to the model that it began with, as `fit` does."""
+    base = selection.began_with
+    found = [term.effect for term in selection.settled[-1].base.terms[len(base.terms) :]]
+    return fit_stepwise(base, found, effects, ratio, selection.first)
 
 
 def beside_what_was_found(
@@ -247,9 +261,9 @@ def put_in_slips(base: BaselineModel, effects: Mapping[str, Effect], ratio: floa
 
 def conclude(
     selection: Selection,
+    stepwise: StepwiseFit,
     events: list[Event],
     effects: Mapping[str, Effect],
-    ratio: float,
     slipped: int = 0,
 ) -> Diagnosis:
     """Turn a selection into an answer.
@@ -276,13 +290,6 @@ def conclude(
         if odd is not None:
             least = least_size(within, selection.given_arcsec)
             found.add_odd_runs(odd, size_of_odd(base, odd), least, c.labels)
-    stepwise = fit_stepwise(
-        selection.began_with,
-        [term.effect for term in base.terms[given + slipped :]],
-        effects,
-        ratio,
-        selection.first,
-    )
     models = list(stepwise.models)
     floor, within_told = stepwise.floor_arcsec, stepwise.within_arcsec
     if shapes_of(base):
@@ -337,7 +344,10 @@ def conclude(
 
 def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
     """Estimated values that a bound has stopped, by effect."""
-    return {term.effect.name: term.effect.stopped_at_bound(term.values) for term in base.terms}
+    return {
+        term.effect.name: term.effect.stopped_at_bound(term.values, term.free)
+        for term in base.terms
+    }
 
 
 def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:

@@ -64,6 +64,16 @@ class Setting:
 
 
 def settings_of(c: Conditions) -> dict[str, list[Setting]]:
+    """Settings that the others can predict: they have at least half of the samples."""
+    rows = np.diff(c.starts)
+    predicted = {
+        condition: [one for one in settings if 2 * rows[list(one.runs)].sum() <= c.rows]
+        for condition, settings in every_setting(c).items()
+    }
+    return {condition: settings for condition, settings in predicted.items() if settings}
+
+
+def every_setting(c: Conditions) -> dict[str, list[Setting]]:
     """Settings of every condition of which these runs have several."""
     found = {}
     for condition, values, unit in values_by_run(c):

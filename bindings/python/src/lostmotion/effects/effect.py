@@ -180,11 +180,14 @@ class Effect:
             if known.role != "given" and not known.low < x < known.high
         ]
 
-    def stopped_at_bound(self, values: FloatArray) -> list[str]:
-        """Names of estimated values that a bound has stopped: not what is nothing at its least."""
-        free = {self.values[i].name for i in self.free()}
+    def stopped_at_bound(self, values: FloatArray, free: Sequence[int] | None = None) -> list[str]:
+        """Names of estimated values that a bound has stopped: not what is nothing at its least.
+
+        Estimated are those that are `free`, by default all that a fit may move.
+        """
+        moved = {self.values[i].name for i in (self.free() if free is None else free)}
         size = {known.name: float(x) for known, x in zip(self.values, values, strict=True)}
-        return [name for name in self.at_bound(values) if name in free and size[name] != 0.0]
+        return [name for name in self.at_bound(values) if name in moved and size[name] != 0.0]
 
     def against_its_name(self, values: FloatArray) -> int | None:
         """Place of a value that makes the effect another one, and ought to be nothing."""
