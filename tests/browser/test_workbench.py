@@ -7,9 +7,11 @@ import itertools
 import json
 import os
 import re
+import shutil
 import socket
 import subprocess
 import sys
+import tarfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -590,3 +592,56 @@ def test_without_its_library_one_line_says_how_to_get_it(tmp_path: Path) -> None
         1,
         "lostmotion: the workbench needs NiceGUI: pip install nicegui\n",
     )
+
+
+@pytest.fixture(scope="module")
+def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The accessibility checker axe-core, out of npm's registry."""
+    if shutil.which("npm") is None:
+        pytest.skip("npm not installed: axe-core comes from its registry")
+    folder = tmp_path_factory.mktemp("axe")
+    done = subprocess.run(
+        ["npm", "pack", "--silent", "axe-core@4"], cwd=folder, capture_output=True, text=True,
+        check=False, timeout=120,
+    )  # fmt: skip
+    if done.returncode != 0:
+        pytest.skip("npm's registry was not reached: axe-core comes from there")
+    with tarfile.open(folder / done.stdout.strip().splitlines()[-1]) as archive:
+        script = archive.extractfile("package/axe.min.js")
+        assert script is not None
+        return script.read().decode()
+
+
+AXE = """
+const done = arguments[0];
+axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']}).then(result => done(
+  result.violations.map(one => one.id + ': ' + one.nodes.map(node => node.html).join(' ... '))));
+"""
+"""What violates the guidelines for accessible pages (WCAG 2.1, levels A and AA)."""
+
+
+@needs_driver
+def test_every_tab_keeps_the_guidelines_for_accessible_pages(
+    view: View, campaign: Path, tmp_path: Path, axe: str
+) -> None:
+    with serving(tmp_path, campaign / "joint.toml", campaign / "joint.csv.gz") as address:
+        view.driver.get(address)
+        view.wait(lambda: "11 runs" in view.text(".top"), "the recordings")
+        view.idle()
+        view.driver.execute_script(axe)
+        for width in WIDTHS:
+            view.size(width)
+            for tab in TABS:
+                view.turn_to(tab)
+                view.idle()
+                found = view.driver.execute_async_script(AXE)
+                assert found == [], f"{tab} at {width}"
+        # What opens the dialog of files hears the button, which the keyboard reaches.
+        view.driver.execute_script(
+            "HTMLInputElement.prototype.click = function () { window.picked = this.type }"
+        )
+        view.press("Choose files")
+        view.wait(
+            lambda: view.driver.execute_script("return window.picked") == "file", "the dialog"
+        )
+        view.driver.get("about:blank")

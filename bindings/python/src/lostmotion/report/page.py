@@ -246,7 +246,7 @@ def rows_html(rows: PageTable) -> str:
     def table(some: Sequence[Sequence[str]]) -> str:
         head = f"<thead>{cells(rows.head, 'th')}</thead>" if any(rows.head) else ""
         body = "".join(cells(row, "td") for row in some)
-        return f'<div class="scroll"><table>{head}<tbody>{body}</tbody></table></div>'
+        return f'<div class="scroll" tabindex="0"><table>{head}<tbody>{body}</tbody></table></div>'
 
     beside = len(rows.rows) > LONG and len(rows.head) <= SLIM
     half = -(-len(rows.rows) // 2) if beside else len(rows.rows)

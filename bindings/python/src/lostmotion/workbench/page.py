@@ -55,6 +55,15 @@ NAME_BYTES = 200
 """Of the name of a dropped file; file systems take 255, and some of them go to its suffix."""
 
 
+DROP_HEADER = """
+<div class="drop">
+  <q-btn flat dense no-caps label="Choose files" @click="props.pickFiles" />
+  <label>or drop them here: a drive, recordings, a search spec<q-uploader-add-trigger /></label>
+</div>
+"""
+"""Of the place to drop files: a button for the keyboard, and the field of files with its label."""
+
+
 class Page:
     """One view of the bench; a second tab of the browser shows the same bench."""
 
@@ -121,11 +130,11 @@ class Page:
             self.drop = ui.upload(
                 multiple=True,
                 auto_upload=True,
-                label="or drop files here: a drive, recordings, a search spec",
                 on_multi_upload=self.uploaded,
                 on_rejected=self.refuse_kind,
             )
             self.drop.props(f'flat accept="{",".join(DROPPED)}"').mark("upload")
+            self.drop.add_slot("header", DROP_HEADER)
         drive = self.bench.drive
         self.drive_path.value = drive.file if drive is not None else ""
         self.data_paths.value = shlex.join(map(str, self.bench.paths))
@@ -238,7 +247,7 @@ class Page:
             f'<div class="pair"><span>on runs not seen</span><b>{held:.2f} arcsec</b></div>'
             f'<div class="pair"><span title="{what}">{against}</span>'
             f"<b>{floor:.2f} arcsec</b></div>"
-            '<div class="pair"><span>drive as it stands</span>'
+            '<div class="pair"><span>data-sheet model</span>'
             f"<b>{answer['unfitted_rms_arcsec']:.2f} arcsec</b></div>",
             sanitize=False,
         )
