@@ -209,7 +209,7 @@ class AlikePanel(Panel):
                 gain = rivals.gains.get(name)
                 rows = [
                     ("rms, arcsec", f"{rung['rms_arcsec']:.2f}"),
-                    ("on runs not seen", f"{rung['rms_heldout_arcsec']:.2f}"),
+                    ("leave-one-run-out", f"{rung['rms_heldout_arcsec']:.2f}"),
                 ]
                 if gain is not None:
                     rows.append(("evidence, nats", signs(f"{gain.sum():.1f}")))

@@ -244,7 +244,7 @@ class Page:
             against, what = NOISE_FLOOR, NOISE_FLOOR_IS
         ui.html(
             f'<div class="big"><span id="rms">{rms:.2f}</span><small>arcsec rms</small></div>'
-            f'<div class="pair"><span>on runs not seen</span><b>{held:.2f} arcsec</b></div>'
+            f'<div class="pair"><span>leave-one-run-out</span><b>{held:.2f} arcsec</b></div>'
             f'<div class="pair"><span title="{what}">{against}</span>'
             f"<b>{floor:.2f} arcsec</b></div>"
             '<div class="pair"><span>data-sheet model</span>'
