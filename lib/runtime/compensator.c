@@ -42,6 +42,9 @@
 /* What did harm has to help five times as long: a loop that rings when the correction comes back
  * would make it fade in and out for ever. */
 #define FORGIVING LM_REAL(0.2)
+/* Harm counts by its power over misfit_rad^2, up to so many times its duration: a wrong sign, which
+ * leaves twice what it ought to take away, is plain in the first move. */
+#define PLAIN LM_REAL(4)
 
 /* An acceleration limit with what the jerk limit leaves of it at a response. */
 NOINLINE static lm_real usable_acceleration(lm_real acceleration_rad_s2, lm_real jerk_rad_s3,
@@ -167,6 +170,11 @@ static void listen(lm_compensator *compensator) {
   compensator->standing &= ~LM_STATE_RINGING;
 }
 
+/* Of a motor that stands still, the friction that holds it is known by its size alone: so much of
+ * the fitted range may a torque be wrong by that is read off its current. Starting torques in
+ * catalogues are 5 to 15 % of the rated one; chosen between them on tests/plant. */
+#define UNSURE_SHARE LM_REAL(0.09)
+
 /* What parameters determine of an instance. */
 static void prepare(lm_compensator *compensator) {
   const lm_parameters *parameters = compensator->parameters;
@@ -179,11 +187,14 @@ static void prepare(lm_compensator *compensator) {
   compensator->swing_ticks = fast_ticks < LARGEST ? (uint32_t)fast_ticks : 0u;
   compensator->swing_rad = RINGING_NOISES * parameters->watch.noise_rad;
   compensator->usual_Nm = parameters->torque_limit_Nm;
-  compensator->beyond_limit = 0;
   if (valid_Nm > 0) {
     compensator->usual_Nm = least(valid_Nm, parameters->torque_limit_Nm);
-    compensator->beyond_limit = LM_STATE_EXTRAPOLATED;
   }
+#if LM_PROFILE != LM_PROFILE_GAP
+  compensator->unsure_rad =
+      LM_REAL(0.5) * (lm_evaluate_curve(&parameters->curve, UNSURE_SHARE * compensator->usual_Nm) -
+                      lm_evaluate_curve(&parameters->curve, -UNSURE_SHARE * compensator->usual_Nm));
+#endif
   compensator->settled_rad_s = limits->response_per_s * greatest(parameters->watch.noise_rad,
                                                                  RESTING * limits->correction_rad);
 #if LM_EFFECTS_MAX > 0
@@ -200,27 +211,14 @@ static void forget(lm_compensator *compensator) {
   compensator->standing |= LM_STATE_MEMORY_UNKNOWN;
 }
 
-/* Every field that neither the memory nor the parameters determine. */
+/* Every field zero, at the full gain. */
 static void rest(lm_compensator *compensator) {
-  compensator->lost_motion_rad = 0;
-  compensator->target_rad = 0;
-  compensator->correction_rad = 0;
-  compensator->velocity_rad_s = 0;
-  compensator->acceleration_rad_s2 = 0;
+  unsigned char *byte = (unsigned char *)compensator;
+  size_t i;
+  for (i = 0; i < sizeof *compensator; ++i) {
+    byte[i] = 0;
+  }
   compensator->gain = 1;
-  compensator->mean_measured_rad = 0;
-  compensator->mean_residual_rad = 0;
-  compensator->power_measured_rad2 = 0;
-  compensator->power_residual_rad2 = 0;
-  compensator->power_model_rad2 = 0;
-  compensator->level_rad2 = 0;
-  compensator->watched_rad = 0;
-  compensator->doubt_s = 0;
-  compensator->watching = 0;
-  compensator->zero_shared = 0;
-  compensator->slow_rad = 0;
-  compensator->mode = LM_MODE_RUN;
-  compensator->standing = 0;
 }
 
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
@@ -234,8 +232,8 @@ lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters 
   if (status != LM_OK) {
     return status;
   }
-  compensator->parameters = parameters;
   rest(compensator);
+  compensator->parameters = parameters;
   set_rates(compensator);
   compensator->correction_end_rad = parameters->limits.correction_rad;
   lm_start_model(&compensator->memory, torque_Nm);
@@ -260,7 +258,7 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
     return wish;
   }
   *status |= bit;
-  return is_above_zero(wish) ? most : -most;
+  return with_sign_of(wish, most);
 }
 
 /* A swing ends: the correction has just turned round. Noise makes small turns on the way; what
@@ -273,23 +271,29 @@ NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
   } else {
     turns = turns < 0 ? 1 - turns : 1;
   }
-  if ((turns >= RINGING_TURNS || turns <= -RINGING_TURNS) && !(c->standing & LM_STATE_RINGING)) {
-    c->standing |= LM_STATE_RINGING;
-    c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
+  if (turns >= RINGING_TURNS || turns <= -RINGING_TURNS) {
+    turns = 0;
+    if (!(c->standing & LM_STATE_RINGING)) {
+      c->standing |= LM_STATE_RINGING;
+      c->slow_rad = c->correction_rad - LM_REAL(0.5) * swing_rad; /* the middle of the swing */
+    }
   }
-  c->turns = turns;
+  c->turns = (int8_t)turns;
   c->turn_rad = c->correction_rad;
   c->ticks = 0;
 }
 
-/* The target through a filter of the first order at SLOW_SHARE of ringing_Hz: a loop that rang at
- * that frequency or above has a tenth of its gain, or less. */
+/* The target of a correction that rang. It goes through a filter of the first order at SLOW_SHARE
+ * of ringing_Hz: a loop that rang at that frequency or above has a tenth of its gain, or less. And
+ * it is nearer to zero by what a torque of unknown friction may be wrong by, unsure_rad: as long as
+ * it is no further off than that, what is left of it lies between zero and what is right, and the
+ * output stands no worse than without a correction. */
 #define SLOW_SHARE LM_REAL(0.1)
 NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
   lm_real ticks =
       2 * LM_PI * SLOW_SHARE * c->parameters->watch.ringing_Hz * c->parameters->limits.period_s;
   c->slow_rad += (target_rad - c->slow_rad) * (ticks / (1 + ticks));
-  return c->slow_rad;
+  return c->slow_rad - clamp(c->slow_rad, -c->unsure_rad, c->unsure_rad);
 }
 
 static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
@@ -324,26 +328,37 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
   return status;
 }
 
-/* Bits that tell of an input beyond the range that was fitted, the limit, or sense. */
-NOINLINE static uint32_t tell_unusual(const lm_compensator *c, lm_real told) {
-  if (is_within(told, c->parameters->torque_limit_Nm)) {
-    return LM_STATE_EXTRAPOLATED;
+/* What an input beyond the range that was fitted, the limit, or sense counts as; adds the bits that
+ * tell of it. */
+static inline lm_real judge_unusual(const lm_compensator *c, lm_real told, uint32_t *status) {
+  lm_real limit = c->parameters->torque_limit_Nm;
+  if (is_within(told, limit)) {
+    *status |= LM_STATE_EXTRAPOLATED;
+    return told;
   }
   if (!is_told(told)) {
-    return told == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
+    *status |= told == LM_UNKNOWN ? LM_STATE_CONDITION_MISSING : LM_STATE_INPUT_REFUSED;
+    return c->memory.plays.torque_Nm;
   }
-  return LM_STATE_TORQUE_CLIPPED | c->beyond_limit;
+  *status |= is_positive(c->parameters->valid.torque_Nm)
+                 ? LM_STATE_TORQUE_CLIPPED | LM_STATE_EXTRAPOLATED
+                 : LM_STATE_TORQUE_CLIPPED;
+  return with_sign_of(told, limit);
 }
 
 /* States in which a tick is another than usual. */
-#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING)
+#define UNUSUAL (LM_STATE_HOLDING | LM_STATE_RESETTING | LM_STATE_RINGING | LM_STATE_HEADROOM_SHORT)
 
 /* Where the correction goes in these states. */
-NOINLINE static lm_real find_other_target(lm_compensator *c, lm_real target_rad) {
-  if (c->mode == LM_MODE_RUN) {
-    return (c->standing & LM_STATE_RINGING) ? follow_slowly(c, target_rad) : target_rad;
+NOINLINE static lm_real find_other_target(lm_compensator *c) {
+  lm_real target_rad = -c->gain * c->lost_motion_rad;
+  if (c->standing & LM_STATE_RESETTING) {
+    return 0;
   }
-  return c->mode == LM_MODE_HOLD ? c->target_rad : 0;
+  if (c->standing & LM_STATE_HOLDING) {
+    return c->target_rad;
+  }
+  return (c->standing & LM_STATE_RINGING) ? follow_slowly(c, target_rad) : target_rad;
 }
 
 #if LM_EFFECTS_MAX > 0
@@ -374,16 +389,8 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
   }
   status = compensator->standing;
   input = model_input(at);
-  if (!is_within(input, compensator->usual_Nm)) {
-    status |= tell_unusual(compensator, input);
-    if (status & LM_STATE_TORQUE_CLIPPED) {
-      lm_real limit = compensator->parameters->torque_limit_Nm;
-      input = is_negative(input) ? -limit : limit;
-    } else if (!(status & LM_STATE_EXTRAPOLATED)) {
-      input = compensator->memory.plays.torque_Nm;
-    } else {
-      /* as it is told */
-    }
+  if (UNLIKELY(!is_within(input, compensator->usual_Nm))) {
+    input = judge_unusual(compensator, input, &status);
   }
   period_s = compensator->parameters->limits.period_s;
   elapsed_s = period_s;
@@ -405,18 +412,21 @@ lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditio
       /* swept before */
     }
   }
+#if LM_EFFECTS_MAX > 0
   if (UNLIKELY(!is_within(angle_rad, LOST_MOTION_MAX_RAD))) {
     status |= LM_STATE_MODEL_REFUSED;
     angle_rad = compensator->lost_motion_rad;
   }
+#endif
   compensator->lost_motion_rad = angle_rad;
   result.lost_motion_rad = angle_rad;
-  if (UNLIKELY(status & LM_STATE_HEADROOM_SHORT)) {
-    set_bounds(compensator);
-  }
-  target_rad = -compensator->gain * compensator->lost_motion_rad;
-  if (status & UNUSUAL) {
-    target_rad = find_other_target(compensator, target_rad);
+  if (UNLIKELY(status & UNUSUAL)) {
+    if (status & LM_STATE_HEADROOM_SHORT) {
+      set_bounds(compensator);
+    }
+    target_rad = find_other_target(compensator);
+  } else {
+    target_rad = -compensator->gain * angle_rad;
   }
   status = follow_target(compensator, target_rad, status);
   result.correction_rad = compensator->correction_rad;
@@ -448,20 +458,15 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
 }
 
 void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
-  if (!is_started(compensator)) {
-    return;
-  }
-  if (mode != compensator->mode) {
-    listen(compensator);
-  }
-  compensator->mode = mode;
-  compensator->standing &= ~(LM_STATE_HOLDING | LM_STATE_RESETTING);
-  if (mode == LM_MODE_HOLD) {
-    compensator->standing |= LM_STATE_HOLDING;
-  } else if (mode == LM_MODE_RUN) {
-    /* neither */
-  } else {
-    compensator->standing |= LM_STATE_RESETTING;
+  const uint32_t modes = LM_STATE_HOLDING | LM_STATE_RESETTING;
+  uint32_t other = mode == LM_MODE_RUN    ? 0u
+                   : mode == LM_MODE_HOLD ? LM_STATE_HOLDING
+                                          : LM_STATE_RESETTING;
+  if (is_started(compensator)) {
+    if ((compensator->standing & modes) != other) {
+      listen(compensator);
+    }
+    compensator->standing = (compensator->standing & ~modes) | other;
   }
 }
 
@@ -650,12 +655,16 @@ static void weigh(lm_compensator *c, lm_real measured_rad, lm_real share) {
 static void doubt(lm_compensator *c, lm_real elapsed_s) {
   const lm_watch *watch = &c->parameters->watch;
   lm_real noise_rad2 = watch->noise_rad * watch->noise_rad;
+  lm_real misfit_rad2 = watch->misfit_rad * watch->misfit_rad;
+  lm_real harm_rad2;
   if (!(c->power_model_rad2 > SWING_NOISES2 * noise_rad2 &&
         c->power_model_rad2 >= SWING_SHARE2 * c->level_rad2)) {
     return;
   }
-  if (c->power_residual_rad2 > c->power_measured_rad2 + watch->misfit_rad * watch->misfit_rad) {
-    c->doubt_s = least(c->doubt_s + elapsed_s, watch->window_s);
+  harm_rad2 = c->power_residual_rad2 - c->power_measured_rad2;
+  if (harm_rad2 > misfit_rad2) {
+    lm_real weight = least(harm_rad2 / misfit_rad2, PLAIN);
+    c->doubt_s = least(c->doubt_s + weight * elapsed_s, watch->window_s);
   } else if (c->power_residual_rad2 < HELP_SHARE * c->power_measured_rad2) {
     c->doubt_s = greatest(c->doubt_s - FORGIVING * elapsed_s, 0);
   } else {

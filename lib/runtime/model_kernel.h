@@ -30,7 +30,7 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
   if (!is_told(torque_Nm)) {
     return before_Nm;
   }
-  return is_negative(torque_Nm) ? -limit_Nm : limit_Nm;
+  return with_sign_of(torque_Nm, limit_Nm);
 }
 
 #if LM_EFFECTS_MAX > 0
@@ -169,7 +169,7 @@ static inline lm_real step_model(const lm_parameters *parameters, lm_memory *mem
 #if LM_PROFILE == LM_PROFILE_GAP
   return sum.outside_rad;
 #else
-  return evaluate_curve(&parameters->curve, input + sum.inside_Nm) + sum.outside_rad;
+  return EVALUATE_CURVE(&parameters->curve, input + sum.inside_Nm) + sum.outside_rad;
 #endif
 #else
   const lm_effect_use *use = parameters->effect;
@@ -199,7 +199,7 @@ static inline lm_real step_model(const lm_parameters *parameters, lm_memory *mem
     sum = advance_plays(&parameters->plays, &memory->plays, input);
   }
   at.wound_Nm = input + sum.inside_Nm;
-  angle_rad = evaluate_curve(&parameters->curve, at.wound_Nm) + sum.outside_rad;
+  angle_rad = EVALUATE_CURVE(&parameters->curve, at.wound_Nm) + sum.outside_rad;
   at.elastic_rad = angle_rad;
   for (; left > 0; --left) {
     const lm_effect *effect = use->effect;

@@ -61,6 +61,11 @@ static inline int32_t is_negative(lm_real value) {
 #endif
 }
 
+/* A size >= 0 with the sign bit of a value. */
+static inline lm_real with_sign_of(lm_real value, lm_real size) {
+  return is_negative(value) ? -size : size;
+}
+
 /* 1 where one sign bit is set and the other is not. */
 static inline int signs_differ(lm_real a, lm_real b) {
 #if LM_REAL_BITS == 32

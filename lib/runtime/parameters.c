@@ -25,73 +25,98 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
   return ~crc;
 }
 
-/* One number of the parameters and its range; a table takes a third of the flash that as many calls
- * would. */
-typedef struct range {
-  const char *name;
-  uint16_t offset;
-  lm_real low;
-  lm_real high;
-} range;
+/* The numbers from the torque limit to the last of the ranges that were fitted: they stand in the
+ * struct one after the other, in this order, and so they do in the binary form. Their bounds are a
+ * table, at a third of the flash that as many calls would take, and pairs of bounds another. */
+typedef enum bounds {
+  UP_TO_TORQUE_LIMIT,
+  PERIOD,
+  UP_TO_ONE,
+  ABOVE_ZERO,
+  RESPONSE,
+  WINDOW,
+  FROM_ZERO_TO_ONE,
+  FROM_ZERO,
+  FREQUENCY,
+  CONDITION,
+  BOUNDS
+} bounds;
 
-#define RANGE(member, name, low, high) {name, (uint16_t)offsetof(lm_parameters, member), low, high}
+#define VALID_MAX LM_REAL(1e12) /* of conditions: what the model takes for one */
 
-/* Of conditions: what the model takes for one. */
-#define VALID_MAX LM_REAL(1e12)
-
-static const range ranges[] = {
-    RANGE(torque_limit_Nm, "torque_limit_Nm", SMALLEST, LM_TORQUE_LIMIT_MAX_NM),
-    RANGE(limits.period_s, "period_s", LM_REAL(1e-6), 1),
-    RANGE(limits.correction_rad, "correction_rad", SMALLEST, 1),
-    RANGE(limits.velocity_rad_s, "velocity_rad_s", SMALLEST, LARGEST),
-    RANGE(limits.acceleration_rad_s2, "acceleration_rad_s2", SMALLEST, LARGEST),
-    RANGE(limits.jerk_rad_s3, "jerk_rad_s3", SMALLEST, LARGEST),
-    RANGE(limits.response_per_s, "response_per_s", LM_REAL(1e-3), LARGEST),
-    RANGE(watch.window_s, "window_s", LM_REAL(1e-6), LM_REAL(1e6)),
-    RANGE(watch.fade_s, "fade_s", LM_REAL(1e-6), LM_REAL(1e6)),
-    RANGE(watch.noise_rad, "noise_rad", 0, 1),
-    RANGE(watch.misfit_rad, "misfit_rad", 0, 1),
-    RANGE(watch.creep_rad_s, "creep_rad_s", 0, LARGEST),
-    RANGE(watch.ringing_Hz, "ringing_Hz", 0, LM_REAL(1e6)),
-    RANGE(valid.torque_Nm, "valid.torque_Nm", 0, LARGEST),
-    RANGE(valid.temperature_C[0], "valid.temperature_C", -VALID_MAX, VALID_MAX),
-    RANGE(valid.temperature_C[1], "valid.temperature_C", -VALID_MAX, VALID_MAX),
-    RANGE(valid.cycles[0], "valid.cycles", -VALID_MAX, VALID_MAX),
-    RANGE(valid.cycles[1], "valid.cycles", -VALID_MAX, VALID_MAX),
-    RANGE(valid.input_velocity_rad_s[0], "valid.input_velocity_rad_s", -VALID_MAX, VALID_MAX),
-    RANGE(valid.input_velocity_rad_s[1], "valid.input_velocity_rad_s", -VALID_MAX, VALID_MAX),
+static const lm_real low_and_high[BOUNDS][2] = {
+    {SMALLEST, LM_TORQUE_LIMIT_MAX_NM},
+    {LM_REAL(1e-6), 1},
+    {SMALLEST, 1},
+    {SMALLEST, LARGEST},
+    {LM_REAL(1e-3), LARGEST},
+    {LM_REAL(1e-6), LM_REAL(1e6)},
+    {0, 1},
+    {0, LARGEST},
+    {0, LM_REAL(1e6)},
+    {-VALID_MAX, VALID_MAX},
 };
-#define RANGES (sizeof ranges / sizeof ranges[0])
+
+/* The last of a pair has the name of the first, and is not below it. */
+static const char *const names[] = {
+    "torque_limit_Nm",
+    "period_s",
+    "correction_rad",
+    "velocity_rad_s",
+    "acceleration_rad_s2",
+    "jerk_rad_s3",
+    "response_per_s",
+    "window_s",
+    "fade_s",
+    "noise_rad",
+    "misfit_rad",
+    "creep_rad_s",
+    "ringing_Hz",
+    "valid.torque_Nm",
+    "valid.temperature_C",
+    0,
+    "valid.cycles",
+    0,
+    "valid.input_velocity_rad_s",
+    0,
+};
+#define NUMBERS (sizeof names / sizeof names[0])
+static const uint8_t bounds_of[NUMBERS] = {
+    UP_TO_TORQUE_LIMIT, PERIOD,    UP_TO_ONE, ABOVE_ZERO, ABOVE_ZERO,
+    ABOVE_ZERO,         RESPONSE,  WINDOW,    WINDOW,     FROM_ZERO_TO_ONE,
+    FROM_ZERO_TO_ONE,   FROM_ZERO, FREQUENCY, FROM_ZERO,  CONDITION,
+    CONDITION,          CONDITION, CONDITION, CONDITION,  CONDITION,
+};
+#define FIRST_NUMBER offsetof(lm_parameters, torque_limit_Nm)
+typedef char numbers_follow_each_other
+    [offsetof(lm_parameters, plays) - FIRST_NUMBER == NUMBERS * sizeof(lm_real) ? 1 : -1];
 #define LIMITS_FIRST 1 /* what follows the torque limit stands in this order in the binary form */
 
-static lm_status check_order(const lm_real *ends, const char *name, lm_fault *fault) {
-  return ends[0] <= ends[1] ? LM_OK
-                            : lm_refuse(fault, LM_INCONSISTENT, name, ends[0], -VALID_MAX, ends[1]);
-}
-
-static lm_status check_validity(const lm_validity *valid, lm_fault *fault) {
-  lm_status status = check_order(valid->temperature_C, "valid.temperature_C", fault);
-  if (status == LM_OK) {
-    status = check_order(valid->cycles, "valid.cycles", fault);
-  }
-  if (status == LM_OK) {
-    status = check_order(valid->input_velocity_rad_s, "valid.input_velocity_rad_s", fault);
-  }
-  return status;
+static lm_real number_at(const lm_parameters *parameters, size_t i) {
+  lm_real value;
+  (void)memcpy(&value, (const char *)parameters + FIRST_NUMBER + i * sizeof value, sizeof value);
+  return value;
 }
 
 static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault) {
   const lm_limits *limits = &parameters->limits;
   const lm_watch *watch = &parameters->watch;
+  const char *name = 0;
+  lm_real before = 0;
   size_t i;
-  for (i = 0; i < RANGES; ++i) {
-    lm_real value;
+  for (i = 0; i < NUMBERS; ++i) {
+    const lm_real *bound = low_and_high[bounds_of[i]];
+    lm_real value = number_at(parameters, i);
     lm_status status;
-    (void)memcpy(&value, (const char *)parameters + ranges[i].offset, sizeof value);
-    status = lm_check_range(fault, ranges[i].name, value, ranges[i].low, ranges[i].high);
+    name = names[i] ? names[i] : name;
+    status = lm_check_range(fault, name, value, bound[0], bound[1]);
+    if (status == LM_OK && !names[i] && before > value) {
+      status = lm_refuse(fault, LM_INCONSISTENT, name, before, -VALID_MAX, value);
+    }
     if (status != LM_OK) {
       return status;
     }
+    before = value;
   }
   /* A rounding's room, so that 1 / (16 period) itself passes. */
   if (!(limits->response_per_s * limits->period_s <= LM_REAL(0.062501))) {
@@ -101,7 +126,7 @@ static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault)
   if (!(watch->misfit_rad >= watch->noise_rad)) {
     return lm_refuse(fault, LM_OUT_OF_RANGE, "misfit_rad", watch->misfit_rad, watch->noise_rad, 1);
   }
-  return check_validity(&parameters->valid, fault);
+  return LM_OK;
 }
 
 #if LM_EFFECTS_MAX > 0
@@ -308,9 +333,9 @@ static lm_status load_effects(lm_parameters *parameters, reader *from,
 
 static void load_limits(lm_parameters *parameters, reader *from) {
   size_t i;
-  for (i = LIMITS_FIRST; i < RANGES; ++i) {
+  for (i = LIMITS_FIRST; i < NUMBERS; ++i) {
     lm_real value = read_real(from);
-    (void)memcpy((char *)parameters + ranges[i].offset, &value, sizeof value);
+    (void)memcpy((char *)parameters + FIRST_NUMBER + i * sizeof value, &value, sizeof value);
   }
 }
 
@@ -385,7 +410,7 @@ static void write_real(writer *to, lm_real value) {
 
 static size_t find_length(const lm_parameters *parameters) {
   size_t words =
-      4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 2 + 1 + (RANGES - LIMITS_FIRST) + 1;
+      4 + 1 + 1 + 2 + 3 * (size_t)parameters->plays.count + 2 + 1 + (NUMBERS - LIMITS_FIRST) + 1;
 #if LM_PROFILE != LM_PROFILE_GAP
   words += 2 * (size_t)parameters->curve.count;
 #endif
@@ -469,10 +494,8 @@ lm_status lm_store_parameters(const lm_parameters *parameters, uint8_t *bytes, s
   store_curve(parameters, &to);
   store_plays(&parameters->plays, &to);
   store_effects(parameters, &to);
-  for (i = LIMITS_FIRST; i < RANGES; ++i) {
-    lm_real value;
-    (void)memcpy(&value, (const char *)parameters + ranges[i].offset, sizeof value);
-    write_real(&to, value);
+  for (i = LIMITS_FIRST; i < NUMBERS; ++i) {
+    write_real(&to, number_at(parameters, i));
   }
   write_word(&to, lm_find_crc(0, bytes, to.at));
   *length = needed;

@@ -198,17 +198,21 @@ lm_play_sum lm_advance_plays(const lm_play_bank *bank, lm_play_memory *memory, l
   return advance_plays(bank, memory, torque_Nm);
 }
 
+static lm_real push_scaled(const lm_play_slot *slot, lm_real *place_Nm, lm_real at_Nm,
+                           lm_real width_scale) {
+  lm_real radius_Nm = width_scale * radius_at(slot, at_Nm);
+  *place_Nm = clamp(*place_Nm, at_Nm - radius_Nm, at_Nm + radius_Nm);
+  return *place_Nm;
+}
+
 lm_play_sum lm_advance_scaled_plays(const lm_play_bank *bank, lm_play_memory *memory,
                                     lm_real torque_Nm, lm_real width_scale) {
   lm_real at_Nm = envelope_at(bank, torque_Nm);
   running_sum sum;
   int32_t i;
-  start_sum(&sum);
-  for (i = 0; i < LM_PLAYS_MAX; ++i) {
-    lm_real radius_Nm = width_scale * radius_at(&bank->slot[i], at_Nm);
-    lm_real z_Nm = clamp(memory->z_Nm[i], at_Nm - radius_Nm, at_Nm + radius_Nm);
-    memory->z_Nm[i] = z_Nm;
-    add_to_sum(&sum, bank, i, z_Nm);
+  start_sum(&sum, bank, push_scaled(&bank->slot[0], &memory->z_Nm[0], at_Nm, width_scale));
+  for (i = 1; i < LM_PLAYS_MAX; ++i) {
+    add_to_sum(&sum, bank, i, push_scaled(&bank->slot[i], &memory->z_Nm[i], at_Nm, width_scale));
   }
   memory->torque_Nm = torque_Nm;
   return split_sum(&sum, bank, at_Nm);

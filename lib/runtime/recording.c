@@ -31,24 +31,27 @@ void lm_run_model(const lm_parameters *parameters, lm_memory *memory, const lm_r
 /* Of the operators that the arrays hold, half are enough where no more are in use. */
 #define FEW_PLAYS ((LM_PLAYS_MAX + 1) / 2)
 
-/* One step of plays whose bands are as wide at every torque. A settled memory lies within the
- * bands, so both edges may push it, whatever the torque's direction; the bits are those of
- * advance_plays, and of lm_advance_scaled_plays with a width_scale of 1. Slots not in use weigh
- * nothing. */
+/* A settled memory lies within the bands, so both edges may push it, whatever the torque's
+ * direction.
+ */
+static inline lm_real push_constant(const lm_play_slot *slot, lm_real *place_Nm, lm_real at_Nm) {
+  lm_real z_Nm = greatest(*place_Nm, at_Nm - slot->radius_Nm);
+  z_Nm = least(z_Nm, at_Nm + slot->radius_Nm);
+  *place_Nm = z_Nm;
+  return z_Nm;
+}
+
+/* One step of plays whose bands are as wide at every torque. The bits are those of advance_plays,
+ * and of lm_advance_scaled_plays with a width_scale of 1. Slots not in use weigh nothing. */
 static inline lm_play_sum advance_constant(const lm_play_bank *bank, int32_t slots,
                                            lm_play_memory *memory, lm_real torque_Nm) {
   lm_real at_Nm = envelope_at(bank, torque_Nm);
   running_sum sum;
   int32_t i;
-  start_sum(&sum);
+  start_sum(&sum, bank, push_constant(&bank->slot[0], &memory->z_Nm[0], at_Nm));
   UNROLL
-  for (i = 0; i < slots; ++i) {
-    lm_real low_Nm = at_Nm - bank->slot[i].radius_Nm;
-    lm_real high_Nm = at_Nm + bank->slot[i].radius_Nm;
-    lm_real z_Nm = greatest(memory->z_Nm[i], low_Nm);
-    z_Nm = least(z_Nm, high_Nm);
-    memory->z_Nm[i] = z_Nm;
-    add_to_sum(&sum, bank, i, z_Nm);
+  for (i = 1; i < slots; ++i) {
+    add_to_sum(&sum, bank, i, push_constant(&bank->slot[i], &memory->z_Nm[i], at_Nm));
   }
   memory->torque_Nm = torque_Nm;
   return split_sum(&sum, bank, at_Nm);

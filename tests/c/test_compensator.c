@@ -963,7 +963,7 @@ static void a_fade_of_a_standing_axis_creeps(void) {
   int i;
   parameters.watch.creep_rad_s = LM_REAL(5e-5);
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
-  (void)swing(3, -1);
+  (void)swing(2, -1);
   TEST_ASSERT_TRUE(joint.gain < 1 && joint.gain > 0);
   before_rad = rest(30, 2000).correction_rad;
   lm_watch_output(&joint, 0, LM_REAL(0.01)); /* what the move to there allowed */
@@ -1014,6 +1014,7 @@ static lm_real shake(lm_real rate_Hz, int seconds) {
 static void ringing_is_told_and_ends(void) {
   lm_correction now;
   lm_real fast_rad;
+  lm_real hidden_rad;
   TEST_ASSERT_TRUE(shake(15, 2) > LM_REAL(1e-4)); /* nobody stated what ringing is */
   TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_RINGING);
   parameters.watch.ringing_Hz = 5;
@@ -1022,9 +1023,18 @@ static void ringing_is_told_and_ends(void) {
   TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_RINGING);
   TEST_ASSERT_TRUE(shake(15, 2) < LM_REAL(0.1) * fast_rad);
   TEST_ASSERT_TRUE(step(10).status & LM_STATE_RINGING);
-  /* What stands is still corrected. */
+  /* What stands is still corrected, but for what friction may hide: a load within 9 % of the limit,
+   * at no load. */
+  hidden_rad = lm_evaluate_curve(&parameters.curve, LM_REAL(0.09) * parameters.torque_limit_Nm) -
+               lm_evaluate_curve(&parameters.curve, LM_REAL(-0.09) * parameters.torque_limit_Nm);
   now = rest(30, 3000);
-  TEST_ASSERT_TRUE(distance(now.correction_rad, -now.lost_motion_rad) < LM_REAL(1e-6));
+  TEST_ASSERT_TRUE(hidden_rad > LM_REAL(1e-5));
+  TEST_ASSERT_TRUE(distance(now.correction_rad, LM_REAL(0.5) * hidden_rad - now.lost_motion_rad) <
+                   LM_REAL(1e-6));
+  TEST_ASSERT_TRUE(distance(rest(0, 3000).correction_rad, 0) < LM_REAL(1e-6));
+  now = rest(-30, 3000);
+  TEST_ASSERT_TRUE(distance(now.correction_rad, LM_REAL(-0.5) * hidden_rad - now.lost_motion_rad) <
+                   LM_REAL(1e-6));
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);
   lm_set_mode(&joint, LM_MODE_RUN); /* as before */
   TEST_ASSERT_TRUE(step(30).status & LM_STATE_RINGING);

@@ -1,19 +1,31 @@
 /* Instructions of one step, counted by a QEMU plugin between mark_begin and mark_end, and the stack
- * it uses. MEASURE: 0 nothing (what the marks themselves cost), 1 the model (curve and plays), 2
- * the whole compensator with limiter and status, 3 the change to parameters with another band, 4 as
- * 2, with the steps that end a motion under limits that were narrowed meanwhile. */
+ * it uses, for everything that is measured one after the other; mark_next divides them. */
 #include "drive.h"
 #include "target.h"
 
 #define STEPS 4000
+#define CHANGES 400 /* a change costs what a hundred steps do */
+
+typedef enum measured {
+  NOTHING, /* what the marks themselves cost */
+  MODEL,   /* curve and plays */
+  STEP,    /* the whole compensator with limiter and status */
+  ENDING, /* the same, with the steps that end a motion under limits that were narrowed meanwhile */
+  CHANGE, /* to parameters with another band */
+  MEASURED
+} measured;
 
 void mark_begin(void);
 void mark_end(void);
+void mark_next(void);
 
 __attribute__((noinline, used)) void mark_begin(void) {
   __asm__ volatile("");
 }
 __attribute__((noinline, used)) void mark_end(void) {
+  __asm__ volatile("");
+}
+__attribute__((noinline, used)) void mark_next(void) {
   __asm__ volatile("");
 }
 
@@ -46,51 +58,69 @@ static void next_headroom(int32_t k) {
   lm_set_headroom(&compensator, &room);
 }
 
-int main(void) {
-  volatile lm_real sink = 0;
+static volatile lm_real sink;
+static int refused;
+
+/* The switch is outside the marks. */
+#define BETWEEN_MARKS(call)  \
+  sp = target_paint_stack(); \
+  mark_begin();              \
+  call;                      \
+  mark_end();                \
+  used = target_used_stack(sp)
+
+static int32_t run(measured what) {
   uint32_t seed = 1;
   int32_t deepest = 0;
   int32_t k;
-  int refused = 0;
-  if (make_drive(&parameters) || lm_start_compensator(&compensator, &parameters, 0, 0) != LM_OK) {
-    return 1;
-  }
-  others = parameters;
-  others.plays.slot[0].radius_Nm *= LM_REAL(1.01);
+  refused |= lm_start_compensator(&compensator, &parameters, 0, 0) != LM_OK;
   lm_start_model(&memory, 0);
   lm_settle_model(&parameters, &memory);
-  for (k = 0; k < STEPS; ++k) {
+  for (k = 0; k < (what == CHANGE ? CHANGES : STEPS); ++k) {
     volatile uint32_t *sp;
     int32_t used;
     at.torque_Nm = next_torque(&seed, k);
     at.output_angle_rad = at.torque_Nm * LM_REAL(1e-4);
     at.temperature_C = draw_number(&seed, 0, 60);
     next_headroom(k);
-#if MEASURE == 2
-    /* A step that ends a motion under earlier limits is MEASURE 4's. */
-    while (compensator.standing & LM_STATE_HEADROOM_SHORT) {
-      (void)lm_step_compensator(&compensator, &at);
+    switch (what) {
+      case MODEL:
+        BETWEEN_MARKS(sink = lm_step_model(&parameters, &memory, &at));
+        break;
+      case STEP:
+        while (compensator.standing & LM_STATE_HEADROOM_SHORT) {
+          (void)lm_step_compensator(&compensator, &at);
+        }
+        BETWEEN_MARKS(sink = lm_step_compensator(&compensator, &at).correction_rad);
+        break;
+      case ENDING:
+        BETWEEN_MARKS(sink = lm_step_compensator(&compensator, &at).correction_rad);
+        break;
+      case CHANGE:
+        BETWEEN_MARKS(refused |= lm_change_parameters(&compensator, (k & 1) ? &parameters : &others,
+                                                      0) != LM_OK);
+        break;
+      default:
+        BETWEEN_MARKS((void)0);
+        break;
     }
-#endif
-    sp = target_paint_stack();
-    mark_begin();
-#if MEASURE == 1
-    sink = lm_step_model(&parameters, &memory, &at);
-#elif MEASURE == 2 || MEASURE == 4
-    sink = lm_step_compensator(&compensator, &at).correction_rad;
-#elif MEASURE == 3
-    refused |= lm_change_parameters(&compensator, (k & 1) ? &parameters : &others, 0) != LM_OK;
-#endif
-    mark_end();
-    used = target_used_stack(sp);
     deepest = used > deepest ? used : deepest;
   }
-  (void)sink;
-  if (refused) {
+  return deepest;
+}
+
+int main(void) {
+  int what;
+  if (make_drive(&parameters)) {
     return 1;
   }
-  target_print("stack ");
-  target_print_number(deepest);
-  target_print("\n");
-  return 0;
+  others = parameters;
+  others.plays.slot[0].radius_Nm *= LM_REAL(1.01);
+  for (what = NOTHING; what < MEASURED; ++what) {
+    mark_next();
+    target_print("stack ");
+    target_print_number(run((measured)what));
+    target_print("\n");
+  }
+  return refused;
 }

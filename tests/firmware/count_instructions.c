@@ -1,5 +1,6 @@
 /* QEMU plugin: instructions executed from the entry of one function to the entry of another.
- * Arguments begin=ADDRESS,end=ADDRESS. Prints "windows N least N most N" when the guest ends.
+ * Arguments begin=ADDRESS,end=ADDRESS,next=ADDRESS. Prints "windows N least N most N" when the
+ * guest ends, once for everything that the third function divides.
  *
  * The prototypes are QEMU's plugin interface, version 1; distributions ship no header for it. */
 #include <inttypes.h>
@@ -31,8 +32,13 @@ void qemu_plugin_register_atexit_cb(qemu_plugin_id_t, void (*)(qemu_plugin_id_t,
 
 PUBLIC int qemu_plugin_version = 1;
 
-static uint64_t executed, opened_at, begin, end;
-static uint64_t windows, least = UINT64_MAX, most;
+#define PARTS 16
+
+static uint64_t executed, opened_at, begin, end, next;
+static struct {
+  uint64_t windows, least, most;
+} part[PARTS + 1]; /* 0: before the first division */
+static unsigned parts;
 static bool open_window;
 
 static void on_instruction(unsigned cpu, void *address_of) {
@@ -44,9 +50,13 @@ static void on_instruction(unsigned cpu, void *address_of) {
   } else if (address == end && open_window) {
     uint64_t length = executed - opened_at;
     open_window = false;
-    least = length < least ? length : least;
-    most = length > most ? length : most;
-    ++windows;
+    if (part[parts].windows == 0 || length < part[parts].least) {
+      part[parts].least = length;
+    }
+    part[parts].most = length > part[parts].most ? length : part[parts].most;
+    ++part[parts].windows;
+  } else if (address == next && parts < PARTS) {
+    ++parts;
   }
   ++executed;
 }
@@ -63,10 +73,13 @@ static void on_translation(qemu_plugin_id_t id, struct qemu_plugin_tb *block) {
 }
 
 static void on_end(qemu_plugin_id_t id, void *unused) {
+  unsigned i;
   (void)id;
   (void)unused;
-  fprintf(stderr, "windows %" PRIu64 " least %" PRIu64 " most %" PRIu64 "\n", windows,
-          windows ? least : 0, most);
+  for (i = 1; i <= parts; ++i) {
+    fprintf(stderr, "windows %" PRIu64 " least %" PRIu64 " most %" PRIu64 "\n", part[i].windows,
+            part[i].least, part[i].most);
+  }
 }
 
 PUBLIC int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t *info, int argc,
@@ -78,6 +91,8 @@ PUBLIC int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t *info, int
       begin = strtoull(argv[i] + 6, NULL, 0);
     } else if (strncmp(argv[i], "end=", 4) == 0) {
       end = strtoull(argv[i] + 4, NULL, 0);
+    } else if (strncmp(argv[i], "next=", 5) == 0) {
+      next = strtoull(argv[i] + 5, NULL, 0);
     }
   }
   qemu_plugin_register_vcpu_tb_trans_cb(id, on_translation);

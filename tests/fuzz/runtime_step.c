@@ -121,11 +121,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     lm_correction again;
     lm_headroom room;
     lm_saved saved;
+    lm_mode mode;
     count_one("calls");
     switch (next_byte(&from) & 15u) {
       case 0:
-        lm_set_mode(&one, (lm_mode)(next_byte(&from) & 3u));
-        lm_set_mode(&two, one.mode);
+        mode = (lm_mode)(next_byte(&from) & 3u);
+        lm_set_mode(&one, mode);
+        lm_set_mode(&two, mode);
         break;
       case 1:
         room.correction_rad = next_number(&from, LM_REAL(0.01));

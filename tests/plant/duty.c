@@ -71,6 +71,7 @@ long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int u
   double time_s = 0;
   double off_K = 0;
   double zero_rad = 0.3;
+  double began_s = until_caught ? -1 : 0;
   long fades = 0;
   int was_faded = 0;
   int64_t samples = (int64_t)(hours * 3600 / SAMPLE_S);
@@ -103,6 +104,9 @@ long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int u
     known_Nm = -now.gravity_share * PLANT_GRAVITY_NM * sin(angle_rad) -
                PLANT_ARM_KGM2 * change_rad_s2 + TORQUE_NOISE_NM * gauss();
     twist_rad = plant_bench(&joint, torque_Nm, TURN_RAD);
+    if (began_s < 0 && fabs(twist_rad) > 2 * (double)parameters->watch.misfit_rad) {
+      began_s = (double)k * SAMPLE_S;
+    }
     at.torque_Nm = (float)(wrong.torque_factor * known_Nm);
     at.temperature_C = (float)(joint.temperature_C + off_K);
     (void)lm_step_compensator(&c, &at);
@@ -113,7 +117,7 @@ long run_duty(const lm_parameters *parameters, double hours, misuse wrong, int u
     if (status && !was_faded) {
       fades += 1;
       if (*first_s < 0) {
-        *first_s = (double)k * SAMPLE_S;
+        *first_s = began_s < 0 ? 0 : (double)k * SAMPLE_S - began_s;
       }
       if (until_caught) {
         return fades;

@@ -4,7 +4,8 @@
  *                         constant width, with the table of the true mean curve, with the library,
  *                         whose parameters for a loop of KHZ are in BLOB
  * plant duty BLOB HOURS   fades of the watch in so many hours of ordinary duty, and the seconds
- * that a wrong sign, another drive and a drive that compensates already take
+ *                         that a wrong sign, another drive and a drive that compensates already
+ * take
  *
  * Errors are those of the output, arcsec rms over the scored time. Exit status 1 where the library
  * does worse than nothing, rings, or stays more than a tenth behind the best of the others in a
@@ -20,9 +21,9 @@
 #define ARCSEC (3.14159265358979323846 / 648000)
 #define STEPS 10 /* of a motion at most */
 #define BRAKE_S 1.0
-#define RING_RAD (8 * ARCSEC) /* unrest of a standing output, peak to peak, that is no ringing */
-#define CLOSE (1.1)           /* within 10 % of the best */
-#define NOISE_RAD (0.5 * ARCSEC)
+#define RING_RAD (8 * ARCSEC)    /* unrest of a standing output, peak to peak, that is no ringing */
+#define CLOSE (1.1)              /* within 10 % of the best */
+#define NOISE_RAD (0.8 * ARCSEC) /* a count of the motor's encoder: nobody stands closer */
 
 typedef struct step {
   double seconds, to_rad;
@@ -129,8 +130,8 @@ static const trial trials[] = {
     {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
     {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
     {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1},
-    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1},
+    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
+    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
     {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0},
     {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1},
     {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1},
@@ -387,11 +388,18 @@ static int load(const char *file, lm_parameters *parameters) {
   return 0;
 }
 
-/* At most one false alarm in 1000 hours; misuse within seconds: 20 of duty in the mean, whatever
- * rest it begins with. */
+/* At most one false alarm in 1000 hours, and misuse within seconds of the first lost motion that is
+ * plainly more than misfit_rad. A drive that is twice as soft as it is said to be is on the border
+ * to one that is compensated for better than not at all, and takes longest. */
 static int duty(const lm_parameters *parameters, double hours) {
-  static const misuse wrong[] = {{-1, 0}, {2.5, 0}, {1, 1}};
-  static const char *const names[] = {"sign wrong", "torque 2.5 times", "compensated twice"};
+  static const struct {
+    misuse what;
+    const char *name;
+    double mean_s;
+  } wrong[] = {{{-1, 0}, "sign wrong", 1},
+               {{1, 1}, "compensated twice", 3},
+               {{2.5, 0}, "torque 2.5 times", 15}};
+  enum { DRIVES = 100 };
   misuse nothing = {1, 0};
   double first_s;
   long fades = run_duty(parameters, hours, nothing, 0, 1, &first_s);
@@ -399,19 +407,22 @@ static int duty(const lm_parameters *parameters, double hours) {
   int i;
   printf("%g hours of duty: %ld fades\n", hours, fades);
   for (i = 0; i < 3; ++i) {
-    double most_s = 0;
     double sum_s = 0;
-    unsigned seed;
-    for (seed = 1; seed <= 50; ++seed) {
-      if (run_duty(parameters, 1, wrong[i], 1, seed, &first_s) != 1) {
-        printf("%s: not found in an hour\n", names[i]);
+    double most_s = 0;
+    int within_2_s = 0;
+    int k;
+    for (k = 0; k < DRIVES; ++k) {
+      if (run_duty(parameters, 1, wrong[i].what, 1, (unsigned)k + 1, &first_s) != 1) {
+        printf("%s: not found in an hour\n", wrong[i].name);
         return 1;
       }
-      most_s = fmax(most_s, first_s);
       sum_s += first_s;
+      most_s = fmax(most_s, first_s);
+      within_2_s += first_s <= 2;
     }
-    printf("%s: found after %.1f s in the mean, %.1f s at most\n", names[i], sum_s / 50, most_s);
-    fine = fine && sum_s / 50 < 20;
+    printf("%s: found after %.1f s in the mean, %.1f s at most, %d of %d within 2 s\n",
+           wrong[i].name, sum_s / DRIVES, most_s, within_2_s, DRIVES);
+    fine = fine && sum_s / DRIVES <= wrong[i].mean_s;
   }
   return !fine;
 }

@@ -18,9 +18,9 @@
  *   - A motion under way ends under the limits that it was made under. Where headroom or new
  *     parameters are too narrow for it (it needs an acceleration a = max(|acceleration|,
  *     2 response |velocity|) and a jerk of 8 response a), they count as that much, with the
- * response that it was made with, until it fits them; LM_STATE_HEADROOM_SHORT says so. Until then
- *     position, velocity, acceleration and jerk, as differences of the correction from tick to
- * tick, exceed neither the old limits nor the new ones, whichever are wider.
+ *     response that it was made with, until it fits them; LM_STATE_HEADROOM_SHORT says so. Until
+ *     then position, velocity, acceleration and jerk, as differences of the correction from tick
+ *     to tick, exceed neither the old limits nor the new ones, whichever are wider.
  *   - While nothing binds, a target that moves at a steady rate is followed without lag.
  *   - No input, NaN and infinity included, makes an output that is not finite or out of bounds. An
  *     instance that is null, zeroed or whose start was refused corrects nothing
@@ -36,8 +36,8 @@
  *                 To close again: the command begins at the reported output angle
  *   home          LM_MODE_HOLD; a reference is taken of the reported angle, at a correction that
  *                 stands still (LM_STATE_SETTLED). While LM_STATE_MEMORY_UNKNOWN is set it may be
- * off by lm_bound_uncertainty power-down    brake, step on until the load stands,
- * lm_save_compensator
+ *                 off by lm_bound_uncertainty
+ *   power-down    brake, step on until the load stands, lm_save_compensator
  *
  * What else it asks of the host:
  *   - A call in every period_s of the parameters.
@@ -47,8 +47,8 @@
  *   - A measured torque closes a loop, by the joint's resonance and by whatever the output touches:
  *     torque.h says how to feed it in, `lostmotion export --resonance-Hz` how fast the correction
  *     may be. Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
- *     64 response^2 (and never 6 response / period_s) times the characteristic's slope times its
- * own.
+ *     64 response^2 (and never 6 response / period_s) times the characteristic's slope times
+ *     that of the torque.
  *   - The position loop closes on the motor's encoder. One that closes on an encoder at the output
  *     corrects the lost motion by itself: with the correction added it stands off by all of it.
  *     There the model serves as a feed-forward of what the loop is too slow for: the motor's way
@@ -61,8 +61,10 @@
  * joint's resonance. Where the correction swings to and fro by more than 4 noise_rad, six times
  * running, each swing shorter than half a period of ringing_Hz, that is ringing
  * (LM_STATE_RINGING): from then on it follows its target through a filter at a tenth of ringing_Hz,
- * which is too slow to ring and still carries what stands. It follows fast again after lm_set_mode
- * to another mode and back, lm_change_parameters or a start.
+ * which is too slow to ring and still carries what stands, and stays nearer to zero by what 9 % of
+ * the fitted torque make at no load: so much friction may hide the load of a motor whose current is
+ * read at standstill, and within it a correction may be worse than none. It follows fast again, and
+ * wholly, after lm_set_mode to another mode and back, lm_change_parameters or a start.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
@@ -130,7 +132,6 @@ typedef struct lm_compensator {
   lm_real jerk_share;         /* acceleration to jerk within one tick: 16 response * period */
   /* what the step compares with */
   lm_real usual_Nm;      /* torque within the fitted range and the limit */
-  uint32_t beyond_limit; /* status bit of a torque beyond the limit, where a range was fitted */
   lm_real settled_rad_s; /* slower counts as resting */
   /* range of the load since a start with unknown memory */
   lm_real lowest_Nm;
@@ -145,17 +146,17 @@ typedef struct lm_compensator {
   lm_real level_rad2;       /* of the model itself */
   lm_real watched_rad;      /* the model at the last call */
   lm_real doubt_s;          /* for how long the correction has done harm */
-  int32_t watching;         /* the watch has seen its first sample */
-  int32_t zero_shared;      /* the measured lost motion has the model's zero */
   /* ringing */
   lm_real swing_rad;    /* a longer one counts */
   uint32_t swing_ticks; /* and takes less than this where it is fast; 0: none does */
   lm_real turn_rad;     /* where the correction last turned round */
   uint32_t ticks;       /* since then */
-  int32_t turns;        /* swings to and fro in a row; its sign is the direction of the last */
-  lm_real slow_rad;
-  lm_mode mode;
-  uint32_t standing; /* status bits that last */
+  lm_real slow_rad;     /* the target while it rings, filtered */
+  lm_real unsure_rad;   /* what the target may be wrong by then */
+  int8_t turns;         /* swings to and fro in a row; its sign is the direction of the last */
+  uint8_t watching;     /* the watch has seen its first sample */
+  uint8_t zero_shared;  /* the measured lost motion has the model's zero */
+  uint32_t standing;    /* status bits that last */
 #if LM_EFFECTS_MAX > 0
   uint32_t needs; /* LM_NEEDS_ bits of the effects at work */
 #endif
@@ -228,11 +229,12 @@ lm_status lm_shift_angle(lm_compensator *compensator, lm_real by_rad, lm_fault *
  * Compares, over the watch's window, the power of the measured lost motion with that of what the
  * model leaves of it, both about their means: the offset of the two encoders is not known.
  * Where the first is less than the second by more than misfit_rad^2, the correction does harm: once
- * it has done so for window_s in all, it fades out over fade_s. It fades in again when it would
- * have taken half the power away for five times as long. A standing axis tells nothing: while the
- * model's own swing is below 2 noise_rad or below a quarter of its level, the gain stays what it
- * is. So a model that fits is not faded for a small error at rest, and a wrong sign, a wrong drive
- * or a drive that compensates already is found in the first moves.
+ * it has done so for window_s in all, a time that counts up to four times where the harm is that
+ * many times misfit_rad^2, it fades out over fade_s. It fades in again when it would have taken
+ * half the power away for five times as long. A standing axis tells nothing: while the model's own
+ * swing is below 2 noise_rad or below a quarter of its level, the gain stays what it is. So a model
+ * that fits is not faded for a small error at rest, and a wrong sign, a wrong drive or a drive that
+ * compensates already is found in the first moves.
  *
  * A fade moves a standing axis by at most creep_rad_s; while the model moves, it may add that much
  * again. LM_STATE_MISFIT: the residual's rms is above misfit_rad. That, with a measured lost motion
