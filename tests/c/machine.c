@@ -2,6 +2,9 @@
 #define WIN32_LEAN_AND_MEAN
 #else
 #define _XOPEN_SOURCE 700 /* nftw */
+#if defined(__APPLE__)
+#define _DARWIN_C_SOURCE /* mkdtemp */
+#endif
 #endif
 #include "machine.h"
 
@@ -80,6 +83,11 @@ struct process {
   PROCESS_INFORMATION about;
 };
 
+/* Wine 8 sends no event to another group of processes. */
+static int is_wine(void) {
+  return GetProcAddress(GetModuleHandleA("ntdll.dll"), "wine_get_version") != NULL;
+}
+
 static HANDLE open_for_child(const char *path) {
   SECURITY_ATTRIBUTES inherited;
   memset(&inherited, 0, sizeof inherited);
@@ -104,8 +112,8 @@ process *start_program(const char *program, const char *words, const char *out, 
   start.hStdOutput = open_for_child(out);
   start.hStdError = open_for_child(err);
   /* A group of its own: what interrupts it leaves the tests alone. */
-  started = CreateProcessA(NULL, command, NULL, NULL, TRUE, CREATE_NEW_PROCESS_GROUP, NULL, NULL,
-                           &start, &p->about);
+  started = CreateProcessA(NULL, command, NULL, NULL, TRUE,
+                           is_wine() ? 0 : CREATE_NEW_PROCESS_GROUP, NULL, NULL, &start, &p->about);
   (void)CloseHandle(start.hStdOutput);
   (void)CloseHandle(start.hStdError);
   if (!started) {
@@ -115,8 +123,16 @@ process *start_program(const char *program, const char *words, const char *out, 
   return p;
 }
 
-void interrupt_program(process *p) {
-  (void)GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, p->about.dwProcessId);
+static BOOL WINAPI go_on(DWORD event) {
+  (void)event;
+  return TRUE;
+}
+
+int interrupt_program(process *p) {
+  if (is_wine()) {
+    return SetConsoleCtrlHandler(go_on, TRUE) && GenerateConsoleCtrlEvent(CTRL_C_EVENT, 0);
+  }
+  return GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, p->about.dwProcessId);
 }
 
 void kill_program(process *p) {
@@ -206,8 +222,8 @@ process *start_program(const char *program, const char *words, const char *out, 
   return p;
 }
 
-void interrupt_program(process *p) {
-  (void)kill(p->id, SIGINT);
+int interrupt_program(process *p) {
+  return kill(p->id, SIGINT) == 0;
 }
 
 void kill_program(process *p) {

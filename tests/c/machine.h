@@ -24,8 +24,10 @@ typedef struct process process;
  * not be started. */
 process *start_program(const char *program, const char *words, const char *out, const char *err);
 
-/* Ask it to end, as Ctrl-C does; or end it at once. */
-void interrupt_program(process *p);
+/* Ask it to end, as Ctrl-C does; 0: on Windows, without a console, it cannot be asked. */
+int interrupt_program(process *p);
+
+/* End it at once. */
 void kill_program(process *p);
 
 /* Its exit status; -1: it was killed. */
