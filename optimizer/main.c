@@ -98,17 +98,14 @@ static const char *read_text(const char *path, const char **why) {
  */
 
 static double seconds_left(const lm_progress *progress, double seconds) {
-  if (progress->evaluations < progress->budget / 50) {
+  if (progress->work_done < progress->work_total / 50) {
     return -1;
   }
-  if (progress->evaluations >= progress->budget) {
-    return 0;
-  }
-  return seconds * (progress->budget - progress->evaluations) / progress->evaluations;
+  return seconds * (progress->work_total - progress->work_done) / progress->work_done;
 }
 
 static void show_bar(const lm_progress *progress, double left) {
-  const int done = 20 * (progress->evaluations / 20) / (progress->budget / 20 + 1);
+  const int done = (int)(20 * progress->work_done / (progress->work_total + 1));
   fprintf(stderr, "\r[%-20.*s] %d of %d", done < 20 ? done : 20, "####################",
           progress->evaluations, progress->budget);
   if (progress->has_best) {

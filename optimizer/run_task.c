@@ -67,7 +67,7 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
   lm_open_task_state(&s, problem, task->combination, task->budget, &task->scalar, answer, workspace,
                      stop);
   /* which no budget is charged with */
-  s.capped = task->kind != LM_TASK_VERIFY && task->kind != LM_TASK_REPAIR;
+  s.capped = task->kind < LM_TASK_REPAIR;
   switch (task->kind) {
     case LM_TASK_SCREEN:
       screen(&s, task);
@@ -90,6 +90,12 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
       break;
     case LM_TASK_REPAIR:
       lm_repair(&s, task);
+      break;
+    case LM_TASK_ROUND:
+      lm_round_design(&s, task);
+      break;
+    case LM_TASK_CONFIRM:
+      lm_confirm_design(&s, task);
       break;
     case LM_TASK_VERIFY:
       lm_verify_design(&s, task);

@@ -18,7 +18,10 @@
  * and more than one objective the populations have all of it instead); where
  * nothing was found that keeps all limits, the combinations that come nearest are repaired; in the
  * end the designs of the front are verified (whole grades, no violation between the angles of the
- * scan and between the tooth phases). Neither is charged to the budget.
+ * scan and between the tooth phases): all of them with their grades rounded, then a solver goes on
+ * from the ends and from those that did not hold, with as many evaluations as the search had; where
+ * none holds, from their neighbours. Neither repair nor verification is charged to the budget; both
+ * are part of the work that lm_progress tells.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.
@@ -43,6 +46,8 @@ typedef struct lm_progress {
   double best_value; /* of the first objective */
   int evaluations;   /* charged so far */
   int budget;
+  double work_done;      /* in plain evaluations, the verification with it */
+  double work_total;     /* as far as it can be foreseen; equal in the end */
   double feasible_share; /* of all evaluations */
   int refused;           /* evaluations that the model refused or that gave no number */
   int tasks_done;

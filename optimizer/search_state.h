@@ -14,7 +14,7 @@ extern "C" {
 #define LM_BATCH_MAX 256 /* tasks that are out at the same time */
 #define LM_POOL_MAX 8    /* designs kept of each combination */
 #define LM_ARCHIVE_MAX 1024
-#define LM_VERIFIED_MAX 24 /* designs of the front that are verified */
+#define LM_VERIFIED_MAX 24 /* designs of the front that are solved once more for that */
 #define LM_POLISHED 4      /* combinations that are polished */
 #define LM_REPAIRED 8      /* tasks that look for a first design where none was found */
 #define LM_ISLANDS_MAX 4
@@ -32,6 +32,16 @@ typedef struct lm_combination_state {
   lm_solution pool[LM_POOL_MAX];
 } lm_combination_state;
 
+/* The verification: grades rounded, all checked, a solver from some, and where none holds from
+ * their neighbours. */
+typedef enum lm_verify_step {
+  LM_VERIFY_ROUND = 0,
+  LM_VERIFY_CONFIRM,
+  LM_VERIFY_SOLVE,
+  LM_VERIFY_NEIGHBOURS,
+  LM_VERIFY_DONE
+} lm_verify_step;
+
 struct lm_search {
   lm_problem problem;
   int combinations;
@@ -43,6 +53,7 @@ struct lm_search {
   double round_best;   /* first objective of the best design, one round ago */
   int scalarisations;  /* of the trade-off, made so far */
   int extremes_sought; /* of the front, for the population */
+  int ends_looked;     /* times that the ends of the other combinations were looked at */
   int epoch_end;       /* of the present population, in evaluations */
   int started;         /* designs to begin with that were looked at */
   int cursor;          /* of the screen */
@@ -65,8 +76,14 @@ struct lm_search {
   int archive_count;
   lm_solution population[LM_ISLANDS_MAX * LM_PARENT_MAX];
   int population_count;
-  lm_solution verified[LM_VERIFIED_MAX + LM_START_MAX];
+  lm_solution verified[LM_ARCHIVE_MAX];
   int verified_count;
+  lm_solution rounded[LM_ARCHIVE_MAX]; /* the archive with whole grades */
+  int rounded_count;
+  int verify_step;                         /* lm_verify_step */
+  int verify_cursor;                       /* designs of the step's list that were handed out */
+  unsigned char confirmed[LM_ARCHIVE_MAX]; /* 1: of the rounded designs that hold */
+  int verify_used;                         /* charged so far for the verification */
   int has_nearest; /* what follows is of the design whose limits have to give least, in all */
   int nearest;     /* combination */
   double nearest_slack;

@@ -47,6 +47,8 @@ typedef enum lm_task_kind {
   LM_TASK_EVALUATE,    /* the start alone; where it breaks a limit, with its gap closed, too */
   LM_TASK_INTERPOLATE, /* points between two designs of one combination, gaps closed */
   LM_TASK_REPAIR,      /* the point whose limits have to give least; improved where none has to */
+  LM_TASK_ROUND,       /* the start with its grades to the nearest, all down and all up */
+  LM_TASK_CONFIRM,     /* the start, its gap opened, checked as the certificate does */
   LM_TASK_VERIFY       /* whole grades, no violation between the angles of the scan */
 } lm_task_kind;
 

@@ -8,6 +8,7 @@
 #define LEVEL_SLOPES 15 /* gradients for one level; warm starts need no more */
 #define END_SLOPES 30   /* gradients for an end of the front, which lies further away */
 #define ENDS_PART 0.1   /* of the budget: most that all ends get at a time */
+#define LOOK_CHARGE 2   /* of a carried design: itself, and with its gap closed */
 #define LEVELS_MAX 12   /* of one round of the trade-off */
 #define QUIET_ROUNDS 4  /* restarts without a better design before the search ends early */
 
@@ -211,18 +212,48 @@ static int end_budget(const lm_search *search) {
   return part < END_SLOPES * charge ? part : END_SLOPES * charge;
 }
 
+/* An objective alone. In shares of the front: SLSQP's first steps are as long as the slopes, and
+ * those of a compliance in its own unit are a thousandth. */
+static void scalarise_end(const lm_search *search, int objective, lm_scalarisation *scalar) {
+  lm_scalarise_first(scalar);
+  lm_scale_objectives(search, scalar);
+  scalar->weight[0] = 0;
+  scalar->weight[objective] = 1;
+}
+
+/* Combinations in their order of rank, so that where the part of the budget ends those that are far
+ * behind are left out. */
+int lm_add_end_looks(lm_search *search, double share) {
+  const int ranked = lm_rank_screened(search);
+  const int objectives = search->problem.objective_count;
+  const int part = (int)(share * search->problem.evaluations / LOOK_CHARGE);
+  const int room = LM_BATCH_MAX - search->batch_count;
+  const int most = part < room ? part : room;
+  int looks = 0;
+  int n;
+  int j;
+  for (n = 0; n < ranked; n++) {
+    for (j = 0; j < objectives && looks < most; j++) {
+      lm_scalarisation scalar;
+      const lm_solution *end;
+      scalarise_end(search, j, &scalar);
+      end = best_of_archive(search, &scalar);
+      if (end->combination != search->order[n]) {
+        (void)lm_add_task(search, LM_TASK_EVALUATE, search->order[n], LOOK_CHARGE, end->unit);
+        looks++;
+      }
+    }
+  }
+  return looks;
+}
+
 void lm_add_extreme_points(lm_search *search) {
   int j;
   for (j = 0; j < search->problem.objective_count; j++) {
     const lm_solution *start;
     lm_task *task;
     lm_scalarisation scalar;
-    lm_scalarise_first(&scalar);
-    /* In shares of the front: SLSQP's first steps are as long as the slopes, and those of a
-     * compliance in its own unit are a thousandth. */
-    lm_scale_objectives(search, &scalar);
-    scalar.weight[0] = 0;
-    scalar.weight[j] = 1;
+    scalarise_end(search, j, &scalar);
     start = best_of_archive(search, &scalar);
     search->state[start->combination].fate = LM_FATE_SOLVED;
     task = lm_add_task(search, LM_TASK_SLSQP, start->combination, end_budget(search), start->unit);

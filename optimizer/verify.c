@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "archive.h"
 #include "lostmotion/checks.h"
 
 /* Where the verification looks for angles that its scan lacks: steps a pitch, nodes of the line. */
@@ -188,12 +189,25 @@ void lm_mark_verified(lm_task_state *s) {
   }
 }
 
+/* The answer's design, where it holds as the certificate asks. */
+static void keep_verified(lm_task_state *s) {
+  double objective[LM_OBJECTIVE_MAX] = {0};
+  int i;
+  if (!s->answer->computed || s->answer->violation > 0 || !holds_between(s, s->answer->unit)) {
+    return;
+  }
+  for (i = 0; i < s->problem->objective_count; i++) {
+    objective[i] = s->answer->figure[s->problem->objective[i]];
+  }
+  s->violation = s->answer->violation; /* of this design, not of the last one looked at */
+  lm_keep_solution(s, s->answer->unit, objective, 1);
+}
+
 void lm_verify_design(lm_task_state *s, const lm_task *task) {
   const lm_problem *p = s->problem;
   const int nodes = s->scan.nodes;
   double unit[LM_FREE_MAX];
   lm_answer kept;
-  int i;
   int k;
   memcpy(unit, task->unit, sizeof unit);
   solve_exactly(s, unit);
@@ -247,12 +261,36 @@ void lm_verify_design(lm_task_state *s, const lm_task *task) {
   measure_as_searched(s, p, nodes);
   /* Only the verified design counts: the others still have broken grades. */
   s->answer->solution_count = 0;
-  if (s->answer->computed && s->answer->violation <= 0 && holds_between(s, s->answer->unit)) {
-    double objective[LM_OBJECTIVE_MAX] = {0};
-    for (i = 0; i < p->objective_count; i++) {
-      objective[i] = s->answer->figure[p->objective[i]];
+  keep_verified(s);
+}
+
+void lm_round_design(lm_task_state *s, const lm_task *task) {
+  static double (*const roundings[])(double) = {round, floor, ceil};
+  const lm_problem *p = s->problem;
+  int way;
+  int k;
+  for (way = 0; way < 3 && !s->interrupted; way++) {
+    double unit[LM_FREE_MAX];
+    memcpy(unit, task->unit, sizeof unit);
+    for (k = 0; k < p->range_count; k++) {
+      const lm_range *range = &p->range[k];
+      const double grade = range->low + (range->high - range->low) * unit[k];
+      if (range->whole && fabs(grade - round(grade)) > 1e-9) {
+        unit[k] = (roundings[way](grade) - range->low) / (range->high - range->low);
+        unit[k] = lm_clip(unit[k]);
+      }
     }
-    s->violation = s->answer->violation; /* of this design, not of the last one looked at */
-    lm_keep_solution(s, s->answer->unit, objective, 1);
+    (void)lm_evaluate_task_point(s, unit, 0);
+  }
+}
+
+void lm_confirm_design(lm_task_state *s, const lm_task *task) {
+  (void)lm_evaluate_task_point(s, task->unit, 0);
+  if (s->answer->computed && s->answer->violation <= 0) {
+    open_fine_gap(s);
+  }
+  s->answer->solution_count = 0;
+  if (lm_has_whole_grades(s->problem, s->answer->unit)) {
+    keep_verified(s);
   }
 }

@@ -15,6 +15,13 @@ extern "C" {
  * figures at the phases of the certificate. */
 void lm_verify_design(lm_task_state *s, const lm_task *task);
 
+/* The design with its grades to the nearest, all down and all up, looked at as a search does. */
+void lm_round_design(lm_task_state *s, const lm_task *task);
+
+/* The design as it is, or with its gap opened where it lacks between the angles of the scan: kept
+ * where it holds there and between the phases. */
+void lm_confirm_design(lm_task_state *s, const lm_task *task);
+
 /* Whether every range that ends in whole values has one. */
 int lm_has_whole_grades(const lm_problem *p, const double unit[]);
 

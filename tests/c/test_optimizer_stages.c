@@ -14,15 +14,16 @@
 
 /* What the made-up model answers. */
 typedef struct world {
-  double feasible;  /* share of the points */
-  double overrun;   /* what a task costs in shares of its budget */
-  int computed;     /* 0: the model refuses every point */
-  int flat;         /* 1: no objective differs */
-  int single;       /* 1: every task finds the same design */
-  int from_members; /* members a task reports, whatever its kind; 0: as the search does */
+  double feasible;   /* share of the points */
+  double overrun;    /* what a task costs in shares of its budget */
+  int computed;      /* 0: the model refuses every point */
+  int flat;          /* 1: no objective differs */
+  int single;        /* 1: every task finds the same design */
+  int from_members;  /* members a task reports, whatever its kind; 0: as the search does */
+  int nothing_holds; /* 1: no design is confirmed or verified */
 } world;
 
-static const world plain = {0.5, 1, 1, 0, 0, 0};
+static const world plain = {0.5, 1, 1, 0, 0, 0, 0};
 
 static lm_problem problem;
 static lm_search *search;
@@ -38,6 +39,7 @@ static int most_levels;        /* different bounds of the second objective in on
 static int ends;               /* tasks of a local solver beside those of a population */
 static int ends_from;          /* evaluations before the first of them */
 static int most_for_ends;      /* evaluations for those of one batch */
+static int looks;              /* at the ends with other combinations, beside a population */
 static int bridges;            /* between designs of the front, beside a population */
 static lm_answer cheapest;     /* of the repairs */
 
@@ -86,8 +88,8 @@ static void add_designs(const world *w, const lm_task *task, uint64_t *state) {
       combination = (int)(share(state) * lm_count_combinations(&problem));
     }
     make_found(w, state, combination, &found);
-    found.verified = task->kind == LM_TASK_VERIFY;
-    if (found.violation <= 0) {
+    found.verified = task->kind >= LM_TASK_CONFIRM;
+    if (found.violation <= 0 && (!found.verified || !w->nothing_holds)) {
       lm_insert_solution(&problem, answer->solution, &answer->solution_count, LM_SOLUTION_MAX,
                          &found);
     }
@@ -150,6 +152,9 @@ static void check_books(void) {
   TEST_ASSERT_EQUAL_INT(lm_count_combinations(&problem), combinations);
   TEST_ASSERT_EQUAL_INT(lm_read_front(search, NULL, 0), progress.front_size);
   TEST_ASSERT_EQUAL_INT(progress.front_size > 0, progress.has_best);
+  TEST_ASSERT_TRUE(progress.work_done >= progress.evaluations);
+  TEST_ASSERT_TRUE(progress.work_total >= progress.work_done);
+  TEST_ASSERT_TRUE(progress.stage != LM_STAGE_DONE || progress.work_total == progress.work_done);
 }
 
 static void check_front(void) {
@@ -278,10 +283,12 @@ static void run_in(const world *w, const char *spec) {
   ends = 0;
   most_for_ends = 0;
   bridges = 0;
+  looks = 0;
   memset(&cheapest, 0, sizeof cheapest);
   while ((count = lm_next_tasks(search, &tasks)) > 0) {
     lm_task *batch = (lm_task *)malloc((size_t)count * sizeof *batch);
     int for_ends = 0;
+    int for_looks = 0;
     int i;
     memcpy(batch, tasks, (size_t)count * sizeof *batch);
     batches++;
@@ -297,6 +304,9 @@ static void run_in(const world *w, const char *spec) {
       check_task(&batch[i]);
       if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_INTERPOLATE) {
         bridges++;
+      } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind == LM_TASK_EVALUATE) {
+        looks++;
+        for_looks += batch[i].budget;
       } else if (batch[0].kind == LM_TASK_EVOLVE && batch[i].kind != LM_TASK_EVOLVE) {
         count_end(&batch[i]);
         for_ends += batch[i].budget;
@@ -309,6 +319,7 @@ static void run_in(const world *w, const char *spec) {
       TEST_ASSERT_EQUAL_INT(LM_OK, lm_accept_answer(search, answer));
     }
     most_for_ends = for_ends > most_for_ends ? for_ends : most_for_ends;
+    TEST_ASSERT_LESS_OR_EQUAL_INT(problem.evaluations / 20, for_looks);
     free(batch);
     check_books();
   }
@@ -393,6 +404,7 @@ static void test_the_ends_of_the_front_are_sought_beside_the_population(void) {
   for (objectives = 2; objectives <= 4; objectives++) {
     run_in(&plain, spec_of(objectives, 5000, 7, 1));
     TEST_ASSERT_EQUAL_INT(2 * objectives, ends);
+    TEST_ASSERT_GREATER_OR_EQUAL_INT(6 * objectives, looks); /* at each end, six combinations */
     TEST_ASSERT_TRUE(ends_from >= 1500 && ends_from < 2000);
     TEST_ASSERT_EQUAL_INT(objectives == 2, bridges > 0);
     TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_COBYLA]); /* no stage of their own */
@@ -500,6 +512,27 @@ static void test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_tol
 }
 
 /* One objective: rounds without anything better end the search before its budget. */
+/* All of the front is checked, each objective's best solved; where nothing holds, neighbours are
+ * tried, and the search ends. */
+static void test_a_front_of_which_nothing_holds_is_tried_beside(void) {
+  static lm_solution front[FRONT_MAX];
+  world unsure = plain;
+  int objectives;
+  for (objectives = 1; objectives <= 3; objectives++) {
+    int settled;
+    run_in(&plain, spec_of(objectives, 5000, 7, 1));
+    settled = kinds[LM_TASK_VERIFY];
+    TEST_ASSERT_GREATER_OR_EQUAL_INT(objectives, settled);
+    TEST_ASSERT_GREATER_THAN_INT(0, kinds[LM_TASK_CONFIRM]);
+    TEST_ASSERT_EQUAL_INT(0, kinds[LM_TASK_ROUND]); /* no grades here */
+    TEST_ASSERT_EQUAL_INT(1, lm_read_front(search, front, FRONT_MAX) > 0 && front[0].verified);
+    unsure.nothing_holds = 1;
+    run_in(&unsure, spec_of(objectives, 5000, 7, 1));
+    TEST_ASSERT_GREATER_THAN_INT(settled, kinds[LM_TASK_VERIFY]);
+    TEST_ASSERT_EQUAL_INT(1, lm_read_front(search, front, FRONT_MAX) > 0 && !front[0].verified);
+  }
+}
+
 static void test_restarts_that_find_nothing_better_end_early(void) {
   world same = plain;
   same.single = 1;
@@ -628,7 +661,7 @@ static void test_a_search_begins_with_its_starts(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5, tasks[1].unit[1]);
     TEST_ASSERT_GREATER_THAN_INT(7, deal_first_population());
     run_in(&plain, spec);
-    TEST_ASSERT_EQUAL_INT(2, kinds[LM_TASK_EVALUATE]);
+    TEST_ASSERT_EQUAL_INT(2, kinds[LM_TASK_EVALUATE] - looks);
     TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
     TEST_ASSERT_LESS_OR_EQUAL_INT(budgets[i], used());
   }
@@ -688,6 +721,7 @@ int main(void) {
   RUN_TEST(test_a_round_of_the_trade_off_has_as_many_levels_as_its_budget_carries);
   RUN_TEST(test_a_model_that_refuses_everything_ends_the_search);
   RUN_TEST(test_without_a_feasible_design_restarts_go_on_and_the_nearest_is_told);
+  RUN_TEST(test_a_front_of_which_nothing_holds_is_tried_beside);
   RUN_TEST(test_restarts_that_find_nothing_better_end_early);
   RUN_TEST(test_fronts_of_one_design_and_flat_objectives_are_no_trouble);
   RUN_TEST(test_many_combinations_are_screened_in_batches);

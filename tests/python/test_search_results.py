@@ -78,7 +78,8 @@ def test_predict_gives_the_numbers_of_the_certificate(
     # The library's phase 0; the certificate has the largest of eight.
     certificate = json.loads((run / "certificate.json").read_text())
     lost = certificate["figures"]["lost_motion_arcmin"]
-    assert answer["reversal_lost_motion_arcmin"] == pytest.approx(lost, rel=2e-3)
+    assert answer["reversal_lost_motion_arcmin"] <= lost * (1 + 1e-9)
+    assert answer["reversal_lost_motion_arcmin"] == pytest.approx(lost, rel=1e-2)
     assert answer["reversal_lost_motion_arcmin"] <= lost * (1 + 1e-6)
     assert answer["checks"] == certificate["checks"]
     for key in ("figures", "figures_as_searched"):

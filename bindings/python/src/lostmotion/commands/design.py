@@ -91,8 +91,8 @@ def show_progress(
 
 
 def draw_bar(seen: dict[str, Any]) -> None:
-    """Draw the bar: share of the budget, best so far, feasible share, combinations, time left."""
-    full = min(BAR_WIDTH * seen["evaluations"] // max(seen["budget"], 1), BAR_WIDTH)
+    """Draw the bar: share of the work, best so far, feasible share, combinations, time left."""
+    full = int(BAR_WIDTH * seen["done_share"])
     bar = "#" * full + "." * (BAR_WIDTH - full)
     combinations = seen["combinations"]
     done = combinations["total"] - combinations["not_reached"]

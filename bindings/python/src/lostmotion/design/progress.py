@@ -51,15 +51,14 @@ class ProgressReports:
         has_best = lib.lm_read_best(self.search, best)
         seconds = time.monotonic() - self.started
         left: float | None = None
-        if p.evaluations >= p.budget:
-            left = 0.0
-        elif p.evaluations >= p.budget / 50:
-            left = seconds * (p.budget - p.evaluations) / p.evaluations
+        if p.work_done >= p.work_total / 50:
+            left = seconds * (p.work_total - p.work_done) / max(p.work_done, 1.0)
         fates = {name: int(p.fate[i]) for i, name in enumerate(FATES)}
         self.seen = {
             "stage": STAGES[p.stage],
             "evaluations": int(p.evaluations),
             "budget": int(p.budget),
+            "done_share": float(p.work_done / max(p.work_total, 1.0)),
             "best_value": figure_value(self.lead, p.best_value) if p.has_best else None,
             "best": best if has_best else None,
             "feasible_share": float(p.feasible_share),

@@ -65,7 +65,8 @@ def search(
         the same bytes.
     progress : callable, optional
         Called about five times a second, and once at the end, in the thread of the caller, with a
-        dict: ``stage``, ``evaluations``, ``budget``, ``best_value`` (of the first objective, or
+        dict: ``stage``, ``evaluations``, ``budget``, ``done_share`` (of all work, with the
+        verification of the front), ``best_value`` (of the first objective, or
         None), ``best`` (its drive file, or None), ``feasible_share``, ``refused``,
         ``combinations`` (``solved``, ``dominated``, ``pruned``, ``not_reached``, ``total``),
         ``front`` (a list of objectives for each design), ``seconds``, ``seconds_left`` (None while

@@ -207,7 +207,7 @@ class DesignPanel(Panel):
                     ui.label("starting")
             return
         ends = seen["combinations"]
-        share = min(seen["evaluations"] / max(seen["budget"], 1), 1.0)
+        share = seen["done_share"]
         best = "none yet"
         if seen["best_value"] is not None:
             best = written(seen["best_value"], 4)
