@@ -118,6 +118,25 @@ def add_prediction(command: Command) -> None:
     add_report(added)
 
     added = command(
+        "calibrate",
+        "lostmotion.commands.calibrate:run_calibrate",
+        "Support constants with which a drawing has the torsion curve of a sheet or a fit.",
+        "lostmotion calibrate drive.toml sheet.toml -o calibrated.toml",
+    )
+    add_drive(added, "drive file with a [design]: the drawing")
+    added.add_argument(
+        "source",
+        metavar="SHEET_OR_FITTED",
+        help="drive file of the same drive with a [catalogue], or as lostmotion fit wrote it",
+    )
+    added.add_argument("-o", "--output", metavar="FILE", required=True, help="a new file")
+    added.add_argument(
+        "--constants",
+        metavar="A,B",
+        help="of ring_factor (default), tooth_compliance_mm_per_N, foundation_N_per_mm2",
+    )
+
+    added = command(
         "clearances",
         "lostmotion.commands.predict:run_clearances",
         "Side clearances of every tooth, both ways, with contact radius and interference.",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from lostmotion.calibrate import CONSTANTS
 from lostmotion.design.engine import engine, figures, limit_names
 from lostmotion.design.spec_chains import state_chains
 from lostmotion.design.spec_keys import (
@@ -22,8 +23,8 @@ from lostmotion.design.start_from import begin_with
 from lostmotion.design.statements import Statements
 from lostmotion.design.textbook import TORQUE_PER_D3
 from lostmotion.design.variables import Variables, is_pair
-from lostmotion.drives import read_toml
-from lostmotion.errors import did_you_mean
+from lostmotion.drives import read_drive, read_toml
+from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import Key, TableEntry, as_in_file, read_keys
 from lostmotion.structs import GENERATORS
 
@@ -43,6 +44,7 @@ SEARCH_KEYS = (
     Key("level", kind="choice", choices=LEVELS),
     Key("rigid_gear_turns", kind="switch"),
     Key("start_from", kind="text"),
+    Key("calibrated_from", kind="text"),
     Key("damaged_share", low=0, high=1),
 )
 """Keys of [search] besides its tables and the list of objectives."""
@@ -112,6 +114,7 @@ def read_spec(file: str | Path) -> Spec:
 
 def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
     """Understand the tables of a search spec; `file` is for messages."""
+    document = with_calibration(document, file)
     out = Statements(file, document)
     for section in document:
         if section not in SECTIONS:
@@ -153,6 +156,29 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
         start,
         dict(document),
     )
+
+
+def with_calibration(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:
+    """Fix the support constants of the drive file that `calibrated_from` names beside the spec.
+
+    Where the spec states one itself, that one stays.
+    """
+    search = document.get("search")
+    if not isinstance(search, Mapping) or not isinstance(search.get("calibrated_from"), str):
+        return document
+    calibrated = read_drive(Path(file).parent / search["calibrated_from"])
+    support = calibrated.document.get("design", {}).get("support", {})
+    found = {f"support.{k}": v for k, v in support.items() if k in CONSTANTS}
+    if not found:
+        raise InputError(
+            file,
+            "search.calibrated_from",
+            f"{search['calibrated_from']} without calibrated constants in [design.support]",
+            "a file that lostmotion calibrate wrote",
+        )
+    stated = {*search.get("fixed", {}), *search.get("range", {})}
+    fixed = {**search.get("fixed", {}), **{k: v for k, v in found.items() if k not in stated}}
+    return {**document, "search": {**search, "fixed": fixed}}
 
 
 def read_objectives(out: Statements) -> tuple[int, ...]:
