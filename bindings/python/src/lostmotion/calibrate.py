@@ -158,14 +158,14 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
     found = least_squares(
         residual, np.zeros(len(names)), bounds=(-bound, bound), diff_step=STEP, x_scale=1.0
     )
-    constants = judged(names, start, found, slopes)
+    constants = constants_with_intervals(names, start, found, slopes)
     values = {one.name: one.value for one in constants}
     return Calibration(
         with_constants(drawing, values), constants, torque, target, before, angles(found.x)
     )
 
 
-def judged(
+def constants_with_intervals(
     names: Sequence[str], start: FloatArray, found: Any, slopes: int
 ) -> tuple[Constant, ...]:
     """Give each constant its interval: of the misfit, with as many degrees of freedom as slopes.

@@ -29,7 +29,7 @@ def run_calibrate(arguments: argparse.Namespace) -> None:
             f"a curve that does not identify {', '.join(lost)}",
             "fewer --constants, or a curve that reaches further",
         )
-    answer = told(found, source.name)
+    answer = calibration_answer(found, source.name)
     heading = "".join(f"# {line}\n" for line in sentences(answer))
     write_whole(output, f"{heading}\n{format_toml(found.drive.document)}")
     answer["file"] = str(output)
@@ -48,7 +48,7 @@ def constant_names(text: str | None) -> tuple[str, ...]:
     return names
 
 
-def told(found: Calibration, source: str) -> dict[str, Any]:
+def calibration_answer(found: Calibration, source: str) -> dict[str, Any]:
     """Return the answer."""
     return {
         "schema": "lostmotion.calibration/1",
