@@ -14,6 +14,7 @@ from lostmotion.errors import InputError
 from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model, fitted_backbone, reversal_torque
 from lostmotion.results import data_frame, figures
+from lostmotion.sensitivity import hint_sentence, hints, sensitivities
 from lostmotion.units import ARCMIN
 
 LIMITS = ("worst_min", "worst_max", "probable_min", "probable_max")
@@ -173,6 +174,8 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
                 else []
             ),
         ],
+        "hints": [hint_sentence(hint) for hint in hints(drive)],
+        "sensitivity": [vars(one) for one in sensitivities(drive, at)],
         "defaults": model.defaults(),
     }
 

@@ -114,6 +114,11 @@ def add_prediction(command: Command) -> None:
     added.add_argument(
         "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
     )
+    added.add_argument(
+        "--sensitivity",
+        action="store_true",
+        help="lost motion, stiffness and stress for one unit of each dimension",
+    )
     add_phase(added)
     add_report(added)
 

@@ -60,7 +60,7 @@ def run_predict(arguments: argparse.Namespace) -> None:
         write_report(
             arguments.report, "Predicted lost motion", lead, [section], arguments.command_line
         )
-    deliver(answer, arguments, lambda out: show_prediction(answer, out))
+    deliver(answer, arguments, lambda out: show_prediction(answer, out, arguments.sensitivity))
 
 
 def run_clearances(arguments: argparse.Namespace) -> None:
@@ -75,7 +75,19 @@ def run_clearances(arguments: argparse.Namespace) -> None:
     deliver(answer, arguments, lambda out: show_clearances(answer, out))
 
 
-def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
+def show_sensitivity(rows: list[dict[str, Any]], out: TextIO) -> None:
+    """Print what one unit of each dimension does."""
+    head = ["dimension", "value", "lost motion arcmin", "stiffness Nm/rad", "1 / safety"]
+    keys = ("lost_motion_arcmin", "stiffness_Nm_per_rad", "stress")
+    print("\nchange for one unit of a dimension (a module, a mm):\n", file=out)
+    show_table(
+        head,
+        [[r["key"], f"{r['value']:.4g}", *(f"{r[key]:.4g}" for key in keys)] for r in rows],
+        out,
+    )
+
+
+def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = False) -> None:
     """Print a prediction as a table."""
     print(
         f"{one_line(answer['drive'])} ({answer['kind']}): one-sided deflection in arcmin\n",
@@ -132,6 +144,10 @@ def show_prediction(answer: dict[str, Any], out: TextIO) -> None:
             f"{kind}: {check['name']} {value:.4g}{unit}, limit {limit:.4g}, margin {margin:.4g}",
             file=out,
         )
+    for hint in answer.get("hints", []):
+        print(f"hint: {hint}", file=out)
+    if sensitivity:
+        show_sensitivity(answer["sensitivity"], out)
     if answer["defaults"]:
         print("\ntaken by default:", file=out)
         for key, value in answer["defaults"].items():

@@ -1,0 +1,159 @@
+"""What each dimension of a design does to its figures, and which changes mend a broken check."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lostmotion.drives import Drive, parse_drive
+from lostmotion.errors import LostMotionError
+from lostmotion.model import ADVICE, design_model
+from lostmotion.units import ARCMIN
+
+DIMENSIONS = {
+    "teeth.flexspline_shift": ("", 0.01),
+    "teeth.rigid_shift": ("", 0.01),
+    "teeth.tooth_height": ("", 0.01),
+    "teeth.engagement_depth": ("", 0.01),
+    "teeth.face_width_mm": ("mm", 0.05),
+    "generator.deflection_mm": ("mm", 0.001),
+    "flexspline.rim_thickness_mm": ("mm", 0.005),
+    "flexspline.wall_thickness_mm": ("mm", 0.005),
+    "flexspline.length_mm": ("mm", 0.05),
+}
+"""Dimensions of a drawing, each with its unit and the step of its derivative: the last digit that a
+drawing states, far above the rounding of the model."""
+
+MENDED_BY = (
+    "teeth.flexspline_shift",
+    "teeth.rigid_shift",
+    "teeth.tooth_height",
+    "teeth.engagement_depth",
+    "flexspline.rim_thickness_mm",
+    "teeth.face_width_mm",
+)
+"""What a designer changes first."""
+
+STEPS_MOST = 60
+"""Steps of a dimension that a hint may take: 0.6 modules of a shift, 3 mm of a face."""
+
+OVERSHOOT = 1.1
+"""Share of the linear change that is tried: margins bend."""
+
+HINTS_MOST = 3
+"""Changes that are told."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of a design's figures by one dimension, per unit of it."""
+
+    key: str
+    unit: str
+    value: float
+    lost_motion_arcmin: float
+    stiffness_Nm_per_rad: float
+    stress: float
+
+
+def with_dimension(drive: Drive, key: str, value: float) -> Drive:
+    """Return the drive with one number of its [design] replaced."""
+    document = copy.deepcopy(drive.document)
+    table, name = key.split(".")
+    document["design"][table][name] = value
+    return parse_drive(document, drive.file)
+
+
+def stated(drive: Drive, key: str) -> float | None:
+    """Return the plain number that the file has for a key; None where it has none."""
+    table, name = key.split(".")
+    found = drive.document.get("design", {}).get(table, {})
+    value = found.get(name) if isinstance(found, Mapping) else None
+    return float(value) if isinstance(value, int | float) and value is not True else None
+
+
+def figures_of(drive: Drive, reversal_Nm: float) -> tuple[float, float, float]:
+    """Lost motion in arcmin, stiffness at rated torque, and 1 / fatigue safety."""
+    model = design_model(drive)
+    stiffness = float(model.characteristic([drive.rated_torque_Nm]).stiffness_Nm_per_rad[0])
+    safety = next(c.value for c in model.checks() if c.name == "safety_factor")
+    return model.reversal_lost_motion(reversal_Nm) / ARCMIN, stiffness, 1.0 / safety
+
+
+def sensitivities(drive: Drive, reversal_Nm: float) -> list[Sensitivity]:
+    """Differentiate by every dimension that the file states, by central differences."""
+    found = []
+    for key, (unit, step) in DIMENSIONS.items():
+        value = stated(drive, key)
+        if value is None:
+            continue
+        try:
+            high = figures_of(with_dimension(drive, key, value + step), reversal_Nm)
+            low = figures_of(with_dimension(drive, key, value - step), reversal_Nm)
+        except LostMotionError:
+            continue  # at the end of its range, or where no drive can be built
+        slopes = [(a - b) / (2.0 * step) for a, b in zip(high, low, strict=True)]
+        if all(math.isfinite(slope) for slope in slopes):
+            found.append(Sensitivity(key, unit, value, *slopes))
+    return found
+
+
+@dataclass(frozen=True)
+class Hint:
+    """A change of one dimension, and the checks that are not kept after it."""
+
+    key: str
+    unit: str
+    value: float
+    to: float
+    broken: tuple[str, ...]
+
+
+def hints(drive: Drive) -> list[Hint]:
+    """Say which changes of one dimension mend the checks that are not kept.
+
+    Each was tried. Those after which every check is kept stand first, then those that leave the
+    fewest, the smallest change of a dimension first; a change that mends nothing is none.
+    """
+    now = margins(drive)
+    missed = {name: margin for name, margin in (now or {}).items() if margin < 0}
+    found: dict[str, tuple[int, float, Hint]] = {}
+    for key in MENDED_BY if missed else ():
+        value = stated(drive, key)
+        unit, step = DIMENSIONS[key]
+        near = None if value is None else margins(drive, key, value + step)
+        if value is None or near is None:
+            continue
+        for name, margin in missed.items():
+            slope = (near[name] - margin) / step
+            move = -OVERSHOOT * margin / slope if slope else math.inf
+            if abs(move) > STEPS_MOST * step:
+                continue
+            to = value + math.copysign(math.ceil(abs(move) / step) * step, move)
+            after = margins(drive, key, to)
+            if after is None or after[name] < 0:
+                continue
+            left = tuple(n for n, m in after.items() if m < 0)
+            rank = (len(left), abs(move) / step, Hint(key, unit, value, to, left))
+            if len(left) < len(missed) and (key not in found or rank[:2] < found[key][:2]):
+                found[key] = rank
+    return [hint for _, _, hint in sorted(found.values(), key=lambda r: r[:2])[:HINTS_MOST]]
+
+
+def margins(drive: Drive, key: str | None = None, value: float = 0.0) -> dict[str, float] | None:
+    """Margins of all checks but advice, with one dimension replaced; None where none can be had."""
+    try:
+        there = drive if key is None else with_dimension(drive, key, value)
+        checks = design_model(there).checks()
+    except LostMotionError:
+        return None
+    return {c.name: c.margin for c in checks if c.name not in ADVICE}
+
+
+def hint_sentence(hint: Hint) -> str:
+    """Say a hint."""
+    unit = f" {hint.unit}" if hint.unit else ""
+    state = f"{', '.join(hint.broken)} still broken" if hint.broken else "every check is kept"
+    return f"with {hint.key} = {hint.to:.4g}{unit} (now {hint.value:.4g}{unit}) {state}"

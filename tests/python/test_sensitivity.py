@@ -1,0 +1,73 @@
+"""Derivatives by the dimensions of a drawing, and changes that mend a broken check."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+
+import pytest
+
+from lostmotion.cli import main
+from lostmotion.design.textbook import textbook_drive
+from lostmotion.drives import Drive, format_toml, parse_drive
+from lostmotion.sensitivity import (
+    figures_of,
+    hint_sentence,
+    hints,
+    margins,
+    sensitivities,
+    with_dimension,
+)
+
+
+def drawn(**teeth: float) -> Drive:
+    document = copy.deepcopy(textbook_drive(20, 100, "discs")[0])
+    for name, change in teeth.items():
+        document["design"]["teeth"][name] += change
+    return parse_drive(document)
+
+
+def test_a_derivative_foretells_a_small_change() -> None:
+    drive = drawn()
+    before = figures_of(drive, 1.6)
+    for one in sensitivities(drive, 1.6):
+        if one.key not in ("flexspline.rim_thickness_mm", "teeth.face_width_mm"):
+            continue
+        change = 0.01 if one.key.startswith("flex") else 0.1
+        after = figures_of(with_dimension(drive, one.key, one.value + change), 1.6)
+        slopes = (one.lost_motion_arcmin, one.stiffness_Nm_per_rad, one.stress)
+        for a, b, slope in zip(after, before, slopes, strict=True):
+            assert a - b == pytest.approx(slope * change, rel=0.1, abs=1e-9)
+    assert {one.key for one in sensitivities(drive, 1.6)} >= {"teeth.rigid_shift"}
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"rigid_shift": -0.15}, {"engagement_depth": 0.3}, {"flexspline_shift": 0.3}]
+)
+def test_the_first_hint_mends_every_check(wrong: dict[str, float]) -> None:
+    drive = drawn(**wrong)
+    first = hints(drive)[0]
+    assert first.broken == ()
+    after = margins(with_dimension(drive, first.key, first.to))
+    assert after is not None
+    assert min(after.values()) >= 0
+    assert "every check is kept" in hint_sentence(first)
+
+
+def test_a_sound_drive_has_no_hint() -> None:
+    assert hints(drawn()) == []
+
+
+def test_predict_prints_hints_and_sensitivity(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "drive.toml"
+    file.write_text(format_toml(drawn(rigid_shift=-0.15).document))
+    assert main(["predict", str(file), "--sensitivity"]) == 0
+    out = capsys.readouterr().out
+    assert "hint: with teeth." in out
+    assert "change for one unit of a dimension" in out
+    assert main(["predict", str(file), "--json", "-"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert {one["key"] for one in answer["sensitivity"]} >= {"teeth.face_width_mm"}
