@@ -11,6 +11,7 @@ import logging
 import os
 import stat
 import tempfile
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -151,6 +152,27 @@ def is_stream(path: str | Path) -> bool:
         return False
 
 
+REPLACE_TRIES = 20
+"""How often a file is renamed where Windows says that another program has the place: virus scanners
+and indexers hold a new file for a moment. Chosen: one second, as in the C part."""
+
+REPLACE_WAIT_S = 0.05
+"""Time between two of them."""
+
+
+def replace(beside: str | Path, place: str | Path) -> None:
+    """Rename a file onto its place, in one step."""
+    for _ in range(REPLACE_TRIES - 1):
+        try:
+            os.replace(beside, place)
+            return
+        except PermissionError:
+            if os.name != "nt":
+                raise
+        time.sleep(REPLACE_WAIT_S)
+    os.replace(beside, place)
+
+
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write a file beside its place and rename it, so that nobody ever sees half of it.
 
@@ -181,7 +203,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         mask = os.umask(0)
         os.umask(mask)
         os.chmod(beside, 0o666 & ~mask)
-        os.replace(beside, place)
+        replace(beside, place)
         LOG.info("wrote %s, %d bytes", path, len(data))
     except OSError as error:
         raise InputError(path, "", reason(error), "a place to write to") from None

@@ -213,9 +213,11 @@ def search_designs(folder: Path) -> dict[str, SearchResult] | str:
                 spec = folder / SPECS / f"{name.replace(' ', '_')}.toml"
                 short = Path(place) / spec.name
                 text = re.sub(
-                    r"(?m)^evaluations = \d+", f"evaluations = {evaluations}", spec.read_text()
+                    r"(?m)^evaluations = \d+",
+                    f"evaluations = {evaluations}",
+                    spec.read_text(encoding="utf-8"),
                 )
-                short.write_text(text)
+                short.write_text(text, encoding="utf-8")
                 found[name] = search(short, short.with_suffix(""))
     except InputError:
         raise

@@ -276,7 +276,7 @@ def _close_up(document: Mapping[str, Any]) -> str:
 
 
 def _history_figure(result: SearchResult) -> Figure:
-    with (result.folder / "history.csv").open(newline="") as stream:
+    with (result.folder / "history.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     at = np.array([float(row["evaluations"]) for row in rows])
     # Before the first design that keeps all limits there is no best: its cell is empty.
@@ -545,7 +545,7 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
 
 
 def _combination_lines(folder: Path) -> list[str]:
-    with (folder / "combinations.csv").open(newline="") as stream:
+    with (folder / "combinations.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     lines = []
     for row in rows[:LISTED_MAX]:

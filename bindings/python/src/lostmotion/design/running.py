@@ -303,9 +303,9 @@ class _Run:
         if self.lib.lm_read_best(self.search, best):
             document = self.designs.drive(best.combination, best.unit)
             write_whole(self.folder / "best.toml", format_toml(document))
-            certificate = json.loads((self.folder / "certificate.json").read_text())
+            certificate = json.loads((self.folder / "certificate.json").read_text(encoding="utf-8"))
         elif status == FAILED and (self.folder / "infeasible.json").is_file():
-            infeasible = json.loads((self.folder / "infeasible.json").read_text())
+            infeasible = json.loads((self.folder / "infeasible.json").read_text(encoding="utf-8"))
         p = self.ffi.new("lm_progress *")
         self.lib.lm_read_progress(self.search, p)
         result = SearchResult(
