@@ -884,6 +884,10 @@ static void conditions_end_at_the_range_that_was_fitted(void) {
   TEST_ASSERT_TRUE(step(20).lost_motion_rad == warm_rad);
   at.temperature_C = LM_UNKNOWN;
   TEST_ASSERT_EQUAL(LM_STATE_CONDITION_MISSING, step(20).status & judged);
+  parameters.valid.temperature_C[0] = 0; /* a range that begins at zero is one */
+  at.temperature_C = 400;
+  TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED, step(20).status & judged);
+  TEST_ASSERT_TRUE(step(20).lost_motion_rad == warm_rad);
   at.temperature_C = 20;
   TEST_ASSERT_EQUAL(0, step(40).status & judged);
   TEST_ASSERT_EQUAL(LM_STATE_EXTRAPOLATED, step(41).status & judged);
@@ -1077,6 +1081,40 @@ static void narrower_parameters_are_in_force_in_the_end(void) {
   }
 }
 
+/* A motion that is faster than the new limit of velocity, or about to be, ends under the old one.
+ */
+static void a_velocity_beyond_the_new_limit_is_told(void) {
+  lm_parameters slow = parameters;
+  int moment;
+  for (moment = 1; moment < 40; ++moment) {
+    lm_real velocity_rad_s;
+    int share;
+    for (share = 0; share < 2; ++share) {
+      TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
+      velocity_rad_s = rest(70, moment).velocity_rad_s;
+      velocity_rad_s = velocity_rad_s < 0 ? -velocity_rad_s : velocity_rad_s;
+      slow.limits.velocity_rad_s = velocity_rad_s * (share ? LM_REAL(1.001) : LM_REAL(0.9));
+      TEST_ASSERT_EQUAL(LM_OK, lm_change_parameters(&joint, &slow, &fault));
+      if (!share) {
+        TEST_ASSERT_TRUE(joint.standing & LM_STATE_HEADROOM_SHORT);
+      }
+      (void)rest(70, 20000);
+      TEST_ASSERT_EQUAL(0, joint.standing & LM_STATE_HEADROOM_SHORT);
+    }
+  }
+}
+
+/* Whichever way the swings began. */
+static void ringing_is_told_in_either_direction(void) {
+  int side;
+  parameters.watch.ringing_Hz = 5;
+  for (side = -1; side <= 1; side += 2) {
+    TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
+    (void)shake(LM_REAL(15 * side), 2);
+    TEST_ASSERT_TRUE(joint.standing & LM_STATE_RINGING);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(at_rest_the_correction_takes_the_lost_motion_out);
@@ -1123,6 +1161,8 @@ int main(void) {
   RUN_TEST(a_fade_of_a_standing_axis_creeps);
   RUN_TEST(a_shared_zero_makes_what_stands_count);
   RUN_TEST(ringing_is_told_and_ends);
+  RUN_TEST(ringing_is_told_in_either_direction);
+  RUN_TEST(a_velocity_beyond_the_new_limit_is_told);
   RUN_TEST(noise_does_not_ring);
   RUN_TEST(narrower_parameters_are_in_force_in_the_end);
   return UNITY_END();

@@ -241,6 +241,13 @@ static void every_limit_is_checked(void) {
   expect(LM_OUT_OF_RANGE, "noise_rad");
   parameters.watch.misfit_rad = 0;
   expect(LM_OUT_OF_RANGE, "misfit_rad");
+  parameters.valid.cycles[1] = LM_REAL(2e12);
+  expect(LM_OUT_OF_RANGE, "valid.cycles");
+  parameters.valid.temperature_C[0] = 50;
+  parameters.valid.temperature_C[1] = 10;
+  expect(LM_INCONSISTENT, "valid.temperature_C");
+  parameters.valid.input_velocity_rad_s[0] = 1;
+  expect(LM_INCONSISTENT, "valid.input_velocity_rad_s");
   parameters.curve.count = 1;
   expect(LM_OUT_OF_RANGE, "count");
   parameters.plays.inside_share = 1;

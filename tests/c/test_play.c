@@ -434,6 +434,10 @@ static void a_damaged_bank_is_found_out(void) {
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
   TEST_ASSERT_EQUAL_STRING("padding", fault.input);
   bank = good;
+  bank.widens = 0; /* some band does */
+  TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
+  TEST_ASSERT_EQUAL_STRING("widens", fault.input);
+  bank = good;
   bank.outside_rad_per_Nm *= 2;
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_check_play_bank(&bank, slope, &fault));
   TEST_ASSERT_EQUAL_STRING("outside_rad_per_Nm", fault.input);
