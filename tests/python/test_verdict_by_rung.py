@@ -18,6 +18,7 @@ from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.formula import written_formula
 from lostmotion.effects.library import library
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.fitted_range import beyond, in_words
 from lostmotion.fit.terms import Term
 from lostmotion.report.discovery import verdict_sentence
 
@@ -125,3 +126,13 @@ def test_export_refuses_a_value_at_its_bound_but_with_force(
     assert parse_drive(tomllib.loads(within)).effects
     drive.write_text(within)
     assert main(arguments) == 0
+
+
+def test_a_prediction_beyond_the_fitted_range_is_marked_with_the_factor() -> None:
+    fitted = {"torque_Nm": [-10.0, 10.0], "temperature_C": [20.0, 20.0]}
+    assert beyond(fitted, {"torque_Nm": [-4.0, 4.0], "temperature_C": [20.0, 20.0]}) == {}
+    far = beyond(fitted, {"torque_Nm": [-16.0, 4.0], "temperature_C": [20.0, 40.0]})
+    assert far == {"torque": 1.6, "temperature": None}
+    assert in_words(far) == (
+        "1.6 times the fitted range of torque, temperature fitted at one value alone"
+    )

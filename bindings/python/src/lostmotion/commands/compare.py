@@ -10,6 +10,7 @@ from lostmotion.characterize.printed import NAMES, cells, flat
 from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.fit.drive_file import SAMPLES_LEAST
+from lostmotion.fit.fitted_range import in_words
 from lostmotion.fit.forms import WORDS
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import QUANTITIES, recording_files
@@ -67,6 +68,14 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
     )
     if answer["heldout_by"] == "runs not fitted":
         print(f"predicted           {shown(answer['heldout_rms_arcsec'])}", file=out)
+        if far := in_words(answer["beyond_fitted_range"]):
+            print(f"  (beyond: {far})", file=out)
+        if answer["least_amplitude_ratio"] < 1.0:
+            print(
+                f"  (loops of {answer['least_amplitude_ratio']:.2g} times the least amplitude that "
+                "was fitted)",
+                file=out,
+            )
     else:
         held = f"held out by {answer['heldout_by']}"
         print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}", file=out)

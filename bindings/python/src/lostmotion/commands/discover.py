@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -331,7 +331,10 @@ def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
     """Print what is known of a rung beside its errors: by condition, gain, what it makes worse."""
     by = rung.get("heldout_by_condition", {})
     if by:
-        parts = [f"{name} {one['rms_heldout_arcsec']:.2f}" for name, one in by.items()]
+        parts = [
+            f"{name} {one['rms_heldout_arcsec']:.2f}{extrapolated(name, one['settings'])}"
+            for name, one in by.items()
+        ]
         print(f"{indent}left out by condition: {', '.join(parts)}", file=out)
     if "gain_arcsec" in rung:
         low, high = rung["gain_interval_arcsec"]
@@ -347,6 +350,18 @@ def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
             f"{one['rms_heldout_arcsec']:.2f} arcsec, predicted from the other settings",
             file=out,
         )
+
+
+OWN_RANGE = {"amplitude": "torque", "temperature": "temperature", "speed": "speed"}
+"""The range that a condition itself goes beyond when one of its settings is left out."""
+
+
+def extrapolated(condition: str, settings: Sequence[Mapping[str, Any]]) -> str:
+    """Say how far beyond the fitted range the settings of a condition are predicted."""
+    own = OWN_RANGE.get(condition)
+    far = [one["beyond_fitted_range"].get(own) for one in settings]
+    most = max((times for times in far if times is not None), default=None)
+    return "" if most is None else f" (up to {most:.2g} times the fitted range)"
 
 
 def confidence_text(confidence: float) -> str:

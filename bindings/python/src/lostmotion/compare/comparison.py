@@ -27,6 +27,7 @@ from lostmotion.errors import InputError, given_as
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
+from lostmotion.fit.fitted_range import beyond, fitted_ranges
 from lostmotion.fit.forms import Friction
 from lostmotion.fit.model_result import ModelResult
 from lostmotion.hold_against import hold_against
@@ -127,6 +128,21 @@ class Comparison(ModelResult):
         unseen = ~self.seen[self.run_of]
         return rms_of(self.heldout_rad[unseen] if unseen.any() else self.heldout_rad)
 
+    def beyond_fitted_range(self) -> dict[str, float | None]:
+        """How far the predicted runs go beyond the fitted ones, see `fit.fitted_range.beyond`."""
+        fitted = self.seen[self.run_of]
+        if fitted.all():
+            return {}
+        c = self.base.conditions
+        return beyond(fitted_ranges(c, fitted), fitted_ranges(c, ~fitted))
+
+    def least_amplitude_ratio(self) -> float:
+        """Least amplitude of a predicted run over the least of the fitted ones."""
+        sizes = np.maximum.reduceat(np.abs(self.torque_Nm), self.starts[:-1])
+        if self.seen.all():
+            return 1.0
+        return float(sizes[~self.seen].min() / sizes[self.seen].min())
+
     @cached_property
     def standard_figures(self) -> dict[str, StandardFigures]:
         """Standard figures of the measured and of the modelled loops, found in the same way."""
@@ -199,6 +215,8 @@ class Comparison(ModelResult):
             ],
             "unfitted_rms_arcsec": self.as_it_stands_rms_rad / ARCSEC,
             "heldout_by": self.heldout_by,
+            "beyond_fitted_range": self.beyond_fitted_range(),
+            "least_amplitude_ratio": self.least_amplitude_ratio(),
             "friction": self.friction,
             "frictions": {
                 name: {"rms_arcsec": rms / ARCSEC, "heldout_rms_arcsec": heldout / ARCSEC}

@@ -23,12 +23,8 @@ from lostmotion.discover.ladder import make_rungs, told
 from lostmotion.discover.linearise import Settled
 from lostmotion.discover.stepwise_fit import EstimatedValues, fit_stepwise
 from lostmotion.discover.terms import contest_of_term
-from lostmotion.drives import (
-    FIT_RANGES,
-    Drive,
-)
+from lostmotion.drives import Drive
 from lostmotion.effects.columns import constant_columns
-from lostmotion.effects.conditions import Conditions
 from lostmotion.effects.effect import Effect, find_effect
 from lostmotion.effects.formula import written_formula
 from lostmotion.effects.library import library
@@ -42,6 +38,7 @@ from lostmotion.fit.drive_file import (
     require_samples,
 )
 from lostmotion.fit.few_readings import fit_few_readings
+from lostmotion.fit.fitted_range import fitted_ranges
 from lostmotion.fit.forms import Friction, friction_form
 from lostmotion.fit.model_result import ModelResult
 from lostmotion.hold_against import hold_against
@@ -204,16 +201,6 @@ class FittedModel(ModelResult):
         if not document["effect"]:
             del document["effect"]
         return document
-
-
-def fitted_ranges(conditions: Conditions) -> dict[str, list[float]]:
-    """Least and greatest of what the fit has seen, by the keys of ``[fit.ranges]``."""
-    found = {}
-    for key in FIT_RANGES:
-        column = conditions.columns.get(key.replace("rad_per_s", "rad_s"))
-        if column is not None:
-            found[key] = [float(np.min(column)), float(np.max(column))]
-    return found
 
 
 @one_thread()

@@ -16,7 +16,9 @@ import numpy.typing as npt
 
 from lostmotion import rules
 from lostmotion.discover.measured_conditions import Setting, settings_of
+from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import BaselineModel
+from lostmotion.fit.fitted_range import beyond, fitted_ranges
 from lostmotion.fit.held_out import LeftOut
 
 FloatArray = npt.NDArray[np.float64]
@@ -73,12 +75,22 @@ class Rung:
             condition: {
                 "rms_heldout_arcsec": self.rms_of(settings),
                 "settings": [
-                    {"setting": str(one), "rms_heldout_arcsec": self.rms_of([one])}
+                    {
+                        "setting": str(one),
+                        "rms_heldout_arcsec": self.rms_of([one]),
+                        "beyond_fitted_range": beyond_others(self.model.conditions, one),
+                    }
                     for one in settings
                 ],
             }
             for condition, settings in found.items()
         }
+
+
+def beyond_others(c: Conditions, setting: Setting) -> dict[str, float | None]:
+    """How far a setting is beyond the runs of the others, in times their range."""
+    mine = np.isin(c.run_of, setting.runs)
+    return beyond(fitted_ranges(c, ~mine), fitted_ranges(c, mine))
 
 
 def make_rungs(models: Sequence[BaselineModel]) -> list[Rung]:

@@ -1,0 +1,71 @@
+"""What a fit has seen, and how far a prediction goes beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from lostmotion.drives import FIT_RANGES
+from lostmotion.effects.conditions import Conditions
+
+BEYOND = {
+    "torque_Nm": "torque",
+    "temperature_C": "temperature",
+    "input_velocity_rad_per_s": "speed",
+}
+"""Keys of the ranges that a prediction is held against, and what they are called."""
+
+LEAST_BEYOND = 1.01
+"""Times the fitted range from which on it is said: less is the noise of a reading (chosen)."""
+
+
+def fitted_ranges(
+    conditions: Conditions, rows: npt.NDArray[np.bool_] | None = None
+) -> dict[str, list[float]]:
+    """Least and greatest of what samples have, all of them by default, by the keys of a fit."""
+    found = {}
+    for key in FIT_RANGES:
+        column = conditions.columns.get(key.replace("rad_per_s", "rad_s"))
+        if column is not None:
+            seen = column if rows is None else column[rows]
+            found[key] = [float(np.min(seen)), float(np.max(seen))]
+    return found
+
+
+def beyond(
+    fitted: Mapping[str, Sequence[float]], predicted: Mapping[str, Sequence[float]]
+) -> dict[str, float | None]:
+    """How far a prediction goes beyond what was fitted, in times its range.
+
+    1.5: half as far again from the middle of the fitted range as that reaches. None: it was fitted
+    at one value alone, and is predicted at another.
+
+    Returns
+    -------
+    dict
+        By torque, temperature and speed; only what is beyond.
+    """
+    found: dict[str, float | None] = {}
+    for key, name in BEYOND.items():
+        if key not in fitted or key not in predicted:
+            continue
+        low, high = fitted[key]
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        reach = max(abs(end - middle) for end in predicted[key])
+        if half == 0.0 and reach > 0.0:
+            found[name] = None
+        elif reach > LEAST_BEYOND * half:
+            found[name] = float(reach / half)
+    return found
+
+
+def in_words(factors: Mapping[str, float | None]) -> str:
+    """Say it: ``1.6 times the fitted range of torque, temperature fitted at one value alone``."""
+    return ", ".join(
+        f"{name} fitted at one value alone"
+        if times is None
+        else f"{times:.2g} times the fitted range of {name}"
+        for name, times in factors.items()
+    )
