@@ -329,7 +329,8 @@ def _compare(
     inside = given or BaselineModel(Conditions(campaign), float(np.max(np.abs(torque))), backbone)
     c = inside.conditions
     measured = c.lost_motion - c.run_mean(c.lost_motion)[c.run_of]
-    stands = backbone(torque) / ARCSEC if inside.hysteresis.unfitted else inside.at().angle
+    as_sheet = inside.hysteresis.unfitted and not inside.terms
+    stands = backbone(torque) / ARCSEC if as_sheet else inside.at().angle
     stands = measured - (stands - c.run_mean(stands)[c.run_of])
     seen = runs_to_fit(campaign, fit_on)
     rows = None if seen.all() else seen[c.run_of]
