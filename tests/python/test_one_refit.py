@@ -66,3 +66,17 @@ def test_the_value_is_the_hidden_one_within_its_standard_error(
     off = first["parameters"]["gap_rad_per_K"] - 0.3 * ARCSEC
     assert 0 < error < 0.03 * ARCSEC
     assert abs(off) < 4 * error
+
+
+def test_fit_marks_an_effect_that_is_not_significant(
+    answers: tuple[Diagnosis, FittedModel, Comparison],
+) -> None:
+    written = io.StringIO()
+    show_fit(answers[1], "fitted.toml", written)
+    assert "not significant" not in written.getvalue()
+    made_up = fit_model(
+        parse_drive(tomllib.loads(DRIVE)), campaign(), add="size_rad * cos(7*input_angle_rad)"
+    )
+    written = io.StringIO()
+    show_fit(made_up, "fitted.toml", written)
+    assert "not significant: formula_1 (p = " in written.getvalue()

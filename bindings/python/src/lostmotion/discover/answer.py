@@ -75,6 +75,15 @@ class Diagnosis(ModelResult):
             raise InputError("diagnosis", "", "no model: it was made of evidence", "recordings")
         return self.models[-1]
 
+    def errors_by_name(self) -> dict[str, float]:
+        """Standard errors of the values of effects that were found, by the names of these."""
+        return {
+            f"{candidate['name']}.{name}": error
+            for candidate in self.candidates
+            if candidate["name"] in self.effects
+            for name, error in candidate.get("standard_errors", {}).items()
+        }
+
     def plot_ladder(self) -> Any:
         """Draw how the error falls with each effect; a Plotly figure."""
         return figures.ladder(self.ladder, self.noise_floor_arcsec)

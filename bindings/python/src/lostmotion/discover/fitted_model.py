@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.backbone import Backbone
 from lostmotion.discover.answer import not_fitted
 from lostmotion.discover.baseline_fit import fit_baseline, form_beside_effects
-from lostmotion.discover.gates import accepted
 from lostmotion.discover.ladder import make_rungs, told
 from lostmotion.discover.linearise import Settled
 from lostmotion.discover.stepwise_fit import EstimatedValues, fit_stepwise
@@ -58,7 +58,7 @@ class Significance:
     p : float
         Of the F test.
     significant : bool
-        Whether it passes the gates of `diagnose`, as a single test.
+        Whether that is below `rules.P_LIMIT`.
     """
 
     p: float
@@ -284,7 +284,7 @@ def significance(settled: Settled) -> dict[str, Significance]:
             contest, name = contest_of_term(settled, place)
             result = contest.test(name)
             p = 1.0 if result is None else result.p
-            found[name] = Significance(p, result is not None and accepted(result, 1))
+            found[name] = Significance(p, p <= rules.P_LIMIT)
     return found
 
 

@@ -76,15 +76,25 @@ class StepwiseFit:
     Attributes
     ----------
     models : list of BaselineModel
-    noise : Noise
-        Beside the last of them.
-    settled : Settled
-        The last one at the deviations of its runs, with the evidence of its columns.
+    first : Settled
+        The first of them at the deviations of its runs, with the evidence of its columns.
+    effects : mapping
+        That may be missing.
+    ratio : float
+        Of the drive.
     """
 
     models: list[BaselineModel]
-    noise: Noise
-    settled: Settled
+    first: Settled
+    effects: Mapping[str, Effect]
+    ratio: float
+
+    @cached_property
+    def settled(self) -> Settled:
+        """The last model at the deviations of its runs; its noise is estimated beside it."""
+        if len(self.models) == 1:
+            return self.first
+        return measure_noise(self.model, self.effects, self.ratio)
 
     @property
     def model(self) -> BaselineModel:
@@ -94,7 +104,7 @@ class StepwiseFit:
     @cached_property
     def within_arcsec(self) -> float:
         """Noise within runs."""
-        return noise_rms(self.noise, self.model)
+        return noise_rms(self.settled.noise, self.model)
 
     @cached_property
     def floor_arcsec(self) -> float:
@@ -131,15 +141,12 @@ def fit_stepwise(
     progress : callable, optional
         Called with the number of each effect when its turn comes.
     """
-    settled = known or measure_noise(base, effects, ratio)
-    noise = settled.noise
+    first = known or measure_noise(base, effects, ratio)
     models = [base]
     for number, effect in enumerate(add):
         progress(number)
-        models.append(with_effect(models[-1], noise, effect, ratio))
-    if add:
-        settled = measure_noise(models[-1], effects, ratio)
-    return StepwiseFit(models, settled.noise, settled)
+        models.append(with_effect(models[-1], first.noise, effect, ratio))
+    return StepwiseFit(models, first, effects, ratio)
 
 
 def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> BaselineModel:
