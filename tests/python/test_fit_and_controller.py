@@ -10,6 +10,7 @@ import pytest
 
 from lostmotion.core import core
 from lostmotion.discover.fitted_model import FittedModel, fit_model
+from lostmotion.discover.stepwise_fit import EstimatedValues
 from lostmotion.drives import PLAY_ENVELOPE, PLAY_KNEE, format_toml, read_drive
 from lostmotion.effects.conditions import RATE_WINDOW, Conditions
 from lostmotion.effects.library import library
@@ -135,11 +136,7 @@ def fitted_file(base: BaselineModel, folder: Path) -> Path:
         [rung],
         1.0,
         1.0,
-        list(named),
-        np.array(list(named.values())),
-        np.zeros(count),
-        np.zeros((count, count)),
-        [],
+        EstimatedValues(list(named), np.array(list(named.values())), np.zeros((count, count)), []),
     )
     (folder / "joint.toml").write_text(DRIVE)
     document = model.document(read_drive(folder / "joint.toml"))

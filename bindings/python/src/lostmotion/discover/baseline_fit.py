@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion import rules
 from lostmotion.discover.baseline_form import ChosenForm, choose_form, form_beside
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.forms import Friction, in_form
+from lostmotion.fit.forms import Friction, friction_form, in_form
 
 
 @dataclass
@@ -74,10 +75,17 @@ def finish_baseline(
     *,
     rows: npt.NDArray[np.bool_] | None = None,
 ) -> BaselineFit:
-    """Do what `fit_baseline` does behind the first fit."""
-    outliers = clean_outliers(base)
+    """Do what `fit_baseline` does behind the first fit.
+
+    Where runs are only predicted nothing of them is set aside, and fewer than `rules.RUNS_LEAST`
+    others do not carry a form more to them: as they do not carry the name of an effect.
+    """
+    outliers = clean_outliers(base) if rows is None else 0
     if outliers:
         base.fit(rows=rows)
+    if rows is not None and form is None:
+        fitted = int(np.count_nonzero(np.add.reduceat(rows, base.conditions.starts[:-1])))
+        form = friction_form(base) if fitted < rules.RUNS_LEAST else None
     return BaselineFit(base, choose_form(base, effects, ratio, form=form, rows=rows), outliers)
 
 
