@@ -519,7 +519,8 @@ lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const
     lm_keep_worst_load(&gapless[p].load, p == 0, &load);
   }
   if (status == LM_OK) {
-    status = lm_make_face(drive, edges_of(drive), scan->nodes, workspace->face, fault);
+    status = lm_make_face_like(drive, edges_of(drive), scan->nodes, &workspace->meshes[0],
+                               workspace->face, fault);
   }
   if (status == LM_OK) {
     status = lm_check_design(drive, workspace->face, edges_of(drive), &apart, &load, check, fault);

@@ -264,6 +264,37 @@ static void find_nearest(const lm_clearance clearances[], int count, lm_real lim
   }
 }
 
+/* Of conjugate flanks many pairs touch first, and rounding decides which: the mean angle of the
+ * pairs of a flank, each weighted by exp(-(gap beyond the nearest) / CLOSE_RAD). Chosen: pairs
+ * further off than 0.2 arcmin, a third of the lost motion of catalogues at 4 % of rated torque,
+ * hardly count. */
+#define CLOSE_RAD (LM_PI / LM_REAL(216000)) /* 0.05 arcmin */
+
+typedef struct mean_angle {
+  lm_real weight;
+  lm_real sum;
+} mean_angle;
+
+static void add_angle(mean_angle *mean, const lm_gap *gap, lm_real nearest_rad) {
+  if (gap->gap_rad - nearest_rad < LM_REAL(20) * CLOSE_RAD) {
+    const lm_real weight = real_exp((nearest_rad - gap->gap_rad) / CLOSE_RAD);
+    mean->weight += weight;
+    mean->sum += weight * gap->flank_angle_rad;
+  }
+}
+
+static void average_nearest(const lm_clearance clearances[], int count, lm_real limit_rad,
+                            const nearest *forward, const nearest *backward,
+                            mean_angle *forward_mean, mean_angle *backward_mean) {
+  int i;
+  for (i = 0; i < count; i++) {
+    if (real_fabs(clearances[i].angle_rad) <= limit_rad + EDGE) {
+      add_angle(forward_mean, &clearances[i].forward, forward->gap_rad);
+      add_angle(backward_mean, &clearances[i].backward, backward->gap_rad);
+    }
+  }
+}
+
 /* What builds the list of contacts. */
 typedef struct builder {
   const lm_drive *drive;
@@ -413,6 +444,16 @@ static lm_status build_contacts(const lm_drive *drive, lm_real phase_rad, lm_mes
   w->foundation.sections = drive->axial_sections;
   w->foundation.lobes = b.lobes;
   twist_between_sections(drive, g, &w->foundation);
+  if (status == LM_OK && w->meshes[0].rigid_kind == LM_FLANK_CONJUGATE) {
+    mean_angle ahead = {LM_REAL(0), LM_REAL(0)};
+    mean_angle behind = {LM_REAL(0), LM_REAL(0)};
+    for (i = 0; i < drive->axial_sections; i++) {
+      average_nearest(w->clearances[i], count, drive->support.engagement_limit_rad, &forward,
+                      &backward, &ahead, &behind);
+    }
+    forward.flank_angle_rad = ahead.sum / ahead.weight;
+    backward.flank_angle_rad = behind.sum / behind.weight;
+  }
   state->pairs = b.count;
   state->flank_angle_rad = (forward.flank_angle_rad + backward.flank_angle_rad) / LM_REAL(2);
   state->radius_mm = g->mean_mm;

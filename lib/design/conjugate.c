@@ -6,13 +6,16 @@
 
 /* Rates of a tooth's motion by central differences: third order of a smooth wave leaves 1e-6 of
  * them (float32: 2e-5, about its rounding), which moves the maximum by as much and its value by the
- * square. The search for the maximum ends where a step no longer counts in the value. */
+ * square. The search for the maximum ends where a step no longer counts in the value. A point on
+ * the edge of the land, but for rounding, still has the flank's tangent. */
 #if LM_REAL_BITS == 32
 #define RATE_STEP LM_REAL(4e-3)
 #define CLIMB_END LM_REAL(1e-3)
+#define LAND_SLACK LM_REAL(1e-3)
 #else
 #define RATE_STEP LM_REAL(1e-3)
 #define CLIMB_END LM_REAL(1e-7)
+#define LAND_SLACK LM_REAL(1e-7)
 #endif
 
 /* Angles at which all maxima are looked for; a tooth is out of mesh beyond the last one. */
@@ -20,11 +23,13 @@
 #define SCAN_STEP (LM_PI / LM_REAL(72)) /* 2.5 deg */
 
 /* Nodes of the flank before corners are added, and how many apart all maxima are looked for. */
-#define NODES 40
+#define NODES 28
 #define SCAN_EVERY 4
 
-/* Bisections of a corner's place. */
-#define CORNER_STEPS 10
+/* Bisections of a corner's place, until the straight line across it misses less than this, modules.
+ */
+#define CORNER_STEPS 14
+#define CORNER_MODULES LM_REAL(2e-7)
 
 /* Maxima further apart than this belong to different zones. */
 #define SAME_ZONE (LM_PI / LM_REAL(36)) /* 5 deg */
@@ -42,6 +47,7 @@ typedef struct generation {
   const lm_flank *flank;
   const lm_geometry *geometry;
   const lm_neutral_line *line;
+  lm_flank_foot tip;
   lm_placement scan[2 * SCAN_HALF + 1];
 } generation;
 
@@ -129,7 +135,7 @@ static lm_flank_foot foot_on(const generation *g, const lm_placement *place, lm_
   }
 }
 
-#define FOOT_STEPS 3
+#define FOOT_STEPS 2
 #define ROUGH_STEPS 1
 
 /* --- the greatest angle on a radius --------------------------------------------------------------
@@ -140,6 +146,7 @@ typedef struct maker {
   lm_real angle; /* material angle of the tooth */
   lm_real theta;
   lm_real slope; /* of theta by the radius */
+  lm_real bend;  /* slope of the slope by the angle, on the radius; 0: not known */
   lm_contact_part part;
   int piece; /* of the flexspline's flank */
 } maker;
@@ -149,15 +156,16 @@ static lm_real along_radius(const swept_point *p) {
   return p->theta_phi - p->theta_u * p->radius_phi / p->radius_u;
 }
 
-static maker make_here(const generation *g, lm_real angle, lm_real radius, lm_real *slope) {
-  const motion m = move_tooth(g, angle);
-  const lm_flank_foot foot = foot_on(g, &m.place, radius, FOOT_STEPS);
-  const swept_point p = sweep(&m, &foot);
+static maker make_here(const generation *g, const motion *m, lm_real angle, lm_real radius,
+                       lm_real *slope) {
+  const lm_flank_foot foot = foot_on(g, &m->place, radius, FOOT_STEPS);
+  const swept_point p = sweep(m, &foot);
   maker found;
   int i;
   found.angle = angle;
   found.theta = p.theta_rad + p.theta_u / p.radius_u * (radius - p.radius_mm);
   found.slope = p.theta_u / p.radius_u;
+  found.bend = LM_REAL(0);
   found.part = LM_PART_FLANK;
   found.piece = 0;
   for (i = 0; i < g->flank->joints; i++) {
@@ -169,13 +177,12 @@ static maker make_here(const generation *g, lm_real angle, lm_real radius, lm_re
 
 /* Where the tip's corner passes a radius, near an angle: Newton. */
 static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real *inside) {
-  const lm_flank_foot tip = lm_evaluate_flank(g->flank, g->flank->high_mm);
   swept_point p;
   maker found;
   int i;
   for (i = 0;; i++) {
     const motion m = move_tooth(g, angle);
-    p = sweep(&m, &tip);
+    p = sweep(&m, &g->tip);
     if (i == 4) {
       break;
     }
@@ -184,6 +191,7 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
   found.angle = angle;
   found.theta = p.theta_rad;
   found.slope = p.theta_phi / p.radius_phi;
+  found.bend = LM_REAL(0);
   found.part = LM_PART_TIP;
   found.piece = g->flank->joints + 1;
   /* Above 0: the flank reaches further before the corner gets here. */
@@ -192,49 +200,48 @@ static maker tip_on(const generation *g, lm_real angle, lm_real radius, lm_real 
 }
 
 static int reaches(const generation *g, const lm_placement *place, lm_real radius) {
-  const lm_flank_foot tip = lm_evaluate_flank(g->flank, g->flank->high_mm);
-  return polar_radius(place, &tip) > radius;
+  return polar_radius(place, &g->tip) > radius;
 }
 
-/* Newton with the slope of a chord from an angle near the maximum; steps that leave the mesh end at
- * the tip. */
+/* Newton with the slope of a chord from an angle near the maximum, the first step with a slope that
+ * a neighbour has left; steps that leave the mesh end at the tip. */
 #define CLIMB_STEPS 5
 #define STEP_MAX (LM_PI / LM_REAL(60)) /* 3 deg */
 
-static maker climb(const generation *g, lm_real angle, lm_real radius) {
+static lm_real next_step(lm_real slope, lm_real bend, lm_real otherwise) {
+  lm_real step = slope > LM_REAL(0) ? otherwise : -otherwise;
+  if (bend < LM_REAL(0)) {
+    step = -slope / bend;
+  }
+  step = step > STEP_MAX ? STEP_MAX : step;
+  return step < -STEP_MAX ? -STEP_MAX : step;
+}
+
+static maker climb(const generation *g, lm_real angle, lm_real radius, lm_real bend) {
+  motion m = move_tooth(g, angle);
   lm_real slope;
-  maker at = make_here(g, angle, radius, &slope);
-  lm_real last_slope = slope;
-  lm_real last_angle = angle;
-  lm_real step = slope > LM_REAL(0) ? LM_REAL(0.25) * SCAN_STEP : LM_REAL(-0.25) * SCAN_STEP;
+  maker at = make_here(g, &m, angle, radius, &slope);
+  lm_real step = next_step(slope, bend, SCAN_STEP / LM_REAL(4));
   int i;
-  for (i = 0; i < CLIMB_STEPS; i++) {
-    lm_placement place;
-    step = step > STEP_MAX ? STEP_MAX : step;
-    step = step < -STEP_MAX ? -STEP_MAX : step;
-    place = lm_place_tooth(g->line, at.angle + step);
-    if (!reaches(g, &place, radius)) {
+  at.bend = bend;
+  for (i = 0; i < CLIMB_STEPS && real_fabs(step) > CLIMB_END; i++) {
+    const lm_real last_slope = slope;
+    const lm_real last_angle = at.angle;
+    lm_real chord;
+    m = move_tooth(g, at.angle + step);
+    if (!reaches(g, &m.place, radius)) {
       lm_real inside;
       const maker tip = tip_on(g, at.angle + step, radius, &inside);
       if (!(inside > LM_REAL(0))) {
         return tip;
       }
       step = (tip.angle - at.angle) / LM_REAL(2);
+      m = move_tooth(g, at.angle + step);
     }
-    last_angle = at.angle;
-    last_slope = slope;
-    at = make_here(g, at.angle + step, radius, &slope);
-    {
-      const lm_real bend = (slope - last_slope) / (at.angle - last_angle);
-      if (bend < LM_REAL(0)) {
-        step = -slope / bend;
-      } else {
-        step = slope > LM_REAL(0) ? SCAN_STEP / LM_REAL(2) : -SCAN_STEP / LM_REAL(2);
-      }
-    }
-    if (real_fabs(step) < CLIMB_END) {
-      break;
-    }
+    at = make_here(g, &m, at.angle + step, radius, &slope);
+    chord = (slope - last_slope) / (at.angle - last_angle);
+    at.bend = chord;
+    step = next_step(slope, chord, SCAN_STEP / LM_REAL(2));
   }
   return at;
 }
@@ -275,17 +282,18 @@ static maker scan_radius(const generation *g, lm_real radius) {
   best.theta = -REAL_INFINITY;
   best.angle = LM_REAL(0);
   best.slope = LM_REAL(0);
+  best.bend = LM_REAL(0);
   best.part = LM_PART_FLANK;
   best.piece = 0;
   /* Samples miss their maximum by less than a thousandth of the pitch. */
   limit -= LM_REAL(2e-3) * LM_PI / LM_REAL(g->geometry->rigid_teeth);
   for (i = 0; i < candidates; i++) {
     if (value[i] >= limit) {
-      best = greater(best, climb(g, candidate[i], radius));
+      best = greater(best, climb(g, candidate[i], radius, LM_REAL(0)));
     }
   }
   if (candidates == 0) { /* between two samples, next to the deformation axis */
-    best = climb(g, LM_REAL(0), radius);
+    best = climb(g, LM_REAL(0), radius, LM_REAL(0));
   }
   return best;
 }
@@ -301,9 +309,9 @@ static lm_real radius_at(const lm_conjugate *c, lm_real place) {
 static maker between(const generation *g, const maker *a, const maker *b, lm_real share,
                      lm_real radius) {
   if (real_fabs(a->angle - b->angle) < SAME_ZONE) {
-    return climb(g, a->angle + share * (b->angle - a->angle), radius);
+    return climb(g, a->angle + share * (b->angle - a->angle), radius, a->bend);
   }
-  return greater(climb(g, a->angle, radius), climb(g, b->angle, radius));
+  return greater(climb(g, a->angle, radius, a->bend), climb(g, b->angle, radius, b->bend));
 }
 
 static int same_maker(const maker *a, const maker *b) {
@@ -326,6 +334,15 @@ static void add_node(lm_conjugate *c, lm_real place, const maker *from, lm_real 
   c->intervals = i + 1;
 }
 
+/* Whether the chord of two slopes may miss the flank between two places by more than that counts.
+ */
+static int is_open(const generation *g, const lm_conjugate *c, const maker *a, lm_real from,
+                   const maker *b, lm_real to) {
+  const lm_real width = radius_at(c, from) - radius_at(c, to);
+  return real_fabs(a->slope - b->slope) * width * c->top_mm >
+         LM_REAL(4) * CORNER_MODULES * g->geometry->module_mm;
+}
+
 /* A corner between two nodes: the place where another part of the flank, or another zone, takes
  * over; narrowed down to two nodes a hair apart. */
 static void add_corner(const generation *g, lm_conjugate *c, maker *a, lm_real *a_place,
@@ -335,7 +352,7 @@ static void add_corner(const generation *g, lm_conjugate *c, maker *a, lm_real *
   maker first = *a;
   maker second = *b;
   int i;
-  for (i = 0; i < CORNER_STEPS; i++) {
+  for (i = 0; i < CORNER_STEPS && is_open(g, c, &first, from, &second, to); i++) {
     const lm_real middle = (from + to) / LM_REAL(2);
     const maker found = between(g, &first, &second, LM_REAL(0.5), radius_at(c, middle));
     if (same_maker(&found, a)) {
@@ -392,6 +409,7 @@ static void start(generation *g, const lm_flank *flank, const lm_geometry *geome
   g->flank = flank;
   g->geometry = geometry;
   g->line = line;
+  g->tip = lm_evaluate_flank(flank, flank->high_mm);
   for (i = 0; i <= 2 * SCAN_HALF; i++) {
     g->scan[i] = lm_place_tooth(line, SCAN_STEP * LM_REAL(i - SCAN_HALF));
   }
@@ -405,15 +423,13 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
   lm_conjugate made;
   maker last;
   lm_real last_place;
-  lm_flank_foot tip;
   int block;
   if (flank == 0 || geometry == 0 || line == 0 || conjugate == 0) {
     return refuse(fault, LM_NULL, "flank, geometry, line, conjugate");
   }
   start(&g, flank, geometry, line);
-  tip = lm_evaluate_flank(flank, flank->high_mm);
   made.low_mm = geometry->rigid_tip_mm - shift_mm;
-  made.top_mm = polar_radius(&g.scan[SCAN_HALF], &tip);
+  made.top_mm = polar_radius(&g.scan[SCAN_HALF], &g.tip);
   if (!(made.top_mm > made.low_mm + LM_REAL(0.01) * geometry->module_mm)) {
     return refuse_contradiction(fault, "teeth.engagement_depth", made.top_mm, made.low_mm,
                                 REAL_INFINITY);
@@ -454,22 +470,22 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
   lm_real width;
   lm_real x;
   lm_real rest;
-  int low = 0;
-  int high = c->intervals;
+  int low;
   point.tangent = LM_REAL(0);
   point.pressure_angle_rad = LM_REAL(0);
-  if (!(below > place * place)) { /* beyond the top: radial */
+  if (!(below > place * place * (LM_REAL(1) - LAND_SLACK))) { /* the land: radial */
     point.half_angle_rad = c->half_angle_rad[0];
     return point;
   }
   place = real_sqrt(below);
-  while (high - low > 1) {
-    const int middle = (low + high) / 2;
-    if (place < c->place[middle]) {
-      high = middle;
-    } else {
-      low = middle;
-    }
+  /* The nodes are nearly even. */
+  low = (int)((place - c->place[0]) * LM_REAL(c->intervals) / (LM_REAL(1) - c->place[0]));
+  low = low < c->intervals ? low : c->intervals - 1;
+  while (low > 0 && place < c->place[low]) {
+    low--;
+  }
+  while (low < c->intervals - 1 && place >= c->place[low + 1]) {
+    low++;
   }
   width = c->place[low + 1] - c->place[low];
   x = (place - c->place[low]) / width;

@@ -156,23 +156,37 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
 /* --- flanks that are no involutes ----------------------------------------------------------------
  */
 
-/* Newton from a first guess, kept between the ends of the flank. */
+/* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial. */
 #define RADIUS_STEPS 3
 
-static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
+static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
   const lm_flank *flank = &pair->mesh->flank;
+  const lm_real c = pair->place.tilt_cos;
+  const lm_real s = pair->place.tilt_sin;
   lm_real parameter = target - pair->place.radius_mm + flank->neutral_mm;
-  flank_point point;
+  lm_flank_foot foot;
   int i;
   for (i = 0;; i++) {
+    lm_real along;
+    lm_real across;
+    lm_real radius;
     parameter = parameter < flank->low_mm ? flank->low_mm : parameter;
     parameter = parameter > flank->high_mm ? flank->high_mm : parameter;
-    point = evaluate_flank(pair, parameter);
+    foot = lm_evaluate_flank(flank, parameter);
     if (i == RADIUS_STEPS) {
-      return point;
+      return foot;
     }
-    parameter += (target - point.radius_mm) / point.radius_slope;
+    place_foot(pair, &foot, &along, &across);
+    radius = real_sqrt(along * along + across * across);
+    parameter += (target - radius) * radius /
+                 (along * (foot.along_slope * c - pair->side * foot.across_slope * s) +
+                  across * (foot.along_slope * s + pair->side * foot.across_slope * c));
   }
+}
+
+static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
+  const lm_flank_foot foot = foot_on_radius(pair, target);
+  return evaluate_foot(pair, &foot);
 }
 
 /* Lowest value of the cubic through both ends and slopes of a bracket, by the parabola of the
@@ -239,8 +253,8 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
   return best;
 }
 
-/* Samples of the gap between two joints of the flank, both ends among them. */
-#define PIECE_STEPS 2
+/* A piece of the flank longer than this is looked at in its middle as well, modules. */
+#define SHORT_PIECE LM_REAL(0.3)
 
 /* Ends of the pieces of the flexspline's flank by rising parameter: its joints, where it passes the
  * end of a conjugate flank, and its own end. */
@@ -251,7 +265,7 @@ static int list_pieces(const flank_pair *pair, const flank_point *high, lm_real 
     end[count] = mesh->flank.joint_mm[count];
   }
   if (mesh->rigid_kind == LM_FLANK_CONJUGATE && high->radius_mm > mesh->conjugate.land_mm) {
-    const lm_real land = general_on_radius(pair, mesh->conjugate.land_mm).foot_mm;
+    const lm_real land = foot_on_radius(pair, mesh->conjugate.land_mm).radius_mm;
     int i = count++;
     for (; i > 0 && end[i - 1] > land; i--) {
       end[i] = end[i - 1];
@@ -275,15 +289,17 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point *lo
   lm_real end[LM_FLANK_JOINTS_MAX + 2];
   const int pieces = list_pieces(pair, high, end);
   int piece;
+  int steps;
   int i;
   for (piece = 0; piece < pieces; piece++) {
     const lm_real to = end[piece] < high->foot_mm ? end[piece] : high->foot_mm;
     if (!(to > from)) {
       continue;
     }
-    for (i = 1; i <= PIECE_STEPS; i++) {
+    steps = to - from > SHORT_PIECE * pair->mesh->geometry.module_mm ? 2 : 1;
+    for (i = 1; i <= steps; i++) {
       const flank_point now =
-          evaluate_flank(pair, from + (to - from) * LM_REAL(i) / LM_REAL(PIECE_STEPS));
+          evaluate_flank(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));
       if (now.gap_rad < best.gap_rad) {
         best = now;
       }
@@ -470,6 +486,11 @@ int lm_face_sections(const lm_drive *drive) {
 
 lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh meshes[],
                        lm_fault *fault) {
+  return lm_make_face_like(drive, sections, nodes, 0, meshes, fault);
+}
+
+lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, const lm_mesh *like,
+                            lm_mesh meshes[], lm_fault *fault) {
   lm_status status;
   int i;
   if (drive == 0 || meshes == 0) {
@@ -478,7 +499,7 @@ lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh m
   status = check_range(fault, "sections", LM_REAL(sections), LM_REAL(1), LM_REAL(LM_SECTIONS_MAX));
   for (i = 0; i < sections && status == LM_OK; i++) {
     status = make_section(drive, sections, lm_section_factor(drive, i, sections), nodes,
-                          i > 0 ? &meshes[0] : 0, &meshes[i], fault);
+                          i > 0 ? &meshes[0] : like, &meshes[i], fault);
   }
   return status;
 }

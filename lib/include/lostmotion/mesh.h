@@ -83,6 +83,11 @@ int lm_face_sections(const lm_drive *drive);
 lm_status lm_make_face(const lm_drive *drive, int sections, int nodes, lm_mesh meshes[],
                        lm_fault *fault);
 
+/* The same; `like`, where it is not null, is a mesh of the same drive and nodes, whose conjugate
+ * flank is taken over and not generated again. */
+lm_status lm_make_face_like(const lm_drive *drive, int sections, int nodes, const lm_mesh *like,
+                            lm_mesh meshes[], lm_fault *fault);
+
 /* Both clearances of the tooth at any finite material angle. Accuracy 1e-6 arcmin (float64). */
 lm_clearance lm_tooth_clearance(const lm_mesh *mesh, lm_real angle_rad);
 
