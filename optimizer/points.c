@@ -660,19 +660,34 @@ double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *lay
 /* --- closing the gap ----------------------------------------------------------------------------
  */
 
-/* The range that moves all side clearances alike, or -1. */
-static int closing_range(const lm_problem *problem, int combination) {
-  int external = problem->value[LM_KEY_DEFORMATION] > 0.5;
+/* A value of the discrete kind, fixed or chosen. */
+static double discrete_value(const lm_problem *problem, int combination, int key) {
   int i;
   for (i = 0; i < problem->choice_count; i++) {
-    if (problem->choice[i].key == LM_KEY_DEFORMATION) {
-      external = lm_chosen_value(problem, combination, i) > 0.5;
+    if (problem->choice[i].key == key) {
+      return lm_chosen_value(problem, combination, i);
     }
   }
+  return problem->value[key];
+}
+
+static int is_conjugate(const lm_problem *problem, int combination) {
+  return discrete_value(problem, combination, LM_KEY_RIGID_FLANK) > LM_FLANK_CONJUGATE - 0.5;
+}
+
+/* The range that moves all side clearances alike, or -1. */
+static int closing_range(const lm_problem *problem, int combination) {
+  const int external = discrete_value(problem, combination, LM_KEY_DEFORMATION) > 0.5;
+  const int conjugate = is_conjugate(problem, combination);
+  int i;
   for (i = 0; i < problem->range_count; i++) {
     const int key = problem->range[i].key;
-    if (external ? key == LM_KEY_FLEXSPLINE_SHIFT
-                 : key == LM_KEY_RIGID_SHIFT || key == LM_KEY_SHIFT_DIFFERENCE) {
+    if (conjugate) {
+      if (key == LM_KEY_BACKLASH_MM) {
+        return i;
+      }
+    } else if (external ? key == LM_KEY_FLEXSPLINE_SHIFT
+                        : key == LM_KEY_RIGID_SHIFT || key == LM_KEY_SHIFT_DIFFERENCE) {
       return i;
     }
   }
@@ -686,7 +701,8 @@ static double move_range(const lm_range *range, double by, double *unit) {
   return (*unit - before) * (range->high - range->low);
 }
 
-/* Turn of a flank by a shift of one module, 2 tan(alpha) / z on either side (involute.h). */
+/* Turn of a flank by a shift of one module, 2 tan(alpha) / z on either side (involute.h); of a
+ * conjugate flank by its backlash, 1 / r per mm. */
 int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]) {
   const int range = closing_range(problem, combination);
   double value[LM_KEY_COUNT];
@@ -705,10 +721,12 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
      * output: too little is taken rather than too much. */
     teeth -= 2;
   }
-  moved =
-      move_range(&problem->range[range],
-                 by_arcmin * ARCMIN * teeth / (2 * tan(value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE)),
-                 &unit[range]);
+  moved = move_range(&problem->range[range],
+                     by_arcmin * ARCMIN * teeth *
+                         (is_conjugate(problem, combination)
+                              ? value[LM_KEY_MODULE_MM] / 2
+                              : 1 / (2 * tan(value[LM_KEY_PRESSURE_ANGLE_DEG] * DEGREE))),
+                     &unit[range]);
   if (fabs(moved) < 1e-9) {
     return 0;
   }

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lostmotion.drives import parse_drive
+from conftest import NO_SEARCH
+from lostmotion import design
+from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.model import DesignModel
 
@@ -37,7 +39,7 @@ def drawn_document(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     teeth = int(2 * rng.integers(40, 121))
     rho_a, x_a = rng.uniform(0.9, 2.0), rng.uniform(0.0, 0.5)
     beta = {"discs": rng.uniform(20, 40), "rollers": rng.uniform(15, 33)}
-    design: dict[str, Any] = {
+    drawn: dict[str, Any] = {
         "teeth": {
             "module_mm": module,
             "flexspline_teeth": teeth,
@@ -70,7 +72,7 @@ def drawn_document(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     }
     return {
         "drive": {"name": "random", "ratio": teeth // 2, "rated_torque_Nm": 10.0},
-        "design": design,
+        "design": drawn,
     }
 
 
@@ -130,10 +132,10 @@ def drawn_arcs(document: dict[str, Any]) -> arcs.Arcs:
 
 
 def largest_error_arcmin(document: dict[str, Any], angles_deg: np.ndarray) -> float:
-    design, drawn = brute_design(document), drawn_arcs(document)
-    radii = polygons.radii(design)
+    brute, drawn = brute_design(document), drawn_arcs(document)
+    radii = polygons.radii(brute)
     tooth = arcs.upper_flank(drawn, polygons.FLANK_POINTS)
-    rigid = arcs.swept_flank(design, tooth, radii.rigid_inner_mm)
+    rigid = arcs.swept_flank(brute, tooth, radii.rigid_inner_mm)
     wider = document["design"]["flank"].get("backlash_mm", 0.0)
     rigid = rigid * np.exp(1j * wider / np.abs(rigid))
     model = DesignModel(parse_drive(document).design)
@@ -144,7 +146,7 @@ def largest_error_arcmin(document: dict[str, Any], angles_deg: np.ndarray) -> fl
     for flank in ("forward", "backward"):
         gaps = getattr(found, f"{flank}_rad")
         for i, angle in enumerate(angles_deg):
-            turned = polygons.turned_contact(design, tooth, rigid, float(angle), flank)
+            turned = polygons.turned_contact(brute, tooth, rigid, float(angle), flank)
             assert (turned is not None) == math.isfinite(gaps[i]), (angle, flank)
             if turned is not None:
                 worst = max(worst, abs(float(gaps[i]) - turned.gap_rad) / ARCMIN)
@@ -319,3 +321,50 @@ def test_a_ring_generator_has_involutes_only() -> None:
     document["drive"]["ratio"] = 50
     with pytest.raises(InputError, match="flexspline_flank"):
         DesignModel(parse_drive(document).design)
+
+
+def test_a_search_varies_the_arcs_and_leaves_a_drive_that_reads_back(tmp_path: Path) -> None:
+    pytest.importorskip("lostmotion._search", reason=NO_SEARCH)
+    spec = tmp_path / "arcs.toml"
+    spec.write_text(ARC_SPEC)
+    design.search(spec, tmp_path / "arcs", workers=1)
+    found = read_drive(tmp_path / "arcs" / "best.toml").design
+    assert found is not None
+    assert found.values["teeth.rigid_flank"].value == "conjugate"
+    assert 9 <= math.degrees(found.values["flank.delta_L_rad"].value) <= 15
+    assert DesignModel(found).clearances().forward_rad.min() > -1e-6
+
+
+ARC_SPEC = """
+[search]
+objectives = ["lost_motion"]
+evaluations = 150
+[drive]
+name = "arcs"
+rated_torque_Nm = 20
+[search.fixed]
+"planar_only" = true
+"teeth.module_mm" = 0.25
+"teeth.face_width_mm" = 10
+"teeth.flexspline_flank" = "double_arc"
+"teeth.rigid_flank" = "conjugate"
+"teeth.flexspline_shift" = 0
+"teeth.rigid_shift" = 0
+"teeth.flexspline_teeth" = 200
+"teeth.rack_addendum" = 0.6
+"teeth.root_clearance" = 0.15
+"teeth.tooth_height" = 1.4
+"teeth.engagement_depth" = 0.9
+"flexspline.rim_thickness_mm" = 0.6
+"generator.type" = "discs"
+"generator.contact_half_angle_deg" = 25
+"generator.deflection_modules" = 1.0
+"flank.rho_a" = 2.0
+"flank.X_a" = 0.1
+"flank.l_a" = 1.35
+"flank.rho_f" = 1.5
+"flank.h_l" = 0.3
+[search.range]
+"flank.delta_L_deg" = [9, 15]
+"flank.backlash_mm" = [0, 0.01]
+"""
