@@ -116,7 +116,7 @@ def damage_array(dice: random.Random, saved: Saved) -> str:
             warnings.simplefilter("ignore")
             try:
                 saved[name] = values.astype(wanted)
-            except (ValueError, TypeError):
+            except (ValueError, TypeError, RuntimeError):  # NumPy has no such cast
                 saved[name] = np.zeros(values.shape, wanted)
         return f"{name} as {wanted}"
     if values.dtype.kind == "f":
