@@ -113,9 +113,9 @@ def test_the_friction_that_was_put_in_is_found_and_the_rest_is_noise() -> None:
 
 def test_friction_outside_the_elasticity_is_told_from_friction_inside() -> None:
     result = compare(backbone(), campaign(outside=2e-5))
-    assert result.friction == "both"
-    inside, both = result.frictions["inside"], result.frictions["both"]
-    assert both[1] < 0.7 * inside[1]
+    assert result.friction == "outside"
+    inside, outside = result.frictions["inside"], result.frictions["outside"]
+    assert outside[1] < 0.7 * inside[1]
     assert result.rms_rad == pytest.approx(NOISE, rel=0.05)
     assert result.base.hysteresis.outside is not None
     assert result.base.hysteresis.outside.sum() * ARCSEC == pytest.approx(2e-5, rel=0.25)
@@ -343,11 +343,12 @@ def test_real_loops_of_a_reducer_with_backlash_are_explained(real: Comparison) -
     assert real.as_it_stands_rms_rad > 3 * real.rms_rad
 
 
-def test_friction_in_series_and_with_the_load_helps_on_the_real_loops(real: Comparison) -> None:
-    assert real.friction == "both+load"
+def test_friction_in_series_helps_on_the_real_loops(real: Comparison) -> None:
+    assert real.friction == "both"
     heldout = {name: error for name, (_, error) in real.frictions.items()}
     assert heldout["both"] < 0.7 * heldout["inside"]
-    assert heldout["both+load"] < 0.95 * heldout["both"]
+    # Half widths that grow with the load as well add next to nothing.
+    assert heldout["both+load"] == pytest.approx(heldout["both"], rel=0.05)
 
 
 def test_the_covariance_of_signs_is_exact_for_few_blocks() -> None:

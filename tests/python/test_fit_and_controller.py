@@ -77,7 +77,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 
 
 PLACES = ("inside", "both", "inside+load")
-"""Form of the hysteresis (`lostmotion.fit.forms.Friction`)."""
+"""Form of the hysteresis (`lostmotion.friction`)."""
 
 OUTSIDE = 0.04
 """Compliance of each play outside, over the least one of the backbone."""
@@ -86,6 +86,12 @@ OUTSIDE = 0.04
 def put_friction_outside(base: BaselineModel) -> None:
     """Friction outside the elasticity as well, as much as leaves the model an inverse."""
     base.hysteresis.outside = np.full(PLAYS, OUTSIDE * float(base.curve.slopes.min()))
+
+
+def let_friction_grow(base: BaselineModel) -> None:
+    """Friction that grows with the load, beside that of constant width."""
+    base.hysteresis.allow_load()
+    base.hysteresis.shares[base.hysteresis.growth > 0] = 0.05
 
 
 def fitted(campaign: Campaign, name: str, size: float) -> BaselineModel:
@@ -164,8 +170,8 @@ def test_the_controller_computes_what_the_fit_predicts(
         put_friction_outside(without)
         put_friction_outside(base)
     if place == "inside+load":
-        without.hysteresis.allow_load()
-        base.hysteresis.allow_load()
+        let_friction_grow(without)
+        let_friction_grow(base)
     predicted = base.at().angle
     # The effect is there to be seen, far above the rounding.
     assert np.max(np.abs((predicted - without.at().angle)[INNER])) > 1000 * rounding(predicted)
@@ -243,11 +249,10 @@ def test_runs_that_were_not_fitted_decide_where_friction_sits(
     base = fitted(campaign, "wear", 0.0)
     base.terms = []
     if place == "both":
-        base.hysteresis.shares = np.full(PLAYS, 0.01)
-        base.hysteresis.outside = np.full(PLAYS, 0.5)
+        base.hysteresis.shares = np.full(PLAYS, 0.02)
+        base.hysteresis.outside = np.full(PLAYS, 0.3)
     if place == "inside+load":
-        base.hysteresis.allow_load()
-        base.hysteresis.shares[base.hysteresis.widening > 0] = 0.05
+        let_friction_grow(base)
     noise = 0.5 * np.random.default_rng(4).standard_normal(SAMPLES)
     columns = {
         "run": np.arange(SAMPLES) // 500,

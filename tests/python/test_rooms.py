@@ -38,6 +38,7 @@ GROUND = (
     "core",
     "errors",
     "files",
+    "friction",
     "keys",
     "rules",
     "shipped",

@@ -79,7 +79,7 @@ def test_runs_that_are_numbered_on_are_one_session(tmp_path: Path) -> None:
 def test_start_states_of_every_session_have_their_columns(months: list[Path]) -> None:
     base = BaselineModel(Conditions(read_campaign(months, ratio=RATIO)), RATED_NM)
     base.first_fit()
-    base.allow_outside_friction()
+    base.hysteresis.outside = np.full(PLAYS, 0.02 * float(base.curve.slopes.min()))
     fixed, names = base.fixed_columns(base.at()), base.names()
     x = base.vector()[0]
     assert len(names) == x.size == fixed.shape[1]

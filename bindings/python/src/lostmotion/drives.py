@@ -24,6 +24,7 @@ from lostmotion.catalogue import WIND_UP_MAX_RAD, Catalogue
 from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
+from lostmotion.friction import FORMS
 from lostmotion.keys import Key, as_in_file, key_label, read_keys
 from lostmotion.recordings.protocol import FREE, SIDES, Protocol
 from lostmotion.structs import Design, Entry
@@ -348,11 +349,7 @@ NUMBERED = (KNOT, SLOPE, PLAY_RADIUS, PLAY_WIDENING, PLAY_SHARE, PLAY_OUTSIDE)
 
 FIT_KEYS = (
     Key("data_fingerprint", kind="text"),
-    Key(
-        "friction",
-        kind="choice",
-        choices=("outside", "inside", "inside+load", "both", "both+load"),
-    ),
+    Key("friction", kind="choice", choices=FORMS),
     Key("rms", "arcsec", low=0),
     Key("heldout_rms", "arcsec", low=0),
     Key("noise_floor", "arcsec", low=0),

@@ -11,7 +11,7 @@ from lostmotion.commands.inputs import read_inputs
 from lostmotion.compare import REPEATABILITY, Comparison, compare
 from lostmotion.fit.drive_file import SAMPLES_LEAST
 from lostmotion.fit.fitted_range import in_words
-from lostmotion.fit.forms import WORDS
+from lostmotion.friction import WORDS
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import QUANTITIES, recording_files
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from lostmotion.errors import one_line
+from lostmotion.friction import FORMS
 
 BAD_INPUT = 2
 """Exit status of bad input and bad usage."""
@@ -20,8 +21,6 @@ JOINS = ("nearest", "linear")
 SHELLS = ("bash", "zsh", "tcsh", "fish", "powershell")
 PROGRESS = ("bar", "json", "none")
 SIDES = ("output", "input")
-FORMS = ("inside", "inside+load", "both", "both+load")
-"""Of the hysteresis, see `fit.forms`."""
 
 Command = Callable[[str, str, str, str], argparse.ArgumentParser]
 """Adds a command: its name, MODULE:FUNCTION that runs it, what it does, an example."""
@@ -546,6 +545,6 @@ def add_friction(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--friction",
         choices=FORMS,
-        help="in parallel with the spring (inside) or in series as well (both), of constant width "
+        help="in parallel with the spring (inside), in series (outside) or both, of constant width "
         "or growing with the load; by default as unseen runs ask for",
     )

@@ -28,8 +28,8 @@ from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.fitted_range import beyond, fitted_ranges
-from lostmotion.fit.forms import Friction
 from lostmotion.fit.model_result import ModelResult
+from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign, say_findings
 from lostmotion.threads import one_thread
@@ -47,8 +47,8 @@ class Comparison(ModelResult):
     ----------
     base : BaselineModel
         As it was fitted.
-    friction : {"inside", "inside+load", "both", "both+load"}
-        Form of the hysteresis, see `fit.forms`.
+    friction : {"inside", "outside", "inside+load", "both", "both+load"}
+        Form of the hysteresis, see `lostmotion.friction`.
     offset_rad : ndarray
         One a run.
     residual_rad, heldout_rad : ndarray
@@ -273,7 +273,7 @@ def compare(
     fit_on : sequence of run labels, optional
         Fit to these runs only and predict the others; by default all are fitted, and each is held
         out once.
-    friction : {"inside", "inside+load", "both", "both+load"}, optional
+    friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
         Form of the hysteresis; by default as unseen runs ask for (`discover.baseline_form`).
     seed : int
         Of the random signs in the tests for chance.

@@ -13,7 +13,8 @@ from lostmotion.discover.baseline_form import ChosenForm, choose_form, form_besi
 from lostmotion.discover.outliers import clean_outliers
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.forms import Friction, friction_form, in_form
+from lostmotion.fit.forms import friction_form, in_form
+from lostmotion.friction import Friction
 
 
 @dataclass

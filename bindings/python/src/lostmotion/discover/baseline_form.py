@@ -1,10 +1,11 @@
 """The form of the baseline model, chosen before anything is named.
 
-Every form of the hysteresis (`fit.forms`) predicts runs that it has not been fitted to. A richer
-form than operators of constant width in parallel with the spring is taken where
+Every form of the hysteresis (`lostmotion.friction`) predicts runs that it has not been fitted to;
+one that consists of others is tried where one of these helps. A richer form than operators of
+constant width in parallel with the spring is taken where
 
-- runs confirm it (`gates.told_apart`, of their errors as they are left out one by one; of few runs
-  every one);
+- runs confirm it (`gates.told_apart`, of their errors as they are left out one by one): fewer than
+  `rules.RUNS_LEAST` confirm nothing, and no form is tried;
 - it is what the error comes from: of what is left above the measurement noise it takes at least
   `rules.FORM_EXPLAINS`. What takes less may be an effect that is missing, whose form the operators
   resemble, and is left to the contest;
@@ -33,9 +34,10 @@ from lostmotion.discover.measurement_noise import estimate_noise
 from lostmotion.discover.refits import without_deviations
 from lostmotion.effects.effect import Effect
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.forms import FORMS, Friction, friction_form, in_form
+from lostmotion.fit.forms import friction_form, in_form, leads_to
 from lostmotion.fit.held_out import held_out_residual
 from lostmotion.fit.terms import Term
+from lostmotion.friction import FORMS, PARTS, Friction, contained
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -94,10 +96,7 @@ def tried(
 def better(one: Tried, other: Tried) -> bool:
     """Whether the runs confirm that the one predicts better than the other."""
     seen = other.by_run > 0
-    before, after = other.by_run[seen], one.by_run[seen]
-    # Fewer cannot be significant: all of them have to agree.
-    few = before.size < rules.RUNS_LEAST
-    return bool(np.all(after < before)) if few else told_apart(before, after)
+    return told_apart(other.by_run[seen], one.by_run[seen])
 
 
 def choose_form(
@@ -114,7 +113,7 @@ def choose_form(
     Parameters
     ----------
     base : BaselineModel
-        Fitted. One that has more than operators of constant width in parallel (of a fitted drive
+        Fitted. One that has more than friction in parallel or in series alone (of a fitted drive
         file) keeps its form.
     effects : mapping
         That may be missing.
@@ -129,22 +128,28 @@ def choose_form(
         default one effect that is hysteresis, which must predict worse.
     """
     given = friction_form(base)
-    if form is not None or given != FORMS[0]:
-        wanted = given if form is None or FORMS.index(form) < FORMS.index(given) else form
+    if form is not None or len(PARTS[given]) > 1:
+        wanted = form if form is not None and leads_to(given, form) else given
         return ChosenForm(
             fitted := in_form(base, wanted, rows), wanted, {wanted: tried(fitted, rows)}
         )
     plain = tried(base, rows)
-    found: dict[Friction, Tried] = {FORMS[0]: plain}
-    for name in FORMS[1:]:
-        simpler: Friction = "inside+load" if name == "both+load" else "inside"
-        found[name] = tried(in_form(found[simpler].base, name, rows), rows)
-    confirmed = [name for name in FORMS[1:] if better(found[name], plain)]
+    if np.count_nonzero(plain.by_run) < rules.RUNS_LEAST:
+        return ChosenForm(base, given, {given: plain})
+    found, fits = {given: plain}, {given: base}
+    others = [name for name in FORMS if name != given and leads_to(given, name)]
+    for name in others:
+        within = [found[one] for one in contained(name) if one in found and one != given]
+        if len(PARTS[name] - PARTS[given]) > 1 and not any(better(one, plain) for one in within):
+            continue  # neither of what it adds helps
+        fits[name] = in_form(base, name, rows, fits)
+        found[name] = tried(fits[name], rows)
+    confirmed = [name for name in others if name in found and better(found[name], plain)]
     if not confirmed:
-        return ChosenForm(base, FORMS[0], found)
+        return ChosenForm(base, given, found)
     noise = 0.0
     if rows is None:  # what runs that are only predicted hold must not steer the choice
-        richest = found[FORMS[-1]].base
+        richest = found[max(found, key=FORMS.index)].base
         columns, _ = make_candidates(richest, effects, ratio, shapes.waves(richest))
         noise = noise_rms(estimate_noise(richest, [c.columns for c in columns]), richest) ** 2
     excess = plain.mean_square - noise
@@ -160,7 +165,7 @@ def choose_form(
         if rival is not None and better(rival, plain):
             large = [name for name in large if better(found[name], rival)]
     if not large:
-        return ChosenForm(base, FORMS[0], found)
+        return ChosenForm(base, given, found)
     best = min(large, key=lambda name: found[name].mean_square)
     near = found[best].mean_square + rules.SHAPE_AFTER_NAMED**2 * noise
     name = next(name for name in large if found[name].mean_square <= near)

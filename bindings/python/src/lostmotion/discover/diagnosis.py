@@ -50,8 +50,8 @@ from lostmotion.fit.baseline import BaselineModel
 from lostmotion.fit.deviations import DEVIATIONS
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base, require_samples
 from lostmotion.fit.few_readings import fit_few_readings
-from lostmotion.fit.forms import Friction
 from lostmotion.fit.terms import Term, start_values
+from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.threads import one_thread
@@ -105,8 +105,8 @@ def diagnose(
         The effects that may be missing; by default those of the library.
     base : BaselineModel, optional
         A base made elsewhere, with terms in it already (of a fitted drive file).
-    friction : {"inside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis, see `fit.forms`; by default as unseen runs ask for.
+    friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
+        Form of the hysteresis, see `lostmotion.friction`; by default as unseen runs ask for.
     progress : callable, optional
         Called with the name of each piece of work when it is done.
 

@@ -39,8 +39,9 @@ from lostmotion.fit.drive_file import (
 )
 from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.fitted_range import fitted_ranges
-from lostmotion.fit.forms import Friction, friction_form
+from lostmotion.fit.forms import friction_form
 from lostmotion.fit.model_result import ModelResult
+from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
 from lostmotion.results import figures
@@ -227,9 +228,9 @@ def fit_model(
         ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written_formula`.
     effects : mapping, optional
         Effects by name; by default those of the library.
-    friction : {"inside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis, see `fit.forms`. By default as in a file that was fitted already,
-        else as runs that the fit has not seen ask for (`baseline_form`).
+    friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
+        Form of the hysteresis, see `lostmotion.friction`. By default as in a file that was fitted
+        already, else as runs that the fit has not seen ask for (`baseline_form`).
     """
     given_as("fit_model", "drive", drive, Drive)
     given_as("fit_model", "campaign", campaign, Campaign)
@@ -241,6 +242,7 @@ def fit_model(
     if campaign.rows < SAMPLES_LEAST:
         return few_readings_model(base, chosen)
     require_addable(base, chosen)
+    base.rises = True
     baseline = fit_baseline(base, effects, drive.ratio, friction)
     steps = 2 + len(chosen)
     say = progress or (lambda *_: None)

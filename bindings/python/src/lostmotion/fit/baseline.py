@@ -34,8 +34,9 @@ from lostmotion.fit.hysteresis import (
     Hysteresis,
 )
 from lostmotion.fit.least_squares import Solution, bounded_least_squares
-from lostmotion.fit.parameters import Block, placed, prior_rows
+from lostmotion.fit.parameters import Block, Filed, placed, prior_rows
 from lostmotion.fit.point import Point
+from lostmotion.fit.sticking import Sticking
 from lostmotion.fit.terms import RUN_SCATTER, Additive, Term
 from lostmotion.fit.torsion_curve import KNOTS_FILED, SLOPES_FILED, TorsionCurve
 from lostmotion.units import ARCSEC
@@ -70,6 +71,10 @@ class BaselineModel:
     hysteresis : Hysteresis
     widens : bool
         Whether all half widths may move together; campaigns that are to be merged share theirs.
+    rises : bool
+        Whether a fit is bound to an angle that rises with the torque while every operator sticks,
+        as a controller asks. Recordings may say otherwise: torque of the motor's current is not
+        that of the output, and a torque that is late lets a drive give way the wrong way round.
     deviations : ndarray
         Of each run, see `DEVIATIONS`.
     measured : ndarray
@@ -86,6 +91,7 @@ class BaselineModel:
     terms: list[Term] = field(default_factory=list)
     additives: list[Additive] = field(default_factory=list)
     widens: bool = True
+    rises: bool = False
 
     def __repr__(self) -> str:
         """Say what it is made of; its numbers fill screens."""
@@ -108,9 +114,11 @@ class BaselineModel:
         """Begin with the slopes of a lost motion, see `TorsionCurve.begin_from`."""
         self.curve.begin_from(self.conditions, lost_motion, self.sheet)
 
-    def allow_outside_friction(self) -> None:
-        """Let friction outside the elasticity take part in the fit."""
-        self.hysteresis.allow_outside(self.curve.mean_slope)
+    def begin_outside(self) -> None:
+        """Begin a fit with friction in series with the elasticity alone."""
+        self.curve.slopes = np.full(self.curve.slopes.size, self.curve.mean_slope)
+        self.hysteresis.take_inside_out()
+        self.hysteresis.allow_outside()
 
     @property
     def has_effects(self) -> bool:
@@ -226,13 +234,14 @@ class BaselineModel:
         """Blocks of the parameter vector in its order: all that is stated of a parameter."""
         c, hysteresis = self.conditions, self.hysteresis
         started = cache(hysteresis.started)
+        shares, envelope = hysteresis.inside_blocks()
         first, *later = hysteresis.start_blocks(started)
         run_noise = RUN_SCATTER * self.noise_arcsec * np.sqrt(c.rows / c.runs)
         return [
             self.curve.block(),
-            hysteresis.shares_block(),
+            *shares,
             first,
-            hysteresis.envelope_block(),
+            *envelope,
             *(term.block(run_noise, self.value_column) for term in self.terms),
             *(shape.block() for shape in self.additives),
             *hysteresis.outside_blocks(started, self.curve.mean_slope),
@@ -255,6 +264,10 @@ class BaselineModel:
         """Places of the free values of a term among the parameters."""
         return self.places_of(term)[0]
 
+    def filed_places(self) -> dict[Filed, slice]:
+        """Places among the parameters of what a drive file keeps of the baseline model."""
+        return {block.filed: places for block, places in placed(self.blocks()) if block.filed}
+
     def vector(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Free parameters and their bounds."""
         blocks = self.blocks()
@@ -269,14 +282,8 @@ class BaselineModel:
         for block, places in placed(self.blocks()):
             block.put(x[places].copy())
         self.hysteresis.limit_shares()
-
-    def prior_rows(self, x: FloatArray, noise: float) -> tuple[FloatArray, FloatArray]:
-        """What is known of the parameters beforehand, and that not all torque may stick."""
-        blocks = self.blocks()
-        known, rows = prior_rows(blocks, x, noise)
-        at = {block.filed: places for block, places in placed(blocks) if block.filed}
-        held, row = self.hysteresis.held_back(x, at, noise)
-        return np.append(known, held), np.concatenate((rows, row))
+        if self.rises:
+            self.hysteresis.limit_outside(self.curve.slopes)
 
     def precision(self) -> FloatArray:
         """Prior precision of the columns of `fixed_columns` about where they are."""
@@ -293,6 +300,8 @@ class BaselineModel:
     ) -> Solution:
         """Least squares with the offsets of the runs free; the deviations stay as they are.
 
+        It is done in variables in which what may stick are bounds (`Sticking`).
+
         Parameters
         ----------
         noise : float
@@ -305,11 +314,13 @@ class BaselineModel:
             Relative fall of the cost below which the fit ends.
         """
         c = self.conditions
+        sticking = Sticking(self.filed_places(), self.hysteresis.knee_Nm, self.rises)
 
-        def evaluate(x: FloatArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
+        def evaluate(free: FloatArray) -> tuple[FloatArray, Callable[[], FloatArray]]:
+            x = sticking.vector(free)
             self.set_vector(x)
             point = self.at()
-            known, known_rows = self.prior_rows(x, noise)
+            known, known_rows = prior_rows(self.blocks(), x, noise)
             residual = point.angle - self.measured
             if rows is None:
                 c.centre(residual[:, None])
@@ -321,14 +332,26 @@ class BaselineModel:
                     columns = self.fixed_columns(point, known.size)
                     c.centre(columns[: c.rows])
                     columns[c.rows :] = known_rows
-                    return columns
-                return np.concatenate((c.centred_on(rows, self.fixed_columns(point)), known_rows))
+                else:
+                    columns = np.concatenate(
+                        (c.centred_on(rows, self.fixed_columns(point)), known_rows)
+                    )
+                sticking.convert(columns, free)
+                return columns
 
             return np.concatenate((residual, known)), derivatives
 
         x, low, high = self.vector()
-        solution = bounded_least_squares(evaluate, x, low, high, steps=steps, tolerance=tolerance)
-        self.set_vector(solution.x)
+        solution = bounded_least_squares(
+            evaluate,
+            sticking.free(x),
+            low,
+            high,
+            steps=steps,
+            tolerance=tolerance,
+            limit=sticking.limit,
+        )
+        self.set_vector(sticking.vector(solution.x))
         return solution
 
     def first_fit(self, steps: int = 25, rows: npt.NDArray[np.bool_] | None = None) -> Solution:

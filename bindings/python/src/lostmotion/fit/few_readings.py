@@ -132,8 +132,7 @@ def fit_few_readings(base: BaselineModel) -> FewReadings | None:
     curve.knots_Nm = np.sort(curve.knots_Nm)
     curve.slopes = fit.slopes_rad_per_Nm[stretch_of(curve.knots_Nm, fit.kinks_Nm)] / ARCSEC
     base.terms = []  # readings of one loop carry no effect beside it
-    hysteresis.shares = np.zeros(PLAYS)
-    hysteresis.envelope_Nm = 0.0
+    hysteresis.take_inside_out()
     hysteresis.outside = np.zeros(PLAYS)
     operator = 0
     if fit.half_width_rad.size and fit.half_width_rad[0] > 0:

@@ -1,32 +1,18 @@
-"""Forms of the baseline model's hysteresis: where friction sits, whether it grows with the load.
+"""A fitted baseline model in another form of the hysteresis.
 
-inside       in parallel with the spring, operators of constant width
-inside+load  some of the operators grow with the load
-both         in parallel and in series, constant width
-both+load    in parallel and in series, some growing with the load
+Forms are nested, and operators have kinks: a fit to a large form ends in whatever minimum is near
+its start. It starts from the better one of the forms within it, which it can only improve.
 """
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from lostmotion.fit.baseline import BaselineModel
-
-Friction = Literal["inside", "inside+load", "both", "both+load"]
-
-FORMS: tuple[Friction, ...] = get_args(Friction)
-"""In the order of their numbers of values: the first that does is taken."""
-
-WORDS: dict[str, str] = {
-    "inside": "in parallel with the spring",
-    "inside+load": "in parallel with the spring, growing with the load",
-    "both": "in parallel and in series with the spring",
-    "both+load": "in parallel and in series with the spring, growing with the load",
-}
-"""Every form in words, behind 'friction'."""
+from lostmotion.friction import FORMS, PARTS, Friction, contained
 
 STEPS = 25
 """Evaluations of a fit."""
@@ -34,31 +20,69 @@ STEPS = 25
 
 def friction_form(base: BaselineModel) -> Friction:
     """Form that a model has."""
-    where = "inside" if base.hysteresis.outside is None else "both"
-    load = base.hysteresis.widening is not None
-    return FORMS[2 * (where == "both") + load]
+    hysteresis = base.hysteresis
+    parts = {
+        "parallel": hysteresis.parallel,
+        "series": hysteresis.outside is not None,
+        "load": hysteresis.widening is not None,
+    }
+    has = {part for part, there in parts.items() if there}
+    return next(form for form in FORMS if PARTS[form] == has)
 
 
 def in_form(
-    base: BaselineModel, form: Friction, rows: npt.NDArray[np.bool_] | None = None
+    base: BaselineModel,
+    form: Friction,
+    rows: npt.NDArray[np.bool_] | None = None,
+    known: Mapping[Friction, BaselineModel] | None = None,
 ) -> BaselineModel:
-    """Fit a model with what a form has and it has not; itself where it has that already.
+    """Fit a model in another form; itself where it has that already.
 
     Parameters
     ----------
     base : BaselineModel
-        Fitted.
+        Fitted, in a form that `leads_to` the other.
     form : str
-        One that has at least what the model has.
+        The form that is wanted.
     rows : ndarray of bool, optional
         Samples that count.
+    known : mapping, optional
+        Fits of other forms that are there already.
     """
-    if form == friction_form(base):
+    given = friction_form(base)
+    if form == given:
         return base
-    other = base.copy()
-    if form.endswith("+load"):
+    if form == "outside":
+        other = base.copy()
+        other.begin_outside()
+        other.fit(steps=STEPS, rows=rows)
+        return other
+    fits = {given: base, **(known or {})}
+    inner = [
+        fits[name] if name in fits else in_form(base, name, rows, fits)
+        for name in contained(form)
+        if leads_to(given, name)
+    ]
+    other = min(inner, key=lambda one: squares(one, rows)).copy()
+    if "parallel" in PARTS[form]:
+        other.hysteresis.parallel = True
+    if "load" in PARTS[form]:
         other.hysteresis.allow_load()
-    if form.startswith("both"):
-        other.allow_outside_friction()
+    if "series" in PARTS[form]:
+        other.hysteresis.allow_outside()
     other.fit(steps=STEPS, rows=rows)
     return other
+
+
+def leads_to(given: Friction, form: Friction) -> bool:
+    """Whether a model in one form can be fitted in another: what it has is kept.
+
+    Friction in parallel alone, which every model begins with, can be taken out again.
+    """
+    return PARTS[given] <= PARTS[form] or given == FORMS[0]
+
+
+def squares(base: BaselineModel, rows: npt.NDArray[np.bool_] | None) -> float:
+    """Sum of squares of the residual over the samples that count."""
+    residual = base.residual()
+    return float(np.sum(residual**2 if rows is None else residual[rows] ** 2))

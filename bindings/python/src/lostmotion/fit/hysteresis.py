@@ -8,11 +8,14 @@ torque where the drive is soft, about no torque, and there the envelope rises mo
 size hardly tell; small ones beside large ones do. Friction in series with the elasticity, and
 operators whose half width grows with the load, are off unless the recordings ask for them
 (`fit.forms`).
+
+The angle of a drive rises with the torque: while every operator sticks, friction in parallel and in
+series together leave some of the torsion curve's compliance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -73,12 +76,9 @@ SHARE_MAX = 0.98
 """Friction that sticks holds at most this share of a change of torque, at no torque, where it holds
 most: the torsion curve has to wind up."""
 
-SHARE_FIRM, FIRMNESS = 0.95, 1e4
-"""Beyond this share a fit is held back as by so many noises for all of it, so that it does not run
-against the bound."""
-
-OUTSIDE_FIRST = 0.02
-"""Compliance of an operator outside the elasticity that a fit starts from, over the mean one."""
+STICKING_MAX = 0.5 * (1.0 + SHARE_MAX)
+"""The same for friction in parallel and in series together: half of what the first leaves at least
+is left of every stretch of the curve."""
 
 OUTSIDE_MAX = 50.0
 """Greatest such compliance over the mean one of the drive."""
@@ -202,6 +202,9 @@ class Hysteresis:
         Compliance of each operator outside the elasticity, arc seconds a N m; None: there is none.
     widening : ndarray or None
         Growth of each half width per torque; None: they do not grow.
+    parallel : bool
+        Whether friction in parallel with the elasticity takes part in the fit; where it does not,
+        its shares and the envelope are zero.
     """
 
     conditions: Conditions
@@ -212,6 +215,7 @@ class Hysteresis:
     start: FloatArray
     outside: FloatArray | None = None
     widening: FloatArray | None = None
+    parallel: bool = True
 
     @classmethod
     def of_recordings(
@@ -273,23 +277,28 @@ class Hysteresis:
         self.start[:] = 0.0
         self.envelope_Nm = rise * self.knee_Nm
 
-    def allow_outside(self, mean_slope: float) -> None:
-        """Let friction outside the elasticity take part in the fit."""
+    def allow_outside(self) -> None:
+        """Let friction in series with the elasticity take part in the fit, from none on."""
         if self.outside is None:
-            self.outside = np.full(self.count, OUTSIDE_FIRST * mean_slope)
+            self.outside = np.zeros(self.count)
+
+    def take_inside_out(self) -> None:
+        """Take friction in parallel with the elasticity out of the fit."""
+        self.parallel = False
+        self.shares = np.zeros(self.count)
+        self.envelope_Nm = 0.0
 
     def allow_load(self) -> None:
-        """Let operators whose half width grows with the load take part in the fit."""
+        """Let operators whose half width grows with the load take part in the fit, from none on."""
         if self.widening is not None:
             return
-        more = np.geomspace(*LOAD_RANGE, LOAD_PLAYS)
+        more, none = np.geomspace(*LOAD_RANGE, LOAD_PLAYS), np.zeros(LOAD_PLAYS)
         self.widening = np.concatenate((np.zeros(self.count), more))
         self.radius_Nm = np.concatenate((self.radius_Nm, np.full(LOAD_PLAYS, self.radius_Nm[0])))
-        self.shares = np.concatenate((self.shares, np.full(LOAD_PLAYS, FIRST_SHARES[0])))
+        self.shares = np.concatenate((self.shares, none))
         self.start = np.hstack((self.start, np.zeros((len(self.start), LOAD_PLAYS))))
         if self.outside is not None:
-            self.outside = np.concatenate((self.outside, np.zeros(LOAD_PLAYS)))
-        self.limit_shares()
+            self.outside = np.concatenate((self.outside, none))
 
     @property
     def growth(self) -> FloatArray:
@@ -298,6 +307,7 @@ class Hysteresis:
 
     def fill_up(self) -> None:
         """Give every operator a start state, after others have been put in."""
+        self.parallel = self.outside is None or bool(np.any(self.shares))
         if self.start.shape[1] != self.count:
             self.start = np.zeros((len(self.start), self.count))
 
@@ -345,6 +355,10 @@ class Hysteresis:
         return self.angle_by((wider - closer) / (2 * RADIUS_STEP), point)
 
     # --- its parameters --------------------------------------------------------------------------
+
+    def inside_blocks(self) -> tuple[list[Block], list[Block]]:
+        """Shares, and the envelope, where friction in parallel takes part."""
+        return ([self.shares_block()], [self.envelope_block()]) if self.parallel else ([], [])
 
     def shares_block(self) -> Block:
         """Shares; that not all torque may stick is `held_back`."""
@@ -449,26 +463,13 @@ class Hysteresis:
         if held > SHARE_MAX:
             self.shares *= SHARE_MAX / held
 
-    def held_back(
-        self, x: FloatArray, at: Mapping[Filed, slice], noise: float
-    ) -> tuple[float, FloatArray]:
-        """Residual and derivatives of what holds a fit back from all torque sticking, arc seconds.
-
-        Parameters
-        ----------
-        x : ndarray
-            The parameter vector.
-        at : mapping
-            Places in it.
-        """
-        shares, more = at[SHARES_FILED], at[ENVELOPE_FILED]
-        rise, total = 1.0 + x[more][0] / self.knee_Nm, float(x[shares].sum())
-        over = total * rise - SHARE_FIRM
-        row = np.zeros((1, x.size))
-        if over > 0:
-            row[0, shares] = FIRMNESS * noise * rise
-            row[0, more] = FIRMNESS * noise * total / self.knee_Nm
-        return FIRMNESS * noise * max(over, 0.0), row
+    def limit_outside(self, slopes: FloatArray) -> None:
+        """Scale friction in series down to what the torsion curve's slopes leave it."""
+        if self.outside is not None:
+            room = (STICKING_MAX - self.rise * float(self.shares.sum())) * float(slopes.min())
+            taken = self.rise * float(self.outside.sum())
+            if taken > room:
+                self.outside *= room / taken
 
     def copy(self) -> Hysteresis:
         """Operators that can be fitted apart from these."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import lsq_linear
+from scipy.optimize import brentq, lsq_linear
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -22,6 +22,21 @@ PIVOTS_MOST = 60
 
 LEAST_DIAGONAL = 1e-12
 """Floor of that diagonal over its largest entry: unknowns that the samples do not see stay put."""
+
+
+@dataclass(frozen=True)
+class SumLimit:
+    """Unknowns that add up to at most a number.
+
+    Attributes
+    ----------
+    places : ndarray or slice
+        Of the unknowns.
+    most : float
+    """
+
+    places: npt.NDArray[np.intp] | slice
+    most: float
 
 
 @dataclass(frozen=True)
@@ -55,6 +70,7 @@ def bounded_least_squares(
     *,
     tolerance: float = 1e-7,
     steps: int = 60,
+    limit: SumLimit | None = None,
 ) -> Solution:
     """Minimise a sum of squares in a box by damped Gauss-Newton steps on the normal equations.
 
@@ -73,8 +89,12 @@ def bounded_least_squares(
         Relative fall of the cost below which the search ends.
     steps : int
         Largest number of evaluations.
+    limit : SumLimit, optional
+        Of unknowns that are not negative; the starting point is scaled down to it.
     """
     x = np.clip(start, low, high)
+    if limit is not None and (total := float(x[limit.places].sum())) > limit.most:
+        x[limit.places] *= limit.most / total
     residual, derivatives = evaluate(x)
     normal, gradient = normal_equations(residual, derivatives)
     cost = float(residual @ residual)
@@ -83,7 +103,12 @@ def bounded_least_squares(
     small_falls = 0
     # Where the samples see no unknown at all (a torque that never moves), the start stays.
     while used < steps and damping < GREATEST_DAMPING and cost > 0 and np.any(gradient):
-        move = solve_within(normal, -gradient, low - x, high - x, damping)
+        room = (
+            None
+            if limit is None
+            else SumLimit(limit.places, limit.most - float(x[limit.places].sum()))
+        )
+        move = solve_within(normal, -gradient, low - x, high - x, damping, room)
         predicted = -float(move @ (2.0 * gradient + normal @ move))
         if predicted <= tolerance * cost:
             break
@@ -112,7 +137,12 @@ def normal_equations(
 
 
 def solve_within(
-    normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray, damping: float = 0.0
+    normal: FloatArray,
+    right: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    damping: float = 0.0,
+    limit: SumLimit | None = None,
 ) -> FloatArray:
     """Solve normal equations within a box: `x` of least ``x @ normal @ x / 2 - right @ x``.
 
@@ -124,6 +154,9 @@ def solve_within(
         ``low < high``.
     damping : float
         Added to the diagonal, in its own units.
+    limit : SumLimit, optional
+        Unknowns that add up to at most a number: less is taken of each (its Lagrange multiplier)
+        until they do.
     """
     diagonal = np.diag(normal)
     floor = LEAST_DIAGONAL * max(float(diagonal.max()), 1e-300)
@@ -139,17 +172,38 @@ def solve_within(
             break
         except np.linalg.LinAlgError:
             extra *= 10.0
-    found = pivoted(firm, right * scale, low / scale, high / scale)
-    if found is None:
-        found = lsq_linear(
-            factor.T,
-            np.linalg.solve(factor, right * scale),
-            bounds=(low / scale, high / scale),
-            method="bvls",
-            tol=1e-12,
-            max_iter=50 * scale.size,
-        ).x
-    return np.asarray(found * scale, dtype=np.float64)
+
+    def within(drawn: FloatArray) -> FloatArray:
+        found = pivoted(firm, drawn * scale, low / scale, high / scale)
+        if found is None:
+            found = lsq_linear(
+                factor.T,
+                np.linalg.solve(factor, drawn * scale),
+                bounds=(low / scale, high / scale),
+                method="bvls",
+                tol=1e-12,
+                max_iter=50 * scale.size,
+            ).x
+        return np.asarray(found * scale, dtype=np.float64)
+
+    x = within(right)
+    if limit is None or x[limit.places].sum() <= limit.most:
+        return x
+    places, most = limit.places, limit.most
+
+    def beyond(multiplier: float) -> float:
+        drawn = right.copy()
+        drawn[places] -= multiplier
+        return float(within(drawn)[places].sum()) - most
+
+    # The sum falls with the multiplier, along straight lines.
+    high_enough = float(np.abs(right[places]).max()) + 1e-300
+    while beyond(high_enough) > 0 and high_enough < np.inf:
+        high_enough *= 4.0
+    multiplier = float(brentq(beyond, 0.0, high_enough, xtol=1e-9 * high_enough, rtol=1e-9))
+    drawn = right.copy()
+    drawn[places] -= multiplier
+    return within(drawn)
 
 
 def pivoted(

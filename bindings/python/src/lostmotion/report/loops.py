@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lostmotion.compare import REPEATABILITY, Comparison
-from lostmotion.fit.forms import WORDS
+from lostmotion.friction import WORDS
 from lostmotion.report.chart import Axes, axis_range, nice_step
 from lostmotion.report.page import Figure, FigureData
 from lostmotion.report.svg import (

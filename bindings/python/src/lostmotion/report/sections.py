@@ -12,7 +12,7 @@ from lostmotion.catalogue import PARTS
 from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.discover.advice import count_runs
 from lostmotion.drives import Drive
-from lostmotion.fit.forms import WORDS
+from lostmotion.friction import WORDS
 from lostmotion.model import ADVICE, Check, DesignModel, design_model, reversal_torque
 from lostmotion.predict import LIMITS, predict, show_default
 from lostmotion.report.characterization import figures_table

@@ -1,0 +1,38 @@
+"""Forms of the baseline model's hysteresis: where friction sits, whether it grows with the load.
+
+Nothing heavy is imported: the options of the command line read them, too.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+Friction = Literal["inside", "outside", "inside+load", "both", "both+load"]
+
+FORMS: tuple[Friction, ...] = get_args(Friction)
+"""In the order of their numbers of values: the first that does is taken."""
+
+PARTS: dict[Friction, frozenset[str]] = {
+    "inside": frozenset({"parallel"}),
+    "outside": frozenset({"series"}),
+    "inside+load": frozenset({"parallel", "load"}),
+    "both": frozenset({"parallel", "series"}),
+    "both+load": frozenset({"parallel", "series", "load"}),
+}
+"""What takes part: friction in parallel with the spring, in series, half widths that grow with the
+load. A form contains those whose parts it has."""
+
+WORDS: dict[Friction, str] = {
+    "inside": "in parallel with the spring",
+    "outside": "in series with the spring",
+    "inside+load": "in parallel with the spring, growing with the load",
+    "both": "in parallel and in series with the spring",
+    "both+load": "in parallel and in series with the spring, growing with the load",
+}
+"""Every form in words, behind 'friction'."""
+
+
+def contained(form: Friction) -> tuple[Friction, ...]:
+    """Forms that are the next smaller ones within a form."""
+    inner = [other for other in FORMS if PARTS[other] < PARTS[form]]
+    return tuple(one for one in inner if not any(PARTS[one] < PARTS[other] for other in inner))
