@@ -23,6 +23,7 @@ FLOORS = (
     "compare",
     "export",
     "report",
+    "drawing",
     "replay",
     "simulators",
     "design",

@@ -141,6 +141,16 @@ def add_prediction(command: Command) -> None:
     )
 
     added = command(
+        "drawing",
+        "lostmotion.commands.drawing:run_drawing",
+        "Tooth profiles with root fillets as CSV and DXF in mm, and the table of a gear drawing.",
+        "lostmotion drawing drive.toml -o drawing",
+    )
+    add_drive(added, "drive file with a [design]")
+    added.add_argument("-o", "--output", metavar="FOLDER", required=True, help="a new folder")
+    added.add_argument("--csv-only", action="store_true", help="no DXF, which needs ezdxf")
+
+    added = command(
         "clearances",
         "lostmotion.commands.predict:run_clearances",
         "Side clearances of every tooth, both ways, with contact radius and interference.",

@@ -1,0 +1,1 @@
+"""Tooth profiles and the quantities of a gear drawing, out of the computer."""

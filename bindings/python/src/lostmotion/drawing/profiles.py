@@ -1,0 +1,206 @@
+"""Profiles of both gears with root fillets, of the generator and of the rim, in mm.
+
+Each gear stands undeformed on its own axis, a tooth (external) or a space (internal) upward.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from lostmotion.model import DesignModel
+from lostmotion.report.mesh import Mesh, make_mesh
+from lostmotion.report.svg import Array
+
+FLANK_POINTS = 25
+"""Of one flank, from the fillet to the tip: 1e-5 modules off the involute at most."""
+
+ARC_POINTS = 9
+"""Of a fillet, of half a tip and of half a root."""
+
+CONTOUR_POINTS = 1440
+"""Of a generator: every quarter of a degree."""
+
+COINCIDENT_MM = 1e-6
+"""Points nearer than that are one: a thousandth of what a machine resolves."""
+
+HALVINGS = 40
+"""Of a fillet's radius, to fit the room between two flanks."""
+
+
+@dataclass(frozen=True)
+class GearProfile:
+    """One gear.
+
+    Attributes
+    ----------
+    name : str
+        ``flexspline`` or ``rigid``.
+    internal : bool
+        Teeth inward; then `half_pitch` is of a space, otherwise of a tooth.
+    half_pitch : ndarray, shape (n, 2)
+        From the middle of the tooth or space to the middle of its neighbour: x to the side of
+        growing angle, y outward along its axis.
+    fillet_radius_mm, form_radius_mm : float
+        Of the root arc, and where it meets the flank.
+    """
+
+    name: str
+    internal: bool
+    teeth: int
+    root_mm: float
+    tip_mm: float
+    fillet_radius_mm: float
+    form_radius_mm: float
+    half_pitch: Array
+
+    def pitch(self) -> Array:
+        """One pitch, symmetric about its axis, at growing angles."""
+        mirrored = self.half_pitch[::-1] * np.array([-1.0, 1.0])
+        return np.concatenate((mirrored, self.half_pitch[1:]))
+
+    def outline(self) -> Array:
+        """All teeth, closed: the last point is not the first one again."""
+        one = self.pitch()[:-1]
+        turns = -2.0 * math.pi * np.arange(self.teeth) / self.teeth
+        x, y = one[:, 0], one[:, 1]
+        c, s = np.cos(turns)[:, None], np.sin(turns)[:, None]
+        return np.stack((x * c - y * s, x * s + y * c), axis=-1).reshape(-1, 2)
+
+
+def gear_profiles(model: DesignModel) -> tuple[GearProfile, GearProfile]:
+    """Profiles of the flexspline, undeformed, and of the rigid gear."""
+    mesh = make_mesh(model)
+    drive = model.drive
+    rounding = (
+        drive.teeth.root_clearance
+        / (1.0 - math.sin(drive.teeth.pressure_angle_rad))
+        * mesh.module_mm
+    )  # tip of the basic rack, ISO 53: c / (1 - sin alpha)
+    return (
+        _profile(mesh, "flexspline", mesh.teeth, mesh.external, rounding),
+        _profile(mesh, "rigid", mesh.rigid_teeth, not mesh.external, rounding),
+    )
+
+
+def _profile(mesh: Mesh, name: str, teeth: int, internal: bool, rounding: float) -> GearProfile:
+    root = float(getattr(mesh, f"{name}_root_mm"))
+    tip = float(getattr(mesh, f"{name}_tip_mm"))
+    side = -1.0 if internal else 1.0  # from the flank to the middle of the space
+
+    def half(radius: float) -> float:
+        return float(mesh.half_angle(name, np.array([radius]))[0])
+
+    fillet, form, centre = _fillet(half, (root, tip), rounding, (side, math.pi / teeth))
+    foot = centre * root / np.hypot(*centre)
+    arc = _arc(centre, fillet, _at(form, half(form)), foot)
+    radius = np.linspace(form, tip, FLANK_POINTS)
+    flank = np.array([_at(r, half(r)) for r in radius])
+    end, middle = math.atan2(*foot), 0.0 if internal else math.pi / teeth
+    bottom = np.array([_at(root, a) for a in np.linspace(end, middle, ARC_POINTS)])
+    top_middle = math.pi / teeth if internal else 0.0
+    top = np.array([_at(tip, a) for a in np.linspace(half(tip), top_middle, ARC_POINTS)])
+    # from the root's middle to the tip's, then in order of growing angle
+    line = np.concatenate((bottom[:0:-1], arc[:0:-1], flank[:-1], top))
+    apart = np.hypot(*np.diff(line, axis=0).T) > COINCIDENT_MM  # a full fillet leaves no root
+    line = line[np.concatenate(([True], apart))]
+    return GearProfile(
+        name, internal, teeth, root, tip, fillet, form, line if internal else line[::-1]
+    )
+
+
+def _at(radius: float, angle: float) -> Array:
+    return np.array([radius * math.sin(angle), radius * math.cos(angle)])
+
+
+def _fillet(
+    half: Callable[[float], float],
+    ends: tuple[float, float],
+    rounding: float,
+    space: tuple[float, float],
+) -> tuple[float, float, Array]:
+    """Find the arc that touches root circle and flank: radius, radius of the form circle, centre.
+
+    As large as the tip of the basic rack, or as the room to the opposite flank and to the tip.
+    """
+    root, tip = ends
+    side, half_pitch = space
+    step = 1e-6 * abs(tip - root)
+
+    def centre(radius: float, arc: float) -> Array:
+        ahead, behind = (_at(r, half(r)) for r in (radius + step, radius - step))
+        along = (ahead - behind) / np.hypot(*(ahead - behind))
+        normal = side * np.array([along[1], -along[0]])
+        return np.asarray(_at(radius, half(radius)) + arc * normal)
+
+    def missing(radius: float, arc: float) -> float:
+        return float(np.hypot(*centre(radius, arc)) - (root + side * arc))
+
+    def fits(arc: float) -> tuple[float, Array] | None:
+        if missing(root, arc) * missing(tip, arc) > 0:
+            return None
+        form = float(brentq(missing, root, tip, args=(arc,), xtol=1e-12))
+        place = centre(form, arc)
+        angle = math.atan2(*place)
+        room = angle if side < 0 else half_pitch - angle
+        return (form, place) if room >= 0 else None
+
+    found = fits(rounding)
+    if found is not None:
+        return rounding, *found
+    low, high = 0.0, rounding
+    for _ in range(HALVINGS):
+        arc = 0.5 * (low + high)
+        if fits(arc) is None:
+            high = arc
+        else:
+            low = arc
+    found = fits(low)
+    if found is None:
+        return 0.0, root, _at(root, half(root))
+    return low, *found
+
+
+def _arc(centre: Array, radius: float, start: Array, end: Array) -> Array:
+    """Points of the short arc from start to end."""
+    if radius == 0:
+        return np.array([start, end])
+    first, last = (math.atan2(*(p - centre)[::-1]) for p in (start, end))
+    turn = (last - first + math.pi) % (2.0 * math.pi) - math.pi
+    angle = first + np.linspace(0.0, turn, ARC_POINTS)
+    return np.column_stack((centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)))
+
+
+def rim_contours(model: DesignModel) -> dict[str, Array]:
+    """Closed curves of the deformed rim and of the generator in the middle of the face.
+
+    Returns
+    -------
+    dict of ndarray, shape (n, 2)
+        ``neutral_line``; ``generator_seat``, the face of the rim that the generator presses;
+        ``cam``, under the balls and races of the bearing (cam and ellipse alone, and only where
+        that leaves a curve without a cusp).
+    """
+    mesh = make_mesh(model)
+    drive, lib = model.drive, model.core.lib
+    seat = mesh.rim_mm / 2.0
+    bearing = drive.support.ball_diameter_mm + 2.0 * drive.support.race_thickness_mm
+    places = [mesh.place(a) for a in np.linspace(0.0, 2.0 * np.pi, CONTOUR_POINTS, endpoint=False)]
+    outward = 1.0 if mesh.external else -1.0
+
+    def offset(distance: float) -> Array:
+        return np.array(
+            [
+                _at(radius, polar) + outward * distance * _at(1.0, normal)
+                for polar, radius, normal in places
+            ]
+        )
+
+    found = {"neutral_line": offset(0.0), "generator_seat": offset(seat)}
+    if drive.generator.type in (lib.LM_COSINE, lib.LM_ELLIPSE) and bearing > 0:
+        found["cam"] = offset(seat + bearing)
+    return found
