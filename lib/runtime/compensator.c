@@ -459,9 +459,12 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
 
 void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
   const uint32_t modes = LM_STATE_HOLDING | LM_STATE_RESETTING;
-  uint32_t other = mode == LM_MODE_RUN    ? 0u
-                   : mode == LM_MODE_HOLD ? LM_STATE_HOLDING
-                                          : LM_STATE_RESETTING;
+  uint32_t other = LM_STATE_RESETTING;
+  if (mode == LM_MODE_RUN) {
+    other = 0;
+  } else if (mode == LM_MODE_HOLD) {
+    other = LM_STATE_HOLDING;
+  }
   if (is_started(compensator)) {
     if ((compensator->standing & modes) != other) {
       listen(compensator);

@@ -2,8 +2,8 @@
 
 The rigid flank is swept by the tooth itself (tests/brute_force/arcs.py), then both are turned until
 they touch, as in test_clearances_against_polygons.py. Bar: 0.005 arcmin, float64; 0.01 arcmin more
-in float32. CI sees a few drives; `LM_FLANK_DRIVES=50` in the environment, as ./dev check sets it,
-all of them.
+in float32. CI sees a few drives; `LM_FLANK_DRIVES=50` in the environment
+means so many (two of these are off the bar: theory/flanks.md).
 """
 
 from __future__ import annotations
