@@ -136,7 +136,10 @@ class Compensators:
         self._core = c
         self._ratio = [drive.ratio for drive in drives]
         self._parameters = [
-            build(make_controller(drive, {"period": step_s}, profile="full"), c) for drive in drives
+            # The torque is computed, not measured: there is no loop that could ring, and a kinematic
+            # error swings the correction as fast as ringing does.
+            build(make_controller(drive, {"period": step_s, "ringing": 0.0}, profile="full"), c)
+            for drive in drives
         ]
         self._instances = [c.ffi.new("lm_compensator *") for _ in drives]
         self._at = c.ffi.new("lm_conditions *")
