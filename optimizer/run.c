@@ -418,10 +418,14 @@ int lm_finish_run(lm_run *run, int status, char note[LM_NOTE_MAX]) {
   int failed;
   lm_solution best;
   FILE *file;
+  note[0] = '\0';
+  if (status == LM_EXIT_FAILED) { /* what was found so far is no result; the journal keeps it */
+    lm_free_workspace(workspace);
+    return status;
+  }
   if (workspace == NULL) {
     return say(note, LM_EXIT_FAILED, "not enough memory");
   }
-  note[0] = '\0';
   errno = 0;
   file = begin_file(run, "combinations.csv");
   failed = file == NULL;

@@ -79,15 +79,6 @@ static inline int signs_differ(lm_real a, lm_real b) {
 #endif
 }
 
-/* value > 0 for a finite value; without an FPU by the sign bit, which calls +0 above. */
-static inline int is_above_zero(lm_real value) {
-#if WITHOUT_FPU
-  return !is_negative(value);
-#else
-  return value > 0;
-#endif
-}
-
 /* 1 for a number above zero, infinity and a NaN without sign included. */
 static inline int is_positive(lm_real value) {
 #if LM_REAL_BITS == 32

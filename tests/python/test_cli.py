@@ -329,6 +329,7 @@ LIGHT = {
     "lostmotion.commands.parser",
     "lostmotion.errors",
     "lostmotion.files",
+    "lostmotion.friction",
 }
 """What help, version and complaints may import of the package."""
 

@@ -31,7 +31,9 @@ def test_a_sweep_gives_the_bits_of_its_runs(conditions: Conditions, name: str) -
     function = effect.function
 
     def by_run(values: np.ndarray, run: Mapping[str, np.ndarray], memory: np.ndarray) -> np.ndarray:
-        return function(values, run, memory)
+        angle = run["input_angle_rad"]  # which the C effects see within one turn
+        within = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
+        return function(values, {**run, "input_angle_rad": within}, memory)
 
     elastic = conditions.torque / 3e4
     loads = (conditions.torque, elastic, 0.9 * conditions.torque)

@@ -54,7 +54,7 @@ def test_independent_pieces_of_work_keep_their_order():
 
 
 def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
-    """A fit that starts too far off, as deviations of single runs lead it, starts anew."""
+    """However far off a fit starts, as deviations of single runs lead it, it comes back."""
     before = warm_gap.selection.began_with
     friction = library()["stribeck_friction"]
     grown = before.copy()
@@ -62,8 +62,8 @@ def test_an_added_effect_never_makes_the_error_of_the_ladder_rise(warm_gap):
     grown.terms.append(Term(friction, np.array([-900.0, 800.0, 0.01, 0.1]), friction.free()))
     alone, led_back = without_deviations(grown), without_deviations(grown, before)
     assert [term.effect.name for term in led_back.terms] == ["stribeck_friction"]
-    assert plain_rms(alone) > 1.001 * plain_rms(before)
-    assert plain_rms(led_back) <= 1.0001 * plain_rms(before)
+    for found in (alone, led_back):
+        assert plain_rms(found) <= 1.0001 * plain_rms(before)
 
 
 def model_before(diagnosis) -> RecordedModel:

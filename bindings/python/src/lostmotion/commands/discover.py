@@ -32,7 +32,6 @@ from lostmotion.errors import InputError
 from lostmotion.evidence.file import load_body
 from lostmotion.evidence.merging import merge_bodies
 from lostmotion.files import write_whole
-from lostmotion.fit.drive_file import refuse_bound
 from lostmotion.model import make_backbone
 from lostmotion.options import effects_of, ratio_of
 from lostmotion.recordings import (
@@ -120,9 +119,6 @@ def run_fit(arguments: argparse.Namespace) -> None:
             friction=arguments.friction,
             progress=bar,
         )
-    if not arguments.force:
-        for term in model.base.terms:
-            refuse_bound("--add", term.effect, term.values)
     if arguments.report is not None:
         with one_thread():
             section = fit_section(drive, model, recording_files(arguments.data))
@@ -316,7 +312,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         if "." in name and name not in bound:
             print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
     for name, value in bound.items():
-        print(f"{name:<48} {value:.5g}, {AT_BOUND}", file=out)
+        print(f"{name:<48} {value:.5g}, {AT_BOUND}: export asks for --force", file=out)
     for name, value in held.items():
         print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
     for name, one in model.tested.items():

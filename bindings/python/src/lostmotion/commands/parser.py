@@ -221,7 +221,9 @@ def add_controller(command: Command) -> None:
         "out, or the controller's compensator",
     )
     added.add_argument("--fmi", choices=("2", "3"), help="version of FMI (default: 2)")
-    add_force(added, "export")
+    added.add_argument(
+        "--force", action="store_true", help="export a value of an effect that is at its bound"
+    )
     added.add_argument(
         "--name",
         default="joint_parameters",
@@ -310,7 +312,6 @@ def add_discovery(command: Command) -> None:
     )
     add_friction(added)
     added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
-    add_force(added, "write")
     add_effects(added)
     add_report(added)
 
@@ -540,13 +541,6 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="lowest resonance of the joint with its load: how fast the correction may be "
         "(default: 25)",
-    )
-
-
-def add_force(added: argparse.ArgumentParser, verb: str) -> None:
-    """Add the option that lets a value at its bound pass."""
-    added.add_argument(
-        "--force", action="store_true", help=f"{verb} a value of an effect that is at its bound"
     )
 
 
