@@ -78,8 +78,8 @@ def test_a_sheet_is_met_and_no_longer_called_uncalibrated() -> None:
 def test_another_drive_and_more_constants_than_slopes_are_refused() -> None:
     with pytest.raises(InputError, match="the ratio of the drawing"):
         calibrate(drawing(), sheet(80.0))
+    names = ("ring_factor", "tooth_compliance_mm_per_N", "foundation_N_per_mm2")
     with pytest.raises(InputError, match="slopes below the rated torque"):
-        names = ("ring_factor", "tooth_compliance_mm_per_N", "foundation_N_per_mm2")
         calibrate(drawing(), sheet(), names)
     with pytest.raises(InputError, match=r"neither \[catalogue\] nor a fitted"):
         calibrate(drawing(), drawing())

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import io
 import shlex
-import tomllib
 
 import numpy as np
 import pytest
+import tomllib
 from small_campaigns import ARCSEC, DRIVE, campaign
 
 from lostmotion.commands.discover import show_diagnosis

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import io
-import tomllib
 
 import pytest
+import tomllib
 from small_campaigns import ARCSEC, DRIVE, campaign, gap
 
 from lostmotion.commands.discover import show_diagnosis, show_fit

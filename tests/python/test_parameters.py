@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from small_campaigns import ARCSEC, RATED_NM, campaign
 
-from lostmotion.discover.stepwise_fit import table_of
 from lostmotion.discover.linearise import settle
 from lostmotion.discover.measurement_noise import estimate_noise
+from lostmotion.discover.stepwise_fit import table_of
 from lostmotion.effects.conditions import Conditions
 from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.held_out import held_out_rms

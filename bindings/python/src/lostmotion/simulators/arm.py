@@ -136,8 +136,8 @@ class Compensators:
         self._core = c
         self._ratio = [drive.ratio for drive in drives]
         self._parameters = [
-            # The torque is computed, not measured: there is no loop that could ring, and a kinematic
-            # error swings the correction as fast as ringing does.
+            # The torque is computed, not measured: no loop could ring, and a kinematic error swings
+            # the correction as fast as ringing does.
             build(make_controller(drive, {"period": step_s, "ringing": 0.0}, profile="full"), c)
             for drive in drives
         ]
