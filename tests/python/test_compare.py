@@ -29,7 +29,6 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 from lostmotion.fit.drive_file import make_base
 from lostmotion.fit.hysteresis import PLAY_RANGE, PLAYS
-from lostmotion.fit.least_squares import break_stick, stick_jacobian
 from lostmotion.model import make_backbone
 from lostmotion.recordings import Campaign, Run, read_campaign
 from lostmotion.units import ARCSEC
@@ -383,21 +382,6 @@ def test_directions_do_not_turn_with_noise() -> None:
     turn = int(np.flatnonzero(np.diff(direction))[0])
     assert 195 < turn < 215
     assert travel[-1] == pytest.approx(-20, abs=0.6)
-
-
-def test_a_broken_stick_never_adds_up_to_more_than_one() -> None:
-    random = np.random.default_rng(2)
-    for _ in range(100):
-        sticks = random.uniform(0, 1, 5)
-        shares = break_stick(sticks, 5)
-        assert np.all(shares >= 0)
-        assert shares.sum() <= 1 + 1e-12
-        step = 1e-7
-        for j in range(5):
-            moved = sticks.copy()
-            moved[j] += step
-            slope = (break_stick(moved, 5) - shares) / step
-            np.testing.assert_allclose(stick_jacobian(sticks)[:, j], slope, atol=1e-6)
 
 
 def test_a_backbone_goes_on_beyond_its_knots() -> None:

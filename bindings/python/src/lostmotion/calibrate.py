@@ -30,6 +30,7 @@ POINTS = 12
 """Torques at which the curves are compared, evenly from the first to the last."""
 
 CONFIDENCE = 0.95
+"""Of the intervals; conventional."""
 
 RATIO_APART = 0.01
 """Share by which the ratios may differ: a drawing has the ratio of its teeth, a sheet a round

@@ -232,26 +232,3 @@ def pivoted(
             return np.asarray(x)
         at_low, at_high = (at_low & ~drawn) | below, (at_high & ~drawn) | above
     return None
-
-
-def break_stick(sticks: FloatArray, count: int) -> FloatArray:
-    """Shares that add up to at most 1, from numbers between 0 and 1.
-
-    Each number is the part that is broken off what the ones before it have left, so box bounds are
-    all that a solver has to know.
-    """
-    if sticks.size == 0:
-        return np.zeros(count)
-    left = np.concatenate(([1.0], np.cumprod(1.0 - sticks)[:-1]))
-    return np.asarray(sticks * left)
-
-
-def stick_jacobian(sticks: FloatArray) -> FloatArray:
-    """Derivatives of the shares by the sticks, ``[share, stick]``."""
-    count = sticks.size
-    out = np.zeros((count, count))
-    for j in range(count):
-        for i in range(j, count):
-            others = np.prod([1.0 - sticks[k] for k in range(i) if k != j])
-            out[i, j] = others if i == j else -sticks[i] * others
-    return out
