@@ -17,7 +17,8 @@ import numpy as np
 
 from lostmotion.backbone import run_plays
 from lostmotion.export import Controller, Limits, Play, Watch, export
-from lostmotion.fit.least_squares import bounded_least_squares, break_stick, stick_jacobian
+from lostmotion.fit.hysteresis import SHARE_MAX
+from lostmotion.fit.least_squares import SumLimit, bounded_least_squares
 from lostmotion.recordings import read_campaign
 from lostmotion.units import ARCSEC
 
@@ -53,22 +54,23 @@ def identify(recording: Path) -> tuple[Controller, float]:
     stretches, count = start.size, RADII_NM.size
 
     def evaluate(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        slopes, sticks, offset = x[:stretches], x[stretches:-1], x[-1]
-        wound = torque + plays @ break_stick(sticks, count)
+        slopes, shares, offset = x[:stretches], x[stretches:-1], x[-1]
+        wound = torque + plays @ shares
         size, sign = np.abs(wound), np.sign(wound)
         ramps = sign[:, None] * np.clip(size[:, None] - start, 0.0, length)
         slope = slopes[np.searchsorted(start, size, side="right") - 1]
-        friction = slope[:, None] * (plays @ stick_jacobian(sticks))
+        friction = slope[:, None] * plays
         columns = (ramps, friction, np.ones((torque.size, 1)))
         return ramps @ slopes + offset - angle, np.hstack(columns)
 
     mean = np.ptp(angle) / np.ptp(torque)
     first = np.concatenate((np.full(stretches, mean), np.full(count, 0.05), [0.0]))
     low = np.concatenate((np.full(stretches, mean / 50), np.zeros(count), [-np.inf]))
-    high = np.concatenate((np.full(stretches, mean * 50), np.full(count, 0.98), [np.inf]))
-    found = bounded_least_squares(evaluate, first, low, high, steps=200)
+    high = np.concatenate((np.full(stretches, mean * 50), np.full(count, SHARE_MAX), [np.inf]))
+    friction_inside = SumLimit(slice(stretches, stretches + count), SHARE_MAX)
+    found = bounded_least_squares(evaluate, first, low, high, steps=200, limit=friction_inside)
 
-    slopes, shares = found.x[:stretches], break_stick(found.x[stretches:-1], count)
+    slopes, shares = found.x[:stretches], found.x[stretches:-1]
     ends = np.append(KNOTS_NM, TORQUE_LIMIT_NM)
     rise = np.cumsum(slopes * np.diff(np.concatenate(([0.0], ends)))) * ARCSEC
     controller = Controller(
