@@ -95,8 +95,8 @@ def parts_of_gear(
     if "tooth_grade" not in read:
         raise InputError(file, f"{at}.tooth_grade", "nothing", "this key, a tooth grade")
     grade = int(read["tooth_grade"])
-    module = read.get("module", plain(teeth.get("module_mm")))
-    count = plain(teeth.get(f"{read['gear']}_teeth"))
+    module = read.get("module", stated_number(teeth.get("module_mm")))
+    count = stated_number(teeth.get(f"{read['gear']}_teeth"))
     diameter = read.get("nominal")
     if diameter is None and module is not None and count is not None:
         diameter = module * count
@@ -122,7 +122,7 @@ def parts_of_gear(
     )
 
 
-def plain(value: Any) -> float | None:
+def stated_number(value: Any) -> float | None:
     """Return a value of the file as a number; None where it is none."""
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return float(value) if is_number else None
