@@ -15,7 +15,7 @@ from lostmotion.units import dimension_name
 
 GROUPS = {
     "For everybody": ("real", "status", "version"),
-    "Design model: geometry to characteristic": (
+    "Design model: geometry to torsion curve": (
         *("drive", "design_keys", "shape", "involute", "mesh", "takeup", "radial_gap"),
         *(
             "radial_chain",
