@@ -1,4 +1,4 @@
-"""What the models of a drive have in common: a loss-free characteristic, and plays with memory."""
+"""What the models of a drive have in common: loss-free torsion curve and play operators."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Backbone:
-    """A loss-free characteristic as straight lines between knots.
+    """A loss-free torsion curve as straight lines between knots.
 
     Attributes
     ----------

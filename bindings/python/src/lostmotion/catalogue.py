@@ -1,4 +1,4 @@
-"""A bought drive: the catalogue's figures as a characteristic in reduced form.
+"""A bought drive: the catalogue's figures as a torsion curve in reduced form.
 
 A catalogue gives no geometry. What it gives is the mean curve of torque against angle, three
 stiffnesses and two torques, and what the maker guarantees of hysteresis loss and lost motion. From
@@ -37,7 +37,7 @@ REVERSAL_TORQUE_SHARE = 0.04
 """Share of the rated torque at which makers state lost motion."""
 
 PLAY_RADII = (0.0125, 0.05, 0.125, 0.25)
-"""Half widths of the plays at zero torque, over the rated torque."""
+"""Half widths of the operators at zero torque, over the rated torque."""
 
 PLAY_WEIGHTS = (1.5, 3.0, 5.0, 6.0)
 """Their compliances relative to each other."""

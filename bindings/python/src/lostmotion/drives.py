@@ -21,7 +21,6 @@ from typing import Any
 
 from lostmotion import structs, units
 from lostmotion.catalogue import WIND_UP_MAX_RAD, Catalogue
-from lostmotion.combined_tolerances import COMBINED, spelled_out
 from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
@@ -263,7 +262,7 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
             file,
             "design.generator.contact_half_angle_deg",
             "nothing",
-            f"this key, an angle, for a generator of type '{generator.value}'",
+            f"this key, an angle, for a wave generator of type '{generator.value}'",
         )
     return design
 
@@ -277,18 +276,16 @@ def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None
     kinds = CHAINS[name]
     entries = []
     for index, entry in enumerate(table[name]):
+        at = f"{place}[{index}]"
         if not isinstance(entry, Mapping):
-            raise InputError(file, f"{place}[{index}]", as_in_file(entry), f"a table [[{place}]]")
-    teeth = table.get("teeth", {})
-    for at, entry in spelled_out(file, place, table[name], teeth):
-        known = (*kinds, *COMBINED) if name == "tolerance" else tuple(kinds)
+            raise InputError(file, at, as_in_file(entry), f"a table [[{place}]]")
         if "kind" not in entry:
-            raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(known))
+            raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(kinds))
         kind = entry["kind"]
         if not isinstance(kind, str) or kind not in kinds:
-            hint = did_you_mean(kind, known) if isinstance(kind, str) else ""
+            hint = did_you_mean(kind, kinds) if isinstance(kind, str) else ""
             raise InputError(
-                file, f"{at}.kind", as_in_file(kind), "one of " + ", ".join(known) + hint
+                file, f"{at}.kind", as_in_file(kind), "one of " + ", ".join(kinds) + hint
             )
         head = (Key("kind", kind="text"), Key("name", kind="text"))
         entries.append(Entry(kind, at, read_keys(file, at, entry, (*head, *kinds[kind]))))
@@ -345,7 +342,7 @@ PLAY_OUTSIDE = "play_outside_{}_rad_per_Nm"
 
 PLAY_ENVELOPE = "play_envelope_Nm"
 PLAY_KNEE = "play_envelope_knee_Nm"
-"""How much further than the torque the plays' envelope goes, and where two thirds are reached."""
+"""Gain of the operators' envelope over the torque, and its knee torque."""
 
 NUMBERED = (KNOT, SLOPE, PLAY_RADIUS, PLAY_WIDENING, PLAY_SHARE, PLAY_OUTSIDE)
 """Values of a fit that come in rows, numbered from 1."""
@@ -422,7 +419,7 @@ def _ranges(file: str, table: Any) -> None:
 
 
 def _whole(file: str, values: Mapping[str, float]) -> None:
-    """Check that the characteristic and the plays of a fit are whole, where it has them."""
+    """Check that the torsion curve and the operators of a fit are whole, where it has them."""
     rows: dict[str, list[float]] = {}
     for pattern in NUMBERED:
         row = rows[pattern] = numbered(values, pattern)
@@ -434,7 +431,7 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
             raise InputError(file, f"fit.values.{stray[0]}", "a gap before it", f"{wanted} first")
     knots, slopes, radii, widening, shares, outside = rows.values()
     if len(widening) not in (0, len(radii)):
-        found = f"{len(radii)} radii of plays, {len(widening)} widenings"
+        found = f"{len(radii)} radii of operators, {len(widening)} widenings"
         raise InputError(file, "fit.values", found, "a widening for each radius, or none")
     if any(not 0 <= value < 1 for value in widening):
         found = f"{next(value for value in widening if not 0 <= value < 1):g}"
@@ -456,7 +453,7 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
         if slope < 0:
             raise InputError(file, f"fit.values.{SLOPE.format(i + 1)}", f"{slope:g}", "0 or more")
     if len(shares) != len(radii) or len(outside) not in (0, len(radii)):
-        found = f"{len(radii)} radii of plays, {len(shares)} shares, {len(outside)} outside"
+        found = f"{len(radii)} radii of operators, {len(shares)} shares, {len(outside)} outside"
         raise InputError(file, "fit.values", found, "a share for each radius")
     envelope, knee = (values.get(key) for key in (PLAY_ENVELOPE, PLAY_KNEE))
     if (envelope is None) != (knee is None):

@@ -104,7 +104,7 @@ FOUND_MAX = 200
 
 
 def one_line(text: str) -> str:
-    """Return `text` on one line that any terminal can show: odd characters as escapes."""
+    """Return `text` on one line that any terminal displays: unprintable characters as escapes."""
     line = " ".join(text.split())
     if line.isprintable():
         return line

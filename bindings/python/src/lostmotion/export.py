@@ -105,11 +105,11 @@ the largest correction is that of twice the torque and a quarter more. Chosen on
 drive's parameters are found later."""
 
 PLAYS_SHARE_MAX = 0.9
-"""Most that the plays of a sheet take of the backbone's least compliance: where they take all of
-it, the drive would not give way at all after a reversal."""
+"""Most that the operators of a sheet take of the least compliance: where they take all of it, the
+drive would not give way at all after a reversal."""
 
 FLANK_WIDENINGS = (0.1, 0.2, 0.4)
-"""Widening of the plays that make the loop of flank friction, which grows with the torque."""
+"""Widening of the operators that make the loop of flank friction, which grows with the torque."""
 
 SETTINGS = (
     Key("torque_limit", "Nm", above=0),
@@ -134,7 +134,7 @@ SETTINGS = (
 
 @dataclass(frozen=True)
 class Play:
-    """One play operator; its weight is a compliance outside and a share inside the elasticity."""
+    """One play operator; its weight is a compliance in series, a share in parallel."""
 
     radius_Nm: float
     widening: float
@@ -143,7 +143,7 @@ class Play:
 
 @dataclass(frozen=True)
 class Envelope:
-    """What the plays follow: how much further than the torque it goes, and its knee."""
+    """What the operators follow: how much further than the torque it goes, and its knee."""
 
     most_Nm: float = 0.0
     knee_Nm: float = 1.0
@@ -195,9 +195,9 @@ class Controller:
     torque_limit_Nm : float
         Torque beyond it is clipped; in the gap profile the largest commanded angle, rad.
     torque_Nm, angle_rad : ndarray
-        Knots of the backbone; none in the gap profile.
+        Knots of the torsion curve; none in the gap profile.
     outside, inside : list of Play
-        Plays outside and inside the elasticity.
+        Operators in series and in parallel with the spring.
     effects : list of (name, values)
         In the order torque, width, angle.
     notes : list of str
@@ -205,7 +205,7 @@ class Controller:
     own : mapping
         The user's own effects by name, where some are among `effects`.
     envelope : Envelope
-        What the plays follow.
+        What the operators follow.
     valid : Validity
         The ranges that were fitted.
     dead_band_rad : float
@@ -229,7 +229,7 @@ class Controller:
 
     @property
     def plays(self) -> list[Play]:
-        """All plays as the library has them, outside ones first."""
+        """All operators as the library has them, outside ones first."""
         if self.dead_band_rad > 0:
             half = self.outside[0].radius_Nm
             return [Play(self.dead_band_rad / 2, 0.0, 2 * half / self.dead_band_rad)]
@@ -330,7 +330,7 @@ def _fits(file: str, key: str, count: int, most: int, profile: Profile) -> None:
 def _backbone(
     drive: Drive, limit_Nm: float, most: int, notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
-    """Knots of the backbone up to the torque limit, thinned out where there are too many."""
+    """Knots of the torsion curve up to the torque limit, thinned out where there are too many."""
     backbone = fitted_backbone(drive, limit_Nm) or make_backbone(drive, limit_Nm)
     if backbone.torque_Nm.size <= most:
         return backbone.torque_Nm, backbone.angle_rad
@@ -346,7 +346,7 @@ def _backbone(
         fault,
     )
     notes.append(
-        f"{most} of {torque.size} points of the characteristic are kept; straight lines between "
+        f"{most} of {torque.size} points of the torsion curve are kept; straight lines between "
         f"them miss it by at most {error[0] / ARCSEC:.2g} arcsec."
     )
     index = np.array([chosen[i] for i in range(most)])
@@ -354,7 +354,7 @@ def _backbone(
 
 
 def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
-    """The plays of a fit by the pattern of their weights; those without a weight are left out."""
+    """The operators of a fit by the pattern of their weights; without those of no weight."""
     radii = fit_values(drive, PLAY_RADIUS)
     weights = fit_values(drive, pattern)
     widening = fit_values(drive, PLAY_WIDENING)
@@ -365,7 +365,7 @@ def _fitted_plays(drive: Drive, pattern: str) -> list[Play]:
 
 
 def _fitted_envelope(drive: Drive) -> Envelope:
-    """What the plays of a fit follow."""
+    """What the operators of a fit follow."""
     values = (drive.fit or {}).get("values", {})
     if PLAY_ENVELOPE not in values:
         return Envelope()
@@ -391,7 +391,7 @@ def _fitted_validity(drive: Drive) -> Validity:
 def _friction(
     drive: Drive, least_rad_per_Nm: float, notes: list[str]
 ) -> tuple[list[Play], list[Play]]:
-    """Plays outside and inside the elasticity of a backbone of this least compliance."""
+    """Operators in series and in parallel, for a torsion curve of this least compliance."""
     outside = _fitted_plays(drive, PLAY_OUTSIDE)
     inside = _fitted_plays(drive, PLAY_SHARE)
     if outside or inside:
@@ -548,7 +548,7 @@ def _defaults(
     # With these the stages of the limiter do not narrow each other (compensator.c).
     acceleration = given.get("acceleration", 2.0 * response * velocity)
     jerk = given.get("jerk", 8.0 * response * acceleration)
-    # The noise floor may be above what the model leaves of runs that it has not seen: the rest is
+    # The noise floor may be above what the model leaves of runs left out: the rest is
     # what the model lacks, no noise of the measurement.
     fit = drive.fit or {}
     floor_arcsec = float(fit.get("noise_floor_arcsec", 0.0))
@@ -663,8 +663,8 @@ def refused(error: LibraryError) -> InputError:
         return InputError(
             "friction",
             "",
-            f"plays that add up to {error.found:.3g} rad/Nm",
-            "less than the least compliance of the backbone: the loop is too wide for the drive",
+            f"operators that add up to {error.found:.3g} rad/Nm",
+            "less than the least compliance of the torsion curve: the loop is too wide",
         )
     expected = f"{error.low:.6g} to {error.high:.6g}" if error.low != error.high else "a value"
     return InputError(
@@ -944,7 +944,7 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
     effects = "1 effect" if count == 1 else f"{count} effects"
     print(f"written: {answer['file']} (fingerprint {answer['fingerprint']})\n", file=out)
     print(
-        f"{answer['knots']} knots, {plays} plays, {effects}; "
+        f"{answer['knots']} knots, {plays} operators, {effects}; "
         f"{answer['blob_bytes']} bytes as a blob",
         file=out,
     )

@@ -1,4 +1,4 @@
-"""The door through which recordings come to a drive file, for commands, pages and Python alike."""
+"""The door through which recordings come to a drive file, for commands, pages and Python."""
 
 from __future__ import annotations
 

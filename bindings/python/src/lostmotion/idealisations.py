@@ -22,9 +22,9 @@ def idealisations(model: DesignModel) -> list[str]:
             else f"{model.sections} axial sections share the load."
         ),
         (
-            "The rim rests on a foundation that is alike under all teeth, as the drive file states."
+            "The rim rests on a foundation that is equal under all teeth, as the drive file states."
             if drive.support.foundation_N_per_mm2 > 0
-            else "The rim is a thin ring on the supports of the generator, which hold in both "
+            else "The rim is a thin ring on the supports of the wave generator, which hold in both "
             "directions; a ball stands on the deformation axis."
         ),
         (

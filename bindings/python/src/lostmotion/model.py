@@ -1,4 +1,4 @@
-"""The design model: a drawing becomes clearances, a characteristic, checks and tolerance limits.
+"""The design model: a drawing becomes clearances, a torsion curve, checks and tolerance limits.
 
 Thin objects over the C library; all loops over teeth, torques and axial sections are in C.
 """
@@ -25,7 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
 
 BACKBONE_TORQUES = 257
-"""Torques at which a design is evaluated to become a backbone."""
+"""Torques at which a design is evaluated to become a torsion curve."""
 
 PROBABLE_T = 3.0
 """Half width of the probable limits in standard deviations: 0.27 % lie outside."""
@@ -153,7 +153,7 @@ class DesignModel:
         Parameters
         ----------
         phase_rad : float
-            Tooth phase of the generator.
+            Tooth phase of the wave generator.
         angles_rad : array, optional
             Angles from the deformation axis at which a tooth is to be placed.
         """
@@ -355,7 +355,7 @@ def design_model(drive: Drive, bits: Bits = 64) -> DesignModel:
 
 
 def make_backbone(drive: Drive, largest_torque_Nm: float) -> Backbone:
-    """Make the loss-free characteristic of a drive, for comparison with recordings.
+    """Make the loss-free torsion curve of a drive, for comparison with recordings.
 
     Parameters
     ----------
@@ -380,7 +380,7 @@ def fit_values(drive: Drive, pattern: str) -> FloatArray:
 
 
 def fitted_backbone(drive: Drive, reach_Nm: float) -> Backbone | None:
-    """Make the loss-free characteristic that a fit found; None where the file has none.
+    """Make the loss-free torsion curve that a fit found; None where the file has none.
 
     Parameters
     ----------

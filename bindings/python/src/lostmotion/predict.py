@@ -62,7 +62,7 @@ def predict(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float = 0.0) -> P
     torque_Nm : array
         Rising.
     phase_rad : float
-        Tooth phase of the generator; a bought drive has none.
+        Tooth phase of the wave generator; a bought drive has none.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def add_fitted(answer: dict[str, Any], drive: Drive, torque_Nm: npt.ArrayLike) -
     answer["fitted_arcmin"] = numbers(fitted(np.asarray(torque_Nm)) / ARCMIN)
     answer["assumptions"] = [
         *answer["assumptions"],
-        "fitted is the characteristic that recordings gave, without friction and without the "
+        "fitted is the torsion curve that recordings gave, without friction and without the "
         "effects of the file; all else is what the sheet or the drawing says.",
     ]
 
@@ -167,7 +167,7 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
             "tolerance_lost_motion is equation (9) in one direction; a reversal sees twice that.",
             *(
                 [
-                    "generator.eccentricity has no effect: the generator floats and centres "
+                    "generator.eccentricity has no effect: the wave generator floats and centres "
                     "itself; floating = false fixes it."
                 ]
                 if model.drive.generator.floating and model.drive.generator.eccentricity_mm > 0
@@ -194,7 +194,7 @@ def clearances(
     drive : Drive
         With a design.
     phase_rad : float
-        Tooth phase of the generator.
+        Tooth phase of the wave generator.
     angles_rad : array, optional
         Angles from the deformation axis at which a tooth is to be placed.
     """

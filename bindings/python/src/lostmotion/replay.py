@@ -461,7 +461,10 @@ NOT_A_NUMBER = {
     "torque_Nm": "the compensator goes on with the torque before it",
     "time_s": "each counts as one period",
 }
-"""What is done in a tick without the number; of other conditions the compensator decides alike."""
+"""What is done in a tick without the number.
+
+Of other conditions the compensator decides in the same way.
+"""
 
 
 def notes_on(runs: Sequence[Run], period_s: float) -> list[str]:

@@ -34,7 +34,7 @@ Derived: a likelihood ratio of e^2; twice that is the 4 of Akaike for two values
 """
 
 P_SURE = 1e-3
-"""A shape whose p over all candidates is larger must also lower the error on unseen runs.
+"""A shape whose p over all candidates is larger must also lower the leave-one-run-out error.
 
 Chosen: a tenth of `P_LIMIT`.
 """
@@ -63,7 +63,7 @@ Chosen: on campaigns of tests/rig.
 """
 
 LEFTOVER_SHARE = 0.12
-"""What is left of a named effect because its form is not exactly right counts as missing from this
+"""Residual of a named effect because its form is not exactly right counts as missing from this
 share of its size on.
 
 Chosen: on campaigns of tests/rig.
@@ -83,9 +83,10 @@ Chosen: on campaigns of tests/rig.
 """
 
 FORM_SHARE = 0.0025
-"""How exactly the base has the form of a drive, over the rms of its lost motion: a characteristic
-of straight pieces and a few plays on the torque are no drive's springs and friction. What hangs on
-the load alone and is smaller is not told from that.
+"""Exactness of the baseline's form, over the rms of the lost motion.
+
+A torsion curve of straight pieces and a few operators on the torque is not exact for any drive.
+What depends on the load alone and is smaller is not distinguished from that.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -113,7 +114,7 @@ Chosen: on campaigns of tests/rig.
 """
 
 PAIRED_T = 2.0
-"""Paired t over runs below which two effects are not told apart ...
+"""Paired t over runs below which two effects are confounded ...
 
 Conventional: two standard deviations, 5 % two-sided with many runs.
 """
@@ -177,7 +178,7 @@ Chosen: as `REFITS_NAMED`.
 
 STRAYED = 0.1
 """A run whose friction deviates by more than this share may hide an effect in it: candidates are
-then judged from the base without deviations as well.
+then judged from the baseline model without deviations as well.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -216,13 +217,13 @@ Derived: 2^-(n-1) < 0.05 for n = 6, of the signs of the runs.
 """
 
 TWIN_DEG = 10.0
-"""Effects within this angle look alike with this plan.
+"""Effects within this angle are confounded with this plan.
 
 Derived: 97 % of the one's square is the other's.
 """
 
 WARN_DEG = 30.0
-"""Effects within this angle are hard to tell apart.
+"""Effects within this angle are hard to separate.
 
 Derived: three quarters of the one's square are the other's.
 """
@@ -275,8 +276,8 @@ Conventional: as Rosner, for whom outliers are few.
 """
 
 ODD_RUNS_ALIKE_LEAST = 3
-"""So many runs that stand apart and are just those of one load hang on the load, which is recorded:
-what the form of the base does not meet there is no unknown cause.
+"""So many runs that stand apart and are just those of one load depend on the recorded load:
+what the form of the baseline model does not meet there is no unknown cause.
 
 Chosen: on campaigns of tests/rig.
 """
@@ -305,7 +306,7 @@ Chosen: on campaigns of tests/rig.
 
 EVENT_SCORE_LEAST = 10.0
 """Least score of a step, in standard deviations: Gaussian noise alone reaches 5 in 1e5 samples, and
-what is left of an effect or of the base, whose form is not exactly right, a little over 8 ...
+the residual of an effect or baseline whose form is not exact, a little over 8 ...
 
 Chosen: on campaigns of tests/rig.
 """

@@ -306,7 +306,7 @@ def count_steps(part: Part, step: FloatArray) -> None:
 def strides_for(rows: Sequence[int], budget: int) -> list[int]:
     """Every how many rows to take of each run, so that all together stay within the budget.
 
-    Short runs are taken whole; the long ones share the rest alike.
+    Short runs are taken whole; the long ones share the rest equally.
     """
     left, share = float(budget), float(budget) / max(len(rows), 1)
     for number, count in enumerate(sorted(rows)):

@@ -1,4 +1,4 @@
-"""What runs have of their own: two classes of them, or a part of the base that drifts steadily.
+"""What runs have of their own: two classes of them, or a part of the baseline that drifts steadily.
 
 A low polynomial cannot follow what sets in at a threshold, when a few quick runs at the end of a
 channel are all that is beyond it. Every way of parting the runs along a channel is looked at; the
@@ -66,7 +66,7 @@ def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
     n0 = e.fixed.size
     total = matrix.sum(axis=0)
     h0 = total[:n0, :n0] + np.diag(e.ridge(e.index())[:n0])
-    # Rows: the column of each parting against the base, itself and the residual.
+    # Rows: the column of each parting against the baseline model, itself and the residual.
     cross = masks @ matrix[:, n0, :n0]
     own = masks @ matrix[:, n0, n0]
     score = masks @ matrix[:, n0, -1] - cross @ np.linalg.solve(h0, total[:n0, -1])
@@ -81,7 +81,7 @@ def between_runs(base: BaselineModel, contest: Contest) -> list[Candidate]:
 
 
 def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
-    """For each part of the base and each channel the parting of the runs that explains most."""
+    """For each part of the baseline and each channel the parting of the runs that explains most."""
     c = base.conditions
     tangents = base.run_columns(base.at())
     out: dict[tuple[str, bytes], Candidate] = {}
@@ -102,7 +102,7 @@ def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
             )
             shape = f"{part}, a step {where}"
             if key in out:
-                # Two channels that part the runs alike cannot be told apart. Each has its test, and
+                # Two channels that part the runs in one way are confounded. Each has its test, and
                 # either may be the one that passes: the one with fewer partings.
                 one = out[key]
                 out[key] = replace(
@@ -125,7 +125,7 @@ def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
 
 
 def run_drifts(base: BaselineModel) -> list[Candidate]:
-    """Each part of the base as it changes by the same from every run to the next."""
+    """Each part of the baseline model as it changes by the same from every run to the next."""
     c = base.conditions
     tangents = base.run_columns(base.at())
     along = np.linspace(-1.0, 1.0, c.runs)[c.run_of]

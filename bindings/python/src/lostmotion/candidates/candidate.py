@@ -32,7 +32,7 @@ class Candidate:
     columns : ndarray
         Arc seconds per unit.
     covariate, shape : str
-        What a shape hangs on, in words.
+        What a shape depends on, in words.
     starts : list of ndarray
         Values to start a joint refit from.
     start_of : list of int
@@ -70,7 +70,7 @@ class Candidate:
 
     @property
     def hangs_on_load_alone(self) -> bool:
-        """Whether it hangs on the torque and its history, as all that the base consists of."""
+        """Whether it depends on the torque and its history alone, as the baseline does."""
         if self.effect is not None:
             return self.effect.needs <= LOAD_NEEDS
         return self.covariate in LOAD_CHANNELS

@@ -46,7 +46,7 @@ class Form(Protocol):
     def linearise(
         self, effect: Effect, base: BaselineModel, point: Point, ratio: float
     ) -> Tangents:
-        """Take the columns of an effect at a fitted base."""
+        """Take the columns of an effect at a fitted baseline model."""
         ...
 
     def values(

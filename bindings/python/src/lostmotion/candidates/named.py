@@ -1,4 +1,4 @@
-"""The effects that compete: those that recordings can show, and why the others cannot be tested."""
+"""The effects that compete: those that recordings can identify, and why the others cannot be tested."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ GROWS_ALREADY = "not testable: absorbed by the baseline, whose friction grows wi
 def named_candidates(
     effects: Mapping[str, Effect], base: BaselineModel, point: Point, ratio: float
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """Every effect that these recordings can show, and why the others are not testable."""
+    """Every effect that these recordings can identify, and why the others are not testable."""
     c = base.conditions
     present = {term.effect.name for term in base.terms}
     out: list[Candidate] = []
@@ -60,7 +60,7 @@ def named_candidates(
         flat = constant_columns(effect, c)
         if candidate.columns.shape[1] == 0 or flat:
             why = f"constant {', '.join(flat)}" if flat else "it does nothing here"
-            closed[name] = f"not visible with this plan: {why}"
+            closed[name] = f"not identifiable with this plan: {why}"
             continue
         out.append(candidate)
     return out, closed

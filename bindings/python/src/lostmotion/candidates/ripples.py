@@ -1,7 +1,8 @@
 """A ripple over an angle, of any order: bearings and belts make some that are no whole number.
 
-The spectrum of what the base leaves is looked at over all orders that the turning runs resolve. The
-one that stands out most from its neighbours competes, and its test pays for all of them.
+The spectrum of what the baseline model leaves is looked at over all orders that the turning runs
+resolve. The one that stands out most from its neighbours competes, and its test pays for all of
+them.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ BINS_MOST = 2**18
 """Most bins: who records thousands of turns does so in search of what is slow."""
 
 PADDING = 4
-"""Points of the spectrum for each order that the recorded turns tell apart."""
+"""Points of the spectrum for each order that the recorded turns resolve."""
 
 NEIGHBOURS = 50
 """Orders on either side of one that say how strong the noise is there."""

@@ -1,4 +1,4 @@
-"""Shapes without a name: a part of the base that varies with a recorded quantity in some way.
+"""Shapes without a name: a part of the baseline that varies with a recorded quantity in some way.
 
 They compete with the named effects. When one wins, the answer is "unexplained", and the shape says
 on what it depends and how.
@@ -74,7 +74,7 @@ def channels(base: BaselineModel) -> dict[str, FloatArray]:
         if column in c.columns and np.ptp(c.columns[column]) > 0:
             found[name] = c.columns[column]
     if not base.has_effects:
-        # What is left of creep or of a lag hangs on rates too, and is no second cause.
+        # The residual of creep or of a lag depends on rates too, and is no second cause.
         found["torque_rate"] = usual_rates(base)
     found["time"] = c.time_s - c.time_s[c.starts[:-1]][c.run_of]
     found["run"] = c.run_of.astype(np.float64)

@@ -1,4 +1,4 @@
-"""Tangents of an effect at the fitted base: what it would add to the recordings.
+"""Tangents of an effect at the fitted baseline model: what it would add to the recordings.
 
 Linear values give exact columns. Values that enter otherwise are stepped over a few starts, which
 the effect's card states.
@@ -153,7 +153,7 @@ def thresholds(effect: Effect, base: BaselineModel, values: FloatArray) -> list[
 
 
 def at_base(effect: Effect, values: FloatArray, base: BaselineModel, point: Point) -> FloatArray:
-    """What an effect does at a fitted base, in arc seconds where it acts on the angle."""
+    """What an effect does at a fitted baseline model, in arc seconds where it acts on the angle."""
     found = effect.run(values, base.conditions, point.torque, point.elastic * ARCSEC, point.wound)
     return found / ARCSEC
 

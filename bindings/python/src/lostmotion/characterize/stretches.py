@@ -31,15 +31,16 @@ ONE_DIRECTION = 0.1
 
 FEW_READINGS = 50
 """Below this number readings were taken one by one: they are independent, and a loop has no more
-than a width, the same at every torque. The number from which `fit` has enough for the base."""
+than a width, the same at every torque. The number from which `fit` has enough for the baseline
+model."""
 
 NOISE_TURN = 4.0
 """A torque turns round where it goes back by so many times its noise: one normal sample in 16,000
 does that by chance."""
 
 CELLS = 160
-"""Cells of torque in which the samples of a stretch are averaged: a dwell counts once, and every
-torque alike. Less than 1 % of the amplitude a cell."""
+"""Cells of torque in which the samples of a stretch are averaged: a dwell counts once, every torque
+equally. Less than 1 % of the amplitude a cell."""
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ The angle of a loop at a torque is
 
 with the mean curve ``f``, odd and made of slopes 1/K1 up to T1, 1/K2 up to T2 and 1/K3 above, and
 half the width of the loop ``W``, even, straight between nodes. Both are estimated together: a
-branch that was recorded on one side of zero only does not shift the mean curve. Torques count alike
-(`stretches.cell_means`), and every loop has an offset of its own. With a dead zone ``f`` has a step
-about zero besides.
+branch that was recorded on one side of zero only does not shift the mean curve. Torques count
+equally (`stretches.cell_means`), and every loop has an offset of its own. With a dead zone ``f``
+has a step about zero besides.
 
 Samples of a loop are not independent: noise of sensors is coloured, and what differs from loop to
 loop is common to all samples of one. The covariance is therefore that of the delete-one-block
@@ -208,7 +208,7 @@ def supported(samples: Samples, nodes: FloatArray) -> FloatArray:
         if levels(kept[-1] if len(kept) > 1 else -1.0, float(node)) >= NODE_LEVELS:
             kept.append(float(node))
     if len(kept) > 1 and levels(kept[-1], np.inf) > 0:
-        kept[-1] = float(nodes[-1])  # what is left beyond the last one belongs to it
+        kept[-1] = float(nodes[-1])  # the rest beyond the last one belongs to it
     return np.asarray(kept)
 
 
@@ -372,7 +372,7 @@ def developed(samples: Samples) -> Samples:
     Behind a tip the drive sticks until friction has turned round, and the middle of the loop bends
     towards the branch that led to the tip. Where the loop has its usual width outside of these
     transitions, the curve at the tips is that of the branch that leads there, half that width
-    apart. A transition begins where the width is significantly below the usual one: what is left
+    apart. A transition begins where the width is significantly below the usual one: the rest
     of it would bend the curve. Where a loop closes gradually all of it is as it is.
     """
     width, nodes = width_columns(samples)
@@ -406,11 +406,11 @@ def kink_choices(count: int) -> IntArray:
 
 
 class KinkSearch:
-    """Where the kinks of a curve lie, everything linear taken out: offsets, widths, slopes."""
+    """Where the kinks of a curve lie, everything linear removed: offsets, widths, slopes."""
 
     def __init__(self, samples: Samples, width: FloatArray, takeup_Nm: float) -> None:
         self.reach_Nm = samples.amplitude_Nm
-        # Loops are alike but for noise and their offset, so their mean has the same kinks.
+        # Loops differ by noise and offset only, so their mean has the same kinks.
         if samples.readings < FEW_READINGS:
             group = np.arange(samples.torque_Nm.size)
             angle = without_loop_means(samples.angle_rad[:, None], samples.loop)[:, 0]
@@ -436,7 +436,7 @@ class KinkSearch:
         self.target = self.rest(mean(angle)[:, None])[:, 0]
 
     def rest(self, columns: FloatArray) -> FloatArray:
-        """Take out what offset, width and step explain."""
+        """Remove what offset, width and step explain."""
         return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
     def hinges(self, kinks_Nm: FloatArray) -> FloatArray:

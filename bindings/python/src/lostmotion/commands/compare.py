@@ -14,6 +14,7 @@ from lostmotion.fit.fitted_range import in_words
 from lostmotion.friction import WORDS
 from lostmotion.options import effects_of, whole_number
 from lostmotion.recordings import QUANTITIES, recording_files
+from lostmotion.report.wording import CROSS_VALIDATED
 from lostmotion.terminal import Progress, deliver, fixed, show_findings, show_table
 from lostmotion.units import plain_number
 
@@ -56,7 +57,7 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
     def shown(value: float) -> str:
         return f"{value * scale:.2f} {unit}"
 
-    print(f"drive as it stands  {shown(answer['unfitted_rms_arcsec'])}", file=out)
+    print(f"data-sheet model    {shown(answer['unfitted_rms_arcsec'])}", file=out)
     if answer["samples"] < SAMPLES_LEAST:
         show_few(result, answer, scale, unit, out)
         return
@@ -77,13 +78,13 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
                 file=out,
             )
     else:
-        held = f"held out by {answer['heldout_by']}"
+        held = CROSS_VALIDATED[answer["heldout_by"]]
         print(f"{held:<19} {shown(answer['heldout_rms_arcsec'])}", file=out)
     print(
         f"{REPEATABILITY:<19} {shown(answer['noise_floor_arcsec'])}  ({result.noise.parts})",
         file=out,
     )
-    print(f"\nfriction {WORDS[answer['friction']]}; held out:", end="", file=out)
+    print(f"\nfriction {WORDS[answer['friction']]}; cross-validated:", end="", file=out)
     for name, errors in answer["frictions"].items():
         print(f"  {name} {shown(errors['heldout_rms_arcsec'])}", end="", file=out)
     print("\n\nerror by run:", file=out)
@@ -141,7 +142,7 @@ def show_few(
             f"({answer['values']} values from {samples} readings)",
             file=out,
         )
-        print(f"held out by reading {shown(answer['heldout_rms_arcsec'])}", file=out)
+        print(f"leave-one-out       {shown(answer['heldout_rms_arcsec'])}", file=out)
         print(f"error of a reading  {shown(answer['noise_floor_arcsec'])}", file=out)
         print("  (standard deviation, by what the values leave)\n", file=out)
         figures = flat(answer["standard_figures"]["measured"])

@@ -238,9 +238,10 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
         file=out,
     )
     for rung in answer["ladder"]:
-        what = " + ".join(["base", *rung["effects"]])
+        what = " + ".join(["baseline", *rung["effects"]])
         print(
-            f"  {what:<48} {rung['rms_arcsec']:8.2f}  held out {rung['rms_heldout_arcsec']:8.2f}",
+            f"  {what:<48} {rung['rms_arcsec']:8.2f}  leave-one-run-out "
+            f"{rung['rms_heldout_arcsec']:8.2f}",
             file=out,
         )
         show_conditions(rung, "    ", out)
@@ -263,8 +264,8 @@ def show_diagnosis(answer: Mapping[str, Any], out: TextIO) -> None:
             print(f'  to fit it: fit --add "{one["formula"]}"', file=out)
     print("\nstrongest candidates:", file=out)
     for candidate in [c for c in answer["candidates"] if c["testable"]][:5]:
-        twins = ", ".join(candidate["confused_with"])
-        notes = [f"like {twins}"] if twins else []
+        others = ", ".join(candidate["confused_with"])
+        notes = [f"confounded with {others}"] if others else []
         if candidate.get("too_small"):
             notes.append(f"{candidate['size_arcsec']:.2g} arcsec, {TOO_SMALL}")
         print(
@@ -294,9 +295,9 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
     """Print how the error fell."""
     show_findings(say_findings(model.base.conditions.campaign.findings), out)
     for rung in model.ladder:
-        what = " + ".join(["base", *rung["effects"]])
+        what = " + ".join(["baseline", *rung["effects"]])
         print(
-            f"{what:<48} {rung['rms_arcsec']:8.2f} arcsec  held out "
+            f"{what:<48} {rung['rms_arcsec']:8.2f} arcsec  leave-one-run-out "
             f"{rung['rms_heldout_arcsec']:8.2f}",
             file=out,
         )
@@ -331,14 +332,14 @@ def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
             f"{name} {one['rms_heldout_arcsec']:.2f}{extrapolated(name, one['settings'])}"
             for name, one in by.items()
         ]
-        print(f"{indent}left out by condition: {', '.join(parts)}", file=out)
+        print(f"{indent}leave-one-condition-out: {', '.join(parts)}", file=out)
     if "gain_arcsec" in rung:
         low, high = rung["gain_interval_arcsec"]
         said = f"{indent}gain {rung['gain_arcsec']:.2f} arcsec ({low:.2f} to {high:.2f})"
         if "confidence" in rung:
             said += f", confidence {confidence_text(rung['confidence'])}"
         if rung.get("rivals"):
-            said += f"; these data cannot tell it from {', '.join(rung['rivals'])}"
+            said += f"; confounded with {', '.join(rung['rivals'])}"
         print(said, file=out)
     for one in rung.get("harms", ()):
         print(
@@ -379,12 +380,12 @@ def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
             )
         print(f"\ntypical: {effect.typical_size}", file=out)
         print(f"needs: {', '.join(sorted(effect.needs))}", file=out)
-        print(f"confused with: {', '.join(effect.confused_with) or 'nothing known'}", file=out)
-        print(f"told apart by: {effect.experiment}", file=out)
+        print(f"confounded with: {', '.join(effect.confused_with) or 'nothing known'}", file=out)
+        print(f"separated by: {effect.experiment}", file=out)
 
 
 def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
-    """Print what is odd about recordings, and what they cannot show."""
+    """Print the faults of recordings, and what they cannot identify."""
     print(f"{count_runs(answer['runs'])}, {answer['samples']} samples", file=out)
     for finding in answer["findings"] or ["no findings"]:
         print(f"  {finding}", file=out)

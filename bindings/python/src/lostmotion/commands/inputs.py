@@ -1,4 +1,4 @@
-"""What the commands over recordings read: a drive, its recordings, its characteristic."""
+"""What the commands over recordings read: a drive, its recordings, its torsion curve."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def add_prediction(command: Command) -> None:
         "words",
         metavar="WORD",
         nargs="*",
-        help="size-N (default: 20), ratio-N (default: 100), a generator (default: discs) and a "
+        help="size-N (default: 20), ratio-N (default: 100), wave generator (default: discs) and a "
         "name, each once and in any order",
     )
     added.add_argument("-o", "--output", metavar="FILE", help="a new file (default: NAME.toml)")
@@ -106,7 +106,7 @@ def add_prediction(command: Command) -> None:
     added = command(
         "predict",
         "lostmotion.commands.predict:run_predict",
-        "The characteristic and its five contributions.",
+        "The torsion curve and its five contributions.",
         "lostmotion predict drive.toml --torque -40:40:81 --json prediction.json",
     )
     add_drive(added)
@@ -174,10 +174,10 @@ def add_comparison(command: Command) -> None:
     added.add_argument(
         "--fit-on",
         metavar="RUN,RUN...",
-        help="fit to these runs and predict the others (default: each run is held out once)",
+        help="fit to these runs and predict the others (default: each run is left out once)",
     )
     added.add_argument(
-        "--seed", metavar="N", default="1", help="of the tests for chance (default: 1)"
+        "--seed", metavar="N", default="1", help="of the permutation tests (default: 1)"
     )
     add_effects(added)
     add_report(added)
@@ -328,7 +328,7 @@ def add_discovery(command: Command) -> None:
     added = command(
         "check",
         "lostmotion.commands.discover:run_check",
-        "Are the recordings sound, and what can this plan tell apart.",
+        "Are the recordings sound, and what can this plan separate.",
         "lostmotion check recordings/",
     )
     add_data(added)
@@ -520,7 +520,7 @@ def add_phase(parser: argparse.ArgumentParser) -> None:
         "--phase-deg",
         metavar="DEG",
         default="0",
-        help="tooth phase of the generator (default: 0)",
+        help="tooth phase of the wave generator (default: 0)",
     )
 
 
@@ -550,5 +550,5 @@ def add_friction(parser: argparse.ArgumentParser) -> None:
         "--friction",
         choices=FORMS,
         help="in parallel with the spring (inside), in series (outside) or both, of constant width "
-        "or growing with the load; by default as unseen runs ask for",
+        "or growing with the load; by default by the leave-one-run-out error",
     )

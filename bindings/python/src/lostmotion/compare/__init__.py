@@ -1,9 +1,9 @@
-"""Model against measurement: how well the base model fits, and where it fails.
+"""Model against measurement: how well the baseline model fits, and where it fails.
 
 The baseline model of `lostmotion.fit`, the one that `diagnose` starts from, is fitted to a
-campaign, tested on runs that the fit has not seen (`comparison`), and set against the repeatability
-of the recordings (`repeatability`). What is left is then asked of every recorded quantity: how much
-of it hangs on that quantity (`failures`), and could that be chance (`chance`)?
+campaign, cross-validated (`comparison`), and set against the repeatability
+of the recordings (`repeatability`). The residual is then tested against every recorded quantity:
+how much of it depends on that quantity (`failures`), and could that be chance (`chance`)?
 """
 
 from lostmotion.callable_module import make_callable

@@ -14,7 +14,7 @@ TINY = float(np.finfo(np.float64).tiny)
 """Below it a ratio of two sums says nothing more."""
 
 FLIPS = 2047
-"""Random sign patterns of the test for chance."""
+"""Random sign patterns of the permutation test."""
 
 FULL_FLIPS_BLOCKS = 11
 """With no more blocks than this all sign patterns are tried."""
@@ -97,10 +97,10 @@ def explained_apart(
 ) -> tuple[float, float]:
     """Share of the variance by which runs differ beyond chance, and its p.
 
-    The zero of a run is its encoder's and arbitrary, and what all runs have in common hangs on the
-    torque: neither is a difference between runs. What counts is how the means of a run in ranges of
-    torque differ from those of the others beyond a constant, against what the blocks of a run
-    differ from each other. `residual` is without `common_part`.
+    The zero of a run is its encoder's and arbitrary, and what all runs have in common depends on
+    the torque: neither is a difference between runs. What counts is how the means of a run in
+    ranges of torque differ from those of the others beyond a constant, against what the blocks of a
+    run differ from each other. `residual` is without `common_part`.
     """
     total = float(np.sum(residual**2))
     if total == 0:

@@ -1,4 +1,4 @@
-"""The comparison: the base is fitted, tested on runs that it has not seen, and judged."""
+"""The comparison: the baseline model is fitted, cross-validated and judged."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Comparison(ModelResult):
     offset_rad : ndarray
         One a run.
     residual_rad, heldout_rad : ndarray
-        Measured minus model of every sample, fitted and held out.
+        Measured minus model of every sample, fitted and cross-validated.
     seen : ndarray of bool
         Runs that were fitted.
     frictions : dict
-        Fitted and held-out error of every form that was tried.
+        Fitted and leave-one-run-out error of every form that was tried.
     few : FewReadings or None
         The values of few readings, in place of a fit to a log.
     rated_torque_Nm : float
@@ -90,7 +90,7 @@ class Comparison(ModelResult):
         """Say what came out; the residuals fill screens."""
         return (
             f"<Comparison of {self.campaign!r}: rms {self.rms_rad / ARCSEC:.3g} arcsec, "
-            f"held out {self.heldout_rms_rad / ARCSEC:.3g}>"
+            f"cross-validated {self.heldout_rms_rad / ARCSEC:.3g}>"
         )
 
     def fitted_base(self) -> BaselineModel:
@@ -124,7 +124,7 @@ class Comparison(ModelResult):
 
     @property
     def heldout_rms_rad(self) -> float:
-        """Error over runs that the fit has not seen."""
+        """Leave-one-run-out error, or that of the predicted runs."""
         unseen = ~self.seen[self.run_of]
         return rms_of(self.heldout_rad[unseen] if unseen.any() else self.heldout_rad)
 
@@ -157,7 +157,7 @@ class Comparison(ModelResult):
         }
 
     def by_run(self) -> list[dict[str, Any]]:
-        """Error of each run, fitted and held out, and the width of its loop at zero torque."""
+        """Error of each run, fitted and cross-validated, and its loop width at zero torque."""
         rows = []
         measured = self.measured_rad
         for i, (run, at) in enumerate(
@@ -256,27 +256,28 @@ def compare(
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
-    """Fit the base model to a campaign and say where it fails.
+    """Fit the baseline model to a campaign and say where it fails.
 
     Parameters
     ----------
     drive : Drive or Backbone
         The drive, with the numbers and effects of a fit where its file has them; or its loss-free
-        characteristic alone.
+        torsion curve alone.
     campaign : Campaign
         The recordings.
     base : BaselineModel, optional
-        A base over this campaign that was made elsewhere.
+        A baseline model over this campaign that was made elsewhere.
     effects : mapping, optional
         Those that may be missing, and in which the effects of the drive's file are looked up; by
         default those of the library.
     fit_on : sequence of run labels, optional
-        Fit to these runs only and predict the others; by default all are fitted, and each is held
+        Fit to these runs only and predict the others; by default all are fitted, and each is left
         out once.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis; by default as unseen runs ask for (`discover.baseline_form`).
+        Form of the hysteresis; by default by the leave-one-run-out error
+        (`discover.baseline_form`).
     seed : int
-        Of the random signs in the tests for chance.
+        Of the random signs of the permutation tests.
     progress : callable, optional
         Called with steps done and steps in all.
 
@@ -436,7 +437,7 @@ def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.N
 
 
 def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
-    """Say what was held out."""
+    """Say what was left out of the fit."""
     if not seen.all():
         return "runs not fitted"
     return "run" if len(campaign.runs) > 1 else "half of the run"

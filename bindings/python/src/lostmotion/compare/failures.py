@@ -1,4 +1,4 @@
-"""Where the model fails: the share of the residual that hangs on each recorded quantity."""
+"""Where the model fails: the share of the residual that depends on each recorded quantity."""
 
 from __future__ import annotations
 
@@ -27,13 +27,14 @@ TORQUE_RANGES = 6
 
 @dataclass(frozen=True)
 class Failure:
-    """How much of the residual hangs on one covariate.
+    """How much of the residual depends on one covariate.
 
     Attributes
     ----------
     covariate : str
     share : float
-        Share of the residual variance that bins of the covariate explain, less what chance gives.
+        Share of the residual variance that bins of the covariate explain, less what random signs
+        explain.
     p : float
         How often random signs of whole blocks of the residual explain as much.
     """

@@ -159,7 +159,7 @@ def design_section(designs: dict[str, SearchResult] | str) -> Section:
     return Section(
         title,
         "A robot's joint, a large instrument drive with four rollers and a drive with a ring "
-        "generator, searched over the same model that predicts and compares. The budgets are "
+        "wave generator, searched over the same model that predicts and compares. The budgets are "
         "those of a demonstration.",
         [(f"lost motion, {name}", f"{was} to {now} arcmin") for name, was, now, *_ in rows],
         [
@@ -178,7 +178,7 @@ def design_section(designs: dict[str, SearchResult] | str) -> Section:
                 rows,
                 (1, 2, 3, 4, 5, 7),
                 "Lost motion of a reversal over the tolerances, arcmin; stress in shares of the "
-                "fatigue strength. The start has the teeth and the generator of the best drive, "
+                "fatigue strength. The start has teeth and wave generator of the best drive, "
                 "the textbook's values for the rest, and its smallest gap closed.",
             ),
             *(

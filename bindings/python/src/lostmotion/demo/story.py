@@ -43,7 +43,7 @@ from lostmotion.units import ARCMIN, ARCSEC
 JOINT = Path("joint")
 DRIVE, RECORDING = "joint.toml", "joint.csv.gz"
 SPECS = Path("specs")
-SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring generator": 2000}
+SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring wave generator": 2000}
 """Specs, and the evaluations that each gets here in place of those it asks for."""
 
 TITLE = "A joint, what its model lacks, and what its controller makes of it"
@@ -66,7 +66,8 @@ class Demonstration:
     Attributes
     ----------
     plain, scores : Scores
-        The controller over the log, with the parameters of the fitted base and with the effect.
+        The controller over the log, with the parameters of the fitted baseline model and with the
+        effect.
     emulated : Emulated or str
         What the emulated controller said, or why there is none.
     designs : dict of str to SearchResult, or str
@@ -190,7 +191,7 @@ def to_the_controller(
     log = make_log(campaign)
     models = {}
     with one_thread():
-        for name, added in (("base", []), ("fitted", effects)):
+        for name, added in (("baseline", []), ("fitted", effects)):
             models[name] = fit_model(drive, campaign, add=added)
             write_whole(folder / f"{name}.toml", format_toml(models[name].document(drive)))
     header = folder / "params.h"
@@ -238,14 +239,14 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
     if answer["where_it_fails"]:
         names = [one["covariate"].replace("_", " ") for one in answer["where_it_fails"][:2]]
         print(
-            f"2 fails      {answer['rms_arcsec']:.1f} arcsec rms are left; they hang on "
+            f"2 residual   {answer['rms_arcsec']:.1f} arcsec rms, correlates with "
             + " and ".join(names),
             file=out,
         )
     effects = " and ".join(found.diagnosis.effects) or "nothing"
     print(f"3 missing    {effects} ({found.diagnosis.verdict})", file=out)
     steps = ", ".join(
-        f"{' + '.join(['base', *rung['effects']])} {rung['rms_arcsec']:.2f}"
+        f"{' + '.join(['baseline', *rung['effects']])} {rung['rms_arcsec']:.2f}"
         for rung in found.model.ladder
     )
     print(
@@ -256,7 +257,7 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
         same = "the same bits as here" if found.emulated.bits == found.scores.bits else "OTHER BITS"
         where = f"on an emulated Cortex-M4F ({EMULATOR}), {same}"
     print(f"5 controller {where}; error of the output, arcsec rms:", file=out)
-    print("             at      alone  without the effect  with it", file=out)
+    print(f"             at      uncompensated  baseline model  with {effects}", file=out)
     rows = zip(
         found.scores.temperature_C,
         found.scores.before,
@@ -266,7 +267,8 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
     )
     for temperature, before, plain, after in rows:
         print(
-            f"             {temperature:.0f} °C  {before:6.1f}  {plain:18.1f}  {after:7.1f}",
+            f"             {temperature:.0f} °C  {before:13.1f}  {plain:14.1f}  "
+            f"{after:{5 + len(effects)}.1f}",
             file=out,
         )
     if isinstance(found.designs, str):
@@ -312,8 +314,9 @@ def show_drives(others: OtherDrives, out: TextIO) -> None:
     scale = ARCSEC / ARCMIN
     print(
         f"{others.measured.name}: {compared['samples']} samples in {len(compared['by_run'])} runs; "
-        f"rms in arcmin as it stands {compared['unfitted_rms_arcsec'] * scale:.1f}, fitted "
+        f"rms in arcmin: data-sheet model "
+        f"{compared['unfitted_rms_arcsec'] * scale:.1f}, fitted "
         f"{compared['rms_arcsec'] * scale:.1f}, "
-        f"held out {compared['heldout_rms_arcsec'] * scale:.1f}",
+        f"leave-one-run-out {compared['heldout_rms_arcsec'] * scale:.1f}",
         file=out,
     )

@@ -16,7 +16,7 @@ STOPS = {
     ("teeth.tooth_height", "high"): "tip thickness, root clearance",
     ("teeth.engagement_depth", "low"): "flank pressure, ratcheting torque",
     ("teeth.engagement_depth", "high"): "form radius at the open edge of the cup",
-    ("teeth.pressure_angle_deg", "high"): "radial force on the generator's bearing, ratcheting",
+    ("teeth.pressure_angle_deg", "high"): "radial force on the bearing, ratcheting",
     ("teeth.face_width_mm", "high"): "room; the cone of the cup at both edges",
     ("teeth.face_width_mm", "low"): "flank pressure, root stress",
     ("generator.deflection_modules", "high"): "fatigue of the rim, coning stress",

@@ -77,7 +77,7 @@ class Context:
     Attributes
     ----------
     starts : tuple of Start
-        Textbook start as it stands, with its smallest gap closed, and with the best one's grades
+        Textbook start unchanged, with its smallest gap closed, and with the best one's grades
         too; nothing where the model refuses it.
     torque_Nm : float
         Of the reversal.
@@ -252,21 +252,10 @@ def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
         ("rim, mm", rim["rim_thickness_mm"]),
         ("wall, mm", rim["wall_thickness_mm"]),
     ]
-    out += [
-        (f"field of {link['name']}, µm", link["upper_um"] - link["lower_um"])
-        for link in _links(drive)
-    ]
+    for i, link in enumerate(design.get("tolerance", [])):
+        field = 1e3 * (link["upper_mm"] - link["lower_mm"])
+        out.append((f"field of {link.get('name', f'tolerance {i}')}, µm", field))
     return out
-
-
-def _links(drive: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Tolerances of a drive file's tables, one a link; none where the model refuses the drive."""
-    if "tolerance" not in drive["design"]:
-        return []
-    try:
-        return design_model(parse_drive(dict(drive))).tolerance_budget()
-    except LostMotionError:
-        return []
 
 
 def _close_up(document: Mapping[str, Any]) -> str:
@@ -383,7 +372,7 @@ def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
                 "",
             )
         )
-    links = [link["name"] for link in _links(best["drive"])]
+    links = best["drive"]["design"].get("tolerance", [])
     for key in best["variables"]:
         values = [*(start.values[key] for start in starts), best["variables"][key]]
         rows.append((variable_name(key, links), *(_number(v) for v in values), ""))
@@ -392,19 +381,19 @@ def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
         ("", "textbook", "gap closed", "and the best one's grades", "best", "closed to best"),
         rows,
         (1, 2, 3, 4, 5),
-        "All have the teeth and the generator of the best drive and were measured by the same "
+        "All have the teeth and the wave generator of the best drive and were measured by the same "
         "evaluation. A negative margin is a limit that the textbook's drive breaks. Grades without "
-        "a recommendation are IT 7; the column with the best one's grades shows what is left when "
+        "a recommendation are IT 7; the column with the best one's grades shows the rest when "
         "those are paid for.",
     )
 
 
-def variable_name(key: str, links: Sequence[str]) -> str:
+def variable_name(key: str, links: Sequence[Mapping[str, Any]]) -> str:
     """Name what a key of the search varies: of which part, what, and its unit."""
     part, _, name = key.rpartition(".")
     if part.startswith("tolerance."):
         place = int(part.partition(".")[2])
-        return f"tolerance of {links[place]}: {words(name)}"
+        return f"tolerance of {links[place].get('name', place)}: {words(name)}"
     stem, unit = split_unit(name)
     symbol = unit_text(unit.symbol) if unit is not None else ""
     if stem.endswith("_modules"):
@@ -436,7 +425,7 @@ def _parts_table(context: Context, drive: Drive) -> PageTable:
         ("part", "textbook, gap closed", "best", "change"),
         rows,
         (1, 2, 3),
-        f"{share:.0f} % of what is left is elastic: it falls with stiffness, not with clearance. "
+        f"{share:.0f} % of the rest is elastic: it falls with stiffness, not with clearance. "
         f"{gap:.0f} % is the mean radial gap of the tolerances: it falls with their grades. A "
         "drive can fall below neither by the shape of its teeth.",
     )
@@ -512,8 +501,8 @@ def _levels_table(result: SearchResult, seen: Mapping[str, Any]) -> PageTable:
 
 def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
     assert result.best is not None
-    links = _links(result.best)
-    names = [link["name"] for link in links]
+    links = result.best["design"]["tolerance"]
+    names = [link.get("name", f"tolerance {i}") for i, link in enumerate(links)]
     worst = [float(share["worst"] or 0) for share in seen["tolerance_percent"]]
     probable = [float(share["probable"] or 0) for share in seen["tolerance_percent"]]
 
@@ -542,8 +531,8 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
             "tolerance_shares",
             {
                 "tolerance": names,
-                "lower_um": [link["lower_um"] for link in links],
-                "upper_um": [link["upper_um"] for link in links],
+                "lower_mm": [link["lower_mm"] for link in links],
+                "upper_mm": [link["upper_mm"] for link in links],
                 "influence": [link["influence"] for link in links],
                 "worst_percent": worst,
                 "probable_percent": probable,

@@ -2,7 +2,7 @@
 
 Internal teeth deformed outwards: Ivanov's recommendations, x1 = 3 + 0.01 z1, w0/m = 0.89 + 8e-5 z1,
 x2 = x1 - 1 + (w0/m)(1 + 5e-5 z1 w0/m), engagement depth 4 w0/m - 2.48 - (4.6 - 4 w0/m) 1e-4 z1.
-A ring generator about internal teeth: x = 3 and 3.05, w0/m = 0.95, depth 1.2, the published
+A ring wave generator about internal teeth: x = 3 and 3.05, w0/m = 0.95, depth 1.2, the published
 reference of that kind. What the books leave open has the values of `USUAL`.
 
 The books are planar. In a cup the deflection grows towards the open end, so teeth that clear each
@@ -62,7 +62,7 @@ ROUNDS = 4
 """Depth and shift depend on each other weakly; they agree to 1e-3 modules after so many rounds."""
 
 HALVINGS = 24
-"""Of an interval; what is left of 2 modules is below 1e-6."""
+"""Of an interval; the rest of 2 modules is below 1e-6."""
 
 DIGITS = 4
 """Decimals that a drawing has: 0.1 um of a millimetre."""

@@ -1,4 +1,4 @@
-"""Which physical effect is missing: joint refits of base and candidates, judged run by run."""
+"""Which physical effect is missing: joint refits of baseline and candidates, judged run by run."""
 
 from lostmotion.discover.answer import Diagnosis
 from lostmotion.discover.diagnosis import diagnose

@@ -17,9 +17,6 @@ ASK_WHAT_DIFFERED = (
 )
 
 
-RUNS_ASKED = f"{rules.RUNS_LEAST} runs or more"
-
-
 def count_runs(runs: int) -> str:
     """Say how many runs there are."""
     return "1 run" if runs == 1 else f"{runs} runs"
@@ -27,7 +24,7 @@ def count_runs(runs: int) -> str:
 
 def too_few(runs: int) -> str:
     """Say that so many runs are too few."""
-    return f"{count_runs(runs)} cannot carry a name"
+    return f"At least {rules.RUNS_LEAST} runs are needed to identify an effect, found {runs}"
 
 
 def advise(
@@ -48,7 +45,7 @@ def advise(
         What `ladder.harms` says of effects: one that makes a prediction worse is not, either.
     """
     if runs < rules.RUNS_LEAST:
-        return f"{too_few(runs)}: repeat the plan, {RUNS_ASKED}."
+        return f"{too_few(runs)}: repeat the plan."
     if found.odd is not None:
         return ASK_WHAT_DIFFERED
     if found.verdict == "ambiguous":
@@ -56,36 +53,36 @@ def advise(
         both = list(dict.fromkeys((*(n for n in doubtful if n in found.names), *found.rivals)))
         first = [effects[name].experiment for name in both if effects[name].experiment]
         pair = " and ".join(both)
-        return f"To tell {pair} apart: " + "; ".join(dict.fromkeys(first)) + "."
+        return f"To separate {pair}: " + "; ".join(dict.fromkeys(first)) + "."
     if found.verdict == "unexplained":
         return (
-            "Repeat runs in which what it depends on is changed alone, "
-            "and look at the rig: no effect of the library does this."
+            "Repeat runs that vary only what the residual depends on, "
+            "then inspect the test bench: no effect of the library explains it."
         )
-    what = "Nothing is left above the noise."
+    what = "No significant residual."
     doubtful = [name for name in found.names if at_bound.get(name) or harmful.get(name)]
     sound = [name for name in found.names if name not in doubtful]
     if sound:
         add = " ".join(f"--add {name}" for name in sound)
         it = "it" if len(found.names) == 1 else "these" if doubtful else "them"
-        what = f"Add {it}: fit {add}. Nothing else is left above the noise."
+        what = f"Add {it}: fit {add}. No further significant residual."
     elif doubtful:
-        what = "Nothing else is left above the noise."
+        what = "No further significant residual."
     for name in doubtful:
         what += f" {name} is not recommended: {why_not(at_bound.get(name), harmful.get(name))}."
-    blind = sorted(name for name, why in last.closed.items() if why.startswith("not visible"))
+    blind = sorted(name for name, why in last.closed.items() if why.startswith("not identifiable"))
     if blind:
-        what += f" This plan could not have shown: {', '.join(blind)}."
+        what += f" Not identifiable with this plan: {', '.join(blind)}."
     lacking = sorted(name for name, why in last.closed.items() if NO_COLUMN in why)
     if lacking:
-        what += f" Without their columns nothing is known of: {', '.join(lacking)}."
+        what += f" Not testable without their columns: {', '.join(lacking)}."
     return what
 
 
 def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]] | None) -> str:
     """Say why an effect is not recommended."""
     if at_bound:
-        return f"{', '.join(at_bound)} at a bound of what it may be"
+        return f"{', '.join(at_bound)} at its bound"
     return "it makes the prediction worse at " + "; ".join(
         f"{one['setting']} ({one['rms_heldout_arcsec_before']:.3g} to "
         f"{one['rms_heldout_arcsec']:.3g} arcsec)"
@@ -96,7 +93,7 @@ def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]]
 def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any]]) -> str:
     """Say what to do next, of evidence; `alone` is what each campaign said by itself."""
     if runs < rules.RUNS_LEAST:
-        return f"{too_few(runs)}: add evidence, {RUNS_ASKED}."
+        return f"{too_few(runs)}: add evidence."
     if found.odd is not None:
         return ASK_WHAT_DIFFERED
     said = {name for one in alone for name in one["effects"]}
@@ -104,12 +101,12 @@ def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any
     left = found.verdict == "unexplained" and all(one["verdict"] != found.verdict for one in alone)
     if new or left:
         return (
-            f"No campaign alone shows {', '.join(new) or 'what is left over'}: diagnose the "
-            "recordings together, which refits what is one step here."
+            f"No single campaign shows {', '.join(new) or 'the unexplained residual'}: diagnose "
+            "the recordings together, so that the model is refitted."
         )
     return {
-        "complete": "Nothing is left above the noise.",
+        "complete": "No significant residual.",
         "missing-effect": "Diagnose the recordings of one campaign to refit the effect's values.",
         "ambiguous": "Add evidence of runs in which only one of the effects changes.",
-        "unexplained": "Look at the recordings in which what it depends on changes alone.",
+        "unexplained": "Inspect the recordings in which only that quantity varies.",
     }[found.verdict]

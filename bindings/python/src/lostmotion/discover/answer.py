@@ -58,14 +58,18 @@ class Diagnosis(ModelResult):
     base: BaselineModel | None = None
     selection: Selection | None = None
     models: list[BaselineModel] = field(default_factory=list)
-    """The base and the model after each term, fitted for all runs together: the ladder's."""
+    """The baseline model and the model after each term, fitted for all runs together.
+
+    The ladder's.
+    """
 
     def __repr__(self) -> str:
         """Say what came out; what it was found with fills screens."""
         names = f" {', '.join(self.effects)}" if self.effects else ""
         first, last = self.ladder[0], self.ladder[-1]
         return (
-            f"<Diagnosis: {self.verdict}{names}; held out {first['rms_heldout_arcsec']:.3g} to "
+            f"<Diagnosis: {self.verdict}{names}; cross-validated "
+            f"{first['rms_heldout_arcsec']:.3g} to "
             f"{last['rms_heldout_arcsec']:.3g} arcsec, noise floor {self.noise_floor_arcsec:.3g}>"
         )
 
@@ -106,7 +110,7 @@ class Diagnosis(ModelResult):
 
 
 def shapes_of(base: BaselineModel) -> list[Additive]:
-    """Shapes without a name in a base, events left out."""
+    """Shapes without a name in a baseline model, events left out."""
     return [added for added in base.additives if not added.name.startswith(EVENT_NAME)]
 
 
@@ -273,7 +277,7 @@ def list_candidates(
                     "confused_with": list(effects[name].confused_with),
                     "plausible": True,
                     "testable": False,
-                    "reason": closed.get(name, "not visible with this plan"),
+                    "reason": closed.get(name, "not identifiable with this plan"),
                 }
             )
     return out

@@ -79,7 +79,7 @@ def finish_baseline(
     """Do what `fit_baseline` does behind the first fit.
 
     Where runs are only predicted nothing of them is set aside, and fewer than `rules.RUNS_LEAST`
-    others do not carry a form more to them: as they do not carry the name of an effect.
+    others do not identify one more form, as they do not identify an effect.
     """
     outliers = clean_outliers(base) if rows is None else 0
     if outliers:

@@ -6,7 +6,7 @@ constant width in parallel with the spring is taken where
 
 - runs confirm it (`gates.told_apart`, of their errors as they are left out one by one): fewer than
   `rules.RUNS_LEAST` confirm nothing, and no form is tried;
-- it is what the error comes from: of what is left above the measurement noise it takes at least
+- it is what the error comes from: of the residual above the measurement noise it takes at least
   `rules.FORM_EXPLAINS`. What takes less may be an effect that is missing, whose form the operators
   resemble, and is left to the contest;
 - no effect of the library that is hysteresis itself does as well beside constant width.

@@ -158,13 +158,13 @@ def best_starts(contenders: list[Contender]) -> list[Contender]:
 def of_use(
     model: GrowingModel, confirmed: list[Contender]
 ) -> tuple[list[Contender], list[Contender]]:
-    """Take out effects that would be named beside those in the model, and are of no use there.
+    """Remove effects that would be named beside those in the model, and are of no use there.
 
-    What is left of an effect whose form is not exactly right can be spelled out by another one
-    within the runs that it is fitted to. Runs that the fit has not seen tell: their error has to
+    The residual of an effect whose form is not exact can be spelled out by another one
+    within the runs that it is fitted to. The leave-one-run-out error decides: it has to
     fall as by an effect of the least size. The one that would be selected is asked, then the next
-    one, until one is of use. Shapes say that something is left, not what: they are asked where an
-    effect was of no use, for they may be the same remainder without its name.
+    one, until one is of use. Shapes say that a residual remains, not what it is: they are asked
+    where an effect was of no use, for they may be the same remainder without its name.
 
     Returns
     -------

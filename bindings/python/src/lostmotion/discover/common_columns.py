@@ -1,10 +1,10 @@
 """Gathering the evidence of a campaign on columns that mean the same in every campaign.
 
 All columns are measured by the drive's rated torque and by fixed units here, not by the range of
-the recordings. Each campaign is linearised at its own base, as it was fitted beside what the
-diagnosis found: fitted without, it would bend to what is missing, and its derivatives with it.
-Where the plays stood before a campaign is its own matter and is taken out, and so are the sudden
-steps that were found in it.
+the recordings. Each campaign is linearised at its own baseline model, as it was fitted beside what
+the diagnosis found: fitted without, it would bend to what is missing, and its derivatives with it.
+Where the operators stood before a campaign is its own matter and is removed, and so are the
+sudden steps that were found in it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ UNITS = {
 
 
 def common_base(base: BaselineModel, steps: int) -> BaselineModel:
-    """Put a base on the grid of the drive's rated torque, its first sudden steps off the data."""
+    """Put a baseline on the grid of the rated torque, its first sudden steps off the data."""
     other = base.copy()
     for step in other.additives[:steps]:
         other.measured = other.measured - step.columns @ step.coefficients
@@ -83,7 +83,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
     c = base.conditions
     at, (point, _, _) = base.at(), base.vector()
     names = [term.effect.name for term in base.terms]
-    # Teeth that slipped belong to one campaign: they are taken out of it and told as its events.
+    # Teeth that slipped belong to one campaign: they are removed from it and told as its events.
     present = [term.effect.name for term in base.terms if term.free]
     candidates, closed = common_candidates(
         base, {name: effect for name, effect in effects.items() if name not in names}, ratio
@@ -161,7 +161,7 @@ def common_candidates(
             if candidate.columns.shape[1]:
                 out.append(candidate)
             else:
-                closed[name] = "not visible with this plan: it does nothing here"
+                closed[name] = "not identifiable with this plan: it does nothing here"
     parts = varying_parts(base, point)
     for channel, values in channels(base).items():
         if channel == "run":

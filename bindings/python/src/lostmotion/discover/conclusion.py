@@ -161,7 +161,7 @@ def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tu
 
 
 def describe(step: Step) -> list[dict[str, Any]]:
-    """Say on what a shape without a name depends; on several things, where they look alike."""
+    """Say on what a shape without a name depends; on several things, where these are confounded."""
     if step.selected is None or step.selected.candidate.named:
         return []
     candidate, result = step.selected.candidate, step.selected.result

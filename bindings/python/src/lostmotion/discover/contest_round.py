@@ -40,7 +40,7 @@ class Projector:
         self.normal = self.fixed.T @ self.fixed + 1e-9 * np.eye(norm.size)
 
     def size(self, column: FloatArray) -> float:
-        """Root mean square of what is left of a column."""
+        """Root mean square of the rest of a column."""
         column = column - column.mean()
         taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
         return float(np.sqrt(np.mean((column - taken) ** 2)))
@@ -118,21 +118,21 @@ class RecordedRound(ContestRound):
 
 
 def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:
-    """Root mean square in every run, arc seconds, of what the base does there about its mean."""
+    """Root mean square of the baseline in every run about its mean there, arc seconds."""
     c = base.conditions
     swing = point.angle - c.run_mean(point.angle)[c.run_of]
     return np.asarray(np.sqrt(c.run_mean(swing**2)))
 
 
 def form_size(swing: FloatArray, rows: FloatArray) -> float:
-    """What the form of a base is wrong by at best, from its swing in runs of so many samples."""
+    """Least error of form of a baseline, from its swing in runs of so many samples."""
     return rules.FORM_SHARE * float(np.sqrt(np.average(swing**2, weights=rows)))
 
 
 def make_candidates(
     base: BaselineModel, effects: Mapping[str, Effect], ratio: float, waves: Sequence[Candidate]
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """Named effects and shapes at the base as it stands; the waves hang on the plan alone."""
+    """Named effects and shapes at the fitted baseline; the waves depend on the plan alone."""
     point = base.at()
     named, closed = named_candidates(effects, base, point, ratio)
     return [*named, *shapes.smooth_shapes(base, point), *waves, *ripples(base)], closed

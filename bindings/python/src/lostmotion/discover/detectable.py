@@ -36,7 +36,8 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
     Returns
     -------
     sizes : dict
-        From the name of an effect to the size; effects that the base absorbs are left out.
+        From the name of an effect to the size; effects that the baseline model absorbs are left
+        out.
     unreachable : dict
         From the name of an effect that no size would show to the reason.
     """

@@ -1,4 +1,4 @@
-"""The diagnosis: which effect is missing, which cannot be told apart, and what is left."""
+"""The diagnosis: which effect is missing, which are confounded, and the residual."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def diagnose(
     friction: Friction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Find the effects that a campaign's recordings show and the base lacks.
+    """Find the effects that a campaign's recordings show and the baseline model lacks.
 
     Parameters
     ----------
@@ -100,13 +100,14 @@ def diagnose(
     ratio, rated_torque_Nm : float, optional
         Of the drive, where none is given.
     backbone : Backbone, optional
-        What the drive file says of the characteristic: the start and a weak prior.
+        What the drive file says of the torsion curve: the start and a weak prior.
     effects : mapping, optional
         The effects that may be missing; by default those of the library.
     base : BaselineModel, optional
-        A base made elsewhere, with terms in it already (of a fitted drive file).
+        A baseline model made elsewhere, with terms in it already (of a fitted drive file).
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis, see `lostmotion.friction`; by default as unseen runs ask for.
+        Form of the hysteresis, see `lostmotion.friction`; by default by the leave-one-run-out
+        error.
     progress : callable, optional
         Called with the name of each piece of work when it is done.
 
@@ -198,7 +199,7 @@ def select_with(
         plain.fit(steps=REFIT_STEPS)
     fitted = finish_baseline(plain, effects, ratio, friction)
     if progress is not None:
-        progress("base")
+        progress("baseline model")
     base = fitted.base
     selection = select_recorded(base, effects, ratio, progress=progress)
     stepwise = add_found(selection, effects, ratio)
@@ -220,9 +221,10 @@ def add_found(selection: Selection, effects: Mapping[str, Effect], ratio: float)
 def beside_what_was_found(
     selection: Selection, start: BaselineModel, early: list[Event]
 ) -> list[Event]:
-    """Keep the early events that are steps beside the effects, too, their own steps taken out.
+    """Keep the early events that are steps beside the effects, too, their own steps removed.
 
-    What an effect does where the motion turns round looks like a step to a base without it.
+    What an effect does where the motion turns round looks like a step to a baseline model without
+    it.
     """
     if not early:
         return early
@@ -243,7 +245,7 @@ def new_events(selection: Selection, base: BaselineModel, known: list[Event]) ->
 
 
 def put_in_slips(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> int:
-    """Put teeth that slipped into a base before it is fitted; returns how many effects that took.
+    """Put slipped teeth into a baseline before it is fitted; returns how many effects that took.
 
     They would spoil every fit, and no unit of evidence shows them: they stand in one run.
     """
@@ -268,7 +270,7 @@ def conclude(
 ) -> Diagnosis:
     """Turn a selection into an answer.
 
-    The last `slipped` effects that the base had at the start were put in by `put_in_slips`.
+    The last `slipped` effects of the first baseline model were put in by `put_in_slips`.
     """
     steps = selection.steps
     final = selection.settled[-1]
@@ -351,7 +353,7 @@ def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
 
 
 def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
-    """Root mean square over all samples, arc seconds, of what odd runs do."""
+    """Root mean square over all samples, arc seconds, of what outlier runs do."""
     columns = base.run_columns(base.at())[:, odd.place]
     slices = base.conditions.slices()
     total = 0.0
@@ -362,7 +364,7 @@ def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
 
 
 def without_slips(base: BaselineModel, place: int) -> BaselineModel:
-    """Refit a base without the teeth that slipped."""
+    """Refit a baseline model without the teeth that slipped."""
     plain = base.copy()
     del plain.terms[place]
     plain.fit(steps=REFIT_STEPS)

@@ -81,7 +81,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
 def scan_run(
     base: BaselineModel, noise: Noise, run: int, columns: FloatArray, response: FloatArray
 ) -> Event:
-    """Find the likeliest step of one run, with the run's own base parameters free."""
+    """Find the likeliest step of one run, with the run's own baseline model parameters free."""
     c = base.conditions
     at = c.slices()[run]
     white = noise.whiten(columns[at], run)
@@ -181,7 +181,7 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
 
 
 def early_events(base: BaselineModel) -> list[Event]:
-    """Find the steps that a fitted base leaves, before anything else is put into it.
+    """Find the steps that a fitted baseline model leaves, before anything else is put into it.
 
     A form of the hysteresis with more values, or rows that are set aside as outliers, would take
     part of a step up, and the noise of its run the rest.
@@ -234,7 +234,7 @@ def spread_of(values: FloatArray) -> float:
 
 
 def with_steps(base: BaselineModel, events: Sequence[Event]) -> BaselineModel:
-    """A base with the steps of events in it."""
+    """A baseline model with the steps of events in it."""
     again = base.copy()
     for event in events:
         columns = step_columns(base, event)

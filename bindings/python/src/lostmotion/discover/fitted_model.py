@@ -1,4 +1,4 @@
-"""Fit with effects added: how the error falls from the base to the last effect, and the file of it.
+"""Fit with effects added: how the error falls from the baseline to the last effect.
 
 The result is written into the drive file as ``[fit]`` (values, standard errors, covariance, data
 fingerprint) and ``[[effect]]`` tables, and read back by `fit.drive_file.restore`.
@@ -68,14 +68,14 @@ class Significance:
 
 @dataclass
 class FittedModel(ModelResult):
-    """A base with effects, fitted to a campaign.
+    """A baseline model with effects, fitted to a campaign.
 
     Attributes
     ----------
     base : BaselineModel
         Without deviations of single runs.
     ladder : list of dict
-        One rung for the base and one for each effect.
+        One rung for the baseline model and one for each effect.
     table : EstimatedValues
         Values in the units of the drive file, with their covariance.
     tested : dict
@@ -119,7 +119,7 @@ class FittedModel(ModelResult):
         names = ", ".join(term.effect.name for term in self.base.terms)
         first, last = self.ladder[0], self.ladder[-1]
         return (
-            f"<FittedModel{' with ' + names if names else ''}: held out "
+            f"<FittedModel{' with ' + names if names else ''}: leave-one-run-out "
             f"{first['rms_heldout_arcsec']:.3g} to {last['rms_heldout_arcsec']:.3g} arcsec, "
             f"noise floor {self.noise_floor_arcsec:.3g}>"
         )
@@ -215,14 +215,14 @@ def fit_model(
     friction: Friction | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> FittedModel:
-    """Fit the base, then each effect on top, all refitted together at each rung.
+    """Fit the baseline model, then each effect on top, all refitted together at each rung.
 
     Parameters
     ----------
     drive : Drive
     campaign : Campaign
     backbone : Backbone, optional
-        What the drive says of the characteristic; by default made of its file.
+        What the drive says of the torsion curve; by default made of its file.
     add : str or sequence of str
         Effects to add, in this order: names, or formulas such as
         ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written_formula`.
@@ -230,7 +230,7 @@ def fit_model(
         Effects by name; by default those of the library.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
         Form of the hysteresis, see `lostmotion.friction`. By default as in a file that was fitted
-        already, else as runs that the fit has not seen ask for (`baseline_form`).
+        already, else by the leave-one-run-out error (`baseline_form`).
     """
     given_as("fit_model", "drive", drive, Drive)
     given_as("fit_model", "campaign", campaign, Campaign)

@@ -61,7 +61,7 @@ def forecast(
     found, unreachable = detectable(planned, noise_rms(noise, base))
     for candidate in candidates:
         if candidate.name not in found:
-            absorbed = "not visible with this plan: the base takes it up"
+            absorbed = "not identifiable with this plan: absorbed by the baseline"
             closed[candidate.name] = unreachable.get(candidate.name, absorbed)
     rows = [
         {"name": name, "testable": name in found, **found.get(name, {"reason": closed.get(name)})}

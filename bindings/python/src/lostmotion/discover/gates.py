@@ -1,4 +1,4 @@
-"""Judging: the gates that a candidate must pass, its size, and whether two are told apart."""
+"""Judging: the gates that a candidate must pass, its size, and whether two are confounded."""
 
 from __future__ import annotations
 
@@ -40,7 +40,9 @@ def judge_all(contest_round: ContestRound) -> list[Result]:
             result = None  # at work it has one start
         if result is None:
             if candidate.named:
-                contest_round.closed[name] = "not visible with this plan: the base takes it up"
+                contest_round.closed[name] = (
+                    "not identifiable with this plan: absorbed by the baseline"
+                )
             continue
         results.append(result)
     results.sort(key=lambda r: (-r.gain, r.name))
@@ -103,7 +105,10 @@ def family_p(contest_round: ContestRound, candidate: Candidate, result: Result) 
 
 
 def large_enough(contest_round: ContestRound, result: Result, size: float, least: float) -> bool:
-    """Whether a size counts: what hangs on the load alone must stand out from the base's form."""
+    """Whether a size counts.
+
+    What depends on the load alone must stand out from the baseline's form.
+    """
     if contest_round.candidates[result.name].hangs_on_load_alone:
         least = max(least, contest_round.form_arcsec)
     return size >= least

@@ -119,7 +119,7 @@ class GrowingModel(ABC):
     # --- what only refits can do -----------------------------------------------------------------
 
     def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
-        """Add leads of a model in which all runs are alike; `count` tests are paid for."""
+        """Add leads of a model in which all runs are equal; `count` tests are paid for."""
         return leads
 
     def unjudged(

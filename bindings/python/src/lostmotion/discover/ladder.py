@@ -181,8 +181,8 @@ def harms(before: Rung, after: Rung) -> list[dict[str, Any]]:
 def gain(before: Rung, after: Rung) -> tuple[float, list[float]]:
     """Fall of the leave-one-run-out error, arc seconds, with its interval of 95 %.
 
-    Of these runs as they are: what the effect explains is known, and what is left beside it is by
-    chance, alike within a run and apart between runs.
+    Of these runs as they are: what the effect explains is known, and the residual beside it is by
+    chance, equal within a run and independent between runs.
     """
     was, now = before.heldout_rms_arcsec, after.heldout_rms_arcsec
     explained = before.left_out - after.left_out

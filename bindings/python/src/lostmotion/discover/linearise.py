@@ -25,7 +25,10 @@ from lostmotion.fit.point import Point
 FloatArray = npt.NDArray[np.float64]
 
 COMMON = 2
-"""Columns beside those of the base: what the half widths and the offsets of all runs share."""
+"""Columns beside those of the baseline model.
+
+What the half widths and the offsets of all runs share.
+"""
 
 WIDEN_MAX = 0.3
 """Largest relative change of all half widths in a step."""
@@ -49,7 +52,7 @@ PLAIN_STEPS = 8
 
 @dataclass
 class Settled:
-    """A base at its own deviations, with the evidence of its columns alone."""
+    """A baseline model at its own deviations, with the evidence of its columns alone."""
 
     base: BaselineModel
     contest: Contest
@@ -67,8 +70,8 @@ def columns_of(
     """Fixed columns with those common to all runs, their precision, scattering columns, residual.
 
     The residual has the deviations of the runs put back, so that the scattering columns explain
-    them anew. Scatter is about a mean: that of stiffness and gap is in the backbone, that of the
-    friction's half widths and of the offset comes last of the fixed columns.
+    them anew. Scatter is about a mean: that of stiffness and gap is in the torsion curve, that of
+    the friction's half widths and of the offset comes last of the fixed columns.
     """
     fixed = base.fixed_columns(point)
     precision = np.append(base.precision(), np.zeros(COMMON))
@@ -91,7 +94,7 @@ def noise_rms(noise: Noise, base: BaselineModel) -> float:
 
 
 def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
-    """Bring base and deviations to where the data with scatter and coloured noise want them.
+    """Bring baseline and deviations to where the data with scatter and coloured noise want them.
 
     Penalised Gauss-Newton steps (FOCE): each is shortened until the misfit falls, and the model is
     linearised anew where it leads, with new variances, as long as the restricted likelihood rises.
@@ -150,7 +153,7 @@ def plain_rms(base: BaselineModel) -> float:
 
 
 def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:
-    """Gather the evidence of the base alone, linearised where it stands.
+    """Gather the evidence of the baseline model alone, linearised where it stands.
 
     Its variances are looked for from those of a contest that is `near`.
     """
@@ -164,7 +167,7 @@ def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -
 
 
 def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Newton step within the bounds of the base, and the deviations that go with it."""
+    """Gauss-Newton step within the bounds of the baseline, and the deviations that go with it."""
     evidence = contest.evidence
     index = evidence.index()
     matrix = contest.null.matrix.sum(axis=0)
@@ -187,7 +190,7 @@ def take_step(
     share: float = 1.0,
     own_share: float = 1.0,
 ) -> None:
-    """Move the base by a Gauss-Newton step and every run towards its predicted deviations.
+    """Move the baseline by a Gauss-Newton step and every run towards its predicted deviations.
 
     Parameters
     ----------
@@ -214,7 +217,10 @@ def take_step(
 
 
 def plain_of(settled: Settled) -> BaselineModel:
-    """The base fitted with every run alike: where deviations have not taken up anything yet."""
+    """The baseline model fitted with every run equal.
+
+    Where the deviations have not absorbed anything yet.
+    """
     base = settled.base.copy()
     base.deviations[:] = 0.0
     base.fit(noise=float(np.median(settled.noise.sigma)), steps=PLAIN_STEPS)

@@ -103,7 +103,7 @@ def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def size_of_odd_in_evidence(body: Body, odd: OddRuns) -> float:
-    """Root mean square over all samples, arc seconds, of what odd runs do."""
+    """Root mean square over all samples, arc seconds, of what outlier runs do."""
     squares = squares_by_run(body)[odd.runs, odd.place, odd.place]
     return float(np.sqrt(squares @ np.square(odd.deviations) / body.rows.sum()))
 

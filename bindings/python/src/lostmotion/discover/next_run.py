@@ -74,7 +74,7 @@ def next_runs(
     for i, (a, b) in enumerate(pairs):
         both = discrimination(contest, a, b, known) + discrimination(contest, b, a, known)
         apart[i] = 0.5 * both
-    # A run is worth what it says of the pair that it tells apart least; then, what of all.
+    # A run is worth what it says of the pair that it separates least; then, what of all.
     scores = apart.min(axis=0)
     minutes = np.array([max(np.ptp(run.time_s) / 60.0, 1e-3) for run in options.runs])
     order = np.lexsort((-apart.sum(axis=0), -scores))

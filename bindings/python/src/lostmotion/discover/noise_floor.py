@@ -23,8 +23,8 @@ def noise_floor(settled: Settled, within: float) -> float:
     """Noise within runs and scatter between them, as one rms in arc seconds.
 
     Every run counts with the deviations that it has, not with those that its like might have: one
-    odd run may have little that they act on. What all deviations have in common is no scatter: a
-    fit to all runs takes it into its curve. It is not measured against the error of the model.
+    outlier run may have little that they act on. What all deviations have in common is no scatter:
+    a fit to all runs takes it into its curve. It is not measured against the error of the model.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ RUN_NEEDS = {"temperature_C", "cycles"}
 
 @dataclass
 class OddRuns:
-    """Runs that stand apart in one part of the base.
+    """Runs that stand apart in one part of the baseline model.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
     ----------
     contest : Contest
     load : ndarray
-        Of each run, in any unit: what the base does in it.
+        Of each run, in any unit: what the baseline model does in it.
     """
     e = contest.evidence
     index, omega = e.index(), contest.null_omega

@@ -141,7 +141,7 @@ class RecordedModel(GrowingModel):
                 settled = settle(base, self.noise)
         self.within = noise_rms(self.noise, base)
         self.settled[-1] = settled
-        # What is left of an effect is often another in quick runs, and is no second cause.
+        # The residual of an effect is often another in quick runs, and is no second cause.
         own = [] if base.has_effects else between_runs(settled.base, settled.contest)
         current = make_round(settled, [*candidates, *own], closed)
         return current, judge_all(current)
@@ -277,7 +277,7 @@ def fall_of_error(base: BaselineModel, with_effect: BaselineModel) -> float:
 def without_idle(settled: Settled, given: int, count: int) -> Settled:
     """Drop the effects that no longer pass the gates beside the newest, all fitted together.
 
-    Those that were `given` with the base stay.
+    Those that were `given` with the baseline model stay.
     """
     for place in range(len(settled.base.terms) - 2, given - 1, -1):
         if not term_passes(settled, place, count):

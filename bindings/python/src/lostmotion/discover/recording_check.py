@@ -1,4 +1,4 @@
-"""Whether recordings are sound, and what their plan can and cannot tell apart."""
+"""Whether recordings are sound, and what their plan separates or confounds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ELSEWHERE = 0.05
 """A run begins elsewhere when its torque is this share of the largest from where the last ended."""
 
 ALIASED = 0.9
-"""Rank correlation of two columns' means over the runs from which they cannot be told apart."""
+"""Rank correlation of two columns' means over the runs from which they count as confounded."""
 
 
 def begin_elsewhere(campaign: Campaign) -> list[int | str]:
@@ -49,7 +49,7 @@ def rank_correlation(a: FloatArray, b: FloatArray) -> float:
 
 
 def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
-    """Say whether recordings are sound, and what this plan can and cannot tell apart."""
+    """Say whether recordings are sound, and what this plan separates or confounds."""
     conditions = Conditions(campaign)
     columns = dict(conditions.columns)
     columns.pop("elapsed_s", None)
@@ -76,7 +76,7 @@ def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
             blind[name] = "not testable with these columns: no " + ", ".join(missing)
         elif flat:
             shown = ", ".join(DERIVED.get(need, need) for need in flat)
-            blind[name] = f"not visible with this plan: constant {shown}"
+            blind[name] = f"not identifiable with this plan: constant {shown}"
     return {
         "schema": "lostmotion.check/1",
         "sound": not campaign.findings,

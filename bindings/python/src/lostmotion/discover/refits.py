@@ -1,4 +1,4 @@
-"""Refits: a candidate becomes part of a base, which is then fitted whole."""
+"""Refits: a candidate becomes part of a baseline model, which is then fitted whole."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def term_of_start(current: ContestRound, candidate: Candidate, start: int, own: 
 def put_in(
     base: BaselineModel, current: RecordedRound, candidate: Candidate, start: int, own: Result
 ) -> None:
-    """Add a candidate to a base with the values that the contest suggests."""
+    """Add a candidate to a baseline model with the values that the contest suggests."""
     if candidate.effect is not None:
         base.terms.append(term_of_start(current, candidate, start, own))
         return
@@ -94,7 +94,7 @@ def put_in(
 
 
 def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None:
-    """Move a base and the deviations of its runs to where a hypothesis wants them."""
+    """Move a baseline model and the deviations of its runs to where a hypothesis wants them."""
     evidence = current.contest.evidence
     delta = np.concatenate((result.fixed_step, result.coefficients))
     own = deviations(evidence, evidence.index(result.block), result.omega, delta)
@@ -118,16 +118,16 @@ def refit(
     reference: Settled | None = None,
     fitted: BaselineModel | None = None,
 ) -> Contender | None:
-    """Fit base and candidate together, from the deviations that this hypothesis predicts.
+    """Fit baseline and candidate together, from the deviations that this hypothesis predicts.
 
     A step that leads astray, or to much less than the contest has promised, is not taken: the fit
-    then starts from where the base stands.
+    then starts from where the baseline model stands.
 
     Parameters
     ----------
     reference : Settled, optional
-        Against which the gain counts, where the round is that of a base without deviations: then
-        they stay at nothing until the candidate has had its fit.
+        Against which the gain counts, where the round is that of a baseline model without
+        deviations: then they stay at nothing until the candidate has had its fit.
     fitted : BaselineModel, optional
         A fit with the candidate that is at hand.
 
@@ -168,13 +168,14 @@ def _refit(
 
 
 def fit_with(current: RecordedRound, result: Result) -> tuple[BaselineModel, bool]:
-    """Fit base and candidate together at the deviations that the hypothesis predicts.
+    """Fit baseline and candidate together at the deviations that the hypothesis predicts.
 
     Returns
     -------
     model : BaselineModel
     stepped : bool
-        False where that step led astray, and the fit has started from where the base stands.
+        False where that step led astray, and the fit has started from where the baseline model
+        stands.
     """
     settled = current.settled
     base = settled.base.copy()
@@ -193,7 +194,10 @@ def fit_with(current: RecordedRound, result: Result) -> tuple[BaselineModel, boo
 def fit_from_base(
     current: RecordedRound, result: Result, tolerance: float | None = None
 ) -> BaselineModel:
-    """Fit base and candidate together from where the base stands; the deviations stay."""
+    """Fit baseline and candidate together from where the baseline model stands.
+
+    The deviations stay.
+    """
     settled = current.settled
     base = settled.base.copy()
     put_in(base, current, current.candidates[result.name], *start_of(current, result))
@@ -217,7 +221,7 @@ def close_enough(base: BaselineModel) -> float:
 
 
 def without_deviations(base: BaselineModel, before: BaselineModel | None = None) -> BaselineModel:
-    """Refit a base for all runs together, as a drive file would hold it.
+    """Refit a baseline model for all runs together, as a drive file would hold it.
 
     Parameters
     ----------
@@ -257,7 +261,7 @@ def grown_from(base: BaselineModel, before: BaselineModel) -> bool:
 
 
 def refitted(base: BaselineModel, noise: Noise) -> Settled:
-    """Fit a base with its terms as they are, and settle it."""
+    """Fit a baseline model with its terms as they are, and settle it."""
     base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)
     return settle(base, noise)
 

@@ -50,7 +50,7 @@ def least_size(within: float, largest: float) -> float:
 def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str, float]) -> float:
     """Least size of an effect beside those that are in the model.
 
-    What is left of an effect whose form is not exactly right resembles its twins.
+    The residual of an effect of inexact form resembles the effects confounded with it.
     """
     effect = contest_round.candidates[result.name].effect
     if effect is None:
@@ -59,8 +59,8 @@ def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str,
     least = 0.0
     for other, own in contest_round.effects_within():
         size = kept.get(other.name, 0.0)
-        twins = other.name in effect.confused_with or effect.name in other.confused_with
-        if twins and rules.TWIN_SHARE * size > least:
+        confounded = other.name in effect.confused_with or effect.name in other.confused_with
+        if confounded and rules.TWIN_SHARE * size > least:
             share = absorbed_share(
                 contest.evidence, contest.null_omega, result.block, result.coefficients, own
             )

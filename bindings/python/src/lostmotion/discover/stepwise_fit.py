@@ -1,7 +1,7 @@
 """The stepwise fit: the baseline model, then each effect on top, all refitted at each rung.
 
 It is the one refit behind `diagnose` and `fit`: the same recordings, form and effects give the same
-numbers in both. All runs are alike in it, as a drive file holds them; standard errors count the
+numbers in both. All runs are equal in it, as a drive file holds them; standard errors count the
 coloured noise within runs and the scatter between them.
 """
 
@@ -137,7 +137,7 @@ def fit_stepwise(
     ratio : float
         Of the drive.
     known : Settled, optional
-        What `measure_noise` gives for the base, where it is at hand.
+        What `measure_noise` gives for the baseline model, where it is at hand.
     progress : callable, optional
         Called with the number of each effect when its turn comes.
     """
@@ -153,7 +153,7 @@ def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float)
     """Refit a model with an effect more.
 
     The runs have their own deviations on the way: what they scatter by would hold the effect back,
-    and a fit in which all runs are alike goes through kinks slowly.
+    and a fit in which all runs are equal goes through kinks slowly.
     """
     model = base.copy()
     model.noise_arcsec = noise_rms(noise, base)
@@ -179,7 +179,7 @@ def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) 
         raise InputError(
             "--add",
             effect.name,
-            "an effect that the base takes up wholly",
+            "an effect that the baseline model absorbs wholly",
             "one that these recordings show",
         )
     return term_of(alone, result)

@@ -140,7 +140,7 @@ def drawing_table(model: DesignModel) -> list[Row]:
         row("D_M", "diameter of the measuring pins", "mm", [p and p.diameter_mm for p in pins], 2),
         row("M_d", "measure over or between two pins", "mm", [p and p.measure_mm for p in pins]),
         row("s", "rim thickness", "mm", [drive.flexspline.rim_thickness_mm, None]),
-        row("w_0", "deflection by the generator", "mm", [drive.generator.deflection_mm, None]),
+        row("w_0", "deflection by the wave generator", "mm", [drive.generator.deflection_mm, None]),
     ]
 
 

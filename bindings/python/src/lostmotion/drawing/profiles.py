@@ -1,4 +1,4 @@
-"""Profiles of both gears with root fillets, of the generator and of the rim, in mm.
+"""Profiles of both gears with root fillets, of the wave generator and of the rim, in mm.
 
 Each gear stands undeformed on its own axis, a tooth (external) or a space (internal) upward.
 """
@@ -176,12 +176,12 @@ def _arc(centre: Array, radius: float, start: Array, end: Array) -> Array:
 
 
 def rim_contours(model: DesignModel) -> dict[str, Array]:
-    """Closed curves of the deformed rim and of the generator in the middle of the face.
+    """Closed curves of the deformed rim and of the wave generator in the middle of the face.
 
     Returns
     -------
     dict of ndarray, shape (n, 2)
-        ``neutral_line``; ``generator_seat``, the face of the rim that the generator presses;
+        ``neutral_line``; ``generator_seat``, the face of the rim that the wave generator presses;
         ``cam``, under the balls and races of the bearing (cam and ellipse alone, and only where
         that leaves a curve without a cusp).
     """

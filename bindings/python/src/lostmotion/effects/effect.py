@@ -121,7 +121,7 @@ class Effect:
     absorbed : str
         Which part of the baseline model fits it anyway, where one does ...
     told_by : str
-        ... and the condition that tells the two apart where it varies.
+        ... and the condition that separates the two where it varies.
     steps : bool
         The angle jumps by its given value and stays.
     in_file : bool
@@ -346,10 +346,10 @@ def effect(
 
     `p` has the values as attributes, `at` the conditions of one recording as arrays
     (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
-    the angle of backbone and friction, and ``at.wound_Nm``, the torque that friction leaves to wind
-    up the mesh); the function returns an array. Angles go on over turns. ``at.run_number``, 1 for
-    the first run of the campaign, and ``at.time_s`` are for what happened once: no controller knows
-    them.
+    the angle of torsion curve and friction, and ``at.wound_Nm``, the torque that friction leaves to
+    wind up the mesh); the function returns an array. Angles go on over turns. ``at.run_number``, 1
+    for the first run of the campaign, and ``at.time_s`` are for what happened once: no controller
+    knows them.
 
     Parameters
     ----------

@@ -119,7 +119,7 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
     values = tuple(read(card.value[i], effect.bound[i]) for i in range(effect.value_count))
     told_by = [name for bit, name in enumerate(NEEDS) if card.told_by >> bit & 1]
     needs = frozenset(name for bit, name in enumerate(NEEDS) if effect.covariates >> bit & 1)
-    twins = tuple(name.strip() for name in text(card.confused_with).split(",") if name.strip())
+    confounded = tuple(name.strip() for name in text(card.confused_with).split(",") if name.strip())
     return Effect(
         text(card.name),
         KINDS[int(effect.kind)],
@@ -130,7 +130,7 @@ def from_c(effect: Any, bits: Bits = 64) -> Effect:
         text(card.mechanism),
         text(card.equation),
         text(card.typical_size),
-        twins,
+        confounded,
         text(card.experiment),
         absorbed=said(card.absorbed),
         told_by=told_by[0] if told_by else "",

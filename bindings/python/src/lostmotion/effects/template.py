@@ -8,7 +8,7 @@ from lostmotion.effects.library import library
 from lostmotion.errors import InputError
 
 NAME_MAX = 63
-"""Characters by which C99 tells names apart."""
+"""Characters by which C99 distinguishes names."""
 
 PYTHON = '''"""A user's own effect: {name}. To use it:
 

@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 VISIBLE = 1e-9
-"""A column of which the base leaves less than this (of its square) is not visible."""
+"""A column of which the baseline leaves less than this (of its square) is not identifiable."""
 
 REDUCED = 1e-12
 """Share of a column's square below which what the deviations of the runs leave of it is rounding:
@@ -42,7 +42,7 @@ class Result:
     wald : float
         Fall of the quadratic form.
     rank : int
-        Directions that the candidate has beside the base.
+        Directions that the candidate has beside the baseline model.
     p : float
         Of the run-level F test, before Bonferroni.
     flip_p : float
@@ -58,7 +58,7 @@ class Result:
     covariance : ndarray
     omega : ndarray
     fixed_step : ndarray
-        Of the base's scaled columns.
+        Of the baseline's scaled columns.
     block : str
         The columns that were judged: all of the candidate's, or those of one start.
     """
@@ -198,8 +198,8 @@ def visible_directions(e: Evidence, reduced: Reduced, index: IntArray) -> FloatA
     cross = total[n0:-1, :n0]
     left = total[n0:-1, n0:-1] - cross @ np.linalg.solve(total[:n0, :n0] + ridge, cross.T)
     raw = np.diag(total)[n0:-1]
-    # In units of what each column has before the base takes its part. Of what is all deviation
-    # of the runs, nothing but rounding is there.
+    # In units of what each column has before the baseline model takes its part. Of what is all
+    # deviation of the runs, nothing but rounding is there.
     seen = raw > REDUCED * np.diag(e.total)[index[n0:-1]]
     unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, raw, 1.0)), 0.0)
     value, vector = np.linalg.eigh(left * np.outer(unit, unit))
@@ -229,7 +229,8 @@ def run_scores(
     Returns
     -------
     score : ndarray
-        ``[run, direction]``. The prior pulls at the base's parameters; its share belongs to no run.
+        ``[run, direction]``. The prior pulls at the baseline's parameters; its share belongs to no
+        run.
     ideal : ndarray
         The same, if every run said exactly what the candidate as fitted makes of it.
     weight : ndarray

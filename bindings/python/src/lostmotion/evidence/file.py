@@ -1,6 +1,6 @@
 """The evidence of a campaign, or of several merged, and the file that holds it.
 
-What a campaign says is saved as Gram matrices, one a run: of the base's derivatives, of what
+What a campaign says is saved as Gram matrices, one a run: of the baseline's derivatives, of what
 scatters from run to run, of every effect and every shape, and of the residual, whitened and plain;
 with the sudden events that were found in it. No samples are saved.
 """
@@ -40,7 +40,7 @@ class Body:
     white, plain : Evidence
         Gram matrices of the same columns: whitened, and in arc seconds as they are.
     point : ndarray
-        Values of the base's parameters that the columns are derivatives at.
+        Values of the baseline's parameters that the columns are derivatives at.
     spread, rows : ndarray
         Noise within each run in arc seconds, and its samples.
     about : dict

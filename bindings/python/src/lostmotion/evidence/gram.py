@@ -33,7 +33,8 @@ class Evidence:
     scale : ndarray
         What each column was divided by.
     fixed, scatter, response : ndarray or int
-        Places of the base's columns, of the columns that scatter from run to run, of the residual.
+        Places of the baseline's columns, of the columns that scatter from run to run, of the
+        residual.
     blocks : dict
         Places of each candidate's columns.
     precision : ndarray
@@ -65,7 +66,7 @@ class Evidence:
         return out + RIDGE * np.maximum(np.diag(self.total)[index[:-1]], 1.0)
 
     def index(self, *blocks: str) -> IntArray:
-        """Places of the base's columns and of some blocks, the residual last."""
+        """Places of the baseline's columns and of some blocks, the residual last."""
         parts = [self.fixed, *(self.blocks[name] for name in blocks), np.array([self.response])]
         return np.concatenate(parts).astype(np.intp)
 

@@ -1,7 +1,7 @@
 """Evidence of several campaigns put together at the linearisation of one of them.
 
-Moving a campaign from its own base to a common one adds a combination of the base's columns to the
-residual.
+Moving a campaign from its own baseline model to a common one adds a combination of the baseline's
+columns to the residual.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ def merge_bodies(bodies: Sequence[Body], files: Sequence[str | Path]) -> Body:
             found, wanted = (", ".join(b.about["effects"]) or "no effect" for b in (body, first))
             raise InputError(file, "effects", found, f"{wanted} as in {files[0]}")
         if body.point.size != first.point.size:
-            found, wanted = (f"{b.point.size} values of the base" for b in (body, first))
+            found, wanted = (f"{b.point.size} values of the baseline model" for b in (body, first))
             raise InputError(file, "point", found, f"{wanted}, as in {files[0]}")
         if body.white.fixed.size != first.white.fixed.size:
             more = body.white.fixed.size > first.white.fixed.size
-            one_side = ("inside the elasticity alone", "outside it as well")
+            one_side = ("in parallel with the spring alone", "outside it as well")
             found, wanted = one_side[more], one_side[not more]
             raise InputError(file, "friction", found, f"{wanted}, as in {files[0]}")
     seen = refuse_twice(bodies, files)
@@ -133,7 +133,8 @@ def merge_grams(
         gram = part.gram[:, keep[:, None], keep]
         ratio = part.scale[keep] / first.scale[places(first, common)]
         gram = gram * np.outer(ratio, ratio)
-        # The residual about the first point: what the base does between the two is put back.
+        # The residual about the first point: what the baseline model does between the two is put
+        # back.
         step = (point - points[0]) * first.scale[first.fixed][: point.size]
         change = np.eye(keep.size)
         change[: step.size, -1] = step
@@ -155,6 +156,6 @@ def merge_grams(
 
 
 def places(evidence: Evidence, common: Sequence[str]) -> IntArray:
-    """Places of the base's columns, of what scatters, of some blocks and of the residual."""
+    """Places of the baseline's columns, of what scatters, of some blocks and of the residual."""
     parts = [evidence.fixed, evidence.scatter, *(evidence.blocks[name] for name in common)]
     return np.concatenate([*parts, [evidence.response]]).astype(np.intp)

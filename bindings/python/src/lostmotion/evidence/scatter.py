@@ -1,4 +1,4 @@
-"""Run-to-run scatter: its variances by REML, and what is left of a hypothesis without it.
+"""Run-to-run scatter: its variances by REML, and the residual of a hypothesis without it.
 
 With the scattering columns B and their variances omega, the covariance of a run is
 ``I + B omega B'`` in whitened units; Woodbury reduces every run to a small matrix.

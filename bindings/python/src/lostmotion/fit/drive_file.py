@@ -1,4 +1,4 @@
-"""The base of a drive over its recordings, and the effects that a drive file carries."""
+"""The baseline model of a drive over its recordings, and the effects that a drive file carries."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from lostmotion.recordings import Campaign
 FloatArray = npt.NDArray[np.float64]
 
 SAMPLES_LEAST = 50
-"""The base alone has some forty numbers: slopes, plays, offsets."""
+"""The baseline alone has some forty numbers: slopes, operators, offsets."""
 
 
 def effect_table(term: Term) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def written_effects(drive: Drive) -> dict[str, Effect]:
 
 
 def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) -> None:
-    """Put the numbers of a fitted drive file into a base."""
+    """Put the numbers of a fitted drive file into a baseline model."""
     base.terms = [term_from(table, effects, drive.file) for table in drive.effects]
     knots, radii = fit_values(drive, KNOT), fit_values(drive, PLAY_RADIUS)
     if knots.size == 0 or radii.size == 0:
@@ -91,7 +91,7 @@ def restore(drive: Drive, base: BaselineModel, effects: Mapping[str, Effect]) ->
 def make_base(
     drive: Drive, campaign: Campaign, backbone: Backbone | None, effects: Mapping[str, Effect]
 ) -> BaselineModel:
-    """Make the base of a drive over a campaign, with what the file says of it already."""
+    """Make the baseline model of a drive over a campaign, with what the file says of it already."""
     campaign.require_variation()
     base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
     restore(drive, base, effects)
@@ -101,7 +101,7 @@ def make_base(
 
 
 def require_plan(campaign: Campaign) -> None:
-    """Refuse runs that are too few samples for the base, or whose torque stands still."""
+    """Refuse runs that are too few samples for the baseline model, or whose torque stands still."""
     file = campaign.runs[0].file
     if campaign.rows < SAMPLES_LEAST:
         raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")

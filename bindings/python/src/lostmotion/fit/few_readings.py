@@ -3,7 +3,7 @@
 A torque wrench and a dial gauge give 5 to 30 readings. They carry one to three slopes and one width
 of the loop (`lostmotion.characterize`), not the compliances and operators of a fit to a log. The
 values are put into a baseline model, in the form in which a drive file keeps it: the slopes on its
-knots, the width as one play operator outside the elasticity.
+knots, the width as one play operator in series with the spring.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class FewReadings:
     samples : Samples
         The readings on loops that they are from.
     operator : int
-        Which of the base's operators carries the width.
+        Which of the baseline's operators carries the width.
     """
 
     base: BaselineModel

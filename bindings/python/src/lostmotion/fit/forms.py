@@ -77,7 +77,7 @@ def in_form(
 def leads_to(given: Friction, form: Friction) -> bool:
     """Whether a model in one form can be fitted in another: what it has is kept.
 
-    Friction in parallel alone, which every model begins with, can be taken out again.
+    Friction in parallel alone, which every model begins with, can be removed again.
     """
     return PARTS[given] <= PARTS[form] or given == FORMS[0]
 

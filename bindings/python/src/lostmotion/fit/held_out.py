@@ -1,4 +1,4 @@
-"""Held-out error: every run under a fit to the others.
+"""Leave-one-run-out error: every run under a fit to the others.
 
 What a run changes of one linear step comes close to it. Only parameters that are free take the
 step, and none leaves its bounds; those at a bound stay there. Where the step predicts a run clearly

@@ -182,7 +182,7 @@ def moved_before(
 
 @dataclass
 class Hysteresis:
-    """Play operators over one campaign: friction inside the elasticity, and outside where asked.
+    """Play operators over one campaign: friction in parallel, and in series where asked.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ class Hysteresis:
         Where each operator stood before the first sample, in half widths from the torque there; a
         row for each session.
     outside : ndarray or None
-        Compliance of each operator outside the elasticity, arc seconds a N m; None: there is none.
+        Compliance of each operator in series, arc seconds a N m; None: there is none.
     widening : ndarray or None
         Growth of each half width per torque; None: they do not grow.
     parallel : bool
@@ -435,7 +435,7 @@ class Hysteresis:
         ]
 
     def outside_blocks(self, started: Callable[[], Started], mean_slope: float) -> list[Block]:
-        """Compliances of friction outside the elasticity, where it takes part."""
+        """Compliances of friction in series with the spring, where it takes part."""
         if self.outside is None:
             return []
 

@@ -116,7 +116,7 @@ class Block:
     keys : list of str
         In ``[fit.values]`` of a drive file; none where the values belong to the recordings alone.
     of : object
-        What the block belongs to, where the model has several alike: a term, the start states.
+        What the block belongs to, where the model has several of a kind: a term, the start states.
     """
 
     names: list[str]

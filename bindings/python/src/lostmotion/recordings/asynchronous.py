@@ -24,7 +24,7 @@ REGULAR_SHARE = 0.8
 or less, where a clock makes them; those of coarse counts are as long as the motion is slow."""
 
 SPREAD = 2.0
-"""Least ratio of the usual step between two values to the tenth smallest: counts are all alike."""
+"""Least ratio of the usual step between two values to the tenth smallest: counts are all equal."""
 
 STRETCHES_LEAST = 10
 """Fewest stretches of a run that tell a clock."""

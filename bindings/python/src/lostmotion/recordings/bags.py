@@ -243,7 +243,7 @@ def open_bag(file: Path) -> Iterator[Bag]:
     ------
     InputError
         Where `rosbags` is not installed, and for whatever the bytes of the bag are wrong in, also
-        while messages are taken out of it.
+        while messages are read from it.
     """
     try:
         from lz4.frame import LZ4FrameDecompressor

@@ -38,7 +38,7 @@ NOISE_REACH = 16
 """Samples on either side from which the noise about a sample is taken."""
 
 NOISE_ORDER = 8
-"""Highest difference that is tried: what is left of 8 samples a loop is a hundredth."""
+"""Highest difference that is tried: of 8 samples a loop a hundredth remains."""
 
 SHARE_MAX = 0.05
 """More samples of a run than this share, and more than `COUNT_FREE`, are what the channel does."""
@@ -55,7 +55,7 @@ MARKERS_TRIED = 8
 """Values that are tried, those first that stand alone most often."""
 
 MARKERS_LEAST = 3
-"""Fewest moments at which a marker stands: two wild values alike may be a chance."""
+"""Fewest moments at which a marker stands: two equal wild values may be a coincidence."""
 
 CONSTANT_SHARE = 0.1
 """A channel that has one value leaves it by this share of it at least: sensors of few steps."""
@@ -173,7 +173,7 @@ def scatter(step: FloatArray) -> float:
 def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
     """Mark a value that a device writes again and again in the place of a reading: 0, full scale.
 
-    It stands alone or in bursts, exactly the same each time, and what is left of the channel
+    It stands alone or in bursts, exactly the same each time, and the rest of the channel
     without it goes on as if nothing had been.
     """
     marked = np.zeros(values.size, dtype=bool)

@@ -471,7 +471,7 @@ def within_range(
     quantity: Quantity,
     place: Callable[[int], str],
 ) -> tuple[FloatArray, list[Finding]]:
-    """Take out numbers that this quantity cannot have; refuse a column that has more than a few.
+    """Remove numbers that this quantity cannot have; refuse a column that has more than a few.
 
     What is not finite is counted elsewhere.
     """

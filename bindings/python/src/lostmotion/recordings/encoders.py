@@ -36,7 +36,7 @@ FOLLOWED_SLACK = WRAP_SLACK / 4
 
 ALIKE = 0.01
 """Difference of the way of the lost motion, in what a turn of the input makes of it, up to which
-two repairs are alike. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
+two repairs are equal. A ratio of 50.02 and a turn of the output differ by 0.02, noise by less."""
 
 STILL = 1 / 16
 """Step of the input in moduli, beyond that of its neighbours, from which it has moved by itself."""
@@ -199,7 +199,7 @@ def put_back(
                 continue
             found = follow(input_rad, output_rad, ratio, end_in, end_out)
             left = change_of(found)
-            # What two moduli leave alike is the same repair, or none: the likelier one stands,
+            # What two moduli leave equal is the same repair, or none: the likelier one stands,
             # but for a turn of the output less, which whole turns of the input hide.
             less = change - left
             alike = ALIKE * TURN / abs(ratio)

@@ -1,4 +1,4 @@
-"""Findings: what is odd about recordings, and the sentences that say so."""
+"""Findings: faults of recordings, and the sentences that report them."""
 
 from __future__ import annotations
 

@@ -201,7 +201,7 @@ def campaign_of_table(
 
 
 def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Campaign:
-    """Make a campaign of runs, and note what is odd about them together."""
+    """Make a campaign of runs, and note the faults that only all of them together show."""
     name_apart(runs)
     campaign = Campaign(without_single(runs, findings), findings)
     note_missing(campaign)
@@ -320,7 +320,7 @@ def first_appearance(
 def runs_of_blocks(
     file: str, only: str, read: Numbers, findings: list[Finding]
 ) -> tuple[npt.NDArray[np.intp], list[int | str]]:
-    """Tell runs apart where the clock goes back behind every blank line; else there is one."""
+    """Separate runs where the clock goes back behind every blank line; else there is one."""
     time = read.quantities["time"]
     codes = np.zeros(time.size, dtype=np.intp)
     begin = [row for row in read.blocks if 0 < row < time.size]

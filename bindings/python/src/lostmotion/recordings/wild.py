@@ -52,7 +52,7 @@ CATEGORIES = ("direction",)
 """Columns whose values are names: no value of theirs is nearer to another than the rest."""
 
 OWN_SHARE = 0.5
-"""A burst in lost motion and torque alike is a load: less this share of it must be left. A column
+"""A burst in lost motion and torque at once is a load: less this share of it must be left. A column
 that came back is nearer than this share of the burst to where it was."""
 
 BEYOND_SHARE = 0.5

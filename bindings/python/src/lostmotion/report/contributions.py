@@ -1,4 +1,4 @@
-"""Picture of the characteristic: deflection by torque and the five contributions to it."""
+"""Picture of the torsion curve: deflection by torque and the five contributions to it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ CATALOGUE_INK = "#882255"
 
 @dataclass(frozen=True)
 class Contributions:
-    """A characteristic for the picture; torques rise from minus to plus twice the rated torque.
+    """A torsion curve for the picture; torques rise from minus to plus twice the rated torque.
 
     Attributes
     ----------
@@ -98,14 +98,14 @@ def picture_torques(rated_Nm: float, ends: Array | None = None) -> Array:
 
 
 def contributions_figure(data: Contributions) -> Figure:
-    """Make the figure of a characteristic."""
+    """Make the figure of a torsion curve."""
     columns: dict[str, Array] = {"torque_Nm": data.torque_Nm, "total_arcmin": data.total_arcmin}
     columns |= {f"{part}_arcmin": data.parts_arcmin[part] for part in PARTS}
     if data.engaged_teeth is not None:
         columns["engaged_teeth_per_lobe"] = data.engaged_teeth
     lost = 2.0 * data.at(data.total_arcmin, data.reversal_torque_Nm)
     caption = (
-        "One-sided deflection φ from the torque-free middle, generator locked. The areas are the "
+        "One-sided deflection φ from the torque-free middle, input locked. The areas are the "
         "contributions, stacked from the axis outward; their sum is the black line. The second "
         "panel magnifies the part around zero. A reversal at "
         f"±{written(data.reversal_torque_Nm)} N·m (4 % of the rated torque) loses {lost:.3f} "
@@ -114,7 +114,7 @@ def contributions_figure(data: Contributions) -> Figure:
     if data.catalogue is not None:
         caption += " Dashed: the slopes of the catalogue, prolonged beyond their own stretch."
     return Figure(
-        f"Characteristic of {data.name}",
+        f"Torsion curve of {data.name}",
         signs(caption),
         lambda width: draw_contributions(data, width),
         FigureData("characteristic", columns),
@@ -122,7 +122,7 @@ def contributions_figure(data: Contributions) -> Figure:
 
 
 def draw_contributions(data: Contributions, width: float) -> str:
-    """Draw the whole characteristic, the part around zero, and the legend."""
+    """Draw the whole torsion curve, the part around zero, and the legend."""
     wide = width > 600
     left, gap = 52.0, 78.0
     top, height = 34.0, 380.0 if wide else 250.0
@@ -133,7 +133,7 @@ def draw_contributions(data: Contributions, width: float) -> str:
     below = top + height + 70 if wide else second[1] + zoom_height + 70
     rows = 3 if wide else len(PARTS)
     drawing = Drawing(
-        width, below + 28 + 22 * rows, f"Characteristic of {data.name} with its contributions"
+        width, below + 28 + 22 * rows, f"Torsion curve of {data.name} with its contributions"
     )
     reach = 2.0 * data.rated_torque_Nm
     axes = _panel(drawing, data, (left, top, main, height), reach)

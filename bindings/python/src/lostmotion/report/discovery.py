@@ -64,15 +64,15 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
 
 
 def open_sentence(answer: Mapping[str, Any]) -> str:
-    """Say what is certain, and which effects these data cannot tell apart."""
+    """Say what is certain, and which effects are confounded."""
     names = list(answer["effects"])
     rungs = answer.get("ladder", ())
     known = {r["effect"] for r in rungs if r.get("verdict") == "missing-effect"}
     sure = [name for name in names if name in known or name.lower().replace(" ", "_") in known]
     rest = ", ".join(name for name in names if name not in sure)
     if not sure:
-        return f"These data cannot tell apart: {rest}."
-    return f"Missing: {', '.join(sure)}. Beside it, these data cannot tell apart: {rest}."
+        return f"Confounded in these data: {rest}."
+    return f"Missing: {', '.join(sure)}. Confounded beside it: {rest}."
 
 
 def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path]) -> Section:
@@ -93,12 +93,12 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
         [
             ("verdict", answer["verdict"].replace("-", " ")),
             (
-                "error of the base, rms",
+                "error of the baseline model, rms",
                 f"{with_zeros(answer['ladder'][0]['rms_arcsec'])} arcsec",
             ),
             ("with what was found, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
             (
-                "on runs that the fit has not seen",
+                "leave-one-run-out error, rms",
                 f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
             ),
             (NOISE_FLOOR, f"{with_zeros(floor)} arcsec"),
@@ -122,7 +122,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     blocks.append(overlay_figure(before, after, floor, drive.name))
     if selection is None:  # few readings: nothing was tested
         return section
-    residuals = [("base", before.residual())]
+    residuals = [("baseline", before.residual())]
     if added:
         residuals.append(("added", after.residual()))
     blocks.append(grids_figure(c, residuals, floor, drive.name))
@@ -174,12 +174,12 @@ def _contest(answer: dict[str, Any]) -> PageTable:
         )
     return PageTable(
         "The contest",
-        ("effect", "gain, nats", "p", "like", "values"),
+        ("effect", "gain, nats", "p", "confounded with", "values"),
         rows,
         (1, 2),
         "Gain: how much better the effect predicts each run from the others, as the logarithm of a "
-        "likelihood (1 nat is a factor of 2.7), over the base; for what was not chosen, over the "
-        "last model. p: how often chance does as well among so many effects. ✓: in the answer. A "
+        "likelihood (1 nat is a factor of 2.7), over the baseline; for what was not chosen, over "
+        "the last model. p: permutation test among so many effects. ✓: in the answer. A "
         "value at its bound would go further, or hardly matters here. What is too small to "
         "count stands out of the noise, but no model is trusted to be that exact. The JSON answer "
         "has all effects.",
@@ -196,14 +196,14 @@ def detectable_rows(answer: Mapping[str, Any]) -> PageTable:
         (words(name), *sized(one), f"{one['rms_arcsec']:.2f}")
         for name, one in sorted(sizes.items(), key=lambda item: item[1]["rms_arcsec"])
     ]
-    said = "Size of each effect that these runs would show with a chance of 80 %."
+    said = "Size of each effect that these runs would identify with a probability of 80 %."
     without: dict[str, list[str]] = {}
     for name, why in answer.get("not_detectable", {}).items():
         without.setdefault(why, []).append(words(name))
     for why, names in without.items():
         said += f" {', '.join(names)}: {why}."
     return PageTable(
-        "The smallest that would have been found",
+        "Smallest detectable size",
         ("effect", "parameter", "smallest size", "", "rms, arcsec"),
         rows,
         (2, 4),
@@ -255,14 +255,14 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     section = Section(
         f"{drive.name}: fitted" + (f" with {', '.join(names)}" if names else ""),
         f"The error falls from {with_zeros(first['rms_arcsec'])} "
-        f"to {with_zeros(last['rms_arcsec'])} arcsec; on runs that the fit has not seen it is "
+        f"to {with_zeros(last['rms_arcsec'])} arcsec; the leave-one-run-out error is "
         f"{with_zeros(last['rms_heldout_arcsec'])} arcsec. The noise floor is {with_zeros(floor)} "
         "arcsec.",
         [
-            ("error of the base, rms", f"{with_zeros(first['rms_arcsec'])} arcsec"),
+            ("error of the baseline model, rms", f"{with_zeros(first['rms_arcsec'])} arcsec"),
             ("with effects, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
             (
-                "on runs that the fit has not seen",
+                "leave-one-run-out error, rms",
                 f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
             ),
             (NOISE_FLOOR, f"{with_zeros(floor)} arcsec"),
@@ -275,7 +275,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     if not after.terms:
         before = after
     section.blocks.append(overlay_figure(before, after, floor, drive.name))
-    residuals = [("base", before.residual())]
+    residuals = [("baseline", before.residual())]
     if after.terms:
         residuals.append(("added", after.residual()))
     section.blocks.append(grids_figure(c, residuals, floor, drive.name))
@@ -308,7 +308,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
         section.blocks.append(Notes("Not separated by these recordings", lines))
     section.blocks.append(
         PageTable(
-            f"Values of the base: {len(rest)}",
+            f"Values of the baseline model: {len(rest)}",
             ("parameter", "value", "± standard error", ""),
             rest,
             (1,),

@@ -1,4 +1,4 @@
-"""Pictures of the evidence: gain of every run, effects that look alike, shapes without a name."""
+"""Pictures of the evidence: gain of every run, confounded effects, shapes without a name."""
 
 from __future__ import annotations
 
@@ -134,10 +134,10 @@ def alike_figure(step: Step, name: str) -> Figure | None:
             angle[i, j] = angle[j, i] = float(found[0]) if found.size else 90.0
     pairs = [(i, j) for i in range(len(chosen)) for j in range(i)]
     return Figure(
-        "Which effects look alike in these runs",
-        "Angle in degrees between what two effects add, after the base and the scatter between "
+        "Which effects are confounded in these runs",
+        "Angle in degrees between what two effects add, after the baseline and the scatter between "
         f"runs have taken their part: 90 is nothing in common, below {rules.TWIN_DEG:g} these runs "
-        "cannot tell them apart, whatever their number. The strongest "
+        "do not separate them, whatever their number. The strongest "
         f"{len(chosen)} are shown.",
         lambda width: draw_alike([words(n) for n in chosen], angle, width, name),
         FigureData(
@@ -222,9 +222,9 @@ def shape_figure(step: Step, name: str) -> Figure | None:
     middle, line, mean, half = middle[use], line[use], mean[use], half[use]
     label = f"{words(chosen.candidate.covariate)}{', ' + unit if unit else ''}"
     return Figure(
-        f"What is left depends on {words(chosen.candidate.covariate)}",
+        f"The residual depends on {words(chosen.candidate.covariate)}",
         f"Of the form “{with_signs(chosen.candidate.shape)}”: the fitted shape (line), the mean of "
-        "what the base leaves (dots), and twice its standard error from the scatter between runs "
+        "residual of the baseline (dots), twice its standard error from the scatter between runs "
         "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect "
         "on the lost motion.",
         lambda width: draw_shape(middle, line, mean, half, label, width, name),
@@ -269,7 +269,7 @@ def draw_shape(
 ) -> str:
     """Draw the shape over the means and their band."""
     height = 260.0 if width > 600 else 210.0
-    drawing = Drawing(width, height + 84, f"Shape of what is left in the runs of {name}")
+    drawing = Drawing(width, height + 84, f"Shape of the residual in the runs of {name}")
     every = np.concatenate((mean - half, mean + half, line))
     axes = Axes(
         drawing,

@@ -68,7 +68,7 @@ class Gaps:
 
 
 def collect_gaps(model: DesignModel, name: str, phase_rad: float = 0.0) -> Gaps:
-    """Take the clearances of all teeth of a design at a tooth phase of the generator."""
+    """Take the clearances of all teeth of a design at a tooth phase of the wave generator."""
     table = model.clearances(phase_rad)
     sides: list[list[Flank]] = []
     for gap, radius in (
@@ -127,7 +127,8 @@ def gaps_figure(data: Gaps) -> Figure:
     interfering = data.interfering()
     caption = (
         f"Rotation of the output until a flank touches, unloaded, against the angle of the tooth "
-        f"from the {data.axis} of the generator; tooth phase {np.degrees(data.phase_rad):.3g}°, "
+        f"from the {data.axis} of the wave generator; tooth phase "
+        f"{np.degrees(data.phase_rad):.3g}°, "
         f"and the other lobe is the same. "
         f"Each dot is a tooth. The {flank} flank at {angle:+.1f}° is the nearest: {gap:.3f} arcmin."
     )

@@ -1,4 +1,4 @@
-"""The error ladder: how the error falls from the base to the last effect."""
+"""The error ladder: how the error falls from the baseline model to the last effect."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ def step_name(rungs: Sequence[Mapping[str, Any]], number: int) -> str:
     """Name what a rung has over the one before: ``base``, or the effects that were added."""
     now = list(rungs[number]["effects"])
     if number == 0:
-        return " + ".join(["base", *map(words, now)])
+        return " + ".join(["baseline", *map(words, now)])
     before = list(rungs[number - 1]["effects"])
     new = [name for name in now if name not in before] or now
     return "+ " + ", ".join(map(words, new))
 
 
 def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name: str) -> Figure:
-    """Make the figure of how the error falls from the base to the last effect."""
+    """Make the figure of how the error falls from the baseline model to the last effect."""
     return Figure(
         f"The error ladder of {name}",
-        "The rms of what the model leaves, after each step: bar and first number fitted, ring and "
-        "second number on runs that the fit has not seen. The grey band is the "
+        "The rms of the residual, after each step: bar and first number fitted, ring and "
+        "second number leave-one-run-out. The grey band is the "
         f"{NOISE_FLOOR}: {NOISE_FLOOR_IS}.",
         lambda width: draw_ladder(rungs, floor_arcsec, width),
         FigureData(
             "error_ladder",
             {
-                "effects": [" + ".join(["base", *rung["effects"]]) for rung in rungs],
+                "effects": [" + ".join(["baseline", *rung["effects"]]) for rung in rungs],
                 "rms_arcsec": [rung["rms_arcsec"] for rung in rungs],
                 "rms_heldout_arcsec": [rung["rms_heldout_arcsec"] for rung in rungs],
                 "noise_floor_arcsec": [floor_arcsec] * len(rungs),

@@ -78,11 +78,11 @@ def loops_figure(result: Comparison, name: str) -> Figure:
     unit, unit_name = error_unit(result)
     left_out = len(result.campaign.runs) - drawn
     caption = (
-        "Measured lost motion (grey) and the fitted base model (orange) against torque, each run "
+        "Measured lost motion (grey) and the fitted baseline (orange) against torque, each run "
         "about its own zero; beneath, measured minus model on the same axis, with the "
         f"{REPEATABILITY} of ±{with_zeros(result.noise.floor_rad / unit)} {unit_name} as a grey "
         f"band ({result.noise.parts}). "
-        f"rms {with_zeros(result.rms_rad / unit)} {unit_name}, on runs that the fit has not seen "
+        f"rms {with_zeros(result.rms_rad / unit)} {unit_name}, leave-one-run-out "
         f"{with_zeros(result.heldout_rms_rad / unit)} {unit_name}; friction "
         f"{WORDS[result.friction]}."
     )
@@ -201,9 +201,9 @@ def _loop_panels(
 
 
 def failures_figure(result: Comparison, name: str) -> Figure:
-    """Make the figure of what the residual hangs on."""
+    """Make the figure of what the residual depends on."""
     caption = (
-        "Share of the residual variance that hangs on each recorded quantity, less what chance "
+        "Share of the residual variance that depends on each recorded quantity, less what chance "
         "gives; p says how often random signs of whole stretches of the residual do as well. "
         "Filled: p below 0.05."
     )

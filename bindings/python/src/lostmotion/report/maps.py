@@ -54,7 +54,7 @@ NAMES = {
 
 @dataclass
 class Residuals:
-    """What a model leaves of a campaign, with all that it may hang on.
+    """What a model leaves of a campaign, with all that it may depend on.
 
     Attributes
     ----------

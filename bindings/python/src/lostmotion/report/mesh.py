@@ -130,7 +130,7 @@ def tooth_outline(mesh: Mesh) -> Array:
     """
     inner = min(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
     outer = max(mesh.flexspline_root_mm, mesh.flexspline_tip_mm)
-    # The wide end of the profile lies inward for a tooth and for a space alike.
+    # The wide end of the profile lies inward both for a tooth and for a space.
     radius = np.linspace(inner, outer, FLANK_POINTS)
     half = mesh.half_angle("flexspline", radius)
     return _one_pitch(radius, half, mesh.pitch, mesh.neutral_mm)

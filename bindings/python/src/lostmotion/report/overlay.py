@@ -1,4 +1,4 @@
-"""Picture of single runs: measured, base, and base with effects, with what is left beneath."""
+"""Picture of single runs: measured, baseline, baseline with effects, and the residual beneath."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ POINTS_SHOWN = 2000
 BEFORE, AFTER = ORANGE, BLUE
 
 TURN_LEAST_RAD = np.pi
-"""Turn of the generator from which a run that is no loop is drawn over its angle, not over time."""
+"""Turn of the wave generator from which a run without a loop is drawn over its angle."""
 
 
 def runs_to_show(before: Array, after: Array, starts: IntArray) -> list[int]:
@@ -53,7 +53,7 @@ class Overlay:
     Parameters
     ----------
     before, after : BaselineModel
-        The base, and the base with effects; the same where nothing was added.
+        The baseline model, and the baseline model with effects; the same where nothing was added.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Overlay:
             "drawn_over": [x for over, _ in self.across for x in over],
             "measured_arcmin": [x for m in self.measured for x in m],
         }
-        for k, name in enumerate(("base", "base_and_effects")[: len(self.left)]):
+        for k, name in enumerate(("baseline", "baseline_and_effects")[: len(self.left)]):
             columns[f"{name}_arcmin"] = [x for m in self.model for x in m[k]]
             columns[f"{name}_residual_arcsec"] = [x for r in self.residual for x in r[k]]
         return FigureData("runs", columns)
@@ -108,7 +108,7 @@ def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[I
     """Choose over what samples of a run are drawn, and what of them in one line.
 
     A loop is drawn over its torque, a run that turns under one torque over the angle of the
-    generator, along the turn, each direction for itself, and what does neither over time.
+    wave generator, along the turn, each direction for itself, and what does neither over time.
     """
     whole = [np.arange(at.size)]
     if np.ptp(c.torque[run]) >= LOOP_LEAST * float(np.max(np.abs(c.torque))):
@@ -119,7 +119,8 @@ def axis_of(c: Conditions, run: slice, at: IntArray) -> tuple[Array, str, list[I
     angle = np.rad2deg(np.remainder(turned[at], 2 * np.pi))
     back = c.columns["input_velocity_rad_s"][at] < 0
     ways = [np.flatnonzero(way) for way in (~back, back)]
-    return angle, "generator angle, °", [way[np.argsort(angle[way])] for way in ways if way.size]
+    ways = [way[np.argsort(angle[way])] for way in ways if way.size]
+    return angle, "wave generator angle, °", ways
 
 
 def overlay_figure(
@@ -127,17 +128,17 @@ def overlay_figure(
 ) -> Figure:
     """Make the figure of the runs in which most was explained."""
     data = Overlay(before, after, floor_arcsec, name)
-    caption = "Measured lost motion (grey), the base (orange)"
-    caption += " and the base with what was added (blue)" if data.added else ""
-    caption += " against torque, or against the generator's angle where the torque stood still. "
+    caption = "Measured lost motion (grey), the baseline model (orange)"
+    caption += " and the baseline model with what was added (blue)" if data.added else ""
+    caption += " against torque, or against the wave generator's angle at constant torque. "
     caption += (
-        f"Beneath each what is left of it, in arcsec; the grey band is the noise floor, ±"
+        f"Beneath each its residual, in arcsec; the grey band is the noise floor, ±"
         f"{with_zeros(floor_arcsec)} arcsec. "
     )
     if data.runs > len(data.shown):
         caption += (
             f"The {len(data.shown)} of {data.runs} runs in which most is "
-            + ("explained; " if data.added else "left; ")
+            + ("explained; " if data.added else "residual; ")
             + f"at most {POINTS_SHOWN} samples of each are drawn, the tests use all."
         )
     return Figure(
@@ -168,7 +169,7 @@ def draw_overlay(data: Overlay, width: float) -> str:
 
 
 def _key(drawing: Drawing, width: float, added: bool) -> None:
-    entries: Sequence[tuple[str, str]] = (("measured", SOFT), ("base", BEFORE))
+    entries: Sequence[tuple[str, str]] = (("measured", SOFT), ("baseline", BEFORE))
     if added:
         entries = (*entries, ("with what was added", AFTER))
     x = width - 12.0
@@ -214,7 +215,7 @@ def _panel(
     drawing.rectangle(x, y0, width, y1 - y0, GRID)
     below.frame(
         name,
-        "left, arcsec",
+        "residual, arcsec",
         y_step=nice_step(2 * most, 3.4),
         x_step=nice_step(across[1] - across[0], width / 60),
     )

@@ -75,7 +75,7 @@ def varying_quantities(c: Conditions) -> list[tuple[str, str, Array]]:
     found: list[tuple[str, str, Array]] = []
     for name, unit, column in (
         ("temperature", "°C", "temperature_C"),
-        ("generator angle", "°", "input_angle_rad"),
+        ("wave generator angle", "°", "input_angle_rad"),
         ("output angle", "°", "output_angle_rad"),
         ("cycles", "", "cycles"),
         ("tilt moment", "N·m", "tilt_moment_Nm"),
@@ -187,7 +187,7 @@ def grids_figure(
                     column.append(value)
     labels = [label for label, _ in residuals]
     return Figure(
-        f"Where the model of {name} misses",
+        f"Residual of the model of {name}",
         caption,
         lambda width: draw_maps(grids, made, labels, scale, name, width),
         FigureData("residual_grids", rows),
@@ -211,7 +211,7 @@ def draw_maps(
     tall = 84.0
     lines = columns // shown
     block = lines * (tall + 42) + 22
-    drawing = Drawing(width, block * len(grids) + 8, f"Where the model of {name} misses")
+    drawing = Drawing(width, block * len(grids) + 8, f"Residual of the model of {name}")
     for g, (grid, row) in enumerate(zip(grids, made, strict=True)):
         y0 = g * block
         unit = f", {grid.unit}" if grid.unit else ""

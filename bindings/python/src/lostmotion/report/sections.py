@@ -26,7 +26,7 @@ from lostmotion.report.stages import collect_stages, stages_figure, stages_table
 from lostmotion.report.svg import signs
 from lostmotion.report.teeth import teeth_figure
 from lostmotion.report.tolerances import Tolerances, tolerances_figure
-from lostmotion.report.wording import grouped, with_zeros, words, written
+from lostmotion.report.wording import CROSS_VALIDATED, grouped, with_zeros, words, written
 from lostmotion.units import ARCMIN, ARCSEC
 
 NOTHING = 1e-9
@@ -48,13 +48,13 @@ CHECK_NAMES = {
 
 
 def drive_section(drive: Drive, phase_rad: float = 0.0) -> Section:
-    """Say what a drive will do: characteristic, and for a design all that its geometry shows.
+    """Say what a drive will do: torsion curve, and for a design all that its geometry shows.
 
     Parameters
     ----------
     drive : Drive
     phase_rad : float
-        Tooth phase of the generator; a bought drive has none.
+        Tooth phase of the wave generator; a bought drive has none.
     """
     bought = drive.catalogue is not None
     section = _catalogue_section(drive) if bought else _design_section(drive, phase_rad)
@@ -158,7 +158,7 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
     generator = drive.design.values["generator.type"].value if drive.design else ""
     section = Section(
         drive.name,
-        f"A drive given by its drawing: {teeth} teeth on the flexspline, generator of type "
+        f"A drive given by its drawing: {teeth} teeth on the flexspline, wave generator of type "
         f"“{generator}”, ratio {drive.ratio:g}, rated torque {rated:g} N·m.",
         facts,
         [
@@ -281,7 +281,7 @@ def checks_table(checks: Sequence[Check]) -> PageTable:
         ("check", "value", "limit", "margin", "unit", "result"),
         rows,
         (1, 2, 3),
-        "The margin is what is left to the limit; below zero the check fails.",
+        "The margin is the distance to the limit; below zero the check fails.",
     )
 
 
@@ -289,14 +289,15 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     """Say how well the model of a drive fits recordings, and where it fails."""
     answer = result.answer()
     unit, unit_name = error_unit(result)
+    left_out = CROSS_VALIDATED[answer["heldout_by"]]
 
     def shown(arcsec: float) -> str:
         return f"{with_zeros(arcsec * ARCSEC / unit)} {unit_name}"
 
     facts = [
-        ("error of the drive as it stands, rms", shown(answer["unfitted_rms_arcsec"])),
+        ("error of the data-sheet model, rms", shown(answer["unfitted_rms_arcsec"])),
         ("fitted, rms", shown(answer["rms_arcsec"])),
-        (f"held out by {answer['heldout_by']}, rms", shown(answer["heldout_rms_arcsec"])),
+        (f"{left_out}, rms", shown(answer["heldout_rms_arcsec"])),
         (REPEATABILITY, shown(answer["noise_floor_arcsec"])),
         (
             "share of the variance explained",
@@ -309,8 +310,8 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     runs = len(answer["by_run"])
     section = Section(
         f"{drive.name}: measured against the model",
-        f"{grouped(str(answer['samples']))} samples in {count_runs(runs)}. A characteristic with a "
-        "free odd shape, the drive file's as its start, and friction with memory, fitted to the "
+        f"{grouped(str(answer['samples']))} samples in {count_runs(runs)}. A torsion curve with a "
+        "free shape, the drive file's as its start, and hysteretic friction, fitted to the "
         "recordings.",
         facts,
         [],
@@ -323,7 +324,12 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     section.blocks.append(
         PageTable(
             "Error by run",
-            ("run", "samples", f"rms, {unit_name}", f"held out, {unit_name}"),
+            (
+                "run",
+                "samples",
+                f"rms, {unit_name}",
+                f"{left_out}, {unit_name}",
+            ),
             [
                 (
                     str(run["run"]),
@@ -383,19 +389,19 @@ def _fitted_tables(answer: dict[str, Any]) -> list[PageTable]:
         PageTable(
             "Fitted friction",
             (
-                "half width of the play, N·m",
-                "outside the elasticity, arcmin/(N·m)",
-                "inside, share of the torque",
+                "half width of the operator, N·m",
+                "in series with the spring, arcmin/(N·m)",
+                "in parallel, share of the torque",
             ),
             plays,
             (0, 1, 2),
         ),
         PageTable(
-            "What the plays follow: an envelope of the torque",
+            "Load-dependent hysteresis",
             (
-                "further than the torque, N·m",
-                "two thirds of it at, N·m",
-                "share that friction holds until it slips, about no torque",
+                "gain, N·m",
+                "knee torque, N·m",
+                "pre-sliding share",
             ),
             [
                 (

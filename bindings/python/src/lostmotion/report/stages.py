@@ -64,7 +64,7 @@ class Stages:
 
 
 def collect_stages(model: DesignModel, name: str, phase_rad: float = 0.0) -> Stages:
-    """Follow the take-up up to twice the rated torque at a tooth phase of the generator."""
+    """Follow the take-up up to twice the rated torque at a tooth phase of the wave generator."""
     c = model.core
     workspace = c.ffi.new("lm_design_workspace *")
     fault = c.fault()

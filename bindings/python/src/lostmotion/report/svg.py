@@ -27,7 +27,7 @@ BLUE = "#0077bb"
 ORANGE = "#ee7733"
 RED = "#cc3311"
 TEAL = "#009988"
-"""Paul Tol's vibrant colours: told apart by every kind of colour vision, and in print."""
+"""Paul Tol's vibrant colours: distinct for every kind of colour vision, and in print."""
 
 TEXT_SIZE = 13.0
 SMALL_SIZE = 11.5
@@ -167,7 +167,7 @@ class Drawing:
         self.elements: list[str] = []
 
     def add(self, element: str) -> None:
-        """Add an element as it stands."""
+        """Add an element unchanged."""
         self.elements.append(element)
 
     def open_window(self, x: float, y: float, width: float, height: float) -> None:

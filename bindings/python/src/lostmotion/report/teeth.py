@@ -213,7 +213,7 @@ def _in_lobe(tooth: int, teeth: int) -> int:
 
 
 def _draw_generator(drawing: Drawing, mesh: Mesh, at: Any) -> None:
-    """Show where the generator holds the ring: arcs, or rollers."""
+    """Show where the wave generator holds the ring: arcs, or rollers."""
     rim = mesh.rim_mm / 2.0 * (1.0 if mesh.external else -1.0)
     beta = mesh.contact_half_angle_rad
     lobes = (0.0, math.pi)
@@ -273,7 +273,7 @@ def teeth_figure(
     loaded : sequence of (int, int)
         Tooth (number in the lobe) and side of the pairs that carry at rated torque.
     phase_rad : float
-        Tooth phase of the generator.
+        Tooth phase of the wave generator.
     """
     mesh = make_mesh(model, phase_rad)
     touches = first_touches(model, loaded, phase_rad)

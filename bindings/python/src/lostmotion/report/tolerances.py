@@ -37,7 +37,7 @@ def tolerances_figure(data: Tolerances) -> Figure:
         "motion that it brings in one direction, eq. (9) (upper axis); a reversal sees twice that. "
         "Worst case: all links at their limits, eq. (10), (11). Probable: 99.73 % of all drives, "
         "by the distributions of the links. With every part in the middle of its field the gap is "
-        f"{data.mean_um:.2f} µm; that is the drive of the characteristic above."
+        f"{data.mean_um:.2f} µm; that is the drive of the torsion curve above."
     )
     return Figure(
         f"Tolerance limits of {data.name}",

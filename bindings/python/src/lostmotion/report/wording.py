@@ -23,7 +23,7 @@ NOTHING = 1e-12
 """A number below this is what rounding left."""
 
 SURE = 0.001
-"""A p below this is not told apart from nothing."""
+"""A p below this is written as below it."""
 
 ANGLES = ((600 * ARCSEC, ARCSEC, "arcsec"), (600 * ARCMIN, ARCMIN, "arcmin"))
 """Up to which angle each unit is used; degrees above."""
@@ -38,6 +38,14 @@ PEOPLE = {"stribeck": "Stribeck", "coulomb": "Coulomb", "hertz": "Hertz"}
 SPEEDS = {"rad_s": "rad_per_s"}
 """Suffixes of the library's effects that leave out the `per`."""
 
+
+CROSS_VALIDATED = {
+    "run": "leave-one-run-out",
+    "half of the run": "leave-half-out",
+    "reading": "leave-one-out",
+    "runs not fitted": "predicted",
+}
+"""Name of an error by what was left out of the fit that predicts it."""
 
 NOISE_FLOOR = "noise floor"
 """What `diagnose` and `fit` set an error against; `compare` has the repeatability instead."""
@@ -149,7 +157,7 @@ AT_BOUND = "at its bound"
 TOO_SMALL = "too small to count"
 """An effect that stands out of the noise, and is less than the model can be trusted to be exact."""
 
-NOT_FITTED = "a limit, not fitted"
+NOT_FITTED = "fixed: saturation limit"
 """Said of a value that only says how far an effect can go, and is left as it is."""
 
 

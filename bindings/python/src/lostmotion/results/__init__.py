@@ -1,7 +1,7 @@
 """What results have in common: a table of parameters, data frames, and figures.
 
 `parameter_table` prints values with their errors and bounds; `data_frame` makes a table of columns
-a pandas one; `figures` draws with Plotly, whose figures a notebook, a page and a report show alike.
+a pandas one; `figures` draws with Plotly, whose figures a notebook, a page and a report show.
 """
 
 from lostmotion.results.data_frame import data_frame

@@ -21,7 +21,7 @@ POINTS_MAX = 4000
 """Samples of a run that are drawn; more make a page slow and show nothing else."""
 
 MEASURED, MODEL = "#0072b2", "#d55e00"
-"""Colours of Okabe and Ito (2008), told apart by colour-blind readers."""
+"""Colours of Okabe and Ito (2008), distinct for colour-blind readers."""
 
 
 def plotly() -> ModuleType:

@@ -48,7 +48,8 @@ class Rivals:
     gains : dict
         Evidence of each run, nats; empty where the diagnosis could not judge one of them.
     angle_deg : float or None
-        Between what the two do to these recordings, beside the base: small means alike.
+        Between what the two do to these recordings, beside the baseline model: small means
+        confounded.
     """
 
     models: dict[str, FittedModel]
@@ -180,7 +181,7 @@ class Bench:
         return self.models.get(tuple(self.chosen))
 
     def residuals(self) -> Residuals | None:
-        """What is left: by the fit with effects, or by the comparison where nothing was fitted."""
+        """The residual: by the fit with effects, or by the comparison where nothing was fitted."""
         if self.comparison is None:
             return None
         if self.model is not None:

@@ -64,7 +64,7 @@ class DrivePanel(Panel):
 
 
 class MeasuredPanel(Panel):
-    """The recordings against the model: loops, errors by run, what the error hangs on."""
+    """The recordings against the model: loops, errors by run, what the error depends on."""
 
     name, title = "measured", "Measured"
     of_recordings = True
@@ -190,5 +190,5 @@ class WherePanel(Panel):
         self.html(
             f'<div id="cell"><p><b>{escape(cell_text(of, self.picked))}</b></p>'
             f'<p class="small">Mean by run (samples): {shown or "no samples"}{more}.<br>'
-            f"Effects that hang on {escape(NAMES[self.covariate][0])}: {escape(effects)}.</p></div>"
+            f"Effects of {escape(NAMES[self.covariate][0])}: {escape(effects)}.</p></div>"
         )

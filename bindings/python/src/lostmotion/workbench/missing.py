@@ -1,4 +1,4 @@
-"""Which effect is missing, which two are alike, and what to measure next."""
+"""Which effect is missing, which two are confounded, and what to measure next."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class EffectsPanel(Panel):
         if found is None:
             self.html(
                 '<p class="verdict">What is missing?</p><p>The diagnosis refits the drive with '
-                "each effect of the library and asks the runs that the fit has not seen. It takes "
+                "each effect of the library and compares their leave-one-run-out errors. It takes "
                 "some seconds. You may also tick an effect at once.</p>"
             )
             action("Find what is missing", self.find, main=True).mark("find").set_enabled(
@@ -134,9 +134,9 @@ class EffectsPanel(Panel):
 
 
 class AlikePanel(Panel):
-    """Two effects that are hard to tell apart, side by side."""
+    """Two effects that are hard to separate, side by side."""
 
-    name, title = "alike", "Two alike"
+    name, title = "alike", "Confounded"
     of_recordings = True
 
     def __init__(self, bench: Bench, work: Work) -> None:
@@ -150,7 +150,7 @@ class AlikePanel(Panel):
             self.pair = self.suggestion()
         self.html(
             "<p>Two effects that do much the same to these recordings: how well does each explain "
-            "them, run by run, and what would tell them apart?</p>"
+            "them, run by run, and what would separate them?</p>"
         )
         with ui.element("div").classes("line"):
             for place in (0, 1):
@@ -218,7 +218,7 @@ class AlikePanel(Panel):
                     self.html(
                         rows_html(PageTable(words(name), ("", ""), rows, (1,)))
                         + f'<p class="small">{escape(capitalized(about.mechanism))}.<br>'
-                        f"{escape(about.equation)}<br><b>Told apart by:</b> "
+                        f"{escape(about.equation)}<br><b>Separated by:</b> "
                         f"{escape(about.experiment or 'nothing known')}</p>"
                     )
         if rivals.gains:

@@ -227,7 +227,7 @@ class Page:
         self.load_paths() if recordings else self.load(self.drive_path.value, [], [])
 
     def show_model(self) -> None:
-        """Show the error and the effects of the model as it stands."""
+        """Show the error and the effects of the current model."""
         bench = self.bench
         ui.html("<h2>Error of the model</h2>", sanitize=False)
         if bench.comparison is None:
