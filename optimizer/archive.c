@@ -28,7 +28,7 @@ void lm_fill_solution(const lm_problem *problem, lm_solution *found, int combina
 }
 
 /* Whether the first one of two designs is better in any objective (1), and whether the second one
- * is (2). Without a jump: which objective tells two designs apart cannot be guessed. */
+ * is (2). Without a jump: which objective separates two designs cannot be guessed. */
 static int better_ones(const lm_problem *problem, const double a[], const double b[]) {
   int first = 0;
   int second = 0;

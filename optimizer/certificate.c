@@ -238,7 +238,7 @@ static void find_multipliers(const lm_problem *problem, const lm_layout *layout,
       add_column(columns, &count, LM_END - k, by, n, 1);
     }
   }
-  /* sum w_b grad f_b + sum l grad g = 0 with sum w_b = 1; scaled so that both weigh alike */
+  /* sum w_b grad f_b + sum l grad g = 0 with sum w_b = 1; scaled so that both weigh the same */
   for (i = 0; i < branches; i++) {
     for (k = 0; k < n; k++) {
       columns[i].by[k] /= heavy > 0 ? heavy : 1;

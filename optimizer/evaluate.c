@@ -9,7 +9,7 @@
 #define ARCMIN (DEGREE / LM_REAL(60))
 #define ARCSEC (ARCMIN / LM_REAL(60))
 
-/* The circular spline's (or the ring generator's) thickness over its pitch diameter, as
+/* The circular spline's (or the ring wave generator's) thickness over its pitch diameter, as
  * lm_complete_drive assumes it. */
 #define RING_THICKNESS LM_REAL(0.1)
 
@@ -484,7 +484,7 @@ static void measure_gaps(const lm_problem *problem, const lm_scan *scan, const l
   }
 }
 
-/* What hangs on the tolerances but not on the angles. */
+/* What depends on the tolerances but not on the angles. */
 static lm_status measure_production(const lm_problem *problem, const lm_layout *layout,
                                     const lm_real value[], const lm_drive *drive,
                                     const tolerance_state *tolerance, const lm_gapless gapless[],

@@ -24,7 +24,7 @@ typedef struct breeder {
   lm_answer *answer;
   lm_workspace *workspace;
   const volatile int *stop;
-  uint64_t state; /* of the generator */
+  uint64_t state; /* of the random generator */
   int left;
   int combinations;
   double graft_share;
@@ -130,7 +130,7 @@ static void look_around(breeder *b, const lm_solution *design, int tolerance_onl
 }
 
 /* Whether a second look, with the gap closed, may bring a better design. Not where another limit is
- * broken further. Closing moves all flanks alike: it takes its own amount from the lost motion of
+ * broken further. Closing moves all flanks equally: it takes its own amount from the lost motion of
  * either direction and leaves the other figures, so where even that would be no better than a
  * member of the population it is not looked at. What interferes hides some of its lost motion:
  * hoped for is what it shows. */

@@ -253,7 +253,7 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
     }
     fprintf(file, "%s,%s\n", lm_fate_name(fate),
             fate != LM_FATE_PRUNED ? ""
-            : limit < 0            ? "generator against deformation"
+            : limit < 0            ? "wave generator against deformation"
                                    : lm_limit_name(limit));
   }
 }

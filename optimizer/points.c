@@ -675,7 +675,7 @@ static int is_conjugate(const lm_problem *problem, int combination) {
   return discrete_value(problem, combination, LM_KEY_RIGID_FLANK) > LM_FLANK_CONJUGATE - 0.5;
 }
 
-/* The range that moves all side clearances alike, or -1. */
+/* The range that moves all side clearances equally, or -1. */
 static int closing_range(const lm_problem *problem, int combination) {
   const int external = discrete_value(problem, combination, LM_KEY_DEFORMATION) > 0.5;
   const int conjugate = is_conjugate(problem, combination);

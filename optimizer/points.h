@@ -17,7 +17,7 @@ extern "C" {
 
 /* What a gradient costs in plain evaluations, at up to 8 ranges, and again for each further 8:
  * measured, see tests/benchmarks/bench_search.py. Fixed, so that a budget means the same on every
- * machine. Ranges of tolerance grades do not count, for the contacts do not hang on them; they do
+ * machine. Ranges of tolerance grades do not count, for the contacts do not depend on them; they do
  * where gap_at_worst_corner is asked. */
 #define LM_GRADIENT_CHARGE 8
 int lm_slope_charge(const lm_problem *problem);
@@ -89,7 +89,7 @@ lm_status lm_evaluate_point(const lm_problem *problem, const lm_scan *scan, cons
 int lm_has_cheap_tolerances(const lm_problem *problem);
 
 /* lm_evaluate_point, but for the last bits, at a point that differs in its tolerance grades alone
- * from the one that this workspace and result[] hold: only what hangs on tolerances is computed.
+ * from the one that this workspace and result[] hold: only what depends on tolerances is computed.
  * After an error the next point has to be evaluated whole.
  */
 lm_status lm_evaluate_tolerances(const lm_problem *problem, const lm_layout *layout,
@@ -117,7 +117,8 @@ double lm_figure_of(const lm_layout *layout, const double result[], int figure);
 /* The largest violation of all limits, those on figures included; <= 0: all hold. */
 double lm_violation_of(const lm_problem *problem, const lm_layout *layout, const double result[]);
 
-/* The same of the limits alone that hang on tolerances, where gap_at_worst_corner is not asked. */
+/* The same of the limits alone that depend on tolerances, where gap_at_worst_corner is not asked.
+ */
 double lm_tolerance_violation_of(const lm_problem *problem, const lm_layout *layout,
                                  const double result[]);
 
@@ -129,7 +130,7 @@ double lm_gap_row_of(const lm_layout *layout, const double result[]);
  * rounding may use up. */
 #define LM_RESERVE 1e-6
 
-/* Move the shift that moves all side clearances alike (rigid gear, internal deformation;
+/* Move the shift that moves all side clearances equally (rigid gear, internal deformation;
  * flexspline, external) so that they grow by so much (< 0: shrink). 0: nothing to move, or no such
  * range. Exact for internal deformation where no bound of the range is met. */
 int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, double unit[]);

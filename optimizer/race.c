@@ -274,7 +274,7 @@ void lm_plan_race(lm_search *search) {
   }
 }
 
-/* A share of what is left of the budget, on as many combinations as it carries: half of it for one
+/* A share of the rest of the budget, on as many combinations as it carries: half of it for one
  * objective; with more the extreme points of the front are but a part of the work. Nothing where it
  * is less than a gradient for each task. */
 void lm_plan_polish(lm_search *search) {

@@ -180,7 +180,7 @@ static void plan_repair(lm_search *search) {
 /* --- the sequence -------------------------------------------------------------------------------
  */
 
-/* Share what is left of the budget when a batch asks for more: all of it, at least one evaluation
+/* Share the rest of the budget when a batch asks for more: all of it, at least one evaluation
  * for a task. Tasks that are left with none are not done. */
 static void keep_budget(lm_search *search) {
   int left =

@@ -1,4 +1,4 @@
-/* The stage that spends what is left of the budget: on the trade-off between objectives (two:
+/* The stage that spends the rest of the budget: on the trade-off between objectives (two:
  * levels of the second one; more: directions), or for one objective on restarts. A plan adds tasks
  * to the batch, or none when the stage is over. */
 #ifndef LOSTMOTION_OPTIMIZER_TRADE_OFF_H

@@ -41,7 +41,7 @@ static void begin_anew(lm_task_state *s) {
 
 /* Where the teeth part, a gap may be smallest at the end of the overlap, which moves with the
  * design: no angle of a scan holds it. What is missing there is made up by the shift that opens all
- * gaps alike. */
+ * gaps equally. */
 static void open_fine_gap(lm_task_state *s) {
   int round;
   for (round = 0; round < 4 && s->answer->computed && !s->interrupted; round++) {
@@ -60,7 +60,7 @@ static void open_fine_gap(lm_task_state *s) {
   }
 }
 
-/* Whether a figure has a limit that hangs on the tooth phase: all but stress and cost do. */
+/* Whether a figure has a limit that depends on the tooth phase: all but stress and cost do. */
 static int limits_phases(const lm_problem *p) {
   int figure = 0;
   while (figure < LM_FIGURE_STRESS && !(p->bounds.figure_max[figure] > 0)) {

@@ -3,7 +3,7 @@
  *     axis_power_up     off -> open       start, take up the history, settle
  *     axis_close        open -> closed    the command begins where the output is
  *     axis_tick         in every state    the memory sees the load
- *     axis_brake        any -> braked     brake and emergency stop alike
+ *     axis_brake        any -> braked     brake and emergency stop in the same way
  *     axis_home         closed            hold the correction; axis_reference once it stands
  *     axis_power_down   braked -> off     save
  *

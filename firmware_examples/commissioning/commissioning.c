@@ -484,8 +484,8 @@ static float greatest_slope(const lm_parameters *parameters) {
 }
 
 /* Signal 0 is the lost motion that was measured, or without an encoder at the output the torque by
- * the motor's current; 1 the model's lost motion; 2 the torque that was told; 3 what the correction
- * misses. */
+ * the motor's current; 1 the model's lost motion; 2 the torque that was told; 3 the error of the
+ * correction. */
 static void judge_shake(commissioning *run) {
   commissioning_finding finding = COMMISSIONING_RUNNING;
   float seen_rad = SEEN_NOISES * noise_rad(run);

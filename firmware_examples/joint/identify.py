@@ -4,8 +4,8 @@
     python identify.py locked.csv params.h
 
 The joint is known by this recording alone. The model is that of the run-time code with all friction
-inside the elasticity: plays of given half widths take their share of the torque, the rest winds up
-an odd backbone of straight stretches. Shares and slopes are fitted together.
+in parallel with the spring: operators of given half widths take their share of the torque, the rest
+winds up an odd torsion curve of straight stretches. Shares and slopes are fitted together.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from lostmotion.units import ARCSEC
 KNOTS_NM = 40 * np.array(
     [0.004, 0.008, 0.012, 0.017, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85]
 )
-"""Ends of the backbone's stretches, finer where a radial gap closes; the last goes on."""
+"""Ends of the torsion curve's stretches, finer where a radial gap closes; the last goes on."""
 
 RADII_NM = 40 * np.geomspace(0.015, 0.3, 8)
-"""Half widths of the plays."""
+"""Half widths of the operators."""
 
 TORQUE_LIMIT_NM = 60.0
 PERIOD_S = 5e-4

@@ -1,7 +1,7 @@
 /* A position loop that closes on an encoder at the output, velocity loop on the motor.
  *
- * The encoder sees the lost motion, and the loop corrects it by itself, as fast as it is: what is
- * left are the moments in which the load turns round and the motor has to cross the lost motion.
+ * The encoder sees the lost motion, and the loop corrects it by itself, as fast as it is. Not
+ * corrected are the moments in which the load turns round and the motor has to cross the lost motion.
  * There the model knows before the encoder does how fast the motor has to go. Its rate is added to
  * the velocity that the motor is commanded, its acceleration to that, and nothing to the position.
  *

@@ -304,8 +304,9 @@ typedef struct builder {
   int lobes;
 } builder;
 
-/* What the eccentricity of a fixed generator adds to the gap of a pair in one lobe and takes off it
- * in the other. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it.
+/* What the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and takes
+ * off it in the other. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it
+ * leaves it.
  */
 static lm_real eccentric_shift(const lm_generator *g, lm_real sense, const lm_gap *gap, int side) {
   return g->eccentricity_mm *

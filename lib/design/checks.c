@@ -297,8 +297,8 @@ static void check_strength(const lm_drive *drive, const lm_mesh meshes[], int se
   lm_real shear_safety;
   widest_wave(meshes, sections, &w, &retreat);
   per_curvature = steel->tooth_stress_factor * plate * s * w / (LM_REAL(2) * r * r);
-  /* Hoop force of the preloaded ring, half of the generator's force; E I of the rim alone, per unit
-   * of its section b s. */
+  /* Hoop force of the preloaded ring, half of the wave generator's force; E I of the rim alone, per
+   * unit of its section b s. */
   tension = lm_shape_generator_force(shape) / LM_REAL(2) * steel->youngs_modulus_MPa * s * s /
             LM_REAL(12) * w / (r * r * r);
   amplitude = per_curvature * lm_shape_curvature_amplitude(shape);

@@ -26,7 +26,8 @@
 #define NODES 28
 #define SCAN_EVERY 4
 
-/* Bisections of a corner's place, until the straight line across it misses less than this, modules.
+/* Bisections of a corner's place, until the straight line across it is off by less than this,
+ * modules.
  */
 #define CORNER_STEPS 14
 #define CORNER_MODULES LM_REAL(2e-7)

@@ -1,4 +1,4 @@
-/* Everything about a lobe repeats every half turn of the generator. */
+/* Everything about a lobe repeats every half turn of the wave generator. */
 #ifndef LOSTMOTION_DESIGN_HALF_TURN_H
 #define LOSTMOTION_DESIGN_HALF_TURN_H
 

@@ -18,8 +18,8 @@
 #define RATING_FACTOR LM_REAL(1.3)
 #define GEOMETRY_FACTOR LM_REAL(54)
 
-/* Load of the generator's bearing, Vestnik of BMSTU, article 1072, equation (34): the factor of the
- * radial force, and the dynamic factor (1.3 .. 1.5). */
+/* Load of the wave generator's bearing, Vestnik of BMSTU, article 1072, equation (34): the factor
+ * of the radial force, and the dynamic factor (1.3 .. 1.5). */
 #define BEARING_SHARE LM_REAL(0.65)
 #define BEARING_DYNAMIC LM_REAL(1.3)
 
@@ -133,7 +133,8 @@ static void add_tooth(const lm_design_workspace *w, const teeth *t, const effect
              LM_REAL(6) * rigid / (t->width_mm * t->rigid.thickness_mm * t->rigid.thickness_mm));
 }
 
-/* The lobe that is pushed back more; a fixed generator that runs out of true may load one alone. */
+/* The lobe that is pushed back more; a fixed wave generator that runs out of true may load one
+ * alone. */
 static int loaded_lobe(const lm_design_workspace *w) {
   lm_real first = LM_REAL(0);
   lm_real second = LM_REAL(0);
@@ -298,7 +299,8 @@ lm_real lm_coning_stress(const lm_drive *drive, lm_real radius_mm) {
   return larger(LM_REAL(6) * corner / (wall * wall), LM_REAL(6) * hub / (thickness * thickness));
 }
 
-/* --- the generator -------------------------------------------------------------------------------
+/* --- the wave generator
+ * -------------------------------------------------------------------------------
  */
 
 lm_real lm_ball_bearing_rating(int balls, lm_real ball_diameter_mm) {

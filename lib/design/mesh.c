@@ -79,7 +79,7 @@ static flank_point evaluate_flank(const flank_pair *pair, lm_real radius_mm) {
   return evaluate_foot(pair, &foot);
 }
 
-/* The flank point on a polar radius between those of both ends: the chord and, where it misses by
+/* The flank point on a polar radius between those of both ends: the chord and, where it is off by
  * more than a thousandth of a module, one step of Newton. The flank is so nearly radial that this
  * leaves a hundred-thousandth in any drive; the slopes take up the rest, for the gap is straight
  * enough for 1e-10 rad. */

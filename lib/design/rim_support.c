@@ -40,8 +40,8 @@ typedef struct supports {
   lm_real common_mm_per_N; /* of the body that all points are on, along the axis */
 } supports;
 
-/* Radial force of the generator on a lobe at rated torque: what bends rim and race to the wave, and
- * what the teeth push back. */
+/* Radial force of the wave generator on a lobe at rated torque: what bends rim and race to the
+ * wave, and what the teeth push back. */
 static lm_real lobe_force(const lm_drive *drive, const lm_mesh *mesh) {
   const lm_real r = mesh->geometry.neutral_mm;
   return lm_shape_generator_force(&mesh->line.shape) * drive->support.ring_stiffness_N_mm2 *

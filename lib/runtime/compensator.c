@@ -286,7 +286,7 @@ NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
 /* The target of a correction that rang. It goes through a filter of the first order at SLOW_SHARE
  * of ringing_Hz: a loop that rang at that frequency or above has a tenth of its gain, or less. And
  * it is nearer to zero by what a torque of unknown friction may be wrong by, unsure_rad: as long as
- * it is no further off than that, what is left of it lies between zero and what is right, and the
+ * it is no further off than that, the rest of it lies between zero and what is right, and the
  * output stands no worse than without a correction. */
 #define SLOW_SHARE LM_REAL(0.1)
 NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
@@ -479,8 +479,8 @@ void lm_declare_memory_known(lm_compensator *compensator) {
   }
 }
 
-/* How much further than the model's own torque the plays inside may let the backbone be wound, as
- * an angle; the backbone rises, so the ends of the range are the extremes. */
+/* How much further than the model's own torque the operators inside may let the torsion curve be
+ * wound, as an angle; the torsion curve rises, so the ends of the range are the extremes. */
 static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real more_Nm) {
 #if LM_PROFILE == LM_PROFILE_GAP
   (void)parameters;
@@ -494,7 +494,7 @@ static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real 
 
 /* The range that play i may still be in. At the start it was anywhere in its band. A rising load
  * lifted it at least to the lower edge at the load's highest, a falling one lowered it at most to
- * the upper edge at its lowest, in whatever order: what is left is [low, high] or, once it is
+ * the upper edge at its lowest, in whatever order: the rest is [low, high] or, once it is
  * known, nothing. The edges rise with the load, so the band at the start itself adds nothing. */
 static int is_unknown(const lm_compensator *compensator, int32_t i, lm_real *low_Nm,
                       lm_real *high_Nm) {

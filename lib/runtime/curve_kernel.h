@@ -6,7 +6,7 @@
 #include "runtime/number.h"
 
 /* Segment of the last entry that is not above the value; 0 where all are.  The last knot starts no
- * segment: with it as a base, results beyond it would differ in the last bit between builds that
+ * segment: counted from it, results beyond it would differ in the last bit between builds that
  * hold more knots and builds that hold fewer. The steps are halves of the number of segments down
  * to one, written out because compilers keep the loop; they sum up to the number of segments less
  * one, so the index cannot leave the array. */

@@ -95,7 +95,7 @@ static int32_t nearest(lm_real value) {
   return (int32_t)(value + (value < 0 ? LM_REAL(-0.5) : LM_REAL(0.5)));
 }
 
-/* What is left of an angle beyond the nearest whole number of quarter turns. */
+/* The rest of an angle beyond the nearest whole number of quarter turns. */
 typedef struct reduced_angle {
   lm_real rest_rad;
   uint32_t quadrant;

@@ -123,13 +123,13 @@ typedef struct lm_progress {
 } lm_progress;
 
 /* For NEEDS_MORE: reads the conditions that few effects need, runs those on torque and bands, and
- * then the plays' step. at->torque_Nm is the input, and becomes the torque with these effects.
+ * then the operators' step. at->torque_Nm is the input, and becomes the torque with these effects.
  * Returns what the conditions are told by. */
 uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *memory,
                                     const lm_conditions *given, lm_conditions *at, uint32_t needs,
                                     lm_progress *progress);
 
-/* The moment as the effects at work see it before the plays have moved. */
+/* The moment as the effects at work see it before the operators have moved. */
 static inline void read_moment(lm_conditions *at, const lm_parameters *parameters,
                                const lm_conditions *given, lm_real input, lm_real elapsed_s,
                                uint32_t needs, uint32_t *status) {

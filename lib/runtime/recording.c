@@ -41,8 +41,9 @@ static inline lm_real push_constant(const lm_play_slot *slot, lm_real *place_Nm,
   return z_Nm;
 }
 
-/* One step of plays whose bands are as wide at every torque. The bits are those of advance_plays,
- * and of lm_advance_scaled_plays with a width_scale of 1. Slots not in use weigh nothing. */
+/* One step of operators whose bands are as wide at every torque. The bits are those of
+ * advance_plays, and of lm_advance_scaled_plays with a width_scale of 1. Slots not in use weigh
+ * nothing. */
 static inline lm_play_sum advance_constant(const lm_play_bank *bank, int32_t slots,
                                            lm_play_memory *memory, lm_real torque_Nm) {
   lm_real at_Nm = envelope_at(bank, torque_Nm);
@@ -65,8 +66,8 @@ static int32_t constant_slots(const lm_play_bank *bank) {
   return bank->count <= FEW_PLAYS ? FEW_PLAYS : LM_PLAYS_MAX;
 }
 
-/* Backbone and plays. `slots` is a constant wherever this is taken in, so that the loop over the
- * plays is written out; 0: by the kernel of the controller. */
+/* Torsion curve and operators. `slots` is a constant wherever this is taken in, so that the loop
+ * over the operators is written out; 0: by the kernel of the controller. */
 static inline lm_real wind_up(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
                               lm_real torque_Nm, lm_real *wound_Nm) {
   lm_play_sum sum = slots > 0
@@ -174,7 +175,7 @@ static void read_columns(block *b, const lm_parameters *parameters, uint32_t nee
   }
 }
 
-/* The torque that the plays get, sample by sample: one without meaning is the one before. */
+/* The torque that the operators get, sample by sample: one without meaning is the one before. */
 static void find_torques(const lm_parameters *parameters, int32_t count, lm_memory *memory,
                          block *b, const lm_real *column, int64_t from) {
   lm_real before_Nm = memory->plays.torque_Nm;
@@ -203,7 +204,8 @@ static void find_torques(const lm_parameters *parameters, int32_t count, lm_memo
 
 #define WIDENED (-1)
 
-/* Backbone and plays of a block. `slots` as in wind_up, WIDENED where effects widen the bands. */
+/* Torsion curve and operators of a block. `slots` as in wind_up, WIDENED where effects widen the
+ * bands. */
 static inline void wind_up_block(const lm_parameters *parameters, lm_memory *memory, int32_t slots,
                                  block *b, lm_real *angle_rad) {
   int32_t k;

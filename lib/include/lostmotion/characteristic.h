@@ -2,7 +2,8 @@
  *
  *   phi(T) = radial gap (8), (9), (9a)          closes first, below about 2 % of rated torque
  *          + side clearance (1)                 staged take-up of the pairs
- *          + radial compliance (2) - (4)        rim and generator at the teeth, then radial chain
+ *          + radial compliance (2) - (4)        rim and wave generator at the teeth, then radial
+ * chain
  *          + torsion (5)                        shafts, cup, and the rim between axial sections
  *          + tooth bending (6), (7)
  * All act one behind the other under the same torque, so their angles add. phi is the ONE-SIDED
@@ -87,7 +88,7 @@ lm_real lm_mean_radial_gap(const lm_drive *drive);
 lm_status lm_prepare_meshes(const lm_drive *drive, int nodes, lm_design_workspace *workspace,
                             lm_fault *fault);
 
-/* The characteristic at one tooth phase of the generator (rad, 0 .. 2 pi / z). torque_Nm[count]
+/* The torsion curve at one tooth phase of the wave generator (rad, 0 .. 2 pi / z). torque_Nm[count]
  * rising, 1 .. LM_TORQUES_MAX; contributions[count]; state may be null. Needs lm_prepare_meshes
  * of the same drive before. The events of the take-up are left in workspace->take_up.stages,
  * contacts in workspace->contacts. LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, LM_NOT_MONOTONE;
@@ -104,7 +105,7 @@ lm_status lm_reversal_lost_motion(const lm_drive *drive, lm_real phase_rad, lm_r
                                   lm_fault *fault);
 
 /* The compact curve for the controller: `knots` of the `count` samples of a monotone
- * characteristic, such that straight lines between them stay as near to the samples as greedy
+ * torsion curve, such that straight lines between them stay as near to the samples as greedy
  * insertion makes them (from both ends and zero torque on, always at the largest error). Free of
  * loss: the mean of both branches. torque_Nm[count] strictly rising, angle_rad[count] not falling;
  * count >= knots >= 2; chosen[knots]: indices into the samples, rising; largest_error_rad over the

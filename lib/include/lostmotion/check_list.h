@@ -38,27 +38,29 @@
         "the wall, at least 1.5 (rule of Gough and Pollard)")
 
 /* At rated torque, from the forces of the pairs (load_capacity.h). */
-#define LM_CAPACITY_CHECKS(CHECK)                                                                 \
-  CHECK(FLANK_PRESSURE, "flank_pressure", "MPa", MOST,                                            \
-        "normal force of the pair that carries most over face width and engagement depth; mean "  \
-        "pressure, as for splines: Hertz's line contact does not hold for flanks this conformal") \
-  CHECK(FLEXSPLINE_ROOT_STRESS, "flexspline_root_stress", "MPa", MOST,                            \
-        "bending at the root of the flexspline's tooth that carries most; cantilever of the "     \
-        "root's thickness in the manner of ISO 6336-3, notch factor K_sigma, pulsating")          \
-  CHECK(RIGID_ROOT_STRESS, "rigid_root_stress", "MPa", MOST,                                      \
-        "the same at the root of the rigid gear's tooth")                                         \
-  CHECK(RATCHETING, "ratcheting_torque", "Nm", LEAST,                                             \
-        "torque at which rim, generator and rigid gear give way by the depth of the pairs that "  \
-        "carry; extrapolated from rated torque, an idealisation of this model")                   \
-  CHECK(CUP_BUCKLING, "cup_buckling_torque", "Nm", LEAST,                                         \
-        "torsional buckling of the cup's wall as a thin cylinder, NASA SP-8007 with its "         \
-        "correlation factor")                                                                     \
-  CHECK(CONING_STRESS, "coning_stress", "MPa", MOST,                                              \
-        "bending of diaphragm and wall by the cone of the cup; radial strips of the diaphragm "   \
-        "held at the hub, an idealisation of this model")                                         \
-  CHECK(BEARING_LIFE, "bearing_life", "h", LEAST,                                                 \
-        "rating life of the generator's bearing by ISO 281 at rated torque and 2000 rpm; load "   \
-        "0.65 T tan(alpha_w) k / r, k = 1.3, as in the Vestnik of BMSTU (article 1072)")
+#define LM_CAPACITY_CHECKS(CHECK)                                                                  \
+  CHECK(FLANK_PRESSURE, "flank_pressure", "MPa", MOST,                                             \
+        "normal force of the pair that carries most over face width and engagement depth; mean "   \
+        "pressure, as for splines: Hertz's line contact does not hold for flanks this conformal")  \
+  CHECK(FLEXSPLINE_ROOT_STRESS, "flexspline_root_stress", "MPa", MOST,                             \
+        "bending at the root of the flexspline's tooth that carries most; cantilever of the "      \
+        "root's thickness in the manner of ISO 6336-3, notch factor K_sigma, pulsating")           \
+  CHECK(RIGID_ROOT_STRESS, "rigid_root_stress", "MPa", MOST,                                       \
+        "the same at the root of the rigid gear's tooth")                                          \
+  CHECK(RATCHETING, "ratcheting_torque", "Nm", LEAST,                                              \
+        "torque at which rim, wave generator and rigid gear give way by the depth of the pairs "   \
+        "that "                                                                                    \
+        "carry; extrapolated from rated torque, an idealisation of this model")                    \
+  CHECK(CUP_BUCKLING, "cup_buckling_torque", "Nm", LEAST,                                          \
+        "torsional buckling of the cup's wall as a thin cylinder, NASA SP-8007 with its "          \
+        "correlation factor")                                                                      \
+  CHECK(CONING_STRESS, "coning_stress", "MPa", MOST,                                               \
+        "bending of diaphragm and wall by the cone of the cup; radial strips of the diaphragm "    \
+        "held at the hub, an idealisation of this model")                                          \
+  CHECK(                                                                                           \
+      BEARING_LIFE, "bearing_life", "h", LEAST,                                                    \
+      "rating life of the wave generator's bearing by ISO 281 at rated torque and 2000 rpm; load " \
+      "0.65 T tan(alpha_w) k / r, k = 1.3, as in the Vestnik of BMSTU (article 1072)")
 
 #define LM_CHECKS(CHECK)    \
   LM_GEOMETRY_CHECKS(CHECK) \

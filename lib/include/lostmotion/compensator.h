@@ -47,7 +47,7 @@
  *   - A measured torque closes a loop, by the joint's resonance and by whatever the output touches:
  *     torque.h says how to feed it in, `lostmotion export --resonance-Hz` how fast the correction
  *     may be. Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
- *     64 response^2 (and never 6 response / period_s) times the characteristic's slope times
+ *     64 response^2 (and never 6 response / period_s) times the torsion curve's slope times
  *     that of the torque.
  *   - The position loop closes on the motor's encoder. One that closes on an encoder at the output
  *     corrects the lost motion by itself: with the correction added it stands off by all of it.
@@ -163,7 +163,7 @@ typedef struct lm_compensator {
 } lm_compensator;
 
 /* Starts an instance at a torque [N*m] (the gap profile: commanded angle, rad), correction zero,
- * mode RUN, history unknown: plays in the middle of their bands, the bound on what that may be
+ * mode RUN, history unknown: operators in the middle of their bands, the bound on what that may be
  * wrong by is lm_bound_uncertainty. A torque that is not finite counts as 0, one beyond the limit
  * as the limit. Parameters are checked here, read at every step from then on, and stay the
  * caller's. Errors: LM_NULL and those of lm_check_parameters; then the instance is not started. */
@@ -181,7 +181,7 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
  * `at` null: nothing is known. */
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 
-/* From the next step on, until it is called again (every tick, if the host likes): what is left for
+/* From the next step on, until it is called again (every tick, if the host likes): the rest, for
  * the correction. Never lifts the parameters' limits. Null: those alone. All zero brings the
  * correction to rest in a few times 1 / response. */
 void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom);
@@ -194,7 +194,7 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode);
  * host has just driven a full cycle. */
 void lm_declare_memory_known(lm_compensator *compensator);
 
-/* How far [rad] the lost motion of backbone and friction may be off, either way, because the
+/* How far [rad] the lost motion of torsion curve and friction may be off, either way, because the
  * history before the start is unknown: every play may have stood anywhere in its band. Shrinks as
  * the load moves and is zero, for good, once the load has swept widely enough; the call that finds
  * it so clears LM_STATE_MEMORY_UNKNOWN. Bands that temperature widened count with their widest
@@ -202,8 +202,8 @@ void lm_declare_memory_known(lm_compensator *compensator);
 lm_real lm_bound_uncertainty(lm_compensator *compensator);
 
 /* New parameters without a step in the correction: it moves to the new target within the limits.
- * Plays keep their place as far as the new bands allow. Where any band is another than before, the
- * history is unknown again (LM_STATE_MEMORY_UNKNOWN), each play anywhere in its new band. The
+ * Operators keep their place as far as the new bands allow. Where any band is another than before,
+ * the history is unknown again (LM_STATE_MEMORY_UNKNOWN), each play anywhere in its new band. The
  * headroom is that of the new parameters until it is set again. The old ones are read once more:
  * new ones go to a struct of their own. Slow work, as lm_check_parameters is.
  * Errors: LM_NULL (also where the instance is not started); those of lm_check_parameters;

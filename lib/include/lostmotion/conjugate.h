@@ -1,10 +1,9 @@
 /* The flank of the rigid gear that the moving teeth of the flexspline leave free, theory/flanks.md.
  *
- * A flexspline tooth rides on the deformed neutral line while the generator turns past it. At every
- * radius of the rigid gear its flank reaches furthest into the rigid tooth at some material angle;
- * that greatest polar angle is the conjugate flank:
- *   xi(rho) = max over phi of theta(rho, phi).
- * Where the maximum lies inside the flank it is the envelope of the literature (the relative
+ * A flexspline tooth rides on the deformed neutral line while the wave generator turns past it. At
+ * every radius of the rigid gear its flank reaches furthest into the rigid tooth at some material
+ * angle; that greatest polar angle is the conjugate flank: xi(rho) = max over phi of theta(rho,
+ * phi). Where the maximum lies inside the flank it is the envelope of the literature (the relative
  * velocity lies in the flank); where it lies at the tip's corner the corner cuts (undercut); where
  * two maxima exist there are two conjugate zones, and the greater one counts, so that no zone
  * interferes with the other. Internal deformation only.

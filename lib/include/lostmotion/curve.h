@@ -1,4 +1,4 @@
-/* The characteristic as a controller carries it: a monotone piecewise linear curve.
+/* The torsion curve as a controller carries it: a monotone piecewise linear curve.
  *
  * angle(torque) runs through up to LM_CURVE_POINTS_MAX knots over both signs of torque and goes on
  * beyond the first and last knot with the slope of the end segment. Slopes are cached, so that one
@@ -53,8 +53,8 @@ lm_status lm_build_curve(lm_curve *curve, const lm_real *torque_Nm, const lm_rea
  * Errors: as lm_build_curve; LM_INCONSISTENT with the fault "slope_rad_per_Nm" or "padding". */
 lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault);
 
-/* What the arithmetic of a step bears in float: a torque within its limit, wound by plays of the
- * widest bands that are accepted, stays below 1e9 N*m; by the steepest slope that is below 1e18
+/* What the arithmetic of a step bears in float: a torque within its limit, wound by operators of
+ * the widest bands that are accepted, stays below 1e9 N*m; by the steepest slope that is below 1e18
  * rad, and every sum and difference of two such numbers is finite. */
 #define LM_CURVE_TORQUE_MAX_NM LM_REAL(1e9)
 #define LM_CURVE_ANGLE_MAX_RAD LM_REAL(1e3)

@@ -17,11 +17,10 @@
  *            (left out, it is 0, which lm_complete_drive replaces where 0 means nothing)
  *   usual    what a search takes where a spec is silent; 0: as FILLED. Unit as VARY.
  *   VARY     how a search states it: SAME, IN_DEG, IN_ARCMIN (the suffix of the name), or FOLLOWS
- *            (it follows from other keys or from what a search assumes: the generator floats and
- *            runs true)
- * DEPENDENT rows have the same columns; their range depends on another key's choice, so the
- * function that knows it checks them (lm_make_shape, check_teeth); low and high are the widest
- * range.
+ *            (it follows from other keys or from what a search assumes: the wave generator floats
+ * and runs true) DEPENDENT rows have the same columns; their range depends on another key's choice,
+ * so the function that knows it checks them (lm_make_shape, check_teeth); low and high are the
+ * widest range.
  *
  * The lists stand in the order in which lm_check_drive looks at the values.
  */
@@ -53,7 +52,7 @@
 #define LM_TEETH_KEYS(ROW, DEPENDENT)                                                             \
   ROW(DEFORMATION, teeth, deformation, , DEFORMATION, ONE, 0, 1, DEFAULT, 0, SAME,                \
       "internal: external teeth on the flexspline, wave generator inside; external: ring "        \
-      "generator outside, teeth inside")                                                          \
+      "wave generator outside, teeth inside")                                                     \
   ROW(MODULE_MM, teeth, module, _mm, REAL, ONE, LM_MODULE_LEAST_MM, LM_MODULE_MOST_MM, REQUIRED,  \
       0, SAME, "module m: pitch diameter over number of teeth")                                   \
   ROW(FLEXSPLINE_TEETH, teeth, flexspline_teeth, , COUNT, ONE, LM_FLEXSPLINE_TEETH_MIN,           \
@@ -85,24 +84,24 @@
             "flank of the rigid gear: an involute, or the conjugate that the moving teeth of "    \
             "the flexspline leave free, whose shift is its displacement from there")
 
-#define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                        \
-  DEPENDENT(GENERATOR_TYPE, generator, type, , GENERATOR, ONE, 0, 4, REQUIRED, 0, SAME,          \
-            "wave generator: a cosine or elliptical cam, two discs, rollers, or an external "    \
-            "ring")                                                                              \
-  ROW(DEFLECTION_MM, generator, deflection, _mm, REAL, MODULE, 0.2, 2, REQUIRED, 0, SAME,        \
-      "radial deflection w0 of the flexspline on the deformation axis")                          \
-  DEPENDENT(CONTACT_HALF_ANGLE_DEG, generator, contact_half_angle, _rad, REAL, ONE, 0, 1.2,      \
-            FILLED, 30, IN_DEG,                                                                  \
-            "half angle beta of the contact arc: discs and ring 0.05 to 1.2 rad, rollers 0 to "  \
-            "0.611 rad (0: two rollers); unused by cams")                                        \
-  ROW(CAM_OFFSET_MM, generator, cam_offset, _mm, REAL, DIAMETER, 0, 0.2, FILLED, 0, SAME,        \
-      "ellipse: distance from the cam to the neutral line, which is bearing and half the rim; "  \
-      "0: the neutral line itself is the ellipse")                                               \
-  ROW(GENERATOR_FLOATING, generator, floating, , SWITCH, ONE, 0, 1, DEFAULT, 1, FOLLOWS,         \
-      "true: the generator centres itself and both lobes carry the same; false: it is fixed")    \
-  ROW(GENERATOR_ECCENTRICITY_MM, generator, eccentricity, _mm, REAL, MODULE, 0, 1, FILLED, 0,    \
-      FOLLOWS, "eccentricity of a fixed generator against the rigid gear")                       \
-  ROW(GENERATOR_ECCENTRICITY_ANGLE_RAD, generator, eccentricity_angle, _rad, REAL, ONE, -10, 10, \
+#define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                          \
+  DEPENDENT(GENERATOR_TYPE, generator, type, , GENERATOR, ONE, 0, 4, REQUIRED, 0, SAME,            \
+            "wave generator: a cosine or elliptical cam, two discs, rollers, or an external "      \
+            "ring")                                                                                \
+  ROW(DEFLECTION_MM, generator, deflection, _mm, REAL, MODULE, 0.2, 2, REQUIRED, 0, SAME,          \
+      "radial deflection w0 of the flexspline on the deformation axis")                            \
+  DEPENDENT(CONTACT_HALF_ANGLE_DEG, generator, contact_half_angle, _rad, REAL, ONE, 0, 1.2,        \
+            FILLED, 30, IN_DEG,                                                                    \
+            "half angle beta of the contact arc: discs and ring 0.05 to 1.2 rad, rollers 0 to "    \
+            "0.611 rad (0: two rollers); unused by cams")                                          \
+  ROW(CAM_OFFSET_MM, generator, cam_offset, _mm, REAL, DIAMETER, 0, 0.2, FILLED, 0, SAME,          \
+      "ellipse: distance from the cam to the neutral line, which is bearing and half the rim; "    \
+      "0: the neutral line itself is the ellipse")                                                 \
+  ROW(GENERATOR_FLOATING, generator, floating, , SWITCH, ONE, 0, 1, DEFAULT, 1, FOLLOWS,           \
+      "true: the wave generator centres itself and both lobes carry the same; false: it is fixed") \
+  ROW(GENERATOR_ECCENTRICITY_MM, generator, eccentricity, _mm, REAL, MODULE, 0, 1, FILLED, 0,      \
+      FOLLOWS, "eccentricity of a fixed wave generator against the rigid gear")                    \
+  ROW(GENERATOR_ECCENTRICITY_ANGLE_RAD, generator, eccentricity_angle, _rad, REAL, ONE, -10, 10,   \
       FILLED, 0, FOLLOWS, "direction of that eccentricity from the deformation axis")
 
 #define LM_FLEXSPLINE_KEYS(ROW, DEPENDENT)                                                         \
@@ -137,7 +136,7 @@
 
 #define LM_SUPPORT_KEYS(ROW, DEPENDENT)                                                            \
   ROW(FOUNDATION_N_PER_MM2, support, foundation, _N_per_mm2, REAL, ONE, 0, 1e15, FILLED, 0, SAME,  \
-      "foundation k_f, alike under all teeth: ball stiffness over ball pitch; 0: supports from "   \
+      "foundation k_f, equal under all teeth: ball stiffness over ball pitch; 0: supports from "   \
       "the "                                                                                       \
       "geometry")                                                                                  \
   ROW(RING_STIFFNESS_N_MM2, support, ring_stiffness, _N_mm2, REAL, ONE, 1e-9, 1e15, FILLED, 0,     \
@@ -147,13 +146,13 @@
   ROW(TOOTH_COMPLIANCE_MM_PER_N, support, tooth_compliance, _mm_per_N, REAL, ONE, 0, 1, FILLED, 0, \
       SAME, "compliance C_t of a pair of teeth; 0: from the energy integral, equation (6)")        \
   ROW(BALLS, support, balls, , COUNT, ONE, 7, 60, FILLED, 0, SAME,                                 \
-      "balls of the generator's bearing")                                                          \
+      "balls of the wave generator's bearing")                                                     \
   ROW(BALL_DIAMETER_MM, support, ball_diameter, _mm, REAL, DIAMETER, 0.01, 0.3, FILLED, 0, SAME,   \
       "diameter of these balls")                                                                   \
   ROW(RACE_THICKNESS_MM, support, race_thickness, _mm, REAL, DIAMETER, 0.0005, 0.1, FILLED, 0,     \
       SAME, "thickness of the race or backing ring under the rim, bent with it")                   \
   ROW(BEARING_RATING_N, support, bearing_rating, _N, REAL, ONE, 1, 1e9, FILLED, 0, SAME,           \
-      "basic dynamic load rating C of the generator's bearing, ISO 281")                           \
+      "basic dynamic load rating C of the wave generator's bearing, ISO 281")                      \
   ROW(ENGAGEMENT_LIMIT_DEG, support, engagement_limit, _rad, REAL, DEGREE, 5, 90, FILLED, 0,       \
       IN_DEG, "only teeth within this angle of the deformation axis carry")                        \
   ROW(GAP_LIMIT_ARCMIN, support, gap_limit, _rad, REAL, ARCMIN, 0.01, 600, FILLED, 0, IN_ARCMIN,   \
@@ -161,7 +160,7 @@
 
 #define LM_GAP_KEYS(ROW, DEPENDENT)                                                               \
   ROW(GENERATOR_GAP_MM, gap, generator, _mm, REAL, MODULE, 0, 1, FILLED, 0, SAME,                 \
-      "radial gap Delta0' between generator and flexspline, equation (8)")                        \
+      "radial gap Delta0' between wave generator and flexspline, equation (8)")                   \
   ROW(TEETH_GAP_MM, gap, teeth, _mm, REAL, MODULE, 0, 1, FILLED, 0, SAME,                         \
       "radial gap Delta0'' of the tooth profiles, equation (8)")                                  \
   ROW(GAP_RING_STIFFNESS_N_PER_MM, gap, ring_stiffness, _N_per_mm, REAL, ONE, 1e-9, 1e15, FILLED, \

@@ -1,7 +1,7 @@
 /* A strain-wave drive as its designer knows it: the one struct that the design model starts from.
  *
  * Way of the data: drive (this struct) -> geometry and neutral line (shape.h) -> clearances
- * (mesh.h) -> take-up under load (takeup.h) -> characteristic (characteristic.h) -> compact curve
+ * (mesh.h) -> take-up under load (takeup.h) -> torsion curve (characteristic.h) -> compact curve
  * (curve.h) for the controller.
  *
  * Conventions, everywhere in the design model:
@@ -10,8 +10,8 @@
  *    positive in the same direction.
  *  - Angles of the geometry are measured from the DEFORMATION AXIS of the wave generator: the
  *    major axis for internal deformation (flexspline inside), the minor axis for external
- *    deformation (ring generator outside). Two lobes lie at 0 and pi; both tooth numbers are even,
- *    so the lobes are alike.
+ *    deformation (ring wave generator outside). Two lobes lie at 0 and pi; both tooth numbers are
+ * even, so the lobes are equal.
  *  - "Forward" is the flank pair that closes for positive torque, "backward" the other one.
  */
 #ifndef LOSTMOTION_DRIVE_H
@@ -38,7 +38,7 @@ LM_BEGIN_DECLS
 
 typedef enum lm_deformation {
   LM_INTERNAL = 0, /* external teeth on the flexspline, wave generator inside */
-  LM_EXTERNAL = 1  /* internal teeth on the flexspline, ring generator outside */
+  LM_EXTERNAL = 1  /* internal teeth on the flexspline, ring wave generator outside */
 } lm_deformation;
 
 typedef enum lm_generator_type {
@@ -104,7 +104,7 @@ typedef struct lm_generator {
   lm_real cam_offset_mm;          /* ellipse: distance from the cam to the neutral line (bearing and
                                      half the rim); 0 = the neutral line itself is the ellipse */
   int floating;                   /* 1: centres itself, both lobes carry the same; 0: fixed */
-  lm_real eccentricity_mm;        /* of a fixed generator against the rigid gear, >= 0 */
+  lm_real eccentricity_mm;        /* of a fixed wave generator against the rigid gear, >= 0 */
   lm_real eccentricity_angle_rad; /* of that eccentricity from the deformation axis */
 } lm_generator;
 
@@ -132,21 +132,21 @@ typedef struct lm_material {
 /* What holds the meshing teeth: the flexspline rim on the wave generator (rim_support.h, or a
  * stated foundation, takeup.h), and the teeth themselves. */
 typedef struct lm_support {
-  lm_real foundation_N_per_mm2; /* k_f, alike under all teeth; 0 = supports from the geometry */
+  lm_real foundation_N_per_mm2; /* k_f, equal under all teeth; 0 = supports from the geometry */
   lm_real ring_stiffness_N_mm2; /* E I of rim and bearing race, > 0 */
   lm_real ring_factor;          /* c_rad: calibration of the ring share; 1 = first principles */
   lm_real tooth_compliance_mm_per_N; /* C_t of a pair; 0 = from the energy integral, eq (6) */
-  int balls;                         /* of the generator's bearing, 7 .. 60 */
+  int balls;                         /* of the wave generator's bearing, 7 .. 60 */
   lm_real ball_diameter_mm;
   lm_real race_thickness_mm;    /* of the race or backing ring under the rim */
-  lm_real bearing_rating_N;     /* C of the generator's bearing, ISO 281 */
+  lm_real bearing_rating_N;     /* C of the wave generator's bearing, ISO 281 */
   lm_real engagement_limit_rad; /* only teeth within this angle of the deformation axis carry */
   lm_real gap_limit_rad;        /* pairs with a wider side clearance are left out */
 } lm_support;
 
 /* Radial gap on the deformation axis, eq (8), and the ring that must be bent to close it, (9a). */
 typedef struct lm_radial_gap {
-  lm_real generator_mm;            /* Delta0', generator to flexspline, 0 .. 1 module */
+  lm_real generator_mm;            /* Delta0', wave generator to flexspline, 0 .. 1 module */
   lm_real teeth_mm;                /* Delta0'', tooth profiles, 0 .. 1 module */
   lm_real ring_stiffness_N_per_mm; /* of one lobe, > 0 */
 } lm_radial_gap;
@@ -175,34 +175,29 @@ typedef struct lm_drive {
 } lm_drive;
 
 /* Fill everything that the designer has not said, in proportion to size. Reads ratio,
- * rated_torque_Nm, teeth (all of it) and generator (type, deflection, contact angle), which must be
- * set, and replaces every other field that is 0 (a number) or empty (a chain) by:
- *   rim s = (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module times flexspline teeth; wall 0.6 s; length the
- *     larger of 0.45 d and 2 face widths, 20 face widths at most
- *   steel: E 2.1e5, G 8e4 MPa, nu 0.3, where E or nu is given G in proportion to E / (1 + nu);
- *     sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5, psi 0.1, Y_z 1.45 (middle of the
- *     ranges in theory/check_values.md)
- *     mean flank pressure 240 MPa, chosen: half above what textbook drives have at the catalogue
- *     ratings of sizes 14 to 40
- *   support: from the geometry; 23 balls of 0.08 d (4 mm at size 20), race 0.022 d (the
- *     backing ring of rollers 0.075 d), its rating by
- *     ISO 281, E I = E b (s^3 + race^3) / 12 of rim and race, ring factor 1;
- *     teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8 arcmin;
- *     C_t stays 0, which means: from eq (6)
- *   gap: ring stiffness (9a) of the rim, twice stiffened by teeth and cup
- *   radial chain: ovalisation of the circular spline, thickness 0.1 d, bolted into a housing
- *     (factor 3); the generator's balls are in k_f
- *   torsion chain: cup wall up to the middle of the teeth, or with axial sections, whose rim
- *     twists in the mesh, to its inner edge; diaphragm of thickness 1.5 wall, hub 0.3 d; input
- *     shaft 0.16 d, long 0.6 d; output shaft 0.5 d, long 0.8 d
- *   planar (1 section). A gap of 0, a friction angle of 0 and no tolerances are kept.
- * Errors as lm_check_drive for what must be set. */
+ * rated_torque_Nm, teeth (all of it) and wave generator (type, deflection, contact angle), which
+ * must be set, and replaces every other field that is 0 (a number) or empty (a chain) by: rim s =
+ * (65 + 2.5 |u|^(2/3)) 1e-4 d, d = module times flexspline teeth; wall 0.6 s; length the larger of
+ * 0.45 d and 2 face widths, 20 face widths at most steel: E 2.1e5, G 8e4 MPa, nu 0.3, where E or nu
+ * is given G in proportion to E / (1 + nu); sigma_-1 450, tau_-1 250 MPa, K_sigma 1.9, K_tau 1.5,
+ * psi 0.1, Y_z 1.45 (middle of the ranges in theory/check_values.md) mean flank pressure 240 MPa,
+ * chosen: half above what textbook drives have at the catalogue ratings of sizes 14 to 40 support:
+ * from the geometry; 23 balls of 0.08 d (4 mm at size 20), race 0.022 d (the backing ring of
+ * rollers 0.075 d), its rating by ISO 281, E I = E b (s^3 + race^3) / 12 of rim and race, ring
+ * factor 1; teeth within beta + 25 deg of the axis (70 deg on a cam); side clearances up to 8
+ * arcmin; C_t stays 0, which means: from eq (6) gap: ring stiffness (9a) of the rim, twice
+ * stiffened by teeth and cup radial chain: ovalisation of the circular spline, thickness 0.1 d,
+ * bolted into a housing (factor 3); the wave generator's balls are in k_f torsion chain: cup wall
+ * up to the middle of the teeth, or with axial sections, whose rim twists in the mesh, to its inner
+ * edge; diaphragm of thickness 1.5 wall, hub 0.3 d; input shaft 0.16 d, long 0.6 d; output shaft
+ * 0.5 d, long 0.8 d planar (1 section). A gap of 0, a friction angle of 0 and no tolerances are
+ * kept. Errors as lm_check_drive for what must be set. */
 lm_status lm_complete_drive(lm_drive *drive, lm_fault *fault) LM_PRECISE(lm_complete_drive);
 
 /* Whether every value lies in its range and none contradicts another. The fault names the key as in
  * a drive file: "teeth.module_mm". LM_NULL, LM_NOT_FINITE, LM_OUT_OF_RANGE, or LM_INCONSISTENT
- * (tooth numbers that are odd or do not differ by 2; generator against deformation; a flank that
- * does not reach its base circle; arcs that do not make a flank; a ratio that the teeth cannot
+ * (tooth numbers that are odd or do not differ by 2; wave generator against deformation; a flank
+ * that does not reach its base circle; arcs that do not make a flank; a ratio that the teeth cannot
  * give). What is accepted here has a
  * mesh: lm_make_mesh takes every axial section of it. */
 lm_status lm_check_drive(const lm_drive *drive, lm_fault *fault) LM_PRECISE(lm_check_drive);

@@ -67,9 +67,9 @@ typedef struct lm_conditions {
                         * its parameters. Whoever calls the model itself fills it in where creep or
                         * sensor_lag is at work: at 0 the one does not creep, and with the other
                         * the torque never arrives */
-  lm_real elastic_rad; /* backbone and friction at the torque; the model fills it in */
-  lm_real wound_Nm;    /* what friction inside the elasticity leaves of the torque to wind the drive
-                        * up, with which gaps in the mesh close; the model fills it in */
+  lm_real elastic_rad; /* torsion curve and friction at the torque; the model fills it in */
+  lm_real wound_Nm;    /* what friction in parallel with the spring leaves of the torque to wind the
+                        * drive    up, with which gaps in the mesh close; the model fills it in */
 } lm_conditions;
 
 /* To start from: `lm_conditions at = LM_CONDITIONS_UNKNOWN;`. ({0} would mean a torque of zero at 0
@@ -154,8 +154,8 @@ typedef struct lm_effect_card {
   const char *mechanism;     /* one sentence */
   const char *equation;      /* in the names of values and conditions */
   const char *typical_size;  /* for a size 20 drive of ratio 100 */
-  const char *confused_with; /* names of effects that look alike, separated by commas */
-  const char *experiment;    /* what tells them apart */
+  const char *confused_with; /* names of confounded effects, separated by commas */
+  const char *experiment;    /* what separates them */
   lm_effect_value value[LM_EFFECT_VALUES_MAX];
   const char *absorbed; /* by which part of the baseline model, where that fits it anyway; or 0 */
   uint32_t told_by;     /* LM_NEEDS_ bit of what tells it from that part where it varies; or 0 */

@@ -1,5 +1,5 @@
 /* What a drive carries at rated torque: forces of the pairs, stresses of the teeth, the torques at
- * which it ratchets and its cup buckles, coning of the cup, life of the generator's bearing.
+ * which it ratchets and its cup buckles, coning of the cup, life of the wave generator's bearing.
  *
  * The formulas are those of the sources in check_list.h; where none holds for a strain-wave gear
  * the rows there say what this model idealises. Units: mm, N, MPa; torque N m on the output shaft.
@@ -52,7 +52,7 @@ lm_real lm_cup_buckling_torque(const lm_drive *drive, lm_real radius_mm);
  * the face. */
 lm_real lm_coning_stress(const lm_drive *drive, lm_real radius_mm);
 
-/* ISO 281: basic rating C of a radial ball bearing of the generator's size, b_m f_c Z^(2/3)
+/* ISO 281: basic rating C of a radial ball bearing of the wave generator's size, b_m f_c Z^(2/3)
  * D^1.8 with b_m = 1.3, f_c = 54 (ratio of ball and pitch diameter 0.09). */
 lm_real lm_ball_bearing_rating(int balls, lm_real ball_diameter_mm);
 

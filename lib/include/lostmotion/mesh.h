@@ -104,7 +104,7 @@ lm_clearance_end lm_find_overlap_end(const lm_mesh *mesh, lm_real inside_rad, lm
                                      int forward);
 
 /* Clearances of every tooth of one lobe: teeth at 2 pi k / z + phase_rad with |angle| <= 90 deg, in
- * rising order. phase_rad: tooth phase of the generator, any finite value (period 2 pi / z).
+ * rising order. phase_rad: tooth phase of the wave generator, any finite value (period 2 pi / z).
  * capacity: length of clearances[], at least LM_LOBE_TEETH_MAX is always enough.
  * LM_NULL, LM_NOT_FINITE ("phase_rad"), LM_TOO_SMALL. */
 lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearance clearances[],

@@ -1,7 +1,7 @@
 /* The model on the controller: torque history and conditions in, lost motion out.
  *
  *     T      = clip(torque + torque effects)
- *     T_e, h = plays(T, memory)                 friction inside and outside the elasticity
+ *     T_e, h = plays(T, memory)                 friction in parallel and in series
  *     angle  = backbone(T_e) + h + angle effects
  *
  * Effects that sit in the mesh, beside its friction, see T_e (wound_Nm); those in line with it, on
@@ -59,11 +59,11 @@ typedef struct lm_memory {
 } lm_memory;
 
 /* The memory of a drive that has rested at a torque [N*m] (the gap profile: at a commanded angle):
- * every play in the middle of its band, every effect's memory zero. Parameters whose plays follow
- * an envelope want lm_settle_model after it where the torque is not 0 (lm_center_plays). */
+ * every play in the middle of its band, every effect's memory zero. Parameters whose operators
+ * follow an envelope want lm_settle_model after it where the torque is not 0 (lm_center_plays). */
 void lm_start_model(lm_memory *memory, lm_real torque_Nm) LM_SIZED(lm_start_model);
 
-/* Makes any memory fit the parameters: plays pulled into their bands, what is not finite put to
+/* Makes any memory fit the parameters: operators pulled into their bands, what is not finite put to
  * rest. For a memory that was restored, or carried over from other parameters. */
 void lm_settle_model(const lm_parameters *parameters, lm_memory *memory);
 

@@ -12,7 +12,7 @@
  *     length                     bytes in all
  *     torque limit
  *     curve      count, then torque and angle of each knot
- *     plays      count, outside count, then radius, widening, weight of each; envelope, knee
+ *     operators      count, outside count, then radius, widening, weight of each; envelope, knee
  *     effects    count, then of each: id, number of values, values
  *     limits     the six of lm_limits
  *     watch      the six of lm_watch
@@ -112,7 +112,7 @@ typedef struct lm_parameters {
 
 /* Accepts parameters or says what is wrong with them: format, every range above (of lm_validity:
  * within +-1e12, the greatest not below the least), the curve
- * (lm_check_curve), the plays against the curve's least slope (lm_check_play_bank), and the
+ * (lm_check_curve), the operators against the curve's least slope (lm_check_play_bank), and the
  * effects: each by itself (lm_check_effect), order of kinds, memory in all at most
  * LM_EFFECT_MEMORY_MAX.
  * Errors: LM_NULL; LM_CORRUPT ("format": another format, or the program was compiled with other

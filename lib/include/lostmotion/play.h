@@ -6,7 +6,7 @@
  *     U   = T + A sgn(T) (1 - 1 / (1 + t + t^2)),   t = |T| / K
  *     z_i <- max(U - R_i(U), min(U + R_i(U), z_i))
  *
- * The first `outside_count` operators sit outside the elasticity and add an angle; the rest sit
+ * The first `outside_count` operators sit in series with the spring and add an angle; the rest sit
  * inside: friction takes its part of the torque before the remainder winds the drive up.
  *
  *     h   =     sum_outside c_i (z_i - U)         angle = backbone(T_e) + h
@@ -106,7 +106,7 @@ lm_status lm_set_envelope(lm_play_bank *bank, lm_real envelope_Nm, lm_real knee_
 /* What the operators follow [N*m] at a torque [N*m]. */
 lm_real lm_find_envelope(const lm_play_bank *bank, lm_real torque_Nm);
 
-/* Checks a bank that came from outside, against the least slope [rad/(N*m)] of its backbone:
+/* Checks a bank that came from outside, against the least slope [rad/(N*m)] of its torsion curve:
  * everything lm_build_play_bank and lm_set_envelope check; cached sums, slopes and unused slots;
  * and, with r = 1 + A / K the greatest slope of the envelope: operators inside that stick hold at
  * most all of a change of torque, r sum w <= 1, and the angle does not fall while every operator

@@ -6,11 +6,11 @@
  * see the same values; a program that does not, does not link (symbols.h).
  *
  *                        GAP   STANDARD   FULL
- * LM_CURVE_POINTS_MAX     16         33     64   knots of the characteristic
+ * LM_CURVE_POINTS_MAX     16         33     64   knots of the torsion curve
  * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
  * LM_EFFECTS_MAX           0          0     27   secondary effects at work at once
  * LM_EFFECT_MEMORY_MAX     0          0     32   numbers of memory that all effects share
- * LM_ENVELOPE              0          1      1   1: plays can follow an envelope (play.h)
+ * LM_ENVELOPE              0          1      1   1: operators can follow an envelope (play.h)
  *
  * The standard profile takes a few effects as well: -DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6,
  * say; the numbers of memory stand in each effect's file. The desktop library is built full.
@@ -26,8 +26,8 @@
 #endif
 
 #define LM_PROFILE_GAP 1      /* one play, no curve */
-#define LM_PROFILE_STANDARD 2 /* 33 knots, 8 plays, no effects */
-#define LM_PROFILE_FULL 3     /* 64 knots, 16 plays, every effect */
+#define LM_PROFILE_STANDARD 2 /* 33 knots, 8 operators, no effects */
+#define LM_PROFILE_FULL 3     /* 64 knots, 16 operators, every effect */
 
 #ifndef LM_PROFILE
 #define LM_PROFILE LM_PROFILE_STANDARD /* LM_PROFILE_GAP, LM_PROFILE_STANDARD, LM_PROFILE_FULL */
@@ -40,7 +40,7 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_CURVE_POINTS_MAX 16
 #elif LM_PROFILE == LM_PROFILE_STANDARD
-#define LM_CURVE_POINTS_MAX 33 /* 16 to 64: knots of the characteristic */
+#define LM_CURVE_POINTS_MAX 33 /* 16 to 64: knots of the torsion curve */
 #else
 #define LM_CURVE_POINTS_MAX 64
 #endif
@@ -91,8 +91,8 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_ENVELOPE 0
 #else
-#define LM_ENVELOPE                                                             \
-  1 /* 0 or 1: plays can follow an envelope of the torque, as those of a fit do \
+#define LM_ENVELOPE                                                                 \
+  1 /* 0 or 1: operators can follow an envelope of the torque, as those of a fit do \
      */
 #endif
 #endif

@@ -1,6 +1,6 @@
 /* The radial chain: equations (2), (3), (4) of Timofeev, Kostikov and Barbashov (2015), one named
- * function for each. Bearing, generator and rigid gear give way radially under the force of a lobe;
- * the wedge of the flanks makes that a rotation.
+ * function for each. Bearing, wave generator and rigid gear give way radially under the force of a
+ * lobe; the wedge of the flanks makes that a rotation.
  *
  * "Lobe" is one of the two engagement zones; a lobe carries half the torque.
  * Units: mm, N, MPa, rad; torque N m on the OUTPUT shaft.
@@ -107,8 +107,8 @@ typedef enum lm_bearing_kind {
 } lm_bearing_kind;
 
 /* Share of the most loaded rolling element of an ordinary bearing with rigid rings (bearing of a
- * disc or roller of the generator): elements 5 .. 200, contact angle 0 .. 1.2 rad. The result is at
- * most 1. */
+ * disc or roller of the wave generator): elements 5 .. 200, contact angle 0 .. 1.2 rad. The result
+ * is at most 1. */
 lm_status lm_bearing_share(lm_bearing_kind kind, int elements, lm_real contact_angle_rad,
                            lm_real *share, lm_fault *fault);
 

@@ -23,9 +23,9 @@
 
 LM_BEGIN_DECLS
 
-/* Equation (8): Delta_0 = Delta_0' (generator to flexspline) + Delta_0'' (tooth profiles), both on
- * the deformation axis, each 0 .. 100 mm. A negative sum of deviations is clipped to 0 before it
- * comes here (tolerance.h). */
+/* Equation (8): Delta_0 = Delta_0' (wave generator to flexspline) + Delta_0'' (tooth profiles),
+ * both on the deformation axis, each 0 .. 100 mm. A negative sum of deviations is clipped to 0
+ * before it comes here (tolerance.h). */
 lm_status lm_radial_gap_sum(lm_real generator_gap_mm, lm_real teeth_gap_mm, lm_real *gap_mm,
                             lm_fault *fault);
 
@@ -49,7 +49,7 @@ lm_status lm_gap_closing_torque(lm_real gap_mm, lm_real radius_mm, lm_real ring_
 lm_status lm_gap_rotation(lm_real torque_Nm, lm_real closing_torque_Nm, lm_real full_angle_rad,
                           lm_real *angle_rad, lm_fault *fault);
 
-/* Its smooth twin, tanh(T / T0) full_angle: the same slope at zero and the same limits; the largest
+/* Its smooth form, tanh(T / T0) full_angle: the same slope at zero and the same limits; the largest
  * difference, at T = T0, is 24 % of the full angle. */
 lm_status lm_gap_rotation_smooth(lm_real torque_Nm, lm_real closing_torque_Nm,
                                  lm_real full_angle_rad, lm_real *angle_rad, lm_fault *fault);

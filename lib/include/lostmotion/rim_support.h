@@ -3,7 +3,7 @@
  *
  * Cams: the balls of the flexible bearing, where the cam pushes (within 45 deg of the axis). Discs
  * and ring: their arc, on one rigid body that its bearing carries. Rollers: where they are. Between
- * and beyond its supports the rim spans freely. Both lobes are loaded alike, so the ring's shapes
+ * and beyond its supports the rim spans freely. Both lobes are loaded equally, so the ring's shapes
  * repeat every half turn.
  *
  * Idealised: the supports hold in both directions (the wave preloads them), a ball stands on the

@@ -1,8 +1,8 @@
 /* The deformed flexspline: first-order wave shapes and the neutral line of exact arc length.
  *
  * Angles are measured from the deformation axis (drive.h). Shapes are dimensionless: the radial
- * displacement in units of w0, counted in the direction in which the generator pushes (outward for
- * internal, inward for external deformation); the tangential displacement in units of w0; the
+ * displacement in units of w0, counted in the direction in which the wave generator pushes (outward
+ * for internal, inward for external deformation); the tangential displacement in units of w0; the
  * rotation of a tooth in units of w0 / r_m. Displacements of an external drive are the negatives.
  */
 #ifndef LOSTMOTION_SHAPE_H
@@ -52,11 +52,12 @@ lm_wave lm_evaluate_shape(const lm_shape *shape, lm_real angle_rad);
 lm_real lm_largest_shape_curvature(const lm_shape *shape);
 
 /* Half the range of the curvature over a quadrant: the amplitude of the bending stress, which
- * reverses twice in a turn of the generator. */
+ * reverses twice in a turn of the wave generator. */
 lm_real lm_shape_curvature_amplitude(const lm_shape *shape);
 
-/* Force of the generator on one lobe without load, in units of E I w0 / r_m^3: 4 G for discs and
- * ring, 4 cos(beta) / D for rollers, 6 for a cam. Times E I of rim, times the cup and tooth factor.
+/* Force of the wave generator on one lobe without load, in units of E I w0 / r_m^3: 4 G for discs
+ * and ring, 4 cos(beta) / D for rollers, 6 for a cam. Times E I of rim, times the cup and tooth
+ * factor.
  */
 lm_real lm_shape_generator_force(const lm_shape *shape);
 

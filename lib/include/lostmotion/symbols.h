@@ -3,7 +3,7 @@
  *
  *     undefined reference to `lm_start_compensator_3_64_16_27_32_f32'
  *
- * is a program of the profile 3 (full) with 64 knots, 16 plays, 27 effects and 32 numbers of
+ * is a program of the profile 3 (full) with 64 knots, 16 operators, 27 effects and 32 numbers of
  * memory; the library's own symbol tells what that was built with. They are the functions that fill
  * a struct of the caller's before any other function reads it. Nothing in the code gets larger.
  *

@@ -66,17 +66,17 @@ typedef struct lm_contact {
 #define LM_ACTIVE_MAX 384 /* pairs that carry at the same time */
 #define LM_STAGES_MAX 512
 
-/* What couples the pairs: each lobe rests on the generator as one rim, on which the forces of all
- * axial sections act together; lobes do not feel each other. */
-#define LM_SUPPORTS_MAX 15 /* places of a lobe at which the generator holds the rim */
+/* What couples the pairs: each lobe rests on the wave generator as one rim, on which the forces of
+ * all axial sections act together; lobes do not feel each other. */
+#define LM_SUPPORTS_MAX 15 /* places of a lobe at which the wave generator holds the rim */
 typedef struct lm_foundation {
   lm_real yield_mm_per_N[LM_LOBE_TEETH_MAX]; /* radial give of the rim at that many teeth from a
                                                 radial unit force, -1e6 .. 1e6 */
-  int supports; /* 0: the foundation is alike everywhere, and yield is all; else 1 ..
+  int supports; /* 0: the foundation is equal everywhere, and yield is all; else 1 ..
                    LM_SUPPORTS_MAX places hold the rim, see lm_rim_yield */
   lm_real hold[LM_LOBE_TEETH_MAX][LM_SUPPORTS_MAX]; /* of each tooth, sqrt(mm/N) */
   int sections;                                     /* 1 .. LM_SECTIONS_MAX */
-  int lobes; /* lobes listed one by one: 1 (then both are alike and count twice) or 2 */
+  int lobes; /* lobes listed one by one: 1 (then both are equal and count twice) or 2 */
   lm_real twist_rad_per_Nmm[LM_SECTIONS_MAX][LM_SECTIONS_MAX]; /* turn of one section by a torque
                                                 in another, -1 .. 1, symmetric; 0 in the planar
                                                 model */
@@ -100,7 +100,7 @@ typedef struct lm_take_up {
   lm_real angle_rad;
   lm_real clearance_rad;        /* eq (1): play of the pairs that joined (or left) since rest */
   lm_real tooth_rad;            /* eq (6), (7): the pairs' own compliance */
-  lm_real ring_rad;             /* rim and generator foundation: local part of eq (2) - (4) */
+  lm_real ring_rad;             /* rim and wave generator foundation: local part of eq (2) - (4) */
   lm_real twist_rad;            /* rim between axial sections: part of eq (5) */
   lm_real stiffness_Nm_per_rad; /* dT / dangle of the mesh, on the side away from rest */
   int forward_teeth; /* that carry on this flank in any section, of the lobe where more do */

@@ -40,7 +40,7 @@ typedef enum lm_distribution {
 
 /* Where a link acts: eq (8) knows two gaps. */
 typedef enum lm_gap_zone {
-  LM_GENERATOR_GAP = 0, /* Delta0', generator to flexspline */
+  LM_GENERATOR_GAP = 0, /* Delta0', wave generator to flexspline */
   LM_TEETH_GAP = 1      /* Delta0'', between the tooth profiles */
 } lm_gap_zone;
 

@@ -4,7 +4,7 @@
 
 enum { GAP_RAD_PER_N, TAKEUP_NM, VALUES };
 
-/* An axial force shifts the generator along the cup and changes the deflection there. */
+/* An axial force shifts the wave generator along the cup and changes the deflection there. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return value[GAP_RAD_PER_N] * at->axial_force_N * closed_share(at->wound_Nm, value[TAKEUP_NM]);
@@ -13,7 +13,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "axial_shift",
-    "an axial force shifts the generator along the cup",
+    "an axial force shifts the wave generator along the cup",
     "gap_per_N axial_force sat(torque/takeup)",
     "4 arcsec for 0.1 mm",
     "free_play",

@@ -17,9 +17,9 @@ static const lm_effect_card card = {
     "gap sat(torque/takeup)",
     "3.9 arcsec per um of tooth thinning",
     "input_coupling_play, wear, thermal_gap, axial_shift, soft_windup",
-    "lock the wave generator itself, not the motor; shim the generator anew",
+    "lock the wave generator itself, not the motor; shim the wave generator anew",
     {{"gap_rad", LM_VALUE_LINEAR, LM_REAL(2e-5), LM_VALUE_AS_USUAL}, TAKEUP_VALUE(LM_REAL(0.4))},
-    "the base finds its own characteristic",
+    "absorbed by the torsion curve of the baseline",
     0u,
     0};
 #endif

@@ -5,8 +5,8 @@
 enum { PLAY_RAD, RATIO, TAKEUP_NM, DRAG_NM, BLEND_RAD_S, VALUES };
 
 /* Play of the coupling between motor and wave generator, seen through the ratio. The coupling
- * carries what the load asks for and what turning the generator takes: with the load against the
- * rotation, or at rest, its side is that of the load. The drag has the sign of the ratio: where
+ * carries what the load asks for and what turning the wave generator takes: with the load against
+ * the rotation, or at rest, its side is that of the load. The drag has the sign of the ratio: where
  * that is negative, turning the input forward takes the coupling to its other side. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
@@ -18,7 +18,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "input_coupling_play",
-    "play of the Oldham coupling in the generator",
+    "play of the Oldham coupling in the wave generator",
     "play / (2 ratio) sat((torque - drag sat(input_velocity/blend))/takeup)",
     "9 arcsec in all at the output (900 at the input)",
     "free_play, wear, thermal_gap",
@@ -40,7 +40,7 @@ static const lm_effect_card card = {
       {LM_REAL(0.02), 0, 0, 0},
       0u,
       "blending speed of the input"}},
-    "the base finds its own characteristic",
+    "absorbed by the torsion curve of the baseline",
     LM_NEEDS_INPUT_VELOCITY,
     0};
 #endif

@@ -20,7 +20,7 @@ static const lm_effect_card card = {
     "a second encoder on the wave generator",
     {{"compliance_rad_per_Nm", LM_VALUE_LINEAR, LM_REAL(1), LM_VALUE_AS_USUAL},
      {"ratio", LM_VALUE_GIVEN, LM_REAL(100), LM_SCALE_RATIO, {0, 0, 0, 0}, 0u, 0}},
-    "the base finds its own compliance",
+    "absorbed by the compliance of the baseline",
     0u,
     0};
 #endif

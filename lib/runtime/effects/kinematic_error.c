@@ -4,8 +4,8 @@
 
 enum { COSINE_2_RAD, SINE_2_RAD, COSINE_4_RAD, SINE_4_RAD, VALUES };
 
-/* Even pitch errors of both gears, two and four times a turn of the generator; odd orders cancel
- * between the two lobes. */
+/* Even pitch errors of both gears, two and four times a turn of the wave generator; odd orders
+ * cancel between the two lobes. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_sine_cosine two = lm_sine_and_cosine(2 * at->input_angle_rad);
@@ -18,12 +18,13 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "kinematic_error",
-    "even pitch errors of the gears, carried round by the generator",
+    "even pitch errors of the gears, carried round by the wave generator",
     "cosine_2 cos(2 input_angle) + sine_2 sin(2 input_angle) + cosine_4 cos(4 input_angle) + "
     "sine_4 sin(4 input_angle)",
     "5 to 30 arcsec at two a turn, 1 to 8 at four",
     "stiffness_modulation, lobe_eccentricity, thermal_drift",
-    "load both ways at the same generator angle: the half sum keeps it, the half difference does "
+    "load both ways at the same wave generator angle: the half sum keeps it, the half difference "
+    "does "
     "not",
     {{"cosine_2_rad", LM_VALUE_LINEAR, LM_REAL(5e-5), LM_VALUE_AS_USUAL},
      {"sine_2_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL},

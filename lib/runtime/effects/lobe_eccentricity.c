@@ -34,8 +34,8 @@ static lm_real held_back(lm_real torque, lm_real runout) {
   return lm_power(equal2, LM_REAL(0.5)) - lm_power(lobes2, LM_REAL(0.5));
 }
 
-/* Run-out of the generator (once a turn), and of the circular spline against it: one lobe closes
- * earlier, the other later. */
+/* Run-out of the wave generator (once a turn), and of the circular spline against it: one lobe
+ * closes earlier, the other later. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_sine_cosine one = lm_sine_and_cosine(at->input_angle_rad);
@@ -50,13 +50,14 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "lobe_eccentricity",
-    "the lobes of the generator, or the circular spline under them, do not run true",
+    "the lobes of the wave generator, or the circular spline under them, do not run true",
     "cosine cos(input_angle) + sine sin(input_angle) + x(d) - x(0), d = runout_cosine "
     "cos(input_angle) + runout_sine sin(input_angle), x: torque = l(x + d) + l(x - d), "
     "l(y) = sign(y) (sqrt(y^2 + g^2) - g)/(2 compliance), g = compliance takeup",
     "2 to 15 arcsec once a turn; 5 to 40 at low torque",
     "kinematic_error, stiffness_modulation, wear",
-    "turn the circular spline by 90 deg in its housing; turn the generator by 180 deg on its shaft",
+    "turn the circular spline by 90 deg in its housing; turn the wave generator by 180 deg on its "
+    "shaft",
     {{"cosine_rad", LM_VALUE_LINEAR, LM_REAL(2e-5), LM_VALUE_AS_USUAL},
      {"sine_rad", LM_VALUE_LINEAR, LM_REAL(0), LM_VALUE_AS_USUAL},
      {"runout_cosine_rad",

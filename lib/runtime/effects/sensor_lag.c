@@ -37,7 +37,7 @@ static const lm_effect_card card = {
     "sensor_lag",
     "torque and angle are not sampled at the same instant",
     "the torque, lagging by lag, less the torque",
-    "slope of the characteristic times rate of the torque times lag",
+    "slope of the torsion curve times rate of the torque times lag",
     "viscous_friction, load_dependent_friction, creep, inertia",
     "the same loop at two rates",
     {{"lag_s", LM_VALUE_SHAPE, LM_REAL(0.005), LM_SCALE_SAMPLE_TIME, {0, 0, 0, 0}, 0u, 0}},

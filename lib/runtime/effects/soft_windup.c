@@ -4,7 +4,7 @@
 
 enum { WINDUP_RAD, TORQUE_NM, VALUES };
 
-/* More wind-up at low torque than the base model has. */
+/* More wind-up at low torque than the baseline model has. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   return value[WINDUP_RAD] * lm_hyperbolic_tangent(at->wound_Nm / value[TORQUE_NM]);
@@ -13,14 +13,14 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "soft_windup",
-    "the drive is softer at low torque than the base model says",
+    "the drive is softer at low torque than the baseline model says",
     "windup tanh(torque / torque_Nm)",
     "5 to 40 arcsec",
     "free_play, stiffening, torque_scale",
     "curvature up to 0.3 of rated torque; a radial gap ends at 0.01",
     {{"windup_rad", LM_VALUE_LINEAR, LM_REAL(5e-5), LM_SCALE_NONE, {0, 0, 0, 0}, 0u, "wind-up"},
      {"torque_Nm", LM_VALUE_SHAPE, LM_REAL(2), LM_VALUE_AS_USUAL}},
-    "the base finds its own characteristic",
+    "absorbed by the torsion curve of the baseline",
     0u,
     0};
 #endif

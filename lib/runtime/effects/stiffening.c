@@ -32,7 +32,7 @@ static const lm_effect_card card = {
      {"preload_Nm", LM_VALUE_SHAPE, LM_REAL(5), LM_VALUE_AS_USUAL},
      {"cubic_rad", LM_VALUE_LINEAR, LM_REAL(1e-5), LM_VALUE_AS_USUAL},
      {"reference_Nm", LM_VALUE_GIVEN, LM_REAL(40), LM_SCALE_RATED_TORQUE, {0, 0, 0, 0}, 0u, 0}},
-    "the base finds its own characteristic",
+    "absorbed by the torsion curve of the baseline",
     0u,
     0};
 #endif

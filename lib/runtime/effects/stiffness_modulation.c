@@ -4,7 +4,8 @@
 
 enum { COSINE, SINE, VALUES };
 
-/* Stiffness varies with the tooth phase and the balls of the generator bearing, twice a turn. */
+/* Stiffness varies with the tooth phase and the balls of the wave generator bearing, twice a turn.
+ */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {
   (void)memory;
   lm_sine_cosine two = lm_sine_and_cosine(2 * at->input_angle_rad);
@@ -14,7 +15,7 @@ static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *a
 #if LM_EFFECT_CARDS
 static const lm_effect_card card = {
     "stiffness_modulation",
-    "stiffness varies with the place of the generator",
+    "stiffness varies with the place of the wave generator",
     "elastic_angle (cosine cos(2 input_angle) + sine sin(2 input_angle))",
     "0.5 to 4 % of the elastic angle",
     "kinematic_error, lobe_eccentricity",

@@ -19,7 +19,7 @@ static const lm_effect_card card = {
     "thermal_gap",
     "the radial gap opens and closes with temperature",
     "max(gap_per_K (temperature - 20 C), -gap) sat(torque/takeup)",
-    "11 arcsec per 10 K between generator and flexspline; 46 for an aluminium housing at 40 K",
+    "11 arcsec per 10 K between wave generator and flexspline; 46 for an aluminium housing at 40 K",
     "wear, thermal_stiffness, free_play",
     "soak at two temperatures or more, at low and at high torque: above the take-up it does not "
     "grow",

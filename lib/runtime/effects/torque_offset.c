@@ -18,7 +18,7 @@ static const lm_effect_card card = {
     "torque + offset",
     "1.3 arcsec for 0.1 N*m",
     "asymmetric_stiffness",
-    "dead weights; the even part goes with the slope of the characteristic",
+    "dead weights; the even part goes with the slope of the torsion curve",
     {{"offset_Nm", LM_VALUE_SHAPE, LM_REAL(0.1), LM_VALUE_AS_USUAL}},
     LM_CARD_AS_USUAL};
 #endif

@@ -19,7 +19,7 @@ static const lm_effect_card card = {
     "thermal_stiffness, input_lock_compliance, soft_windup, stiffening",
     "dead weights",
     {{"share", LM_VALUE_SHAPE, LM_REAL(0.01), LM_VALUE_AS_USUAL}},
-    "the base finds its own compliance",
+    "absorbed by the compliance of the baseline",
     0u,
     0};
 #endif
