@@ -1,9 +1,9 @@
 """What well-known tools say of the same campaigns: PySINDy, lasso, boosted trees.
 
-All are used as well as we know how. They get the residual of the base fitted to all runs alike,
-run means taken out, so that none of them has to find the characteristic and the friction first. All
-splits of the data are by whole runs, and what does not explain `CLAIMED` of the variance of runs
-that were held out is not claimed: rows next to each other would tell of each other.
+All are used as well as we know how. They get the residual of the baseline model fitted to all runs
+as one, run means removed, so that none of them has to find the torsion curve and the friction
+first. All splits of the data are by whole runs, and what does not explain `CLAIMED` of the variance
+of runs left out is not claimed: rows next to each other would tell of each other.
 
 PySINDy and the trees see the recorded columns and what an engineer would derive from them: rates,
 direction of the load, time in the run, the run's number, sines and cosines of the angles. The lasso
@@ -35,12 +35,12 @@ ROWS = 6000
 """Rows that each tool gets, drawn evenly: they are slow, and neighbours say the same."""
 
 CLAIMED = 0.02
-"""Share of the variance of held-out runs from which a model is believed. An effect of half the
+"""Share of the variance of runs left out from which a model is believed. An effect of half the
 noise explains a fifth."""
 
 SPARSE = 3
 """Terms that PySINDy's forward regression takes. Its sequential thresholding loses the right ones
-among columns as alike as these: it claimed nothing in developing."""
+among columns as collinear as these: it claimed nothing in developing."""
 
 FOLDS = 4
 
@@ -69,7 +69,7 @@ class Table:
 
 
 def alike(base: BaselineModel) -> BaselineModel:
-    """The base with all runs alike: deviations of runs may hold what is looked for."""
+    """The baseline model with all runs as one: deviations of runs may hold what is looked for."""
     out = base.copy()
     out.deviations[:] = 0.0
     out.fit(steps=8)
@@ -161,7 +161,7 @@ def by_lasso(table: Table, base: BaselineModel, ratio: float) -> list[str]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of slow convergence
         fitted = LassoCV(cv=table.splits, alphas=20, max_iter=2000).fit(x, table.y)
-    # The error of the folds at the chosen weight is the held-out one.
+    # The error of the folds at the chosen weight is the cross-validated one.
     if 1.0 - float(np.min(fitted.mse_path_.mean(axis=1)) / np.var(table.y)) < CLAIMED:
         return []
     weights = np.abs(fitted.coef_)
@@ -170,7 +170,7 @@ def by_lasso(table: Table, base: BaselineModel, ratio: float) -> list[str]:
 
 
 def by_trees(table: Table) -> list[str]:
-    """Columns that matter to boosted trees on runs that they have not seen, strongest first."""
+    """Columns that matter to boosted trees on runs left out, strongest first."""
     importance = np.zeros(len(table.names))
     predicted = np.zeros_like(table.y)
     for fit, test in table.splits:
@@ -207,7 +207,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "time": ("time_s",),
     "event": ("time_s", "run"),
 }
-"""Columns by which what an effect or a cause hangs on would be recognised, where the name of the
+"""Columns by which what an effect or a cause depends on would be recognised, where the name of the
 recorded column is not its own."""
 
 
@@ -217,7 +217,7 @@ def wanted_columns(name: str, truth: dict[str, Any]) -> set[str]:
     if effect is None:
         needs = {n for cause in truth["hidden"] for n in cause.get("depends_on", ())}
     else:
-        # Everything hangs on the torque a little: it counts only where nothing else is asked for.
+        # Everything depends on the torque a little: it counts only where nothing else is asked for.
         needs = set(effect.needs) - {"torque_Nm", "elapsed_s"} or set(effect.needs)
     return {column for need in needs for column in COLUMNS.get(need, (need,))}
 

@@ -62,7 +62,7 @@ def measure(recording: Path, sheet: Path) -> None:
         ),
     )
     print(
-        f"rms {answer['rms_arcsec']:.2f}, held out {answer['heldout_rms_arcsec']:.2f}, floor "
+        f"rms {answer['rms_arcsec']:.2f}, predicted {answer['heldout_rms_arcsec']:.2f}, floor "
         f"{answer['noise_floor_arcsec']:.2f} arcsec; {found.verdict}: {', '.join(found.effects)}"
     )
 

@@ -1,9 +1,9 @@
-"""Evaluation over whole recordings: backbone, 8 plays and 3 effects, in rows a second on one core.
+"""Evaluation over whole recordings: torsion curve, 8 operators, 3 effects; rows/s on one core.
 
     python tests/benchmarks/bench_evaluation.py [--rows 2000000]     # pip install numba first
 
-Against it the same model as a good NumPy user writes it: plays in a loop that Numba compiles, the
-backbone by np.interp, the effects in array expressions. The angles agree.
+Against it the same model as a good NumPy user writes it: operators in a loop by Numba, the
+torsion curve by np.interp, the effects in array expressions. The angles agree.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ ROUNDS = 5
 
 
 def backbone() -> tuple[Array, Array]:
-    """Return knots of an odd backbone that stiffens."""
+    """Return knots of an odd torsion curve that stiffens."""
     knots = 40 * np.geomspace(1e-3, 1.2, KNOTS)
     angle = knots / 25e3 + 2e-4 * np.tanh(knots / 8)
     return (
@@ -47,7 +47,7 @@ def backbone() -> tuple[Array, Array]:
 
 
 def recording(rows: int) -> dict[str, Array]:
-    """Make torque loops with noise, a turning generator and a warming drive."""
+    """Make torque loops with noise, a turning wave generator and a warming drive."""
     chance = np.random.default_rng(1)
     t = np.arange(rows) * 1e-3
     return {
@@ -58,7 +58,7 @@ def recording(rows: int) -> dict[str, Array]:
 
 
 def plays(torque: Array, radius: Array, share: Array) -> Array:  # pragma: no cover
-    """Add up the plays of each sample, in N m."""
+    """Add up the operators of each sample, in N m."""
     z = np.zeros(radius.size)
     out = np.empty(torque.size)
     for k in range(torque.size):
@@ -144,14 +144,14 @@ def main() -> None:
     full = best_of(library("full", effects))
     followed = best_of(library("followed", effects, Envelope(3.0, 12.0)))
     times = {
-        "library, base": plain,
-        "library, base and kinematic error": one,
-        "library, base and 3 effects": full,
+        "library, baseline": plain,
+        "library, baseline and kinematic error": one,
+        "library, baseline and 3 effects": full,
         "library, the same in an envelope": followed,
     }
     if njit is not None:
         in_numpy(run, knots, angle)  # compiles
-        times["NumPy with plays in Numba, the same"] = best_of(lambda: in_numpy(run, knots, angle))
+        times["NumPy with Numba, the same"] = best_of(lambda: in_numpy(run, knots, angle))
         off = np.max(np.abs(found["full"] - in_numpy(run, knots, angle)))
         print(f"largest difference {off:.2g} rad")
     for name, seconds in times.items():

@@ -256,7 +256,7 @@ def main() -> int:
         print(
             f"{done['law']:<10} {done['protocol']:<10} {done['noises']:g} {hidden:<22} "
             f"{'WRONG' if wrong(done) else '':<6} {told(done)} "
-            f"rms {done['ladder'][0][1]:.2f} to {done['ladder'][-1][1]:.2f}, held out "
+            f"rms {done['ladder'][0][1]:.2f} to {done['ladder'][-1][1]:.2f}, leave-one-run-out "
             f"{done['ladder'][-1][2]:.2f}, within {done['within_arcsec']:.2f} true "
             f"{done['truth']['noise_arcsec_rms']:.2f} {done['cpu_s']:.0f} s",
             flush=True,

@@ -21,7 +21,7 @@ objectives, or of all. Prints one table a spec and problem.
 Hypervolume: each objective runs from 0 at the best to 1 at the worst value on the front of all
 points of all methods, seeds and budgets of the call; the corner is 1.1. *all together* is the
 hypervolume of that front: no method can have more, so its ratio bounds what any could reach.
-The line below a table is the unit: a front that one design stretches tells little apart.
+The line below a table is the unit: a front that one design stretches separates little.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ row a spec, in about a minute:
   *machine* is how much more two processes that share nothing got done than one, *busy* its load.
 - *tasks*: the same from the CPU time of each task on one thread: the sum of all over what two
   threads need that take the tasks of a batch in their order and wait for each other at its end.
-  Hangs on nothing that runs beside. *CPU* is the best CPU time on one thread over that on two: what
-  threads lose by sharing memory.
+  Depends on nothing that runs beside. *CPU* is the best CPU time on one thread over that on two:
+  what threads lose by sharing memory.
 
 Each other figure is the best of the repeats.
 """

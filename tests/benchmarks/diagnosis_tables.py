@@ -17,14 +17,14 @@ JUDGE_FROM = 10_000
 """First seed for judging (`rig.suites.JUDGE`)."""
 
 FLOOR_FACTOR = 1.1
-"""After adding, the held-out error should be at most this many times the noise floor."""
+"""After adding, the leave-one-run-out error should be at most this many times the noise floor."""
 
 INTRO = """# How well the diagnosis does
 
 Figures of `tests/benchmarks/bench_diagnosis.py` (its first lines say how to run it) on campaigns of
 the rig in `tests/rig`. The rig shares no formula with the library. It measures one specimen of a
 catalogue drive over some thirty runs, with scatter from run to run, and hides something: one effect
-that leaves half the noise (rms) after a refit of the base, a pair (one noise and half of it),
+that leaves half the noise (rms) after a refit of the baseline, a pair (one noise, half of it),
 nothing, or a cause that the library does not have. Developing and judging use seeds apart; the
 seeds below were judged once.
 
@@ -171,7 +171,7 @@ def headline(rows: list[Record]) -> list[str]:
         if explained(done) and set(done["truth"]["effects"]) <= set(done["answer"]["effects"])
     ]
     say(
-        f"after adding, held-out error at most {FLOOR_FACTOR} times the floor",
+        f"after adding, leave-one-run-out error at most {FLOOR_FACTOR} times the floor",
         "all",
         added,
         lambda d: held_over_floor(d) <= FLOOR_FACTOR,
@@ -194,7 +194,7 @@ def headline(rows: list[Record]) -> list[str]:
 
 
 def held_over_floor(done: Record) -> float:
-    """Held-out error after the last rung over the noise floor."""
+    """Leave-one-run-out error after the last rung over the noise floor."""
     answer = done["answer"]
     return float(answer["ladder"][-1]["rms_heldout_arcsec"] / answer["noise_floor_arcsec"])
 
@@ -338,10 +338,10 @@ def rivals(tried: list[Record], rows: list[Record]) -> list[str]:
             lines.append((kind, tool, len(members), in_words(found)))
     cpu = np.median([done["cpu_s"] for done in tried])
     return [
-        "All get the residual of the fitted base, run means out, and splits by whole runs; what",
-        "does not explain 2 % of held-out runs counts as no claim (`baselines.py`). A column is",
-        "right when the effect hangs on it; the lasso gets the tangents of our effects.",
-        f"The three together take {cpu:.0f} s of one core with the base fit (median).",
+        "All get the residual of the fitted baseline, run means out, splits by whole runs; what",
+        "does not explain 2 % of runs left out counts as no claim (`baselines.py`). A column is",
+        "right when the effect depends on it; the lasso gets the tangents of our effects.",
+        f"The three together take {cpu:.0f} s of one core with the baseline fit (median).",
         "",
         *table(("hidden", "tool", "campaigns", "first claim"), lines),
     ]

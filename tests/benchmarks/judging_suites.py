@@ -4,7 +4,8 @@
 
 Every suite is what `python -m rig suite` writes into its folder of DIR with the options that the
 table says. The degraded ones take seeds of the standard ones again, so that a campaign and its
-spoilt copy differ by the spoiling alone. Twins are not looked for: naming one counts as wrong.
+spoilt copy differ by the spoiling alone. Confounded effects are not looked for: naming one counts
+as wrong.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ SUITES = {
         if name not in ("half", "scatter")
     },
 }
-# One of eight would hang on a column that is left out: one by one it is three.
+# One of eight would depend on a column that is left out: one by one it is three.
 SUITES["single_columns"] = Suite(
     "single", 8, after=6, conditions=SPOILT["columns"][0], more=SPOILT["columns"][1]
 )

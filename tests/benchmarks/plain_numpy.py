@@ -5,7 +5,7 @@ of the neutral line, for each tooth flank a grid of common radii with the points
 torque a root finder around the contact forces by non-negative least squares. bench_design.py
 compares its time with the library's; test_plain_numpy.py its numbers.
 
-Planar, both lobes alike. Lengths are in mm, forces in N, angles in rad, torques in N·mm inside.
+Planar, both lobes equal. Lengths are in mm, forces in N, angles in rad, torques in N·mm inside.
 Angles are measured from the deformation axis.
 """
 
@@ -122,7 +122,7 @@ def radii(design: Design) -> dict[str, float]:
 
 
 def wave(design: Design, angle: Array) -> tuple[Array, Array, Array]:
-    """Radial wave of the generator over its deflection, its slope, and -(w'' + w).
+    """Radial wave of the wave generator over its deflection, its slope, and -(w'' + w).
 
     `angle` from 0 to pi/2.
     """
@@ -159,7 +159,7 @@ def wave(design: Design, angle: Array) -> tuple[Array, Array, Array]:
 
 
 def generator_force(design: Design) -> float:
-    """Force of the generator on a lobe without load, over E I w0 / r^3."""
+    """Force of the wave generator on a lobe without load, over E I w0 / r^3."""
     b = design.beta
     s, c, x = np.sin(b), np.cos(b), np.pi / 2 - b
     if design.generator == "cosine":

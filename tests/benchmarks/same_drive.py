@@ -24,7 +24,7 @@ DRIVES = Path(__file__).parents[1] / "data" / "drives"
 
 SUPPORT = {"foundation_N_per_mm2": 2600.0, "ring_stiffness_N_mm2": 350000.0}
 """Foundation and ring as published for reference design A. Both NumPy versions have a foundation
-that is alike under all teeth, so a drive that leaves it out gets this one in all three."""
+that is equal under all teeth, so a drive that leaves it out gets this one in all three."""
 
 
 def read_design(name: str) -> Design:
@@ -42,7 +42,7 @@ def library_drive(name: str, core: Core) -> Any:
 
 
 def generator_name(drive: Any) -> str:
-    """Name of the generator's type."""
+    """Name of the wave generator's type."""
     return structs.GENERATORS[drive.generator.type]
 
 

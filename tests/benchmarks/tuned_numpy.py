@@ -6,7 +6,7 @@ is the same evaluation written as the theory prescribes.
 
 Lengths are in mm, forces in N, angles in rad and torques in N·mm inside; the keys of a design and
 of a result carry their unit. Angles are measured from the deformation axis: the major axis of an
-internal generator, the minor axis of an external ring. A forward flank closes under positive
+internal wave generator, the minor axis of an external ring. A forward flank closes under positive
 torque. Two lobes share the torque equally.
 
 The pieces can be called one by one: `geometry`, `neutral_line`, `clearances`, `mesh_contacts`,
@@ -34,7 +34,7 @@ QUADRANT_POINTS = 2001
 FLANK_POINTS = 100
 PHASES = 8
 TORQUES = 33
-SUPPORT_MARGIN_DEG = 25.0  # the ring is unsupported this far beyond the generator's contact
+SUPPORT_MARGIN_DEG = 25.0  # the ring is unsupported this far beyond the wave generator's contact
 GAP_LIMIT_ARCMIN = 8.0  # teeth with a wider gap do not engage below twice the rated torque
 LOST_MOTION_SHARE = 0.04  # of the rated torque, catalogue definition of reversal lost motion
 POINT_RING = 0.0744  # radial deflection of a ring under two opposite forces, F r^3 / (E I)
@@ -109,11 +109,12 @@ REFERENCE_E: dict[str, Any] = REFERENCE_A | {
 """External deformation: a ring outside, internal teeth on the flexspline."""
 
 
-# ------------------------------------------------------------------------------ generator shapes
+# ------------------------------------------------------------------------------ wave generator
+# shapes
 
 
 def shape(kind: str, beta: float, phi: Array) -> tuple[Array, Array, Array]:
-    """Give the radial shape of the ring on its generator, unit deflection at the axis.
+    """Give the radial shape of the ring on its wave generator, unit deflection at the axis.
 
     Parameters
     ----------
@@ -282,7 +283,7 @@ def neutral_line(
     Parameters
     ----------
     kind, beta
-        Generator, as for `shape`.
+        Wave generator, as for `shape`.
     radius, deflection : float
         Undeformed radius and deflection at the axis, mm. A ring presses inward.
     points : int
@@ -611,7 +612,7 @@ def mesh_contacts(
     section_factors : ndarray, shape (S,), optional
         Spatial model: deflection of each axial section by that of the middle, from the inner edge
         of the rim to the open end. Each section has 1/S of the face width. All sections bear on
-        one ring and one generator; section s twists by the torque carried outward of it, its
+        one ring and one wave generator; section s twists by the torque carried outward of it, its
         torque acting at the middle of its slice.
 
     Returns

@@ -107,7 +107,7 @@ def nothing_left(truth: dict[str, Any], found: dict[str, Any]) -> bool:
 
 
 def hangs_on_nothing(truth: dict[str, Any]) -> bool:
-    """Whether the column that the hidden effect hangs on was left out of the recordings."""
+    """Whether the column that the hidden effect depends on was left out of the recordings."""
     return bool(truth["effects"]) and truth["verdicts"] == ["unexplained", "ambiguous"]
 
 

@@ -32,7 +32,7 @@ TABS = (
     "Measured",
     "Where it fails",
     "Effects",
-    "Two alike",
+    "Confounded",
     "Next run",
     "Design",
     "Export",
@@ -218,9 +218,9 @@ def test_a_hidden_effect_is_found_added_and_exported(
         assert "+ thermal gap" in view.all("#ladder")[0].get_attribute("textContent")
 
         # --- two that could be confused
-        view.turn_to("Two alike")
+        view.turn_to("Confounded")
         view.press("Compare")
-        view.wait(lambda: "told apart by" in view.text("#rivals").lower(), "the two effects")
+        view.wait(lambda: "separated by" in view.text("#rivals").lower(), "the two effects")
         view.idle()
 
         # --- what the controller gets is what the commands make
@@ -506,7 +506,7 @@ def test_nothing_is_cut_off_or_overlaps_at_either_width(
         view.all("#tick-thermal_gap")[0].click()
         view.wait(lambda: "thermal gap" in view.text(".rail"), "the fit")
         view.idle()
-        view.turn_to("Two alike")
+        view.turn_to("Confounded")
         view.press("Compare")
         view.wait(lambda: view.text("#rivals"), "the two effects")
         view.idle()

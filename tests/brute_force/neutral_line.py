@@ -143,7 +143,7 @@ def wave_shape(generator_type: str, contact_half_angle_deg: float) -> WaveShape:
     Raises
     ------
     ValueError
-        Unknown generator, or a half angle at which the axis does not move outward.
+        Unknown wave generator, or a half angle at which the axis does not move outward.
     """
     half_angle = math.radians(contact_half_angle_deg)
     if generator_type == "cosine":

@@ -9,7 +9,7 @@ turned back until it is free: its gap is negative.
 
 Involutes are strings unrolled from the base circle. Only involutes and their ends count: fillets
 are left out, and each flank ends at its tip corner. Points are complex numbers [mm]; the real axis
-is the deformation axis of the generator, a tooth at rest has its axis along the real axis.
+is the deformation axis of the wave generator, a tooth at rest has its axis along the real axis.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ class Design:
     Attributes
     ----------
     deformation : {"internal", "external"}
-        Internal: the generator is inside, the flexspline has external teeth. External: the
-        generator is a ring outside, the flexspline has internal teeth.
+        Internal: the wave generator is inside, the flexspline has external teeth. External: the
+        wave generator is a ring outside, the flexspline has internal teeth.
     module_mm : float
         Module [mm].
     flexspline_teeth, rigid_teeth : int
@@ -110,7 +110,7 @@ class Design:
 
     @property
     def is_internal(self) -> bool:
-        """True where the generator sits inside and the flexspline has external teeth."""
+        """True where the wave generator sits inside and the flexspline has external teeth."""
         return self.deformation == "internal"
 
 

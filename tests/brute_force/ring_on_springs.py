@@ -22,7 +22,7 @@ def gives(
     compliance_mm_per_N: Array,
     loaded_rad: Array,
 ) -> Array:
-    """Matrix of the gives at the loaded angles from unit forces there, on both lobes alike.
+    """Matrix of the gives at the loaded angles from unit forces there, on both lobes equally.
 
     Parameters
     ----------

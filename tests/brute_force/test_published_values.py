@@ -50,7 +50,7 @@ REFERENCE_A = Design(
     deflection_mm=0.2375,
     contact_half_angle_deg=30.0,
 )
-"""Size 20, ratio 100, generator inside."""
+"""Size 20, ratio 100, wave generator inside."""
 
 REFERENCE_E = replace(
     REFERENCE_A,
@@ -60,7 +60,7 @@ REFERENCE_E = replace(
     rigid_shift=3.05,
     generator_type="ring",
 )
-"""The same size with a ring generator outside."""
+"""The same size with a ring wave generator outside."""
 
 TABLE_TOLERANCE_ARCMIN = 0.001
 """One unit of the last printed digit of the gap tables."""

@@ -65,7 +65,7 @@ static inline lm_drive reference_a(void) {
   return drive;
 }
 
-/* check_values.md, reference drive E: external deformation, ring generator at 30 deg. */
+/* check_values.md, reference drive E: external deformation, ring wave generator at 30 deg. */
 static inline lm_drive reference_e(void) {
   lm_drive drive = reference_a();
   drive.teeth.deformation = LM_EXTERNAL;

@@ -1,6 +1,6 @@
-/* A size 20 drive of ratio 100 for the runtime's tests: catalogue backbone (Harmonic Drive, ratio
- * above 50: T1 7, T2 25 N*m, K 16, 25, 29e3 N*m/rad) and the four plays of test set S20 of the
- * model specification, section 6. */
+/* A size 20 drive of ratio 100 for the runtime's tests: catalogue torsion curve (Harmonic Drive,
+ * ratio above 50: T1 7, T2 25 N*m, K 16, 25, 29e3 N*m/rad) and the four operators of test set S20
+ * of the model specification, section 6. */
 #ifndef LOSTMOTION_TESTS_SIZE20_H
 #define LOSTMOTION_TESTS_SIZE20_H
 
@@ -42,7 +42,7 @@ static lm_parameters size20(void) {
   return p;
 }
 
-/* Friction inside the elasticity instead: shares 0.1 each. */
+/* Friction in parallel with the spring instead: shares 0.1 each. */
 static void put_friction_inside(lm_parameters *p) {
   lm_play play[4];
   int i;
@@ -53,7 +53,7 @@ static void put_friction_inside(lm_parameters *p) {
   (void)lm_build_play_bank(&p->plays, play, 4, 0, 0);
 }
 
-/* Plays that follow an envelope of the torque: half as much again about no torque. */
+/* Operators that follow an envelope of the torque: half as much again about no torque. */
 static void follow_envelope(lm_parameters *p) {
   (void)lm_set_envelope(&p->plays, 6, 12, 0);
 }

@@ -28,7 +28,7 @@ static lm_drive calibrated(void) {
   drive.torsion[0].stiffness_Nm_per_rad = LM_REAL(4.48e4);
   drive.torsion[0].ratio = LM_REAL(1);
   drive = completed(drive);
-  drive.radial_law_count = 0; /* ring and generator are all in the foundation there */
+  drive.radial_law_count = 0; /* ring and wave generator are all in the foundation there */
   return drive;
 }
 
@@ -195,7 +195,7 @@ static void tolerance_chain_shifts_the_gap(void) {
   ASSERT_NEAR(1e-9, 0.0105, lm_mean_radial_gap(&drive));
 }
 
-/* Section 4: the chain adds c F tan(alpha) / r with F = T tan(alpha) / (2 r), both signs alike. */
+/* Section 4: the chain adds c F tan(alpha) / r with F = T tan(alpha) / (2 r), both signs equal. */
 static void radial_chain_adds_its_angle(void) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {-20, 20};
@@ -235,8 +235,8 @@ static void friction_of_the_flanks_widens_the_loop(void) {
 
 /* Section 3.4: opposite offsets +-delta of the lobes leave a free play of 2 (g_min - delta), the
  * lobe that touches first carries alone at half the stiffness, and the asymptote is the nominal
- * one; beyond g_min the lobes press against each other. A floating generator does not feel any of
- * it. */
+ * one; beyond g_min the lobes press against each other. A floating wave generator does not feel any
+ * of it. */
 static void eccentricity_of_a_fixed_generator(void) {
   lm_drive drive = calibrated();
   const lm_real torque[] = {LM_REAL(0.01), LM_REAL(0.02), 80};

@@ -50,8 +50,8 @@ static void at_rest_the_correction_takes_the_lost_motion_out(void) {
   TEST_ASSERT_EQUAL(LM_STATE_MEMORY_UNKNOWN | LM_STATE_SETTLED, now.status);
 }
 
-/* The slope of the backbone and its friction is constant while a torque rises between two knots:
- * the target moves at a steady rate and must be followed without lag. */
+/* The slope of the torsion curve and its friction is constant while a torque rises between two
+ * knots: the target moves at a steady rate and must be followed without lag. */
 static void a_steady_rate_is_followed_without_lag(void) {
   lm_correction now = rest(8, 1000);
   int i;
@@ -377,7 +377,8 @@ static void check_uncertainty(void) {
       model = lm_step_compensator(&joint, &at).lost_motion_rad;
       bound = lm_bound_uncertainty(&joint);
       TEST_ASSERT_TRUE(distance(model, real) <= bound + 32 * ROUNDING * LM_REAL(4e-3));
-      /* Inside, the backbone's slope at the load moves the angle for one and the same torque. */
+      /* Inside, the torsion curve's slope at the load moves the angle for one and the same torque.
+       */
       TEST_ASSERT_TRUE(bound <= before * LM_REAL(2.0));
       before = bound;
     }
@@ -507,7 +508,7 @@ static void a_saved_history_is_taken_up_again(void) {
   TEST_ASSERT_TRUE(lm_bound_uncertainty(&next) == 0);
 }
 
-/* Cold grease had widened the bands: the plays stand where the wide bands put them. */
+/* Cold grease had widened the bands: the operators stand where the wide bands put them. */
 static void a_history_of_wide_bands_is_taken_up_again(void) {
   lm_saved saved;
   lm_memory kept;

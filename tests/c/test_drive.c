@@ -200,7 +200,8 @@ static void given_values_are_kept(void) {
   assert_accepted();
 }
 
-/* Every generator, every size and ratio in range: what is completed is accepted and has a mesh. */
+/* Every wave generator, every size and ratio in range: what is completed is accepted and has a
+ * mesh. */
 static void a_completed_drive_is_accepted_and_has_a_mesh(void) {
   static lm_mesh mesh;
   uint32_t seed = 1;

@@ -108,7 +108,7 @@ static void every_value_says_how_it_is_fitted(void) {
   }
 }
 
-/* Twins are named as effects of the library, never the effect itself. */
+/* Confounded effects are named as effects of the library, never the effect itself. */
 static void twins_are_other_effects(void) {
   int i;
   for (i = 0; i < LM_EFFECT_COUNT; ++i) {
@@ -578,7 +578,7 @@ static void unknown_conditions_switch_the_effects_off(void) {
       typical[k] = effect->card->value[k].typical;
     }
     memset(memory, 0, sizeof memory);
-    /* What hangs on an angle keeps its value at zero: there is no angle that means none. */
+    /* What depends on an angle keeps its value at zero: there is no angle that means none. */
     if (!(effect->covariates & (LM_NEEDS_INPUT_ANGLE | LM_NEEDS_OUTPUT_ANGLE)) &&
         effect != &lm_effect_torque_offset) {
       TEST_ASSERT_TRUE(effect->run(typical, memory, &unknown) ==

@@ -408,7 +408,7 @@ static void far_teeth_do_not_overlap(void) {
   }
 }
 
-/* Both lobes are alike: the tooth half a turn on meets its own space in the same way. */
+/* Both lobes are equal: the tooth half a turn on meets its own space in the same way. */
 static void clearances_repeat_every_half_turn(void) {
   int round;
   for (round = 0; round < 20; round++) {

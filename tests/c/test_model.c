@@ -368,7 +368,8 @@ static lm_recording draw_recording(uint32_t columns) {
   return recording;
 }
 
-/* Up to twelve plays, with bands that widen or not, outside and inside, some with an envelope. */
+/* Up to twelve operators, with bands that widen or not, outside and inside, some with an envelope.
+ */
 static void draw_plays(void) {
   lm_play play[LM_PLAYS_MAX];
   int32_t count = (int32_t)draw(&seed, 0, LM_REAL(12.99));

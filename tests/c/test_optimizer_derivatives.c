@@ -152,7 +152,7 @@ static void compare_design(const char *text) {
   check_norm(&gaps, "side clearance", text);
 }
 
-/* Random designs of every generator: 200, or what the program is called with. */
+/* Random designs of every wave generator: 200, or what the program is called with. */
 static int designs = 200;
 
 /* The derivatives of every figure and limit agree to 1e-12. */

@@ -432,7 +432,7 @@ static void test_every_refusal_of_the_model_ends_an_evaluation(void) {
       status = lm_evaluate_point(&problem, &scan, &layout, 0, middle, result, workspace, NULL);
       TEST_ASSERT_EQUAL_INT(model_failed ? REFUSAL : LM_OK, status);
     } while (model_failed);
-    /* limits, meshes, checks; of two phases a characteristic and three turns of three calls */
+    /* limits, meshes, checks; of two phases a torsion curve and three turns of three calls */
     TEST_ASSERT_GREATER_OR_EQUAL_INT(3 + 2 * (1 + 3 * 3), at);
     close_problem();
   }

@@ -78,7 +78,7 @@ static void test_gap_rows_are_the_published_clearances(void) {
   ASSERT_NEAR(0.003, -0.780, result[layout.gap_start + 2 * 10]);
 }
 
-/* At every level: what hangs on tolerances is computed anew, and nothing else does. */
+/* At every level: what depends on tolerances is computed anew, and nothing else does. */
 static void test_other_tolerances_alone_are_the_same_as_a_whole_evaluation(void) {
   static const char *const levels[] = {"level worst\n", "level probable\n", "level quantile\n"};
   static double whole[LM_RESULT_MAX];
@@ -170,8 +170,8 @@ static void test_closing_the_gap_leaves_the_reserve(void) {
   ASSERT_NEAR(1e-9, -LM_RESERVE, largest);
 }
 
-/* With the ring outside the shift's turn is known within one part in the number of teeth: what is
- * left is a gap, and small, whether it was closed or opened. */
+/* With the ring outside the shift's turn is known within one part in the number of teeth: a small
+ * gap remains, whether it was closed or opened. */
 static void test_closing_never_takes_too_much(void) {
   static const char spec[] =
       "rated_torque_Nm 40\nobjective lost_motion\nphases 1\nrigid_gear_turns 1\n"

@@ -129,7 +129,7 @@ static void test_a_run_leaves_its_files(void) {
   assert_holds("best.toml", "kind = \"stiffness\"");
   assert_holds("front.csv", "verified,teeth.deformation,generator.type");
   assert_holds("front.csv", "1,internal,discs,200,");
-  assert_holds("combinations.csv", "external,discs,200,pruned,generator against deformation");
+  assert_holds("combinations.csv", "external,discs,200,pruned,wave generator against deformation");
   assert_holds("combinations.csv", "external,ring,200,dominated,");
   assert_holds("certificate.json", "\"holds\": true");
   assert_holds("certificate.json", "\"stiffness_Nm_per_rad\": ");

@@ -345,7 +345,7 @@ static void test_every_combination_has_a_fate(void) {
                                progress.fate[LM_FATE_PRUNED] + progress.fate[LM_FATE_NOT_REACHED]);
   TEST_ASSERT_EQUAL_INT(2, progress.fate[LM_FATE_PRUNED]);
   TEST_ASSERT_GREATER_THAN_INT(0, progress.fate[LM_FATE_SOLVED]);
-  /* a ring generator needs external deformation: combinations 2 and 5 */
+  /* a ring wave generator needs external deformation: combinations 2 and 5 */
   TEST_ASSERT_EQUAL_INT(LM_FATE_PRUNED, lm_read_fate(search, 2, &limit));
   TEST_ASSERT_EQUAL_INT(-1, limit);
   TEST_ASSERT_EQUAL_STRING("pruned", lm_fate_name(LM_FATE_PRUNED));
@@ -353,7 +353,7 @@ static void test_every_combination_has_a_fate(void) {
 }
 
 /* Never a single evaluation more, also where it is too small for one batch of any stage, or for the
- * last gradient of a solver; what is left is less than half a restart. */
+ * last gradient of a solver; the rest is less than half a restart. */
 static void test_the_budget_is_kept(void) {
   static const int budgets[] = {10, 61, 200, 777, 2400};
   lm_solution front[FRONT_MAX];

@@ -182,7 +182,7 @@ static int used(void) {
 }
 
 /* Each end of the front is one objective alone, in the order of the objectives, and in shares of
- * the front: a solver's steps hang on the unit. */
+ * the front: a solver's steps depend on the unit. */
 static void count_end(const lm_task *task) {
   static lm_solution front[FRONT_MAX];
   const int count = lm_read_front(search, front, FRONT_MAX);

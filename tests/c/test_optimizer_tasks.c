@@ -282,7 +282,7 @@ static void test_a_population_keeps_its_size(void) {
   TEST_ASSERT_TRUE(answer->member_count > 1 && answer->member_count <= 5);
 }
 
-/* Where tolerances cost, and no side clearance hangs on them. What a look reports is what a whole
+/* Where tolerances cost, and no side clearance depends on them. What a look reports is what a whole
  * evaluation of the same point says. */
 static void test_tolerances_are_looked_at_by_themselves_where_they_are_weighed(void) {
   static const char corner[] =

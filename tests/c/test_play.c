@@ -8,7 +8,8 @@
 #define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
 #define ARCMIN LM_REAL(2.908882086657216e-4) /* rad */
 
-/* Test set S20 of the model specification, section 6: catalogue backbone of size 20, four plays. */
+/* Test set S20 of the model specification, section 6: catalogue torsion curve of size 20, four
+ * operators. */
 static const lm_real knot_Nm[] = {-40, -25, -7, 7, 25, 40};
 static const lm_real knot_rad[] = {LM_REAL(-7.0 / 16e3 - 18.0 / 25e3 - 15.0 / 29e3),
                                    LM_REAL(-7.0 / 16e3 - 18.0 / 25e3),

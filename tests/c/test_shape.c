@@ -21,7 +21,7 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-/* Every generator that the specification names; angles in degrees. */
+/* Every wave generator that the specification names; angles in degrees. */
 typedef struct kind {
   lm_generator_type type;
   double beta_deg;
@@ -43,7 +43,7 @@ static void make(const kind *k) {
  */
 
 /* check_values.md, neutral line, table of check values: w, v, theta at 0, 15, .. 90 deg; curvature
- * at 0, largest |curvature|, force of the generator. */
+ * at 0, largest |curvature|, force of the wave generator. */
 typedef struct printed_shape {
   kind of;
   double wave[7][3];
@@ -390,7 +390,7 @@ static double length_to(double polar) {
 
 static const double deflections[] = {1e-4, 3e-3, 0.01, 0.04, 0.125}; /* of the radius */
 
-/* Whatever the generator, the sense and the deflection up to an eighth of the radius: the line
+/* Whatever the wave generator, the sense and the deflection up to an eighth of the radius: the line
  * keeps its length and stands w0 off on the axis; and every tooth keeps its own arc from the axis.
  */
 static void the_line_keeps_its_length_and_every_tooth_its_arc(void) {
@@ -503,7 +503,7 @@ static void the_line_repeats_every_half_turn_and_mirrors(void) {
 }
 
 /* Fourth order: four times the nodes, a hundredth of the error. The standard number leaves less
- * than 3e-6 arcmin on every generator, 5e-7 on those of a usual contact angle. */
+ * than 3e-6 arcmin on every wave generator, 5e-7 on those of a usual contact angle. */
 static void more_nodes_converge(void) {
   static lm_neutral_line finest;
   int k;

@@ -8,7 +8,7 @@
 
 typedef enum measured {
   NOTHING, /* what the marks themselves cost */
-  MODEL,   /* curve and plays */
+  MODEL,   /* curve and operators */
   STEP,    /* the whole compensator with limiter and status */
   ENDING, /* the same, with the steps that end a motion under limits that were narrowed meanwhile */
   CHANGE, /* to parameters with another band */

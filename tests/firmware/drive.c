@@ -8,7 +8,7 @@
 #define DRIVE_EFFECTS 0 /* 1: thermal_gap at work; 2: creep as well */
 #endif
 #ifndef DRIVE_ENVELOPE
-#define DRIVE_ENVELOPE 0 /* 1: the plays follow an envelope */
+#define DRIVE_ENVELOPE 0 /* 1: the operators follow an envelope */
 #endif
 
 lm_real draw_number(uint32_t *seed, lm_real low, lm_real high) {

@@ -284,7 +284,7 @@ def check_golden(target: Target, folder: Path) -> bool:
     of_effects: list[Path] = []
     good = True
     for profile in ("FULL", "STANDARD", "GAP"):
-        # The plays of the drive are as many as the profile holds: eight, for the same numbers.
+        # The operators of the drive are as many as the profile holds: eight, for the same numbers.
         plays = 1 if profile == "GAP" else 8
         options = ["-O2", f"-DLM_PROFILE=LM_PROFILE_{profile}", f"-DLM_PLAYS_MAX={plays}"]
         more = fused if profile == "FULL" else []
@@ -556,7 +556,7 @@ where a figure passes its limit.
 
 Instructions, not cycles, are counted in QEMU, from the least to the most of {WINDOWS} steps that
 reverse, jump, rest, leave the limits and the fitted range and bind every limit of the correction,
-at `-O2`. *model* is the curve and the plays (`lm_step_model`), *step* all of
+at `-O2`. *model* is the curve and the operators (`lm_step_model`), *step* all of
 `lm_step_compensator` with limits and status, *ending* the most of a step where the headroom was
 narrowed in the midst of a motion, *change* the most of as many calls of `lm_change_parameters`,
 which checks what it is given. The stack is what one step overwrites, the compiler's soft-float
@@ -567,11 +567,11 @@ float above all. *parameters* is their constant struct, in flash as well; *RAM* 
 axes* flash and RAM of a robot, the code linked once. All sizes are in bytes. *symbols* are what
 the objects want from elsewhere.
 
-*standard* is the default build, its plays on an envelope of the torque as a fit has them; *no
+*standard* is the default build, its operators on an envelope of the torque as a fit has them; *no
 envelope* is built with `LM_ENVELOPE=0`, its bands widen with the torque as those of a data sheet
 do; *one effect* has `thermal_gap` at work, *two effects*
 `creep` as well. The full profile is measured without an effect and without an envelope at work.
-Its 64 knots, 16 plays and 32 numbers of effect memory are beyond the limits that the others are
+Its 64 knots, 16 operators and 32 numbers of effect memory are beyond the limits that the others are
 held to.
 
 Limits: model and step on the Cortex-M4F at most {MODEL_MAX} and {STEP_MAX} instructions (one

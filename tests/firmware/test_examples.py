@@ -172,7 +172,7 @@ def test_fault_ends_with_a_code_instead_of_hanging(tmp_path: Path, target: Targe
 
 
 def identified(header: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Angles of the knots and shares of the plays in a params.h."""
+    """Angles of the knots and shares of the operators in a params.h."""
     text = header.read_text()
     plays = re.findall(r"\{([\d.e-]+)f, \{[^}]*\}, ([\d.e-]+)f\}", text)
     arrays = re.findall(r"^ {5}\{\n(.*?)^ {5}\}", text, re.MULTILINE | re.DOTALL)

@@ -460,7 +460,7 @@ def damage_bytes(kitchen: Kitchen, raw: bytes) -> bytes:
     if kind == 4:
         kitchen.note("bytes put in at", place)
         return raw[:place] + dice.randbytes(dice.choice([1, 8, 1000])) + raw[place:]
-    kitchen.note("bytes taken out at", place)
+    kitchen.note("bytes removed at", place)
     return raw[:place] + raw[place + dice.choice([1, 8, 1000]) :]
 
 

@@ -427,7 +427,7 @@ def judge_prediction(answer: dict[str, Any]) -> str:
             return f"parts {parts} do not add up to {whole}"
     slack = 1e-9 * max(1e-9, *(abs(value) for value in total))
     if any(b < a - slack for a, b in itertools.pairwise(total)):
-        return "the characteristic falls"
+        return "the torsion curve falls"
     return ""
 
 

@@ -38,7 +38,7 @@ KEPT = ("asymmetric_stiffness", "creep", "thermal_gap", "torque_offset", "gap by
 """Candidates that stay: with few columns a case takes a millisecond."""
 
 FIXED_KEPT = 6
-"""Columns of the base that stay."""
+"""Columns of the baseline model that stay."""
 
 
 @cache

@@ -365,7 +365,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
 
 
 @dress(
-    "runs told apart by blank lines alone",
+    "runs separated by blank lines alone",
     expected=EITHER,
     reason="whether a blank line ends a run is a guess: the time goes back there",
 )

@@ -105,7 +105,7 @@ def test_the_loop_after_full_swings_is_as_wide_as_the_sheet_says(hysteresis_arcm
     radius, widening, weight = found
     up = np.linspace(-rated, rated, 201)
     torque = np.concatenate((np.linspace(0, rated, 101), up[::-1], up))
-    # The library's plays have fixed half widths here; widen them as the bank does: R + w |T|.
+    # The library's operators have fixed half widths here; widen them as the bank does: R + w |T|.
     z = torque[0] + np.zeros(radius.size)
     loss = np.zeros(torque.size)
     for i, t in enumerate(torque):

@@ -110,7 +110,7 @@ def test_predict_shows_what_a_fit_found_beside_the_sheet(
     assert main(["predict", fitted, "--torque", "-40:40:5"]) == 0
     said = capsys.readouterr().out
     assert "torque Nm  fitted" in said
-    assert "fitted is the characteristic that recordings gave" in said
+    assert "fitted is the torsion curve that recordings gave" in said
 
 
 def test_predict_shows_checks_that_fail(
@@ -188,7 +188,7 @@ def test_compare_reads_foreign_recordings_by_the_map_of_the_drive(
     assert main([*argv, "--json", str(out)]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""  # no progress bar in a pipe
-    for words in ("fitted", "held out by run", "repeatability", "where it fails", "not testable"):
+    for words in ("fitted", "leave-one-run-out", "repeatability", "where it fails", "not testable"):
         assert words in captured.out
     found = json.loads(out.read_text())
     assert found["explained_share"] > 0.99

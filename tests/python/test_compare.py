@@ -39,7 +39,7 @@ FloatArray = npt.NDArray[np.float64]
 SHEET = Catalogue(7.0, 25.0, 16e3, 25e3, 29e3)
 NOISE = 1.5 * ARCSEC
 HALF_WIDTH_NM = 40.0 * float(np.geomspace(*PLAY_RANGE, PLAYS)[5])
-"""Half width of the play that is put in: one of the bank of the base, 6.1 N m."""
+"""Half width of the play that is put in: one of the bank of the baseline model, 6.1 N m."""
 
 
 def backbone() -> Backbone:
@@ -243,7 +243,7 @@ def test_a_single_run_is_held_out_by_halves() -> None:
     assert "run" not in {failure.covariate for failure in result.failures}
     shown = io.StringIO()
     show_comparison(result, shown)
-    assert re.search(r"^held out by half of the run [0-9.]+ arcsec$", shown.getvalue(), re.M)
+    assert re.search(r"^leave-half-out +[0-9.]+ arcsec$", shown.getvalue(), re.M)
 
 
 def test_what_came_out_prints_on_one_line() -> None:
@@ -252,7 +252,7 @@ def test_what_came_out_prints_on_one_line() -> None:
     assert repr(data) == "<Campaign: 900 samples in 2 runs, 0 findings>"
     assert repr(data.runs[0]).startswith("<Run 1 of synthetic: 450 samples of time, torque, ")
     assert re.fullmatch(
-        r"<Comparison of <Campaign: .*>: rms [0-9.]+ arcsec, held out [0-9.]+>", repr(result)
+        r"<Comparison of <Campaign: .*>: rms [0-9.]+ arcsec, cross-validated [0-9.]+>", repr(result)
     )
 
 

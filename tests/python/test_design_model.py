@@ -394,7 +394,7 @@ def test_two_constants_bring_reference_A_to_the_catalogue_of_size_20() -> None:
 
 
 KEYS = [key for key in design_keys() if key.range and key.kind == "real"]
-CHECKED_ELSEWHERE = {"contact_half_angle"}  # by the shape of the generator that has one
+CHECKED_ELSEWHERE = {"contact_half_angle"}  # by the shape of the wave generator that has one
 
 
 @pytest.mark.parametrize("key", KEYS, ids=lambda key: field_path(key.section, key))

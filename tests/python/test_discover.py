@@ -168,7 +168,7 @@ def test_values_that_make_an_effect_another_are_told():
 def sliders_beside_a_spring(seed: int, runs: int = 18, rows: int = 800) -> Campaign:
     """Torque loops of a spring that stiffens with sliders beside it, which slip at a deflection.
 
-    No characteristic of straight pieces with plays on the torque has exactly this form.
+    No torsion curve of straight pieces with operators on the torque has exactly this form.
     """
     rng = np.random.default_rng(seed)
     arcsec = np.pi / 180 / 3600
@@ -222,7 +222,7 @@ def test_what_takes_work_never_gives_it(name):
 
 @pytest.mark.parametrize(("off_Nm", "wide_Nm", "gap_arcsec"), [(1.5, 0.3, 9.0), (0.4, 0.1, 4.0)])
 def test_a_sensor_off_by_more_than_the_gap_is_wide_is_no_uneven_spring(off_Nm, wide_Nm, gap_arcsec):
-    """The tangent on a base that blurred the gap says less than that of its twin."""
+    """On a baseline that blurred the gap its tangent says less than that of a confounded effect."""
     data = campaign(seed=3, add=lambda columns, wound: gap_arcsec * np.tanh(wound / wide_Nm))
     for run in data.runs:
         run.columns["torque"] = run.columns["torque"] + off_Nm
@@ -315,7 +315,7 @@ def test_a_constant_column_is_not_visible():
     data = campaign(seed=2, warm=False)
     for run in data.runs:
         run.columns["temperature"][:] = 20.0
-    assert "not visible" in answer_of(data)["not_testable"]["thermal_gap"]
+    assert "not identifiable" in answer_of(data)["not_testable"]["thermal_gap"]
 
 
 def test_wild_samples_are_counted_and_do_not_name_anything():

@@ -244,7 +244,8 @@ def test_what_an_effect_in_the_model_does_counts_in_full_for_it(name):
     runs = base.conditions.runs
     settled = settle(base, Noise([np.zeros(0)] * runs, np.ones(runs)))
     contest, block = contest_of_term(settled, 0)
-    # Its power over the noise, but for what the base and the scatter of the runs take of it.
+    # Its power over the noise, but for what the baseline model and the scatter of the runs take of
+    # it.
     power = float(np.sum((with_it - without) ** 2))
     assert contest.test(block).wald > 0.2 * power > 100.0
 

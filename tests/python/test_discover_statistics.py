@@ -119,7 +119,7 @@ def test_variances_at_their_bounds_leave_a_run_with_one_direction_solvable():
         np.linalg.solve(np.eye(2) + gram * omega, gram)
     solved, log_det = without_scatter(gram, omega, gram)
     beside = 1.0 + 25 * 2.0**70
-    # What the scatter takes is all of it; what is left is far below the last bit.
+    # What the scatter takes is all of it; the rest is far below the last bit.
     assert (gram[0] * omega) @ solved[0] == pytest.approx(gram[0], rel=1e-9)
     assert solved[1] == pytest.approx(np.diag([2 / (1 + 2 * 2.0**30), 5 / (1 + 5 * 2.0**30)]))
     assert log_det[0] == pytest.approx(np.log(beside), rel=1e-12)
@@ -127,7 +127,7 @@ def test_variances_at_their_bounds_leave_a_run_with_one_direction_solvable():
 
 
 def test_the_first_step_of_a_descent_to_the_bounds_ends_no_contest():
-    # A run says so much that the first step takes every variance to its bound; two columns alike.
+    # A run says so much that the first step takes every variance to its bound; two equal columns.
     rng = np.random.default_rng(2)
     x, starts, run_of = ramps(RUNS, ROWS)
     both = np.column_stack((x, x))

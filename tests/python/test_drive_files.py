@@ -132,7 +132,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ),
     (
         {"fit": {"values": {"play_radius_1_Nm": 1.0}}},
-        ("fit.values", "1 radii of plays, 0 shares, 0 outside", "a share for each radius"),
+        ("fit.values", "1 radii of operators, 0 shares, 0 outside", "a share for each radius"),
     ),
     (
         {"fit": {"values": {"play_radius_1_Nm": -1.0, "play_share_1": 0.1}}},
@@ -281,7 +281,7 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ),
     (
         {"design.tolerance": [{"kind": "hole", "zone": "cam", "lower_um": 3, "upper_um": 4}]},
-        ("design.tolerance[0].zone", "'cam'", "'generator', 'teeth'"),
+        ("design.tolerance[0].zone", "'cam'", "'wave generator', 'teeth'"),
     ),
 ]
 
@@ -396,7 +396,7 @@ def test_what_the_file_leaves_open_is_listed_with_the_value_taken(drawn: Documen
     assert defaults["design.radial_chain"].endswith("in proportion to size")
     assert "design.flexspline.rim_thickness_mm" not in defaults
     assert defaults["design.generator.floating"] is True
-    # What the generator of this drive does not have is no value that was left open.
+    # What the wave generator of this drive does not have is no value that was left open.
     assert "design.generator.cam_offset_mm" not in defaults
     assert "design.generator.eccentricity_angle_rad" not in defaults
     element = model.drive.torsion[2]
@@ -537,7 +537,7 @@ def test_an_eccentricity_that_a_floating_generator_takes_away_is_called_that(
 ) -> None:
     drawn["design"]["generator"]["eccentricity_um"] = 5
     said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])
-    assert "eccentricity has no effect: the generator floats" in said
+    assert "eccentricity has no effect: the wave generator floats" in said
     drawn["design"]["generator"]["floating"] = False
     said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])
     assert "eccentricity" not in said

@@ -278,7 +278,7 @@ def test_flank_friction_of_a_design_makes_a_loop_that_grows_with_the_torque() ->
     parameters = build(make_controller(drive))
     wide = np.subtract(*evaluate(parameters, [60, 30, -60, 30])[[1, 3]])
     narrow = np.subtract(*evaluate(parameters, [60, 10, -60, 10])[[1, 3]])
-    # The torque has to come back through zero before the wide plays follow.
+    # The torque has to come back through zero before the wide operators follow.
     assert 0 < narrow < wide
 
 
@@ -488,7 +488,7 @@ def test_export_and_replay_commands(tmp_path: Path, capsys: pytest.CaptureFixtur
     answer = json.loads(capsys.readouterr().out)
     assert answer["fingerprint"] == exported["fingerprint"]
     assert answer["samples"] == 3000
-    # The log is the model's own: what is left is the limiter's lag.
+    # The log is the model's own: the residual is the limiter's lag.
     assert answer["rms_model_arcsec"] < 0.01
     assert answer["rms_compensated_arcsec"] < 0.02 * answer["rms_uncompensated_arcsec"]
     assert answer["by_run"][0]["unknown_at_end_arcsec"] < 0.01

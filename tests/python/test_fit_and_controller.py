@@ -80,11 +80,11 @@ PLACES = ("inside", "both", "inside+load")
 """Form of the hysteresis (`lostmotion.friction`)."""
 
 OUTSIDE = 0.04
-"""Compliance of each play outside, over the least one of the backbone."""
+"""Compliance of each play outside, over the least one of the torsion curve."""
 
 
 def put_friction_outside(base: BaselineModel) -> None:
-    """Friction outside the elasticity as well, as much as leaves the model an inverse."""
+    """Friction in series with the spring as well, as much as leaves the model an inverse."""
     base.hysteresis.outside = np.full(PLAYS, OUTSIDE * float(base.curve.slopes.min()))
 
 
@@ -95,7 +95,7 @@ def let_friction_grow(base: BaselineModel) -> None:
 
 
 def fitted(campaign: Campaign, name: str, size: float) -> BaselineModel:
-    """A base as a fit leaves it, with one effect of some multiple of its typical size."""
+    """A baseline model as a fit leaves it, with one effect of some multiple of its typical size."""
     base = BaselineModel(Conditions(campaign), RATED_NM)
     stretches = np.arange(base.curve.slopes.size)
     base.curve.slopes = 11.0 - 0.25 * stretches
@@ -118,7 +118,7 @@ def rounding(angle: npt.NDArray[np.float64]) -> float:
 
 
 def fitted_file(base: BaselineModel, folder: Path) -> Path:
-    """Write the drive file of a fitted base."""
+    """Write the drive file of a fitted baseline model."""
     numbers = {
         "slope_{}_rad_per_Nm": base.curve.slopes * ARCSEC,
         "play_share_{}": base.hysteresis.shares,
@@ -235,7 +235,7 @@ def test_friction_outside_survives_its_file_and_is_refused_where_it_is_too_much(
     )
     made = make_controller(drive, profile="full")
     assert (len(made.outside), len(made.inside)) == (PLAYS, PLAYS)
-    with pytest.raises(InputError, match="plays: found 16, expected at most 8 in the profile"):
+    with pytest.raises(InputError, match="operators: found 16, expected at most 8 in the profile"):
         make_controller(drive)
     base.hysteresis.outside *= 10
     with pytest.raises(InputError, match="the loop is too wide for the drive"):

@@ -111,7 +111,7 @@ def brute_design(document: dict[str, Any]) -> polygons.Design:
 
 
 def drawn_arcs(document: dict[str, Any]) -> arcs.Arcs:
-    """Draw the arcs of a document: the concave one hangs on the end of the tangent."""
+    """Draw the arcs of a document: the concave one depends on the end of the tangent."""
     t, f = document["design"]["teeth"], document["design"]["flank"]
     m = t["module_mm"]
     reference = m * (t["flexspline_teeth"] / 2 + t["flexspline_shift"])

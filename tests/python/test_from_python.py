@@ -93,7 +93,7 @@ def test_a_drive_is_enough(
     assert found.answer() == other.answer()
     again = fit_model(drive, warm, backbone, ["thermal_gap"], library())
     np.testing.assert_array_equal(fitted.values, again.values)
-    # Of its characteristic alone the rated torque is not known, by which operators are spaced.
+    # Of its torsion curve alone the rated torque is not known, by which operators are spaced.
     by_drive, by_curve = compare(drive, warm).answer(), compare(backbone, warm).answer()
     assert by_drive["rms_arcsec"] == pytest.approx(by_curve["rms_arcsec"], rel=1e-3)
     assert by_drive["rms_arcsec"] == pytest.approx(found.ladder[0]["rms_arcsec"], rel=1e-12)

@@ -1,4 +1,4 @@
-"""Held-out errors: what the step says of a run, and what a fit without that run says."""
+"""Leave-one-run-out errors: what the step says of a run, and what a fit without that run says."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def worn_gap(columns, wound):
 
 
 def worn() -> BaselineModel:
-    """A base with wear that three runs show, each more than the last; fitted."""
+    """A baseline model with wear that three runs show, each more than the last; fitted."""
     data = campaign(5, RUNS)
     for run, cycles in zip(data.runs, [0.0] * (RUNS - 3) + [2e4, 1e5, 1.5e6], strict=True):
         run.columns["cycles"] = np.full(len(run), cycles)

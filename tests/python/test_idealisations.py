@@ -41,4 +41,4 @@ def test_uncalibrated_is_said_until_a_support_is_fitted() -> None:
     said = idealisations(design_model(parse_drive(document)))
     assert not any(line.startswith("Uncalibrated") for line in said)
     assert any(line.startswith("Planar only") for line in said)
-    assert any("alike under all teeth" in line for line in said)
+    assert any("equal under all teeth" in line for line in said)

@@ -207,7 +207,7 @@ def test_friction_that_sits_elsewhere_is_refused(warm: tuple[Campaign, list[Body
     for evidence in (other.white, other.plain):
         evidence.fixed = evidence.fixed[:-8]
     expected = (
-        "b: friction: found inside the elasticity alone, expected outside it as well, as in a"
+        "b: friction: found in parallel with the spring alone, expected outside it as well, as in a"
     )
     with pytest.raises(InputError, match=expected):
         merge_bodies([one, other], ["a", "b"])

@@ -1,4 +1,4 @@
-"""What a plan can show, and which run to do next."""
+"""What a plan can identify, and which run to do next."""
 
 from __future__ import annotations
 

@@ -16,8 +16,9 @@ from lostmotion.core import Bits, Core, core
 from lostmotion.errors import LibraryError
 from lostmotion.units import ARCMIN
 
-# Test set S20: size 20, ratio above 50. Backbone K1, K2, K3 of the catalogue; half widths in N m,
-# their growth r0 / 80, compliances such that the loop of +-40 N m is 1 arcmin wide at zero torque.
+# Test set S20: size 20, ratio above 50. Torsion curve K1, K2, K3 of the catalogue; half widths in N
+# m, their growth r0 / 80, compliances such that the loop of +-40 N m is 1 arcmin wide at zero
+# torque.
 RADIUS = np.array([0.5, 2.0, 5.0, 10.0])
 WIDENING = RADIUS / 80
 WEIGHT = 1.5852218e-6 * np.array([1.5, 3.0, 5.0, 6.0])

@@ -111,20 +111,20 @@ LABELS = {
         "rms, arcsec (grey: noise floor ",
         "+ thermal gap",
         "with what was added",
-        "left, arcsec",
+        "residual, arcsec",
         "temperature, °C",
         "added, rising",
         "gain of a run, nats",
         "1 ",
     ),
-    "unexplained": ("torque, N·m", "arcsec", "base, falling"),
+    "unexplained": ("torque, N·m", "arcsec", "baseline, falling"),
     "fitted": (
         "rms, arcsec (grey: noise floor ",
         "+ thermal gap",
-        "left, arcsec",
+        "residual, arcsec",
         "temperature, °C",
     ),
-    "turning fitted": ("generator angle, °", "arcmin"),
+    "turning fitted": ("wave generator angle, °", "arcmin"),
     "turning compared": ("4 runs, ", "torque on the output, N·m"),
 }
 """Texts that the pictures of each section must hold."""
@@ -277,13 +277,13 @@ def test_runs_under_one_torque_are_drawn_over_the_angle_in_which_they_turn() -> 
     before.terms, before.additives = [], []
     overlay = Overlay(before, model.base, 1.0, "small")
     names = [name for _, name in overlay.across]
-    assert names.count("generator angle, °") == 4
+    assert names.count("wave generator angle, °") == 4
     assert names.count("torque, N·m") == 2
     for (angle, name), pieces, measured in zip(
         overlay.across, overlay.pieces, overlay.measured, strict=True
     ):
         assert sorted(np.concatenate(pieces)) == list(range(measured.size))
-        if name == "generator angle, °":
+        if name == "wave generator angle, °":
             # One piece a direction, each along the turn.
             assert len(pieces) == 2
             assert all(np.all(np.diff(angle[piece]) >= 0) for piece in pieces)
@@ -450,7 +450,7 @@ def test_characteristic_of_the_page_is_that_of_predict(page):
     drive = drive_of("reference_a")
     read = page.table("characteristic.csv", 1)
     torque = np.array(read["torque_Nm"], dtype=float)
-    # Written to ten digits, torques next to zero are told apart by them.
+    # Written to ten digits, torques next to zero differ in them.
     answer = predict(drive, torque)
     total = np.array(read["total_arcmin"], dtype=float)
     np.testing.assert_allclose(total, answer["total_arcmin"], rtol=1e-6, atol=1e-9)
@@ -592,11 +592,9 @@ def test_the_verdict_leads_the_page_of_a_diagnosis():
     assert found.lead == "Missing: thermal gap."
     assert odd.lead.startswith("Something systematic remains")
     assert "It depends on torque: ripple of 4.99 N·m" in odd.lead
-    assert any(f.title == "What is left depends on torque" for f in figures("unexplained"))
+    assert any(f.title == "The residual depends on torque" for f in figures("unexplained"))
     titles = [block.title for block in found.blocks]
-    assert {"What to do next", "The contest", "The smallest that would have been found"} < set(
-        titles
-    )
+    assert {"What to do next", "The contest", "Smallest detectable size"} < set(titles)
     assert not any("depends on" in title for title in titles)
 
 
@@ -644,7 +642,7 @@ def test_the_ladder_writes_beside_a_ring_what_the_ring_is():
 def test_the_ladder_of_the_page_is_that_of_the_answer(page):
     _, result = discovered("found")
     read = page.table("error_ladder.csv")
-    assert read["effects"] == ["base", "base + thermal_gap"]
+    assert read["effects"] == ["baseline", "baseline + thermal_gap"]
     expected = [rung["rms_heldout_arcsec"] for rung in result.answer()["ladder"]]
     np.testing.assert_allclose(np.array(read["rms_heldout_arcsec"], dtype=float), expected)
 
@@ -653,7 +651,7 @@ def test_the_maps_grow_pale_when_the_effect_is_added(page):
     read = page.table("residual_grids.csv", 1)
     size = np.abs(np.array(read["mean_residual_arcsec"], dtype=float))
     clear = np.abs(np.array(read["t"], dtype=float)) > 2
-    base = np.array(read["model"]) == "base"
+    base = np.array(read["model"]) == "baseline"
     warm = np.array(read["quantity"]) == "temperature"
     assert size[base & warm].mean() > 3 * size[~base & warm].mean()
     assert clear[base & warm].mean() > 0.4

@@ -62,7 +62,7 @@ def test_teeth_that_slipped_are_named_with_their_torque_run_and_second(teeth):
     assert found["unexplained"]["depends_on"] == []
     base, with_it = found["ladder"]
     assert base["rms_arcsec"] > 100 * with_it["rms_arcsec"]
-    # What is left is the elasticity beyond the loads of the other runs.
+    # The residual is the elasticity beyond the loads of the other runs.
     assert with_it["rms_heldout_arcsec"] < 0.015 * base["rms_heldout_arcsec"]
 
 

@@ -51,9 +51,9 @@ def test_a_diagnosis_says_how_large_and_what_to_do(
 ) -> None:
     printed = said(capsys, "diagnose", folder / "drive.toml", folder / "warm.csv")
     assert "  thermal_gap.gap_rad_per_K = 1.4" in printed
-    assert "  thermal_gap.gap_rad = 0.05, a limit, not fitted" in printed
+    assert "  thermal_gap.gap_rad = 0.05, fixed: saturation limit" in printed
     assert "at its bound" not in printed
-    assert "next: Add it: fit --add thermal_gap. Nothing else is left above the noise." in printed
+    assert "next: Add it: fit --add thermal_gap. No further significant residual." in printed
 
 
 def test_a_fit_says_what_was_not_fitted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

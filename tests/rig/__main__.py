@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     write.add_argument("--seed", type=int, required=True)
     write.add_argument("--drive", type=int, default=0, help="0 to 7")
     write.add_argument("--name", help="of the files; the effects' names and the seed if left out")
-    write.add_argument("--twins", action="store_true", help="say what cannot be told from it")
+    write.add_argument("--confounded", action="store_true", help="name what is confounded with it")
 
     suite = commands.add_parser("suite", parents=[how], help="write many campaigns")
     suite.add_argument("--kind", choices=KINDS, required=True)
@@ -61,14 +61,16 @@ def _parser() -> argparse.ArgumentParser:
     suite.add_argument("--skip", type=int, default=0, help="seeds that others have seen")
     suite.add_argument("--effect", action="append", default=[], choices=sorted(HIDDEN))
     suite.add_argument("--every", type=int, default=1, help="take every so many seeds only")
-    suite.add_argument("--no-twins", action="store_true", help="quicker: do not look for twins")
+    suite.add_argument(
+        "--no-confounded", action="store_true", help="quicker: do not look for confounded effects"
+    )
 
     show = commands.add_parser("show", help="what each effect needs to leave a residual")
     show.add_argument("--sigma", type=float, default=0.5)
     show.add_argument("--seed", type=int, default=0)
     show.add_argument("--drive", type=int, default=2)
     show.add_argument("--plan", choices=PLANS, default="standard")
-    show.add_argument("--twins", action="store_true", help="also what looks like it")
+    show.add_argument("--confounded", action="store_true", help="also what is confounded with it")
     commands.add_parser("effects", help="what can be hidden")
     return parser
 
@@ -88,7 +90,7 @@ def _write(arguments: argparse.Namespace) -> None:
         kind="pair" if len(effects) > 1 else "single" if effects else "clean",
     )
     name = arguments.name or f"{'_and_'.join(effects) or 'clean'}_{arguments.seed}"
-    campaign.write(arguments.output, name, twins_of(campaign) if arguments.twins else None)
+    campaign.write(arguments.output, name, twins_of(campaign) if arguments.confounded else None)
     print(arguments.output / f"{name}.csv.gz")
 
 
@@ -111,7 +113,7 @@ def _show(arguments: argparse.Namespace) -> None:
             f"{name:30} {effect['magnitude']:10.3g} {effect['residual_sigma']:10.2f} "
             f"{effect['ideal_z']:8.1f}  {hidden.unit}"
         )
-        if arguments.twins:
+        if arguments.confounded:
             near = sorted(twins_of(campaign, 0.8).items(), key=lambda item: -item[1])
             line += "; " + ", ".join(
                 f"{'=' if cosine > TOGETHER else '~'}{twin} {cosine:.2f}" for twin, cosine in near
@@ -134,7 +136,7 @@ def main() -> int:
                 arguments.sigma,
                 arguments.plan,
                 _conditions(arguments),
-                not arguments.no_twins,
+                not arguments.no_confounded,
                 skip=arguments.skip,
                 every=arguments.every,
                 only=tuple(arguments.effect),

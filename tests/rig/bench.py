@@ -171,7 +171,7 @@ class TestBench:
         return np.array([rows.start for rows in self.plan.slices()])
 
     def centred(self, columns: Array) -> Array:
-        """Take out the zero of each run."""
+        """Remove the zero of each run."""
         counts = np.bincount(self.plan.run)
         means = np.add.reduceat(columns, self._starts, axis=0)
         means = means / (counts if columns.ndim == 1 else counts[:, None])
@@ -345,7 +345,7 @@ class TestBench:
         ]
 
     def information(self, signatures: Array) -> Array:
-        """Fisher information of the signatures' amplitudes, refit and run scatter taken out.
+        """Fisher information of the signatures' amplitudes, refit and run scatter removed.
 
         `signatures` has a column each, in rad. With an amplitude of 1, an ideal test of one
         signature alone finds it `sqrt(information[i, i])` standard deviations from nothing.
@@ -385,7 +385,7 @@ class TestBench:
     def twins(self, residual: Residual, names: list[str]) -> dict[str, float]:
         """Cosine between a residual and the nearest that each named effect could make of it.
 
-        1 means that this plan cannot tell them apart, whatever the method. An effect that would
+        1 means that this plan confounds them, whatever the method. An effect that would
         have to be implausibly large gets 0.
         """
         bench = self.thinned

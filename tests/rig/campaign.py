@@ -184,7 +184,7 @@ class Campaign:
         elif any(HIDDEN[name].outside for name in self.effects):
             verdicts = ["unexplained"]
         elif not set().union(*(HIDDEN[name].columns for name in self.effects)) <= set(self.columns):
-            # Nobody can name what hangs on a column that is not there.
+            # Nobody can name what depends on a column that is not there.
             verdicts = ["unexplained", "ambiguous"]
         elif twins:
             verdicts = ["missing-effect", "ambiguous"]

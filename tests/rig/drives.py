@@ -56,7 +56,7 @@ def build_drive(size: Size, chance: np.random.Generator) -> Drive:
     )
     mesh_rad, radial_rad, torsion_rad = rest_rad * shares / shares.sum()
 
-    # Both sides hold the same pairs in the mean: what tells them apart is the scatter of the teeth.
+    # Both sides hold the same pairs in the mean: what separates them is the scatter of the teeth.
     spread = chance.uniform(1.4, 2.0)
     widest_rad = chance.uniform(1.2, 1.6) * mesh_rad
     place = np.arange(PAIRS) / (PAIRS - 1)

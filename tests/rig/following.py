@@ -1,7 +1,7 @@
 """Runs that can follow those of a plan, to decide between effects that it leaves open.
 
 What has been done stays done: cycles never go back, so a following run is made at the cycles that
-the plan has ended with. Temperature, load, speed and generator angle can be chosen.
+the plan has ended with. Temperature, load, speed and wave generator angle can be chosen.
 """
 
 from __future__ import annotations

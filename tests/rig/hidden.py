@@ -75,7 +75,7 @@ class Hidden:
     depends_on: tuple[str, ...] = ()
     """For causes outside: columns on which the misfit hangs."""
     columns: tuple[str, ...] = ()
-    """Columns that it hangs on; written when it is in play, unless dropped on purpose."""
+    """Columns that it depends on; written when it is in play, unless dropped on purpose."""
     phases: int = 0
     """How many free phases its signature has."""
     per_rated: bool = False
@@ -186,7 +186,7 @@ def _thermal_friction(b: Bench, m: float, phase: Array) -> None:
 
 
 def _wear(b: Bench, m: float, phase: Array) -> None:
-    # The generator's bearing wears, quickly while it runs in.
+    # The wave generator's bearing wears, quickly while it runs in.
     run_in = 3e4
     b.samples.gap_rad += m * ARCSEC * np.log1p(b.plan.cycles / run_in) / np.log1p(1e5 / run_in)
 
@@ -315,7 +315,7 @@ _AXIAL = ("axial_force_N",)
 _MINE = (
     Hidden(
         "kinematic_error", "arcsec", 5, 60,
-        "twice a turn of the generator, with an eighth of that at four times",
+        "twice a turn of the wave generator, with an eighth of that at four times",
         after=_kinematic_error, phases=2,
     ),
     Hidden(
@@ -325,7 +325,7 @@ _MINE = (
     ),
     Hidden(
         "stiffness_modulation", "percent", 2, 20,
-        "compliance of mesh, radial parts and torsion varies twice a turn of the generator",
+        "compliance of mesh, radial parts and torsion varies twice a turn of the wave generator",
         before=_stiffness_modulation, phases=1,
     ),
     Hidden(
@@ -374,12 +374,12 @@ _MINE = (
     ),
     Hidden(
         "viscous_friction", "percent of rated at 100 rad/s", 2, 20,
-        "drag torque proportional to the generator's speed, inside the elasticity",
+        "drag torque proportional to the wave generator's speed, in parallel with the spring",
         before=_viscous_friction,
     ),
     Hidden(
         "stribeck_friction", "percent of rated", 2, 20,
-        "drag torque that falls with speed, 1/(1+(w/15)^1.5), inside the elasticity",
+        "drag torque that falls with speed, 1/(1+(w/15)^1.5), in parallel with the spring",
         before=_stribeck_friction,
     ),
     Hidden(
@@ -408,7 +408,7 @@ _MINE = (
     ),
     Hidden(
         "input_lock_compliance", "arcsec at rated torque", 20, 200,
-        "lock of the generator winds up where the input encoder does not see it; not when turning",
+        "lock of the input winds up where its encoder does not see it; not when turning",
         after=_input_lock_compliance,
     ),
     Hidden(
@@ -418,7 +418,7 @@ _MINE = (
     ),
     Hidden(
         "axial_shift", "arcsec at a force of rated torque over 0.1 m", 10, 60,
-        "axial force shifts the generator in its cone and changes the radial gap",
+        "axial force shifts the wave generator in its cone and changes the radial gap",
         before=_axial_shift, columns=_AXIAL,
     ),
     Hidden(

@@ -163,7 +163,7 @@ HIDEABLE = {
     "14 bits": ("kinematic_error", "output_eccentricity"),
     "turntable": ("kinematic_error", "thermal_gap", "stiffness_modulation", "thermal_stiffness"),
 }
-"""What each protocol can show."""
+"""What each protocol can identify."""
 
 
 @dataclass
@@ -248,7 +248,7 @@ class Laboratory:
     # --- the size of an effect -------------------------------------------------------------------
 
     def centred(self, columns: Array) -> Array:
-        """Take out the zero of each run."""
+        """Remove the zero of each run."""
         out = np.array(columns, dtype=np.float64)
         for rows in self.plan.slices():
             out[rows] -= out[rows].mean(axis=0)

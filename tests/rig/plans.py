@@ -220,7 +220,7 @@ def _aliased(ratio: int, chance: np.random.Generator) -> list[Run]:
 
 
 def _short(ratio: int, chance: np.random.Generator) -> list[Run]:
-    """A morning's work: two generator angles, one speed, and the drive warm when it has run."""
+    """A morning's work: two wave generator angles, one speed, the drive warm at the end."""
     angles = chance.uniform(0, 2 * np.pi, 2)
     runs = [
         loop(amplitude, float(angle), ROOM_C + chance.uniform(-1, 1))
@@ -235,7 +235,7 @@ def _short(ratio: int, chance: np.random.Generator) -> list[Run]:
 
 
 def _extended(ratio: int, chance: np.random.Generator) -> list[Run]:
-    """The standard plan and what else tells twins apart."""
+    """The standard plan and what else separates confounded effects."""
     runs = _standard(ratio, chance)
     runs += [loop(0.04, 0.9, ROOM_C), loop(0.04, 4.0, ROOM_C)]
     runs += [warming_loop(0.9, 15.0, 45.0), warming_loop(4.0, 15.0, 45.0)]

@@ -20,7 +20,7 @@ JUDGE = range(10_000, 100_000)
 KINDS = ("single", "clean", "outside", "pair", "aliased")
 
 TOGETHER = 0.98
-"""From this cosine on no method can tell two effects apart with a plan."""
+"""From this cosine on no method can separate two effects with a plan."""
 APART = 0.5
 """Below this cosine two effects are hidden as a pair."""
 
@@ -79,7 +79,7 @@ def _make(
     if kind == "clean":
         return make_campaign(seed, index % len(SIZES), {}, plan, conditions, kind=kind)
     if kind == "pair":
-        # Two that can be told apart, the second at half the size of the first.
+        # Two that are not confounded, the second at half the size of the first.
         for _ in range(20):
             names = chance.choice(SINGLES, 2, replace=False).tolist()
             sizes = dict(zip(names, (2 * sigma, sigma), strict=True))
@@ -93,7 +93,7 @@ def _make(
             found = campaign.bench.information(left)
             if abs(found[0, 1]) < APART * np.sqrt(found[0, 0] * found[1, 1]):
                 return campaign
-        raise TooSmallError(f"seed {seed}: no pair of effects that the plan could tell apart")
+        raise TooSmallError(f"seed {seed}: no pair of effects that the plan could separate")
     names = only or {"single": SINGLES, "outside": tuple(OUTSIDE), "aliased": ALIASED}[kind]
     # Every effect meets every drive before any meets one again.
     for attempt in range(len(names)):

@@ -167,7 +167,7 @@ def test_loops_look_like_those_of_a_strain_wave_drive(number: int) -> None:
     assert 20 < width[0] < 130
     assert abs(width[-1]) < 0.01
     assert np.all(width > -0.01)
-    # Both sides alike but for the scatter of the teeth.
+    # Both sides equal but for the scatter of the teeth.
     assert np.sqrt(np.mean((angle[5] + angle[3]) ** 2)) < 0.5
     sheet, book = made.sheet, SIZES[number].stiffness
     assert sheet["K1_Nm_per_rad"] < sheet["K2_Nm_per_rad"] < sheet["K3_Nm_per_rad"]
