@@ -281,7 +281,7 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ),
     (
         {"design.tolerance": [{"kind": "hole", "zone": "cam", "lower_um": 3, "upper_um": 4}]},
-        ("design.tolerance[0].zone", "'cam'", "'wave generator', 'teeth'"),
+        ("design.tolerance[0].zone", "'cam'", "'generator', 'teeth'"),
     ),
 ]
 
