@@ -21,6 +21,7 @@ from typing import Any
 
 from lostmotion import structs, units
 from lostmotion.catalogue import WIND_UP_MAX_RAD, Catalogue
+from lostmotion.combined_tolerances import COMBINED, spelled_out
 from lostmotion.core import core, library_effects, value_ranges
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.files import TEXT_BYTES_MAX, read_bytes, write_whole
@@ -276,16 +277,18 @@ def _chain(file: str, name: str, table: Mapping[str, Any]) -> list[Entry] | None
     kinds = CHAINS[name]
     entries = []
     for index, entry in enumerate(table[name]):
-        at = f"{place}[{index}]"
         if not isinstance(entry, Mapping):
-            raise InputError(file, at, as_in_file(entry), f"a table [[{place}]]")
+            raise InputError(file, f"{place}[{index}]", as_in_file(entry), f"a table [[{place}]]")
+    teeth = table.get("teeth", {})
+    for at, entry in spelled_out(file, place, table[name], teeth):
+        known = (*kinds, *COMBINED) if name == "tolerance" else tuple(kinds)
         if "kind" not in entry:
-            raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(kinds))
+            raise InputError(file, f"{at}.kind", "nothing", "one of " + ", ".join(known))
         kind = entry["kind"]
         if not isinstance(kind, str) or kind not in kinds:
-            hint = did_you_mean(kind, kinds) if isinstance(kind, str) else ""
+            hint = did_you_mean(kind, known) if isinstance(kind, str) else ""
             raise InputError(
-                file, f"{at}.kind", as_in_file(kind), "one of " + ", ".join(kinds) + hint
+                file, f"{at}.kind", as_in_file(kind), "one of " + ", ".join(known) + hint
             )
         head = (Key("kind", kind="text"), Key("name", kind="text"))
         entries.append(Entry(kind, at, read_keys(file, at, entry, (*head, *kinds[kind]))))

@@ -11,7 +11,8 @@ from typing import Any
 from lostmotion import units
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
-from lostmotion.keys import Key, Kind, TableEntry
+from lostmotion.fits import ToleranceClass, limit_deviations, read_class
+from lostmotion.keys import Key, Kind, TableEntry, as_in_file
 
 MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
 """What a range of a design key is measured in, by the value of `lm_key_measure`; "": its unit."""
@@ -198,8 +199,8 @@ TOLERANCE_KINDS: dict[str, tuple[Key, ...]] = {
         *extra,
     )
     for kind, extra in {
-        "hole": (Key("diameter", kind="switch"),),
-        "shaft": (Key("diameter", kind="switch"),),
+        "hole": (Key("tolerance_class", kind="text"), Key("diameter", kind="switch")),
+        "shaft": (Key("tolerance_class", kind="text"), Key("diameter", kind="switch")),
         "link": (Key("influence", required=True),),
     }.items()
 }
@@ -729,8 +730,10 @@ def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[floa
     """Lower and upper deviation in mm: as given, or from an ISO 286 grade.
 
     A grade alone is a basic hole (H), a basic shaft (h) or, for a link, plus and minus half of it;
-    a fundamental deviation shifts the end that lies next to zero.
+    a fundamental deviation shifts the end that lies next to zero. A tolerance class states both.
     """
+    if "tolerance_class" in entry.values:
+        return _class_deviations(design, entry)
     pair = [name for name in ("lower", "upper") if name in entry.values]
     grade = [name for name in ("it_grade", "nominal") if name in entry.values]
     if len(pair) == 2 and not grade and "fundamental_deviation" not in entry.values:
@@ -748,6 +751,49 @@ def _deviations(design: Design, c: Core, entry: Entry, fault: Any) -> tuple[floa
         lower = {"hole": 0.0, "shaft": -width}.get(entry.kind, -width / 2)
         return shift + lower, shift + lower + width
     found = ", ".join(pair + grade) or "no deviations"
-    raise InputError(
-        design.file, entry.place, found, "lower_um and upper_um, or it_grade and nominal_mm"
-    )
+    expected = "lower_um and upper_um, or it_grade and nominal_mm"
+    expected += ", or tolerance_class and nominal_mm" if entry.kind != "link" else ""
+    raise InputError(design.file, entry.place, found, expected)
+
+
+def _class_deviations(design: Design, entry: Entry) -> tuple[float, float]:
+    """Lower and upper deviation of a tolerance class in mm; a letter alone has its it_grade."""
+    stated = entry.values["tolerance_class"]
+    others = [name for name in ("lower", "upper", "fundamental_deviation") if name in entry.values]
+    if others or "nominal" not in entry.values:
+        found = ", ".join(others) + " beside it" if others else "no nominal_mm"
+        raise InputError(
+            design.file,
+            stated.place,
+            found,
+            "a class such as H7 and nominal_mm give the deviations",
+        )
+    one = class_of(design.file, entry, stated)
+    try:
+        return limit_deviations(one, float(entry.get("nominal")))
+    except ValueError as error:
+        found = f"{as_in_file(stated.value)} at {entry.get('nominal'):g} mm"
+        raise InputError(design.file, stated.place, found, str(error)) from None
+
+
+def class_of(file: str, entry: Entry, stated: TableEntry) -> ToleranceClass:
+    """Tolerance class of a hole or a shaft, its grade from it_grade where the letter stands alone.
+
+    Raises
+    ------
+    InputError
+        For a class that is none, that is of the other kind, or that has two grades.
+    """
+    try:
+        one = read_class(stated.value)
+    except ValueError as error:
+        raise InputError(file, stated.place, as_in_file(stated.value), str(error)) from None
+    if one.is_hole != (entry.kind == "hole"):
+        expected = "a capital letter for a hole, a small one for a shaft"
+        raise InputError(file, stated.place, as_in_file(stated.value), expected)
+    if "it_grade" not in entry.values:
+        return one
+    if one.grade is not None:
+        found = f"{as_in_file(stated.value)} beside it_grade"
+        raise InputError(file, stated.place, found, "the grade once")
+    return ToleranceClass(one.letter, int(entry.get("it_grade")))

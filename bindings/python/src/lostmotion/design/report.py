@@ -252,10 +252,21 @@ def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
         ("rim, mm", rim["rim_thickness_mm"]),
         ("wall, mm", rim["wall_thickness_mm"]),
     ]
-    for i, link in enumerate(design.get("tolerance", [])):
-        field = 1e3 * (link["upper_mm"] - link["lower_mm"])
-        out.append((f"field of {link.get('name', f'tolerance {i}')}, µm", field))
+    out += [
+        (f"field of {link['name']}, µm", link["upper_um"] - link["lower_um"])
+        for link in _links(drive)
+    ]
     return out
+
+
+def _links(drive: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Tolerances of a drive file's tables, one a link; none where the model refuses the drive."""
+    if "tolerance" not in drive["design"]:
+        return []
+    try:
+        return design_model(parse_drive(dict(drive))).tolerance_budget()
+    except LostMotionError:
+        return []
 
 
 def _close_up(document: Mapping[str, Any]) -> str:
@@ -372,7 +383,7 @@ def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
                 "",
             )
         )
-    links = best["drive"]["design"].get("tolerance", [])
+    links = [link["name"] for link in _links(best["drive"])]
     for key in best["variables"]:
         values = [*(start.values[key] for start in starts), best["variables"][key]]
         rows.append((variable_name(key, links), *(_number(v) for v in values), ""))
@@ -388,12 +399,12 @@ def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
     )
 
 
-def variable_name(key: str, links: Sequence[Mapping[str, Any]]) -> str:
+def variable_name(key: str, links: Sequence[str]) -> str:
     """Name what a key of the search varies: of which part, what, and its unit."""
     part, _, name = key.rpartition(".")
     if part.startswith("tolerance."):
         place = int(part.partition(".")[2])
-        return f"tolerance of {links[place].get('name', place)}: {words(name)}"
+        return f"tolerance of {links[place]}: {words(name)}"
     stem, unit = split_unit(name)
     symbol = unit_text(unit.symbol) if unit is not None else ""
     if stem.endswith("_modules"):
@@ -501,8 +512,8 @@ def _levels_table(result: SearchResult, seen: Mapping[str, Any]) -> PageTable:
 
 def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
     assert result.best is not None
-    links = result.best["design"]["tolerance"]
-    names = [link.get("name", f"tolerance {i}") for i, link in enumerate(links)]
+    links = _links(result.best)
+    names = [link["name"] for link in links]
     worst = [float(share["worst"] or 0) for share in seen["tolerance_percent"]]
     probable = [float(share["probable"] or 0) for share in seen["tolerance_percent"]]
 
@@ -531,8 +542,8 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
             "tolerance_shares",
             {
                 "tolerance": names,
-                "lower_mm": [link["lower_mm"] for link in links],
-                "upper_mm": [link["upper_mm"] for link in links],
+                "lower_um": [link["lower_um"] for link in links],
+                "upper_um": [link["upper_um"] for link in links],
                 "influence": [link["influence"] for link in links],
                 "worst_percent": worst,
                 "probable_percent": probable,

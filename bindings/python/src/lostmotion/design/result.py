@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from lostmotion.design.drive_tolerances import kept_tolerances
 from lostmotion.design.engine import c_string, engine, figure_value, figures, limit_names
 from lostmotion.design.spec import Spec
 from lostmotion.results import data_frame
@@ -186,15 +187,11 @@ class Designs:
             document: dict[str, Any] = tomllib.loads(self.ffi.string(text).decode())
         finally:
             self.lib.lm_free_text(text)
-        return self.named(document, name)
-
-    def named(self, document: dict[str, Any], name: str = "") -> dict[str, Any]:
-        """Add the names of the spec to a drive file."""
         document["drive"]["name"] = name or self.spec.name
-        links = document["design"].get("tolerance", [])
-        for link, called in zip(links, self.spec.link_names, strict=False):
-            if called:
-                link["name"] = called
+        if self.spec.links:
+            values = self.values(combination, unit)
+            grades = [values[f"tolerance.{i}.grade"] for i in range(len(self.spec.links))]
+            document["design"]["tolerance"] = kept_tolerances(self.spec, grades, document["design"])
         return document
 
     def measure(self, combination: int, unit: Any) -> tuple[dict[str, float], dict[str, float]]:

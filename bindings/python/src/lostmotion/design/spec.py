@@ -18,7 +18,7 @@ from lostmotion.design.spec_keys import (
     split_limit,
     tooth_counts,
 )
-from lostmotion.design.spec_tolerances import read_tolerances
+from lostmotion.design.spec_tolerances import ToleranceLink, read_tolerances
 from lostmotion.design.start_from import begin_with
 from lostmotion.design.statements import Statements
 from lostmotion.design.textbook import TORQUE_PER_D3
@@ -81,8 +81,8 @@ class Spec:
         As the file says; None where it does not.
     assumed : dict
         What the file leaves open, by dotted key, and what was taken for it.
-    link_names : list of str
-        Names of the tolerances, where they have one.
+    links : list of ToleranceLink
+        The tolerances, a fit and a gear being two.
     start : dict
         [search.start], in the units of the search.
     document : dict
@@ -96,7 +96,7 @@ class Spec:
     workers: int | None = None
     dask: str | None = None
     assumed: dict[str, Any] = field(default_factory=dict)
-    link_names: list[str] = field(default_factory=list)
+    links: list[ToleranceLink] = field(default_factory=list)
     start: dict[str, float] = field(default_factory=dict)
     document: dict[str, Any] = field(default_factory=dict)
 
@@ -136,7 +136,7 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
     variables.read()
     rated_Nm = state_rated_torque(out, drive, variables)
     variables.check_rigid_teeth()
-    link_names = read_tolerances(out, variables.said)
+    links = read_tolerances(out, variables)
     read_limits(out)
     read_cost(out)
     state_chains(out, variables, sign, rated_Nm)
@@ -152,7 +152,7 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
         head["workers"].value if "workers" in head else None,
         head["dask"].value if "dask" in head else None,
         out.assumed,
-        link_names,
+        links,
         start,
         dict(document),
     )
