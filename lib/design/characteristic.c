@@ -304,14 +304,15 @@ typedef struct builder {
   int lobes;
 } builder;
 
-/* What the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and takes
- * off it in the other. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it
- * leaves it.
- */
-static lm_real eccentric_shift(const lm_generator *g, lm_real sense, const lm_gap *gap, int side) {
+/* What the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and takes off
+ * it in the other: the same displacement for all teeth, which each feels along its own radius and
+ * across it. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it. */
+static lm_real eccentric_shift(const lm_generator *g, lm_real sense, lm_real angle_rad,
+                               const lm_gap *gap, int side) {
+  const lm_real direction = g->eccentricity_angle_rad - angle_rad;
   return g->eccentricity_mm *
-         (LM_REAL(side) * real_sin(g->eccentricity_angle_rad) +
-          sense * real_tan(gap->flank_angle_rad) * real_cos(g->eccentricity_angle_rad)) /
+         (LM_REAL(side) * real_sin(direction) +
+          sense * real_tan(gap->flank_angle_rad) * real_cos(direction)) /
          gap->radius_mm;
 }
 
@@ -321,7 +322,7 @@ static void add_pair(builder *b, const lm_mesh *mesh, int section, int tooth, lm
   const lm_real c = real_cos(gap->flank_angle_rad);
   const lm_real give = give_at(b->give, mesh, angle_rad, gap->radius_mm) / (c * c);
   const lm_real shift = b->lobes == 2
-                            ? eccentric_shift(&b->drive->generator, mesh->line.sense, gap, side)
+                            ? eccentric_shift(&b->drive->generator, mesh->line.sense, angle_rad, gap, side)
                             : LM_REAL(0);
   int lobe;
   for (lobe = 0; lobe < b->lobes; lobe++) {

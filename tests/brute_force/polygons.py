@@ -305,7 +305,11 @@ class Contact:
 
 
 def first_contact(
-    design: Design, angle_deg: float, flank: str, points: int = FLANK_POINTS
+    design: Design,
+    angle_deg: float,
+    flank: str,
+    points: int = FLANK_POINTS,
+    moved_mm: complex = 0.0,
 ) -> Contact | None:
     """Turn the rigid gear until a flank touches the placed flexspline tooth.
 
@@ -320,6 +324,8 @@ def first_contact(
         Forward: the flank that closes when the flexspline turns to larger angles.
     points : int
         Points a flank.
+    moved_mm : complex
+        Displacement of the flexspline against the rigid gear.
 
     Returns
     -------
@@ -335,7 +341,7 @@ def first_contact(
     """
     if flank not in ("forward", "backward"):
         raise ValueError(f"flank: found {flank!r}, expected forward or backward")
-    return turned_contact(design, *_flanks(design, points), angle_deg, flank)
+    return turned_contact(design, *_flanks(design, points), angle_deg, flank, moved_mm)
 
 
 def turned_contact(
@@ -344,6 +350,7 @@ def turned_contact(
     rigid: NDArray[np.complex128],
     angle_deg: float,
     flank: str,
+    moved_mm: complex = 0.0,
 ) -> Contact | None:
     """Turn the rigid gear until given upper flanks touch, as `first_contact` does.
 
@@ -356,6 +363,8 @@ def turned_contact(
         and tooth), from the inner to the outer end; the axis of each is the real axis.
     angle_deg, flank
         As in `first_contact`.
+    moved_mm : complex
+        Displacement of the flexspline against the rigid gear.
     """
     # The rigid gear comes towards the tooth; a tooth leads with its upper flank, a space with its
     # lower one.
@@ -364,7 +373,7 @@ def turned_contact(
     if not upper:
         flexspline, rigid = np.conj(flexspline), np.conj(rigid)
     material_rad = math.radians(angle_deg)
-    fixed = on_line(design, flexspline, material_rad)
+    fixed = on_line(design, flexspline, material_rad) + moved_mm
     inner, outer = np.abs(fixed).min(), np.abs(fixed).max()
     if outer <= np.abs(rigid[0]) or inner >= np.abs(rigid[-1]):
         return None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,10 +62,10 @@ def random_design(seed: int) -> polygons.Design:
     )
 
 
-def library_model(design: polygons.Design, bits: int = 64) -> DesignModel:
-    """Give the same drive to the library, in the form of a drive file."""
+def library_document(design: polygons.Design) -> dict[str, Any]:
+    """Write the same drive as a drive file."""
     z = design.flexspline_teeth
-    document = {
+    return {
         "drive": {"name": "random", "ratio": z // 2, "rated_torque_Nm": 10.0},
         "design": {
             "teeth": {
@@ -88,7 +89,11 @@ def library_model(design: polygons.Design, bits: int = 64) -> DesignModel:
             "flexspline": {"rim_thickness_mm": design.rim_thickness_mm},
         },
     }
-    return DesignModel(parse_drive(document).design, bits)
+
+
+def library_model(design: polygons.Design, bits: int = 64) -> DesignModel:
+    """Give the same drive to the library."""
+    return DesignModel(parse_drive(library_document(design)).design, bits)
 
 
 def random_angles(design: polygons.Design, seed: int, count: int) -> np.ndarray:
@@ -139,3 +144,52 @@ def test_the_random_designs_are_worth_comparing() -> None:
     assert met.size > 500
     assert np.count_nonzero(met < 0) > 20
     assert np.count_nonzero((met > 0) & (met < 2)) > 50
+
+
+@pytest.mark.parametrize("direction_deg", [0.0, 60.0, 150.0])
+def test_the_free_play_of_an_eccentric_generator_is_that_of_moved_polygons(
+    direction_deg: float,
+) -> None:
+    """Every tooth of both lobes is moved by the same vector, each by its own angle to it."""
+    design = polygons.Design(
+        deformation="internal",
+        module_mm=0.25,
+        flexspline_teeth=200,
+        rigid_teeth=202,
+        pressure_angle_deg=20.0,
+        flexspline_shift=3.0,
+        rigid_shift=3.15,
+        tooth_height=1.75,
+        engagement_depth=1.2,
+        root_clearance=0.35,
+        rim_thickness_mm=0.6,
+        generator_type="discs",
+        deflection_mm=0.25,
+        contact_half_angle_deg=30.0,
+    )
+    eccentricity_mm = 0.008
+    nominal = library_model(design)
+    document = library_document(design)
+    document["design"]["generator"] |= {
+        "floating": False,
+        "eccentricity_mm": eccentricity_mm,
+        "eccentricity_angle_deg": direction_deg,
+    }
+    found = DesignModel(parse_drive(document).design).mesh_state()["free_play_rad"]
+    assert found > 0
+    gaps = nominal.clearances()
+    moved = eccentricity_mm * np.exp(1j * math.radians(direction_deg))
+    nearest = {}
+    for flank, gap in (("forward", gaps.forward_rad), ("backward", gaps.backward_rad)):
+        # An eccentricity of e closes no gap by more than 1.2 e / r.
+        near = np.nanmin(gap) + 2.4 * eccentricity_mm / 24.0
+        contacts = [
+            polygons.first_contact(design, math.degrees(angle), flank, moved_mm=lobe * moved)
+            for angle in gaps.angle_rad[gap <= near]
+            if abs(math.degrees(angle)) <= 40
+            for lobe in (1, -1)
+        ]
+        nearest[flank] = min(c.gap_rad for c in contacts if c is not None)
+    unmoved = nominal.mesh_state()["free_play_rad"]
+    expected = (nearest["forward"] + nearest["backward"]) / 2
+    assert found == pytest.approx(expected, abs=0.01 * (unmoved - expected))
