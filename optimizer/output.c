@@ -161,7 +161,7 @@ double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const do
     const double most = problem->bounds.figure_max[limit - LM_LIMIT_FIGURE];
     row = most > 0 ? lm_figure_of(layout, result, limit - LM_LIMIT_FIGURE) / most - 1 : -1;
   }
-  return -row;
+  return -lm_share_of_limit(limit, row);
 }
 
 int lm_write_designs(FILE *file, const lm_problem *problem, const lm_solution design[], int count,
@@ -312,7 +312,7 @@ void lm_write_certificate(FILE *file, const lm_problem *problem, int combination
     const lm_limit_report *limit = &c->limit[i];
     fprintf(file, "%s\n  {\"name\": \"%s\", \"stated\": %s, ", i > 0 ? "," : "", lm_limit_name(i),
             limit->stated ? "true" : "false");
-    write_json(file, "margin", limit->margin, ", ");
+    write_json(file, "margin", -lm_share_of_limit(i, -limit->margin), ", ");
     fprintf(file, "\"binds\": %s, ", limit->binds ? "true" : "false");
     write_json(file, "multiplier", limit->multiplier, "}");
   }
@@ -348,17 +348,28 @@ void lm_write_certificate(FILE *file, const lm_problem *problem, int combination
   write_json(file, "optimality_residual", c->residual, "}\n");
 }
 
-void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]) {
+double lm_stated_relaxation(int limit, double row, double module_mm, const char **unit) {
+  if (limit == LM_LIMIT_INTERFERENCE) {
+    *unit = "mm";
+    return row * module_mm;
+  }
+  *unit = limit == LM_LIMIT_GAP             ? "arcmin"
+          : limit < LM_LIMIT_BENDING_STRESS ? "modules"
+                                            : "share of the limit";
+  return lm_share_of_limit(limit, row);
+}
+
+void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT], double module_mm) {
   int first = 1;
   int i;
   fprintf(file, "{\"schema\": \"lostmotion.infeasible/1\", \"relax\": [");
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     if (relax[i] > LM_RESERVE) {
+      const char *unit;
+      const double by = lm_stated_relaxation(i, relax[i], module_mm, &unit);
       fprintf(file, "%s{\"limit\": \"%s\", \"unit\": \"%s\", ", first ? "" : ", ", lm_limit_name(i),
-              i == LM_LIMIT_GAP                                           ? "arcmin"
-              : i < LM_LIMIT_BENDING_STRESS || i == LM_LIMIT_INTERFERENCE ? "modules"
-                                                                          : "share of the limit");
-      write_json(file, "by", relax[i], ", ");
+              unit);
+      write_json(file, "by", by, ", ");
       fprintf(file, "\"set_by_spec\": %s}", lm_is_set_by_spec(i) ? "true" : "false");
       first = 0;
     }

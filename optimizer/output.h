@@ -19,7 +19,8 @@ void lm_write_drive(FILE *file, const lm_drive *drive, const char *name);
 char *lm_format_drive(const lm_drive *drive, const char *name);
 void lm_free_text(char *text);
 
-/* Margin of a limit in an evaluated result, scaled as in evaluate.h; what is not stated has 1. */
+/* Margin of a limit in an evaluated result: modules for dimensions, arcmin for the gap, a share of
+ * the limit for the others; what is not stated has 1. */
 double lm_margin_of(const lm_problem *problem, const lm_layout *layout, const double result[],
                     int limit);
 
@@ -39,8 +40,12 @@ void lm_write_combinations(FILE *file, const lm_problem *problem, const lm_searc
 void lm_write_certificate(FILE *file, const lm_problem *problem, int combination,
                           const lm_certificate *certificate);
 
+/* How far a limit must give in the unit in which it is stated, from a row of evaluate.h; module_mm
+ * of the design. */
+double lm_stated_relaxation(int limit, double row, double module_mm, const char **unit);
+
 /* What an infeasible search says: limits to relax and by how much, JSON. */
-void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT]);
+void lm_write_relaxation(FILE *file, const double relax[LM_LIMIT_COUNT], double module_mm);
 
 /* One line of JSON. seconds: since the start of the program; left: estimate, < 0 unknown. */
 void lm_write_progress(FILE *file, const lm_progress *progress, double seconds, double left);

@@ -131,6 +131,24 @@ int lm_find_figure(const char *name) {
   return strcmp(name, "stiffness") == 0 ? LM_FIGURE_COMPLIANCE : -1;
 }
 
+#define IS_MOST 0
+#define IS_LEAST 1
+#define IS_LEAST_OF_ROW(id, name, unit, scale, meaning) \
+  case LM_LIMIT_##id:                                   \
+    return IS_##scale;
+
+static int is_least(int limit) {
+  switch (limit) {
+    LM_CAPACITY_CHECKS(IS_LEAST_OF_ROW)
+    default:
+      return limit == (int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COMPLIANCE;
+  }
+}
+
+double lm_share_of_limit(int limit, double row) {
+  return is_least(limit) && row > -1 ? row / (1 + row) : row;
+}
+
 int lm_is_set_by_spec(int limit) {
   return limit >= LM_LIMIT_SAFETY;
 }

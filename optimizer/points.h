@@ -39,6 +39,11 @@ int lm_find_figure(const char *name); /* also "stiffness"; -1: unknown */
 /* Limits are named as the spec names them: "safety_factor_min", "lost_motion_max_arcmin". */
 const char *lm_limit_name(int limit);
 
+/* A row of evaluate.h as a share of the limit that is named: the search counts a least value (a
+ * stiffness, a torque, a life) by its inverse. > 0: so far the limit must give; other rows as they
+ * are. */
+double lm_share_of_limit(int limit, double row);
+
 /* Whether a spec says how far a limit goes; the others follow from the drive itself. */
 int lm_is_set_by_spec(int limit);
 

@@ -345,16 +345,18 @@ static double round_up(double value) {
 }
 
 /* Limits that a spec sets, or the others. */
-static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], int set_by_spec,
-                        const char *begin) {
+static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], double module_mm,
+                        int set_by_spec, const char *begin) {
   char text[LM_DECIMAL_MAX];
   int limits = 0;
   int i;
   for (i = 0; i < LM_LIMIT_COUNT; i++) {
     if (relax[i] > LM_RESERVE && lm_is_set_by_spec(i) == set_by_spec) {
       const size_t length = strlen(note);
+      const char *unit;
+      const double by = lm_stated_relaxation(i, relax[i], module_mm, &unit);
       snprintf(note + length, LM_NOTE_MAX - length, "%s %s by %s", limits > 0 ? "," : begin,
-               lm_limit_name(i), lm_write_decimal(text, round_up(relax[i]), 4));
+               lm_limit_name(i), lm_write_decimal(text, round_up(by), 4));
       limits++;
     }
   }
@@ -364,6 +366,7 @@ static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], int set_by
 static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
   lm_solution nearest;
   double relax[LM_LIMIT_COUNT];
+  double value[LM_KEY_COUNT];
   size_t length;
   int whole;
   FILE *file;
@@ -376,9 +379,10 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
               "combinations.csv");
     return 0;
   }
+  lm_point_values(&run->problem, nearest.combination, nearest.unit, value);
   (void)say(note, 0, "no feasible design");
-  say_relaxed(note, relax, 1, "; relax");
-  say_relaxed(note, relax, 0, "; beyond what the ranges allow:");
+  say_relaxed(note, relax, value[LM_KEY_MODULE_MM], 1, "; relax");
+  say_relaxed(note, relax, value[LM_KEY_MODULE_MM], 0, "; beyond what the ranges allow:");
   length = strlen(note);
   snprintf(note + length, LM_NOTE_MAX - length,
            "; units in infeasible.json, the design in nearest.csv");
@@ -386,7 +390,7 @@ static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX])
   if (file == NULL) {
     return 1;
   }
-  lm_write_relaxation(file, relax);
+  lm_write_relaxation(file, relax, value[LM_KEY_MODULE_MM]);
   if (!end_file(run, "infeasible.json", file, 1)) {
     return 1;
   }

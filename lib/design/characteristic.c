@@ -321,9 +321,9 @@ static void add_pair(builder *b, const lm_mesh *mesh, int section, int tooth, lm
                      const lm_gap *gap, int side) {
   const lm_real c = real_cos(gap->flank_angle_rad);
   const lm_real give = give_at(b->give, mesh, angle_rad, gap->radius_mm) / (c * c);
-  const lm_real shift = b->lobes == 2
-                            ? eccentric_shift(&b->drive->generator, mesh->line.sense, angle_rad, gap, side)
-                            : LM_REAL(0);
+  const lm_real shift =
+      b->lobes == 2 ? eccentric_shift(&b->drive->generator, mesh->line.sense, angle_rad, gap, side)
+                    : LM_REAL(0);
   int lobe;
   for (lobe = 0; lobe < b->lobes; lobe++) {
     lm_contact *contact = &b->contacts[b->count];

@@ -253,8 +253,8 @@ static void eccentricity_of_a_fixed_generator(void) {
   total = (double)point[2].total_rad;
   drive.generator.floating = 0;
   evaluate(&drive, 0, torque, 3);
-  /* Teeth beside the axis feel it along their flanks too, by up to 1 / cos(flank angle); the polygons
-   * of test_clearances_against_polygons.py have each tooth. */
+  /* Teeth beside the axis feel it along their flanks too, by up to 1 / cos(flank angle); the
+   * polygons of test_clearances_against_polygons.py have each tooth. */
   ASSERT_NEAR(0.05 * shift, play - shift * (1 + 1 / cos(24.2 / 57.29578)) / 2, state.free_play_rad);
   ASSERT_NEAR(BOUND(1e-2, 0.1) * slope, 2 * slope,
               (double)point[1].total_rad - (double)point[0].total_rad - 0.01 / 4.48e4);
@@ -263,8 +263,8 @@ static void eccentricity_of_a_fixed_generator(void) {
   drive.generator.eccentricity_mm = LM_REAL(0.02);
   evaluate(&drive, 0, torque, 3);
   TEST_ASSERT_TRUE(state.preloaded_pairs > 0);
-  /* Towards a lobe: both of its flanks come nearer, those 6 deg beside the axis, which touch first, by
-   * tan 24.2 cos 6 - sin 6. */
+  /* Towards a lobe: both of its flanks come nearer, those 6 deg beside the axis, which touch first,
+   * by tan 24.2 cos 6 - sin 6. */
   drive.generator.eccentricity_angle_rad = 0;
   drive.generator.eccentricity_mm = LM_REAL(0.005);
   evaluate(&drive, 0, torque, 3);
@@ -304,9 +304,9 @@ static void sections_share_the_face_width_and_twist(void) {
   }
 }
 
-/* A flexspline that is moved along a flank that carries forward slides on it: this gap stays and that
- * of the tooth's other flank changes. Its teeth narrow outwards inside the rigid gear, inwards around
- * it, and each stands in a direction of its own. */
+/* A flexspline that is moved along a flank that carries forward slides on it: this gap stays and
+ * that of the tooth's other flank changes. Its teeth narrow outwards inside the rigid gear, inwards
+ * around it, and each stands in a direction of its own. */
 static void eccentricity_along_a_flank_leaves_its_gap(void) {
   const lm_real torque[] = {1};
   int d;

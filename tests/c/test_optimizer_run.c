@@ -517,7 +517,7 @@ static void test_words_of_the_json_files(void) {
   lm_write_certificate(file, lm_run_problem(run), 0, &certificate);
   certificate.smallest.forward = 1;
   lm_write_certificate(file, lm_run_problem(run), 0, &certificate);
-  lm_write_relaxation(file, relax);
+  lm_write_relaxation(file, relax, 0.25);
   rewind(file);
   TEST_ASSERT_GREATER_THAN_INT(100, (int)fread(text, 1, sizeof text - 1, file));
   fclose(file);
@@ -526,7 +526,13 @@ static void test_words_of_the_json_files(void) {
   TEST_ASSERT_NOT_NULL(strstr(text,
                               "\"form_radius\", \"unit\": \"modules\", \"by\": 1, "
                               "\"set_by_spec\": false}"));
-  TEST_ASSERT_NOT_NULL(strstr(text, "\"interference_max_mm\", \"unit\": \"modules\""));
+  TEST_ASSERT_NOT_NULL(strstr(text, "\"interference_max_mm\", \"unit\": \"mm\", \"by\": 0.25,"));
+  /* A compliance that may double is a stiffness that falls by half of what was asked for. */
+  TEST_ASSERT_NOT_NULL(strstr(text,
+                              "\"stiffness_min_Nm_per_rad\", \"unit\": \"share of the limit\", "
+                              "\"by\": 0.5,"));
+  TEST_ASSERT_NOT_NULL(
+      strstr(text, "\"ratcheting_torque\", \"unit\": \"share of the limit\", \"by\": 0.5,"));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"gap_min_arcmin\", \"unit\": \"arcmin\""));
   TEST_ASSERT_NOT_NULL(strstr(text, "\"torsion_stress\", \"unit\": \"share of the limit\""));
   TEST_ASSERT_NULL(strstr(text, "\"limit\": \"safety_factor_min\""));

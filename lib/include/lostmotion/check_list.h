@@ -10,23 +10,24 @@
 #ifndef LOSTMOTION_CHECK_LIST_H
 #define LOSTMOTION_CHECK_LIST_H
 
-#define LM_GEOMETRY_CHECKS(CHECK)                                                            \
-  CHECK(FORM_RADIUS, "form_radius", "mm", MODULE,                                            \
-        "the mating tip stays on the flank: the involute that the rack leaves, or the arcs") \
-  CHECK(FLEXSPLINE_TIP, "flexspline_tip_thickness", "mm", MODULE,                            \
-        "tip thickness of the flexspline tooth, at least 0.25 modules")                      \
-  CHECK(RIGID_TIP, "rigid_tip_thickness", "mm", MODULE,                                      \
-        "tip thickness of the rigid tooth, at least 0.25 modules")                           \
-  CHECK(FLEXSPLINE_ROOT, "flexspline_root_clearance", "mm", MODULE,                          \
-        "radial clearance at the flexspline's root, at least 0.15 modules")                  \
-  CHECK(RIGID_ROOT, "rigid_root_clearance", "mm", MODULE,                                    \
-        "radial clearance at the rigid gear's root, at least 0.15 modules")                  \
-  CHECK(SMALLEST_GAP, "smallest_gap", "rad", ANGLE,                                          \
-        "side clearance of both flanks at all angles, tooth phases and places of the face")  \
-  CHECK(DISENGAGEMENT, "disengagement", "mm", MODULE,                                        \
-        "radial distance of the tips at 90 deg from the deformation axis")                   \
-  CHECK(FREE_ASSEMBLY, "free_assembly", "mm", MODULE,                                        \
-        "an undeformed flexspline slides in; advice, for most drives are put together deformed")
+#define LM_GEOMETRY_CHECKS(CHECK)                                                                  \
+  CHECK(FORM_RADIUS, "form_radius", "mm", MODULE,                                                  \
+        "the mating tip stays on the flank: the involute that the rack leaves, or the arcs")       \
+  CHECK(FLEXSPLINE_TIP, "flexspline_tip_thickness", "mm", MODULE,                                  \
+        "tip thickness of the flexspline tooth, at least 0.25 modules")                            \
+  CHECK(RIGID_TIP, "rigid_tip_thickness", "mm", MODULE,                                            \
+        "tip thickness of the rigid tooth, at least 0.25 modules")                                 \
+  CHECK(FLEXSPLINE_ROOT, "flexspline_root_clearance", "mm", MODULE,                                \
+        "radial clearance at the flexspline's root, at least 0.15 modules")                        \
+  CHECK(RIGID_ROOT, "rigid_root_clearance", "mm", MODULE,                                          \
+        "radial clearance at the rigid gear's root, at least 0.15 modules")                        \
+  CHECK(SMALLEST_GAP, "smallest_gap", "rad", ANGLE,                                                \
+        "side clearance of both flanks at all angles, tooth phases and places of the face")        \
+  CHECK(DISENGAGEMENT, "disengagement", "mm", MODULE,                                              \
+        "radial distance of the tips at 90 deg from the deformation axis")                         \
+  CHECK(FREE_ASSEMBLY, "free_assembly", "mm", MODULE,                                              \
+        "radial distance of the tips with the flexspline round, as it is put in; below 0 it goes " \
+        "in deformed alone, by its generator, as most do: advice")
 
 #define LM_STRENGTH_CHECKS(CHECK)                                                                \
   CHECK(BENDING_STRESS, "bending_stress", "MPa", MOST,                                           \

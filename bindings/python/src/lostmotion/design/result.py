@@ -118,14 +118,10 @@ class SearchResult:
 def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
     """How far a limit of ``infeasible.json`` must give, and in which unit a reader counts it.
 
-    Shares become percent. The search counts a stiffness as its compliance, which may have to grow
-    many times over; the limit that a spec states falls by less than all of it.
+    Shares become percent.
     """
     by, unit = float(limit["by"]), str(limit["unit"])
-    if unit != "share of the limit":
-        return by, unit
-    share = by / (1.0 + by) if limit["limit"].startswith("stiffness_min") else by
-    return 100.0 * share, "% of the limit"
+    return (100.0 * by, "% of the limit") if unit == "share of the limit" else (by, unit)
 
 
 def rounded_up(by: float) -> str:
