@@ -15,6 +15,7 @@ from lostmotion.drives import parse_drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.fits import LETTERS, limit_deviations, read_class
 from lostmotion.model import design_model
+from lostmotion.predict import predict
 from lostmotion.tooth_grades import infeed_um, runout_um
 
 PUBLISHED_UM = {
@@ -192,3 +193,31 @@ def test_a_search_keeps_fits_classes_and_grades(tmp_path: Path, small_spec: dict
     assert shares == pytest.approx(found, rel=1e-9)
     assert math.isclose(sum(shares), 100.0)
     assert len(budget) == 7 <= core().lib.LM_TOLERANCE_CHAIN_MAX
+
+
+def test_predict_tells_the_gap_alone_from_the_lost_motion_with_it(drawn: dict[str, Any]) -> None:
+    drawn["design"]["tolerance"] = [
+        {"kind": "hole", "zone": "generator", "tolerance_class": "H7", "nominal_mm": 48}
+    ]
+    answer = predict(parse_drive(drawn), [1.0])
+    whole = answer["reversal_lost_motion_by_tolerance_arcmin"]
+    alone = answer["tolerance_lost_motion_arcmin"]
+    del drawn["design"]["tolerance"]
+    without = predict(parse_drive(drawn), [1.0])["reversal_lost_motion_arcmin"]
+    # The gap closes under torque, eq. (9a): here all of it, twice its angle in a reversal.
+    assert whole["worst"] == pytest.approx(without + 2 * alone["worst_max"])
+    assert without < whole["probable"] <= whole["worst"]
+    # A middle gap of half the worst one, which the mean of the tolerances is.
+    assert without < answer["reversal_lost_motion_arcmin"] < whole["worst"]
+
+
+def test_values_of_the_generator_without_effect_are_said(drawn: dict[str, Any]) -> None:
+    generator = drawn["design"]["generator"]
+    generator |= {"type": "discs", "contact_half_angle_deg": 30, "cam_offset_mm": 2}
+    said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])
+    assert "generator.cam_offset has no effect" in said
+    assert "contact_half_angle has no effect" not in said
+    generator |= {"type": "ellipse"}
+    said = " ".join(predict(parse_drive(drawn), [1.0])["assumptions"])
+    assert "generator.contact_half_angle has no effect" in said
+    assert "cam_offset has no effect" not in said

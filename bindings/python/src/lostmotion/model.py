@@ -99,6 +99,15 @@ class Check:
     meaning: str = ""
 
 
+def check_meanings() -> dict[str, str]:
+    """Say what each check looks at, by its name."""
+    c = core()
+    rows = [
+        (c.lib.lm_check_name(i), c.lib.lm_check_meaning(i)) for i in range(c.lib.LM_CHECK_COUNT)
+    ]
+    return {c.ffi.string(name).decode(): c.ffi.string(meaning).decode() for name, meaning in rows}
+
+
 class DesignModel:
     """A design, ready to be evaluated. One object serves one thread at a time.
 
@@ -242,13 +251,26 @@ class DesignModel:
         )
         return {name: getattr(state, name) for name in dir(state)}
 
-    def reversal_lost_motion(self, torque_Nm: float, phase_rad: float = 0.0) -> float:
-        """Lost motion of a reversal at plus and minus a torque, in rad."""
+    def reversal_lost_motion(
+        self, torque_Nm: float, phase_rad: float = 0.0, gap_mm: float | None = None
+    ) -> float:
+        """Lost motion of a reversal at plus and minus a torque, in rad.
+
+        Parameters
+        ----------
+        gap_mm : float, optional
+            Radial gap in place of the mean one of the drive and its tolerances.
+        """
         c = self.core
+        drive = self.drive
+        if gap_mm is not None:
+            drive = c.ffi.new("lm_drive *", self.drive[0])
+            drive.tolerance_count = 0
+            drive.gap.generator_mm, drive.gap.teeth_mm = 0.0, gap_mm
         one = c.ffi.new("lm_real *")
         self._call(
             lambda fault: c.lib.lm_reversal_lost_motion(
-                self.drive, phase_rad, torque_Nm, one, self._workspace, fault
+                drive, phase_rad, torque_Nm, one, self._workspace, fault
             )
         )
         return float(one[0])

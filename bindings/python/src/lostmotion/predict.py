@@ -15,6 +15,7 @@ from lostmotion.idealisations import idealisations
 from lostmotion.model import design_model, fitted_backbone, reversal_torque
 from lostmotion.results import data_frame, figures
 from lostmotion.sensitivity import hint_sentence, hints, sensitivities
+from lostmotion.structs import without_effect
 from lostmotion.units import ARCMIN
 
 LIMITS = ("worst_min", "worst_max", "probable_min", "probable_max")
@@ -145,6 +146,10 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
         "tolerance_lost_motion_arcmin": {
             name: model.gap_angle(limits[name]) / ARCMIN for name in LIMITS
         },
+        "reversal_lost_motion_by_tolerance_arcmin": {
+            level: model.reversal_lost_motion(at, phase_rad, limits[f"{level}_max"]) / ARCMIN
+            for level in ("worst", "probable")
+        },
         "tolerance_budget": model.tolerance_budget(),
         "phase_rad": phase_rad,
         "free_play_arcmin": 2.0 * state["free_play_rad"] / ARCMIN,
@@ -164,15 +169,10 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
             *idealisations(model),
             "All angles but the reversal lost motion and the free play are one-sided: "
             "from the torque-free middle, in one direction.",
-            "tolerance_lost_motion is equation (9) in one direction; a reversal sees twice that.",
-            *(
-                [
-                    "generator.eccentricity has no effect: the wave generator floats and centres "
-                    "itself; floating = false fixes it."
-                ]
-                if model.drive.generator.floating and model.drive.generator.eccentricity_mm > 0
-                else []
-            ),
+            "tolerance_lost_motion is equation (9) in one direction, the radial gap alone; the "
+            "objective tolerance_lost_motion of design is the whole reversal lost motion with that "
+            "gap, here reversal_lost_motion_by_tolerance.",
+            *without_effect(model.design, model.drive),
         ],
         "hints": [hint_sentence(hint) for hint in hints(drive)],
         "sensitivity": [vars(one) for one in sensitivities(drive, at)],

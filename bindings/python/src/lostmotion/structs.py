@@ -306,8 +306,8 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
     defaults: dict[str, Any] = {}
     generator = design.values["generator.type"].value
     unused = {
-        "generator.contact_half_angle_rad": generator in ("cosine", "ellipse"),
-        "generator.cam_offset_mm": generator != "ellipse",
+        "generator.contact_half_angle_rad": generator not in WITH_CONTACT_ARC,
+        "generator.cam_offset_mm": generator not in WITH_CAM_OFFSET,
         "generator.eccentricity_angle_rad": drive.generator.eccentricity_mm == 0,
     }
     unused.update(_unused_flank_keys(drive))
@@ -334,6 +334,46 @@ def stated_defaults(design: Design, drive: Any) -> dict[str, Any]:
     if design.tolerances is None:
         defaults["design.tolerance"] = "none"
     return defaults
+
+
+WITH_CONTACT_ARC = ("discs", "rollers", "ring")
+"""Generators that have a contact half angle."""
+
+WITH_CAM_OFFSET = ("ellipse",)
+"""Generators whose neutral line may lie beside the cam."""
+
+
+def unused_keys(design: Mapping[str, Any]) -> set[str]:
+    """Dotted keys, without units, of a [design] that say nothing of its generator."""
+    kind = design["generator"]["type"]
+    return {
+        *(() if kind in WITH_CONTACT_ARC else ("generator.contact_half_angle",)),
+        *(() if kind in WITH_CAM_OFFSET else ("generator.cam_offset",)),
+    }
+
+
+def without_effect(design: Design, drive: Any) -> list[str]:
+    """Say which values of the generator in the file have no effect, each in one sentence."""
+    kind = design.values["generator.type"].value
+    generator = drive.generator
+    stated = {path for path, entry in design.values.items() if entry.value}
+    found = []
+    if "generator.contact_half_angle_rad" in stated and kind not in WITH_CONTACT_ARC:
+        found.append(
+            f"generator.contact_half_angle has no effect: the shape of a generator of type '{kind}' "
+            "follows from its deflection alone; discs, rollers and ring have a contact arc."
+        )
+    if "generator.cam_offset_mm" in stated and kind not in WITH_CAM_OFFSET:
+        found.append(
+            f"generator.cam_offset has no effect: a generator of type '{kind}' is given by the "
+            "neutral line; ellipse has a cam beside it."
+        )
+    if generator.floating and generator.eccentricity_mm > 0:
+        found.append(
+            "generator.eccentricity has no effect: the generator floats and centres itself; "
+            "floating = false fixes it."
+        )
+    return found
 
 
 ARC_KEYS = ("rho_a", "l_a", "X_a", "rho_f")

@@ -10,7 +10,7 @@ import numpy as np
 
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, one_line
-from lostmotion.model import ADVICE
+from lostmotion.model import ADVICE, check_meanings
 from lostmotion.options import read_number, whole_number
 from lostmotion.predict import clearances, predict, show_default
 from lostmotion.terminal import deliver, fixed, show_table
@@ -123,15 +123,18 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
         print("no tolerances are stated: the radial gap is as drawn", file=out)
     elif tolerance["worst_max"] is not None:
         lost = answer["tolerance_lost_motion_arcmin"]
+        whole = answer["reversal_lost_motion_by_tolerance_arcmin"]
         for kind in ("worst", "probable"):
             print(
                 f"radial gap by tolerances, {kind}: {tolerance[f'{kind}_min']:.1f} to "
-                f"{tolerance[f'{kind}_max']:.1f} um, lost motion {lost[f'{kind}_min']:.3f} to "
-                f"{lost[f'{kind}_max']:.3f} arcmin in one direction",
+                f"{tolerance[f'{kind}_max']:.1f} um, alone {lost[f'{kind}_min']:.3f} to "
+                f"{lost[f'{kind}_max']:.3f} arcmin in one direction; reversal lost motion with it "
+                f"up to {whole[kind]:.3f} arcmin",
                 file=out,
             )
         show_budget(answer["tolerance_budget"], out)
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
+    meanings = check_meanings() if failed else {}
     for check in failed:
         kind = "advice not followed" if check["name"] in ADVICE else "check not kept"
         angle = check["unit"] == "rad"
@@ -141,7 +144,8 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
         )
         unit = "" if unit == "-" else f" {unit}"
         print(
-            f"{kind}: {check['name']} {value:.4g}{unit}, limit {limit:.4g}, margin {margin:.4g}",
+            f"{kind}: {check['name']} {value:.4g}{unit}, limit {limit:.4g}, margin {margin:.4g} "
+            f"({meanings[check['name']]})",
             file=out,
         )
     for hint in answer.get("hints", []):

@@ -248,7 +248,11 @@ def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
         ("face width, mm", teeth["face_width_mm"]),
         ("generator", generator["type"]),
         ("deflection w₀, mm", generator["deflection_mm"]),
-        ("contact half angle, deg", math.degrees(generator["contact_half_angle_rad"])),
+        *(
+            [("contact half angle, deg", math.degrees(generator["contact_half_angle_rad"]))]
+            if "contact_half_angle_rad" in generator
+            else []
+        ),
         ("rim, mm", rim["rim_thickness_mm"]),
         ("wall, mm", rim["wall_thickness_mm"]),
     ]

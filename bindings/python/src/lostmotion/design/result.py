@@ -14,6 +14,8 @@ from lostmotion.design.engine import c_string, engine, figure_value, figures, li
 from lostmotion.design.spec import Spec
 from lostmotion.results import data_frame
 from lostmotion.results.figures import points
+from lostmotion.structs import unused_keys
+from lostmotion.units import split_unit
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -184,6 +186,10 @@ class Designs:
         finally:
             self.lib.lm_free_text(text)
         document["drive"]["name"] = name or self.spec.name
+        hidden = unused_keys(document["design"])
+        table = document["design"]["generator"]
+        for key in [key for key in table if f"generator.{split_unit(key)[0]}" in hidden]:
+            del table[key]
         if self.spec.links:
             values = self.values(combination, unit)
             grades = [values[f"tolerance.{i}.grade"] for i in range(len(self.spec.links))]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from lostmotion.design.engine import FATES, c_string, engine
+from lostmotion.design.left_open import left_open
 from lostmotion.design.progress import OnProgress, ProgressReports
 from lostmotion.design.report import Context, write_search_report
 from lostmotion.design.result import Designs, SearchResult
@@ -296,6 +297,14 @@ class _Run:
         self.hear(c_string(self.note))
         return status
 
+    def left_open(self, best: Any, document: dict[str, Any] | None) -> dict[str, Any]:
+        """What the spec does not state, with the values of the best design where there is one."""
+        designs = self.designs
+        there = document is not None
+        values = designs.values(best.combination, best.unit) if there else None
+        design = document["design"] if document is not None else None
+        return left_open(designs.problem, self.spec.said, values, design)
+
     def collect(self, status: int) -> SearchResult:
         """Read what the search found and finish the files of the folder."""
         best = self.ffi.new("lm_solution *")
@@ -321,7 +330,7 @@ class _Run:
             {name: int(p.fate[i]) for i, name in enumerate(FATES)},
             int(p.refused),
             self.folder,
-            self.spec.assumed,
+            {**self.spec.assumed, **self.left_open(best, document)},
         )
         starts: tuple[Start, ...] = ()
         if document is not None:

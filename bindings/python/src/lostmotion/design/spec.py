@@ -9,6 +9,7 @@ from typing import Any
 
 from lostmotion.calibrate import CONSTANTS
 from lostmotion.design.engine import engine, figures, limit_names
+from lostmotion.design.left_open import stated_keys
 from lostmotion.design.spec_chains import state_chains
 from lostmotion.design.spec_keys import (
     SWITCH_LIMITS,
@@ -83,6 +84,8 @@ class Spec:
         What the file leaves open, by dotted key, and what was taken for it.
     links : list of ToleranceLink
         The tolerances, a fit and a gear being two.
+    said : dict
+        What the file states or leaves to a value that is assumed, by dotted key.
     start : dict
         [search.start], in the units of the search.
     document : dict
@@ -97,6 +100,7 @@ class Spec:
     dask: str | None = None
     assumed: dict[str, Any] = field(default_factory=dict)
     links: list[ToleranceLink] = field(default_factory=list)
+    said: dict[str, str] = field(default_factory=dict)
     start: dict[str, float] = field(default_factory=dict)
     document: dict[str, Any] = field(default_factory=dict)
 
@@ -153,6 +157,7 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
         head["dask"].value if "dask" in head else None,
         out.assumed,
         links,
+        {**stated_keys(document, variables.said), **dict.fromkeys(out.assumed, "assumed")},
         start,
         dict(document),
     )

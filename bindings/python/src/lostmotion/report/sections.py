@@ -195,7 +195,7 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
 
 def _plain(sentence: str) -> str:
     """Write a sentence about the answer without the names of its keys."""
-    for name in (*PARTS, "tolerance_lost_motion"):
+    for name in (*PARTS, "reversal_lost_motion_by_tolerance", "tolerance_lost_motion"):
         sentence = sentence.replace(name, words(name))
     return sentence[:1].upper() + sentence[1:]
 

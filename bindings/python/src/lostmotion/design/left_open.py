@@ -1,0 +1,94 @@
+"""What a spec leaves open, with the value that the search took."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from lostmotion import structs, units
+from lostmotion.design.engine import keys
+from lostmotion.design.spec_keys import ASSUMED, NAMED, NEVER, RIVALS, SWITCHES
+from lostmotion.structs import GENERATORS
+
+LEVELS = ("worst", "probable", "quantile")
+"""By the value of `lm_level`."""
+
+UNSET = "in proportion to the size"
+"""Said of a value that no design is there to show."""
+
+
+def left_open(
+    problem: Any,
+    said: Mapping[str, str],
+    values: Mapping[str, float] | None,
+    design: Mapping[str, Any] | None,
+) -> dict[str, Any]:
+    """List the keys of [search] and [search.fixed] that a spec does not state.
+
+    Parameters
+    ----------
+    problem : cdata
+        ``lm_problem *``.
+    said : mapping
+        What the spec states or its reading has assumed, by dotted key.
+    values : mapping or None
+        Keys of a design as the search counts them; 0 where the model takes its own default.
+    design : mapping or None
+        [design] of that design's drive file, from which such a default is taken.
+    """
+    found: dict[str, Any] = {}
+    heads = {
+        "search.seed": int(problem.seed),
+        "search.evaluations": int(problem.evaluations),
+        "search.torque_Nm": float(problem.torque_Nm),
+        "search.phases": int(problem.phases),
+        "search.level": LEVELS[problem.level],
+        "search.cost.tolerance_exponent": float(problem.cost.tolerance_exponent),
+        "search.cost.size": float(problem.cost.size),
+        **{
+            f"search.cost.{name}": float(problem.cost.generator[i])
+            for i, name in enumerate(GENERATORS)
+        },
+    }
+    found |= {key: value for key, value in heads.items() if key not in said}
+    hidden = structs.unused_keys(design) if design is not None else set()
+    involutes = not {"teeth.flexspline_flank", "teeth.rigid_flank"} & set(said)
+    for name in filter(None, keys()):
+        bare = units.split_unit(name)[0]
+        if involutes and bare.startswith("flank."):
+            continue
+        stated = name in said or RIVALS.get(name, name) in said
+        if stated or name in RIVALS or bare in NEVER or bare in ASSUMED or bare in hidden:
+            continue
+        found[name] = shown(name, values, design)
+    return found
+
+
+def shown(name: str, values: Mapping[str, float] | None, design: Mapping[str, Any] | None) -> Any:
+    """Return the value of a key, in the unit of its name."""
+    value = (values or {}).get(name, 0.0)
+    if name in NAMED:
+        return NAMED[name][int(value)]
+    if name in SWITCHES:
+        return bool(value)
+    if value != 0.0:
+        return value
+    if design is None:
+        return UNSET
+    section, _, key = name.rpartition(".")
+    table = design.get(section, {}) if section else design
+    bare, unit = units.split_unit(key)
+    for written, number in table.items():
+        other, kept = units.split_unit(written)
+        if other == bare and unit is not None and kept is not None:
+            return number * kept.scale / unit.scale
+    return table.get(key, 0.0)
+
+
+def stated_keys(document: Mapping[str, Any], said: Mapping[str, str]) -> dict[str, str]:
+    """Return what a spec states: the keys of its variables, and those of [search] themselves."""
+    search = document["search"]
+    heads = {f"search.{re.sub('_[A-Za-z]*Nm$', '_Nm', key)}": key for key in search}
+    cost = search.get("cost", {})
+    return {**said, **heads, **{f"search.cost.{key}": key for key in cost}}
