@@ -360,8 +360,8 @@ def without_effect(design: Design, drive: Any) -> list[str]:
     found = []
     if "generator.contact_half_angle_rad" in stated and kind not in WITH_CONTACT_ARC:
         found.append(
-            f"generator.contact_half_angle has no effect: the shape of a generator of type '{kind}' "
-            "follows from its deflection alone; discs, rollers and ring have a contact arc."
+            "generator.contact_half_angle has no effect: the shape of a generator of type "
+            f"'{kind}' follows from its deflection; discs, rollers and ring have a contact arc."
         )
     if "generator.cam_offset_mm" in stated and kind not in WITH_CAM_OFFSET:
         found.append(
