@@ -360,17 +360,17 @@ def without_effect(design: Design, drive: Any) -> list[str]:
     found = []
     if "generator.contact_half_angle_rad" in stated and kind not in WITH_CONTACT_ARC:
         found.append(
-            "generator.contact_half_angle has no effect: the shape of a generator of type "
+            "generator.contact_half_angle has no effect: the shape of a wave generator of type "
             f"'{kind}' follows from its deflection; discs, rollers and ring have a contact arc."
         )
     if "generator.cam_offset_mm" in stated and kind not in WITH_CAM_OFFSET:
         found.append(
-            f"generator.cam_offset has no effect: a generator of type '{kind}' is given by the "
-            "neutral line; ellipse has a cam beside it."
+            f"generator.cam_offset has no effect: a wave generator of type '{kind}' is given by "
+            "the neutral line; ellipse has a cam beside it."
         )
     if generator.floating and generator.eccentricity_mm > 0:
         found.append(
-            "generator.eccentricity has no effect: the generator floats and centres itself; "
+            "generator.eccentricity has no effect: the wave generator floats and centres itself; "
             "floating = false fixes it."
         )
     return found

@@ -12,7 +12,7 @@ from lostmotion.design.spec_keys import ASSUMED, NAMED, NEVER, RIVALS, SWITCHES
 from lostmotion.structs import GENERATORS
 
 LEVELS = ("worst", "probable", "quantile")
-"""By the value of `lm_level`."""
+"""Where in production the tolerance figure is taken, by the value of `lm_level`."""
 
 UNSET = "in proportion to the size"
 """Said of a value that no design is there to show."""
@@ -61,11 +61,13 @@ def left_open(
         stated = name in said or RIVALS.get(name, name) in said
         if stated or name in RIVALS or bare in NEVER or bare in ASSUMED or bare in hidden:
             continue
-        found[name] = shown(name, values, design)
+        found[name] = value_taken(name, values, design)
     return found
 
 
-def shown(name: str, values: Mapping[str, float] | None, design: Mapping[str, Any] | None) -> Any:
+def value_taken(
+    name: str, values: Mapping[str, float] | None, design: Mapping[str, Any] | None
+) -> Any:
     """Return the value of a key, in the unit of its name."""
     value = (values or {}).get(name, 0.0)
     if name in NAMED:

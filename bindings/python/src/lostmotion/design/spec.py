@@ -9,7 +9,7 @@ from typing import Any
 
 from lostmotion.calibrate import CONSTANTS
 from lostmotion.design.engine import engine, figures, limit_names
-from lostmotion.design.left_open import stated_keys
+from lostmotion.design.left_open import LEVELS, stated_keys
 from lostmotion.design.spec_chains import state_chains
 from lostmotion.design.spec_keys import (
     SWITCH_LIMITS,
@@ -31,9 +31,6 @@ from lostmotion.structs import GENERATORS
 
 SECTIONS = ("drive", "design", "search")
 TABLES = ("fixed", "range", "limits", "cost", "start")
-
-LEVELS = ("worst", "probable", "quantile")
-"""Where in production the tolerance figure is taken."""
 
 SEARCH_KEYS = (
     Key("seed", kind="integer", low=0, high=2**31 - 1),
