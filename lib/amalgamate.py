@@ -82,7 +82,7 @@ def make_header(seen: set[str]) -> str:
     """Text of lostmotion.h."""
     systems: set[str] = set()
     body = inline(FIRST, seen, systems)
-    # The default precision stands above everything that asks for it.
+    # The default precision is above everything that requires it.
     top = "#ifndef LM_REAL_BITS\n#define LM_REAL_BITS 32\n#endif\n"
     includes = "".join(f"#include {name}\n" for name in sorted(systems))
     guard = "LOSTMOTION_H"

@@ -23,7 +23,7 @@ function(lm_build_nlopt)
     URL_HASH SHA256=506f83a9e778ad4f204446e99509cb2bdf5539de8beccc260a014bd560237be1
     SOURCE_SUBDIR none) # no such folder: it is only fetched here and added below
   FetchContent_MakeAvailable(nlopt)
-  # NLopt asks for a CMake so old that newer ones no longer know its rules; and its options must not
+  # NLopt requires a CMake so old that newer ones no longer know its rules; and its options must not
   # override what is set here.
   set(CMAKE_POLICY_VERSION_MINIMUM 3.5)
   # Its headers are made by scripts of their own, at build time, which the variable does not reach.

@@ -135,7 +135,7 @@ static int limit_at(const lm_layout *layout, int place) {
 /* Multipliers of the binding limits: the objective's derivatives as a sum, with weights >= 0, of
  * those of the limits and of the bounds of the ranges; least squares by coordinate descent. The
  * objective's own largest branches share its derivative: at a kink of the largest phase their
- * weights add up to 1, which a heavy row asks for. */
+ * weights add up to 1, which a heavy row requires. */
 #define LM_END (-3)
 #define COLUMNS_MAX (LM_BRANCH_MAX + LM_RESULT_MAX + LM_FREE_MAX)
 

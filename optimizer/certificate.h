@@ -1,4 +1,4 @@
-/* A design looked at once more, finer than the search looked: does every limit hold, by how much,
+/* A design examined once more, finer than the search looked: does every limit hold, by how much,
  * which ones bind, and what would it be worth to move them.
  */
 #ifndef LOSTMOTION_OPTIMIZER_CERTIFICATE_H

@@ -443,7 +443,7 @@ static lm_real end_row(const lm_problem *problem, const tolerance_state *toleran
 }
 
 /* Places of the face width that the limits look at: both edges, for no gap between them is smaller
- * (lm_face_sections); the middle where planar_only is asked for. */
+ * (lm_face_sections); the middle where planar_only is requested. */
 static int edges_of(const lm_drive *drive) {
   return drive->planar_only ? 1 : LM_EDGES;
 }

@@ -39,7 +39,7 @@ typedef struct lm_gapless {
 /* Figures and limits of a built drive into result[layout->count], by lm_lay_out.
  *  Figures in their units. Limits are scaled to g <= 0: lengths in modules, stresses in shares of
  *  the limit, gaps in arcmin. A pair without overlap counts -LM_GAP_FREE_ARCMIN.
- * gapless[problem->phases] is what lm_measure_tolerances goes on from. Errors of the model; then
+ * gapless[problem->phases] is what lm_measure_tolerances continues from. Errors of the model; then
  * result[] is not complete. */
 lm_status lm_measure_drive(const lm_problem *problem, const lm_scan *scan, const lm_layout *layout,
                            const lm_real value[LM_KEY_COUNT], const lm_drive *drive,

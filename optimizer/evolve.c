@@ -28,7 +28,7 @@ typedef struct breeder {
   int left;
   int combinations;
   double graft_share;
-  int tolerance_only; /* whether tolerances are looked at by themselves */
+  int tolerance_only; /* whether tolerances are examined by themselves */
   int parents;        /* of the present generation; they stand first */
   lm_scan scan;
   lm_layout layout;
@@ -132,7 +132,7 @@ static void look_around(breeder *b, const lm_solution *design, int tolerance_onl
 /* Whether a second look, with the gap closed, may bring a better design. Not where another limit is
  * broken further. Closing moves all flanks equally: it takes its own amount from the lost motion of
  * either direction and leaves the other figures, so where even that would be no better than a
- * member of the population it is not looked at. What interferes hides some of its lost motion:
+ * member of the population it is not examined. What interferes hides some of its lost motion:
  * hoped for is what it shows. */
 static int may_gain(const breeder *b, const lm_solution *design) {
   const lm_problem *p = b->problem;
@@ -158,7 +158,7 @@ static int may_gain(const breeder *b, const lm_solution *design) {
 }
 
 /* Judge a point and, where that may gain, once more with its gap closed; the better of both joins
- * the population, and what was judged last is looked at with other tolerances. */
+ * the population, and what was judged last is examined with other tolerances. */
 static void admit(breeder *b, int combination, double unit[]) {
   lm_solution last;
   lm_solution better;

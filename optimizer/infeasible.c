@@ -30,7 +30,7 @@ static double cost_of(const double relax[]) {
 
 /* One slack for each limit, behind the moving variables: in units of what the limit gives at the
  * start where that is more than 1, and the sum of their costs, linear from the start, in units of
- * what it is there: SLSQP asks for numbers of order 1. */
+ * what it is there: SLSQP requires numbers of order 1. */
 typedef struct elastic {
   lm_task_state *s;
   double size[LM_LIMIT_COUNT];

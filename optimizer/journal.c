@@ -108,7 +108,7 @@ static int read_record(FILE *file, lm_answer *answer) {
          answer->member_count <= LM_PARENT_MAX && answer_length(answer) == head.length;
 }
 
-/* Read the header; the file stands behind it. */
+/* Read the header; the file is behind it. */
 static lm_status check_header(FILE *file, const char *spec) {
   header found;
   header wanted;

@@ -1,4 +1,4 @@
-/* The answers of a search on disk, so that it can be killed at any moment and go on.
+/* The answers of a search on disk, so that it can be killed at any moment and continue.
  *
  * One file: a header with the spec's text, then one record an answer. A record is written whole
  * and handed to the system before the search builds on it, and brought to the disk within a second
@@ -36,7 +36,7 @@ typedef struct lm_journal_report {
   int behind;  /* whole records that were cut off with it: the file was damaged in its midst */
 } lm_journal_report;
 
-/* Takes an answer of a journal; LM_OK: go on. */
+/* Takes an answer of a journal; LM_OK: continue. */
 typedef lm_status (*lm_journal_sink)(void *context, const lm_answer *answer);
 
 /* Go on with a journal: every answer goes to the sink in the order of the file, then the journal

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-/* A drive file (TOML) that reads back as this drive, to the last bit: angles stand in rad, and
+/* A drive file (TOML) that reads back as this drive, to the last bit: angles are in rad, and
  * every radial law as a deflection at 1 N and an exponent. */
 void lm_write_drive(FILE *file, const lm_drive *drive, const char *name);
 

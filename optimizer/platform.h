@@ -41,7 +41,7 @@ int lm_lock_file(FILE *file);
 /* Bring all that was written to the disk itself. */
 int lm_sync_file(FILE *file);
 
-/* Cut the file at a length, and go on writing there. */
+/* Cut the file at a length, and continue writing there. */
 int lm_cut_file(FILE *file, long length);
 
 /* Rename a file; one of the new name is replaced in one step. */

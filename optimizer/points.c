@@ -518,7 +518,7 @@ void lm_free_workspace(lm_workspace *workspace) {
   }
 }
 
-/* Whether a test of the search wants this point to fail; depends on the point alone. */
+/* Whether a test of the search needs this point to fail; depends on the point alone. */
 static int is_damaged(const lm_problem *problem, int combination, const double unit[]) {
   uint64_t hash = (uint64_t)combination;
   int i;
@@ -748,7 +748,7 @@ int lm_open_gap(const lm_problem *problem, int combination, double by_arcmin, do
   if (fabs(moved) < 1e-9) {
     return 0;
   }
-  /* The rigid gear stays, also where its shift is told by the difference to the flexspline's. */
+  /* The rigid gear stays, also where its shift is stated by the difference to the flexspline's. */
   for (i = 0; i < problem->range_count && value[LM_KEY_DEFORMATION] > 0.5; i++) {
     if (problem->range[i].key == LM_KEY_SHIFT_DIFFERENCE) {
       (void)move_range(&problem->range[i], -moved, &unit[i]);

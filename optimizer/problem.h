@@ -131,7 +131,7 @@ typedef struct lm_cost_model {
   double generator[5];       /* by lm_generator_type: 4, 4, 3, 5, 3 */
 } lm_cost_model;
 
-/* A point that the search looks at first, such as a design of an earlier one. */
+/* A point that the search examines first, such as a design of an earlier one. */
 typedef struct lm_start {
   int combination;
   double unit[LM_FREE_MAX];
@@ -173,7 +173,7 @@ typedef struct lm_problem {
   double deviate[LM_LINK_MAX][LM_LOOP_SAMPLES]; /* deviations in units of tau */
 } lm_problem;
 
-/* Where the side clearance is looked at: every flank at both edges of the face, at each of these
+/* Where the side clearance is examined: every flank at both edges of the face, at each of these
  * angles. */
 #define LM_ANGLE_MAX 96
 #define LM_EDGES 2

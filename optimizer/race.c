@@ -18,7 +18,7 @@
  * early enough for it to breed from them. */
 #define ENDS_SHARE 0.3
 #define ENDS_AGAIN_SHARE 0.8 /* from what the population has bred, where it has the rest */
-#define LOOKS_SHARE 0.05     /* most that the looks at the ends get at a time */
+#define LOOKS_SHARE 0.05     /* most that the examines the ends get at a time */
 #define RACE_SHARE 0.03
 
 #define EPOCH_BUDGET 4000 /* evaluations of a population before the next one starts anew */
@@ -217,7 +217,7 @@ void lm_plan_evolve(lm_search *search) {
   }
   if (objectives > 1 && search->archive_count > 0 && search->extremes_sought < (rest ? 2 : 1) &&
       search->used >= (rest ? ENDS_AGAIN_SHARE : ENDS_SHARE) * search->problem.evaluations) {
-    /* Both ends of every open combination are looked at before a solver goes on from the best;
+    /* Both ends of every open combination are examined before a solver continues from the best;
      * where the part is less than a generation it is not worth one. */
     const int looking = search->ends_looked == search->extremes_sought &&
                         LOOKS_SHARE * search->problem.evaluations >= ISLAND_BUDGET;

@@ -338,7 +338,7 @@ static int write_best(lm_run *run, const lm_solution *best, int finished, lm_wor
   return failed;
 }
 
-/* Four digits, the last one up: relaxed by what is said, a limit holds. */
+/* Four digits, the last one up: relaxed by what is reported, a limit holds. */
 static double round_up(double value) {
   const double unit = pow(10, floor(log10(value)) - 3);
   return ceil(value / unit - 1e-9) * unit;

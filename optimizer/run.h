@@ -38,11 +38,11 @@ extern "C" {
 
 typedef struct lm_run lm_run;
 
-/* Begin a search in a folder, which is made, or go on with the one that is there. The spec is a
+/* Begin a search in a folder, which is made, or continue with the one that is there. The spec is a
  * text of spec.h; its name is for messages, and where it is that of a file, no result takes its
  * place. Nor does one take the place of a file that was there before the search. On anything but 0
  * nothing was written and *run is null.
- * With 0 the note may say that the journal's end was torn, or that it was damaged. */
+ * With 0 the note may state that the journal's end was torn, or that it was damaged. */
 int lm_open_run(const char *spec_name, const char *spec, const char *folder, int resume,
                 lm_run **run, char note[LM_NOTE_MAX]);
 

@@ -34,7 +34,7 @@ const char *lm_fate_name(int fate) {
  * -----------------------------------------------------------------------------------
  */
 
-/* A solver goes on from a design, which is kept near where it is: the largest worsening over the
+/* A solver continues from a design, which is kept near where it is: the largest worsening over the
  * objectives is made small. */
 static lm_task *add_settling(lm_search *search, const lm_solution *found, int budget) {
   lm_task *task = lm_add_task(search, LM_TASK_VERIFY, found->combination, budget, found->unit);
@@ -180,7 +180,7 @@ static void plan_repair(lm_search *search) {
 /* --- the sequence -------------------------------------------------------------------------------
  */
 
-/* Share the rest of the budget when a batch asks for more: all of it, at least one evaluation
+/* Share the rest of the budget when a batch requires more: all of it, at least one evaluation
  * for a task. Tasks that are left with none are not done. */
 static void keep_budget(lm_search *search) {
   int left =

@@ -9,8 +9,8 @@
  * order of its tasks when the last answer is in. So one thread, many, a cluster, and a search fed
  * from a journal end in the same bytes.
  *
- * Stages: bounds prune combinations without any evaluation; designs to begin with are looked at,
- * and join the first population; a screen looks at a few points of each; populations over all
+ * Stages: bounds prune combinations without any evaluation; designs to begin with are examined,
+ * and join the first population; a screen examines a few points of each; populations over all
  * combinations find the regions worth a visit, and with more than one objective breed from the ends
  * of the front that a local solver finds; a race halves them while it doubles their budget; the
  * last ones are polished; then the budget goes into the trade-off (two objectives: levels of the
@@ -18,10 +18,10 @@
  * and more than one objective the populations have all of it instead); where
  * nothing was found that keeps all limits, the combinations that come nearest are repaired; in the
  * end the designs of the front are verified (whole grades, no violation between the angles of the
- * scan and between the tooth phases): all of them with their grades rounded, then a solver goes on
- * from the ends and from those that did not hold, with as many evaluations as the search had; where
- * none holds, from their neighbours. Neither repair nor verification is charged to the budget; both
- * are part of the work that lm_progress tells.
+ * scan and between the tooth phases): all of them with their grades rounded, then a solver
+ * continues from the ends and from those that did not hold, with as many evaluations as the search
+ * had; where none holds, from their neighbours. Neither repair nor verification is charged to the
+ * budget; both are part of the work that lm_progress tells.
  *
  * The continuous part is not convex: "dominated" means that a combination lost the race, not that a
  * bound excludes it. Only "pruned" is a proof.

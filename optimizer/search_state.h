@@ -1,4 +1,4 @@
-/* What the search remembers between its batches, and how the stages ask for work; the search's own
+/* What the search remembers between its batches, and how the stages require work; the search's own
  * files alone include this. */
 #ifndef LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
 #define LOSTMOTION_OPTIMIZER_SEARCH_STATE_H
@@ -53,9 +53,9 @@ struct lm_search {
   double round_best;   /* first objective of the best design, one round ago */
   int scalarisations;  /* of the trade-off, made so far */
   int extremes_sought; /* of the front, for the population */
-  int ends_looked;     /* times that the ends of the other combinations were looked at */
+  int ends_looked;     /* times that the ends of the other combinations were examined */
   int epoch_end;       /* of the present population, in evaluations */
-  int started;         /* designs to begin with that were looked at */
+  int started;         /* designs to begin with that were examined */
   int cursor;          /* of the screen */
   int *order;          /* of the screen, then ranking of the race */
   int runners;         /* combinations in the race */
@@ -81,7 +81,7 @@ struct lm_search {
   lm_solution rounded[LM_ARCHIVE_MAX]; /* the archive with whole grades */
   int rounded_count;
   int verify_step;                         /* lm_verify_step */
-  int verify_cursor;                       /* designs of the step's list that were handed out */
+  int verify_cursor;                       /* designs of the step's list that were passed out */
   unsigned char confirmed[LM_ARCHIVE_MAX]; /* 1: of the rounded designs that hold */
   int verify_used;                         /* charged so far for the verification */
   int has_nearest; /* what follows is of the design whose limits have to give least, in all */

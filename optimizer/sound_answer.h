@@ -1,5 +1,5 @@
 /* Whether an answer can be one of a problem. Answers come from files and other machines: their
- * checksum tells damage, not truth, so each is looked at before the search indexes by it. */
+ * checksum tells damage, not truth, so each is examined before the search indexes by it. */
 #ifndef LOSTMOTION_OPTIMIZER_SOUND_ANSWER_H
 #define LOSTMOTION_OPTIMIZER_SOUND_ANSWER_H
 

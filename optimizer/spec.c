@@ -319,7 +319,7 @@ static lm_status read_ratio(const statement *s, lm_problem *p, int line, lm_spec
   return LM_OK;
 }
 
-/* Of a range, what is beyond an end by rounding. */
+/* How far rounding may put a value beyond an end of its range. */
 #define ROUNDING 1e-9
 
 /* Place of a value in a choice, or -1. */

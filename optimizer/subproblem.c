@@ -125,8 +125,8 @@ static int branch_count(const lm_task_state *s) {
 
 /* SLSQP walks along the gaps a little beyond their limit, so that for long nothing it meets is a
  * design. A point that breaks nothing further than its gaps becomes one when they are closed: a
- * plain evaluation beside one with derivatives, where it promises a better value. The solver goes
- * on from its own point. Without a range that closes gaps the point stays, and is known. */
+ * plain evaluation beside one with derivatives, where it promises a better value. The solver
+ * continues from its own point. Without a range that closes gaps the point stays, and is known. */
 static void look_closed(lm_task_state *s) {
   const double value = s->value;
   const double violation = s->violation;

@@ -131,7 +131,7 @@ static void solve_exactly(lm_task_state *s, const double start[]) {
   open_fine_gap(s);
 }
 
-/* Where the answer breaks a limit between the phases, go on at those of the certificate. */
+/* Where the answer breaks a limit between the phases, continue at those of the certificate. */
 static void keep_fine_limits(lm_task_state *s) {
   double unit[LM_FREE_MAX];
   if (!s->answer->computed || holds_at_fine_phases(s, s->answer->unit)) {
@@ -199,7 +199,7 @@ static void keep_verified(lm_task_state *s) {
   for (i = 0; i < s->problem->objective_count; i++) {
     objective[i] = s->answer->figure[s->problem->objective[i]];
   }
-  s->violation = s->answer->violation; /* of this design, not of the last one looked at */
+  s->violation = s->answer->violation; /* of this design, not of the last one examined */
   lm_keep_solution(s, s->answer->unit, objective, 1);
 }
 

@@ -15,7 +15,7 @@ extern "C" {
  * figures at the phases of the certificate. */
 void lm_verify_design(lm_task_state *s, const lm_task *task);
 
-/* The design with its grades to the nearest, all down and all up, looked at as a search does. */
+/* The design with its grades to the nearest, all down and all up, examined as a search does. */
 void lm_round_design(lm_task_state *s, const lm_task *task);
 
 /* The design as it is, or with its gap opened where it lacks between the angles of the scan: kept

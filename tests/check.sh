@@ -1,4 +1,4 @@
-# ./dev check: everything that looks at the code without being a test of what it computes. Sourced
+# ./dev check: everything that examines the code without being a test of what it computes. Sourced
 # by dev, whose functions it uses. A tool that is missing is named and its step left out.
 
 failed_steps=''
@@ -14,7 +14,7 @@ wanted() {
   esac
 }
 
-# step NAME COMMAND...: goes on after a failure, so that one run tells everything.
+# step NAME COMMAND...: continues after a failure, so that one run tells everything.
 step() {
   name=$1
   shift
@@ -150,7 +150,7 @@ sanitize_threads() {
 format_python() {
   "$ruff" format --quiet --diff --config "$package/pyproject.toml" "$package" tests
 }
-# A test's name says what it shows, so tests need no docstrings.
+# A test's name states what it shows, so tests need no docstrings.
 lint_python() {
   "$ruff" check --quiet --config "$package/pyproject.toml" "$package" &&
     "$ruff" check --quiet --config "$package/pyproject.toml" --ignore D tests

@@ -75,7 +75,7 @@ SYSTEM_TAG = "0systemnlopt"
 wheel runs there, and is not one to give away."""
 
 SYSTEM_NLOPT = re.compile(rb"libnlopt[.\w]*\.(?:so|dylib)|nlopt\.dll")
-"""How a library says that it loads NLopt from the system."""
+"""How a library states that it loads NLopt from the system."""
 
 
 def build_wheel(

@@ -27,7 +27,7 @@
 #define NOISE_SHARE (1.0f / 3) /* of the acceleration limit, as lostmotion export allows */
 #define STUCK_SHARE 0.5f       /* 1 is sound, 0 is not */
 #define INPUT_SHARE 0.02f      /* of the travel: more than any position loop leaves at rest */
-#define OUTPUT_LOOP_SHARE 0.5f /* 0: the motor stands where it is told; 1: the output does */
+#define OUTPUT_LOOP_SHARE 0.5f /* 0: the motor is where it is commanded; 1: the output does */
 #define OUTPUT_STUCK_SHARE 0.1f
 #define TORQUE_STUCK_SHARE 0.02f /* model over measured */
 #define TORQUE_LEAST 0.25f       /* the same: at light load a data sheet is off by up to 3 */
@@ -58,7 +58,7 @@ static int within(float value, float low, float high) {
   return value >= low && value <= high;
 }
 
-/* Whether it was told (LM_UNKNOWN). */
+/* Whether it was stated (LM_UNKNOWN). */
 static int known(float value) {
   return within(value, -1e12f, 1e12f);
 }
@@ -186,7 +186,7 @@ static void correct(commissioning_output *out, float from_rad, float to_rad, flo
   out->correction.acceleration_rad_s2 = by_rad * at.change / (in_s * in_s);
 }
 
-/* A sine that grows over some cycles, goes on for others and fades again; ends at rest. */
+/* A sine that grows over some cycles, continues for others and fades again; ends at rest. */
 typedef struct tone {
   int32_t cycle; /* ticks */
   int32_t ramp, whole, length;
@@ -295,7 +295,7 @@ static void judge_standstill(commissioning *run) {
     end(run, COMMISSIONING_TORQUE_NOISE);
     return;
   }
-  /* The largest correction that the fitted range of torque asks for. */
+  /* The largest correction that the fitted range of torque requires. */
   torque_Nm = torque_Nm > 0 ? torque_Nm : run->set.parameters->torque_limit_Nm;
   for (side = -1; side < 2; side += 2) {
     lm_memory memory;
@@ -484,7 +484,7 @@ static float greatest_slope(const lm_parameters *parameters) {
 }
 
 /* Signal 0 is the lost motion that was measured, or without an encoder at the output the torque by
- * the motor's current; 1 the model's lost motion; 2 the torque that was told; 3 the error of the
+ * the motor's current; 1 the model's lost motion; 2 the torque that was passed; 3 the error of the
  * correction. */
 static void judge_shake(commissioning *run) {
   commissioning_finding finding = COMMISSIONING_RUNNING;

@@ -156,7 +156,7 @@ commissioning_settings commissioning_suggest(const lm_parameters *parameters, fl
 commissioning_finding commissioning_start(commissioning *run,
                                           const commissioning_settings *settings);
 
-/* Every tick until a finding; goes on returning it, the axis at rest, as long as it is called. */
+/* Every tick until a finding; continues returning it, the axis at rest, as long as it is called. */
 commissioning_output commissioning_step(commissioning *run, const commissioning_input *now);
 
 /* The host ends it: `stop` from the next step on, COMMISSIONING_ABORTED. */

@@ -71,7 +71,7 @@ typedef struct cia402_axis {
   lm_correction correction;
   float increments_per_rad; /* of the output, signed */
   float zero_rad;           /* output angle at position_actual zero, by homing */
-  float command_rad;        /* where the output is told to be; the reported angle while open */
+  float command_rad;        /* where the output is commanded to be; the reported angle while open */
   cia402_output sent;
 } cia402_axis;
 

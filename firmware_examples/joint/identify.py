@@ -25,7 +25,7 @@ from lostmotion.units import ARCSEC
 KNOTS_NM = 40 * np.array(
     [0.004, 0.008, 0.012, 0.017, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85]
 )
-"""Ends of the torsion curve's stretches, finer where a radial gap closes; the last goes on."""
+"""Ends of the torsion curve's stretches, finer where a radial gap closes; the last continues."""
 
 RADII_NM = 40 * np.geomspace(0.015, 0.3, 8)
 """Half widths of the operators."""
@@ -89,7 +89,7 @@ def identify(recording: Path) -> tuple[Controller, float]:
 
 
 def main() -> None:
-    """Read the recording, write the header, say how well it fits."""
+    """Read the recording, write the header, state how well it fits."""
     recording, header = (Path(argument) for argument in sys.argv[1:3])
     controller, rms_arcsec = identify(recording)
     export(controller, header, name="joint_parameters", title="The simulated joint")

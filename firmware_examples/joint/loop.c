@@ -99,7 +99,7 @@ static float command_torque(loop *joint, const motion *command) {
   return lm_guess_torque(&joint->bearing, &joint->resisting_Nm, moved_rad, bias_Nm);
 }
 
-/* What the model is told, which need not be what is fed forward. */
+/* What the model receives, which need not be what is fed forward. */
 static float model_torque(loop *joint, float command_Nm, float sensed_Nm) {
   static const lm_motor motor = {
       TORQUE_CONSTANT,

@@ -1,4 +1,5 @@
-/* What the joint is told to do: the scenarios, as commanded angle, velocity and acceleration. */
+/* What the joint is commanded to do: the scenarios, as commanded angle, velocity and acceleration.
+ */
 #ifndef JOINT_MOTION_H
 #define JOINT_MOTION_H
 

@@ -1,6 +1,6 @@
 /* The simulated joint: parameters for its controller, written by lostmotion export 0.1.0.
  * Corrects up to 10.3 arcmin; made for a call every 0.5 ms.
- * Every tick wants torque_Nm. */
+ * Every tick needs torque_Nm. */
 #ifndef JOINT_PARAMETERS_H
 #define JOINT_PARAMETERS_H
 

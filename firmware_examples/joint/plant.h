@@ -8,7 +8,7 @@
  *     spring: soft while the radial gap closes, then a hardening cubic
  *
  * The library models the same thing the other way round, torque-driven, with play operators and
- * straight lines, and is told none of the numbers below: it gets what a test bench measures.
+ * straight lines, and receives none of the numbers below: it gets what a test bench measures.
  *
  * Single precision throughout, no libm, semi-implicit Euler steps of PLANT_STEP_S.
  */

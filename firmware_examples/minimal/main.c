@@ -21,7 +21,7 @@ int main(void) {
 
   /* Power-up, the position loop open: start, take up the history, settle. */
   if (lm_start_compensator(&joint, &joint_parameters, load_Nm, 0) != LM_OK) {
-    return 1; /* an lm_fault as the last argument says what is wrong with the parameters */
+    return 1; /* an lm_fault as the last argument states what is wrong with the parameters */
   }
   (void)lm_restore_compensator(&joint, &kept, 0); /* refused where none was saved */
   now = lm_settle_compensator(&joint, &at);
@@ -36,18 +36,19 @@ int main(void) {
     measured_rad = command_rad + now.correction_rad;
   }
 
-  /* Emergency stop: the brake holds the motor, the ticks go on, the command follows the output. */
+  /* Emergency stop: the brake holds the motor, the ticks continue, the command follows the output.
+   */
   for (int k = 0; k < 500; ++k) {
     now = tick(load_Nm - 5.0f);
     command_rad = measured_rad - now.correction_rad;
   }
 
-  /* Home: a reference is taken of the reported angle while the correction stands still. */
+  /* Home: a reference is taken of the reported angle while the correction is at rest. */
   lm_set_mode(&joint, LM_MODE_HOLD);
   do {
     now = tick(load_Nm);
   } while (!(now.status & LM_STATE_SETTLED));
-  lm_set_mode(&joint, LM_MODE_RUN); /* and go on from command_rad */
+  lm_set_mode(&joint, LM_MODE_RUN); /* and continue from command_rad */
 
   /* Power-down, the brake on: the history goes to the next power-up. */
   lm_save_compensator(&joint, &kept);

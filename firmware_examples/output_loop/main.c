@@ -1,9 +1,10 @@
 /* A position loop that closes on an encoder at the output, velocity loop on the motor.
  *
  * The encoder sees the lost motion, and the loop corrects it by itself, as fast as it is. Not
- * corrected are the moments in which the load turns round and the motor has to cross the lost motion.
- * There the model knows before the encoder does how fast the motor has to go. Its rate is added to
- * the velocity that the motor is commanded, its acceleration to that, and nothing to the position.
+ * corrected are the moments in which the load turns round and the motor has to cross the lost
+ * motion. There the model knows before the encoder does how fast the motor has to go. Its rate is
+ * added to the velocity that the motor is commanded, its acceleration to that, and nothing to the
+ * position.
  *
  * Runs the joint of ../joint both without and with that, and in the way that is wrong: with the
  * correction added to the commanded position, off which the output then stands by all of it. The
@@ -44,7 +45,7 @@ typedef struct drive {
   lm_compensator compensator;
   lm_correction correction;
   float resisting_Nm;
-  motion due; /* command, and the velocity told to the motor, that the tick before asked for */
+  motion due; /* command, and the velocity told to the motor, that the tick before requested */
   float due_rad_s, before_rad_s;
   float motor_rad, sum_Nm;
 } drive;

@@ -3,7 +3,7 @@
 
     python firmware_examples/six_axes/make_blobs.py FILE
 
-The sheets are those of a small robot: three sizes, as they stand in catalogues.
+The sheets are those of a small robot: three sizes, as they are in catalogues.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # This folder as a component of ESP-IDF.
 include(${CMAKE_CURRENT_LIST_DIR}/kconfig.cmake)
-# Absolute: ESP-IDF takes relative folders from the file that the call stands in.
+# Absolute: ESP-IDF takes relative folders from the file that the call is in.
 idf_component_register(SRCS ${lostmotion_sources}
   INCLUDE_DIRS ${lostmotion_dir}/include PRIV_INCLUDE_DIRS ${lostmotion_dir})
 # The sizes are part of the structs: whoever includes the headers has to see them too.

@@ -243,7 +243,7 @@ typedef struct nearest {
   lm_real flank_angle_rad;
 } nearest;
 
-/* A tooth that stands on the engagement limit counts in both precisions: 2 arcsec of slack. */
+/* A tooth that is on the engagement limit counts in both precisions: 2 arcsec of slack. */
 #define EDGE LM_REAL(1e-5)
 
 static void find_nearest(const lm_clearance clearances[], int count, lm_real limit_rad,

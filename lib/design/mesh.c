@@ -253,7 +253,7 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
   return best;
 }
 
-/* A piece of the flank longer than this is looked at in its middle as well, modules. */
+/* A piece of the flank longer than this is examined in its middle as well, modules. */
 #define SHORT_PIECE LM_REAL(0.3)
 
 /* Ends of the pieces of the flexspline's flank by rising parameter: its joints, where it passes the

@@ -10,7 +10,7 @@ static inline lm_status refuse(lm_fault *fault, lm_status status, const char *in
   return lm_refuse(fault, status, input, LM_REAL(0), LM_REAL(0), LM_REAL(0));
 }
 
-/* Refuse a number and say which range was expected. */
+/* Refuse a number and state which range was expected. */
 static inline lm_status refuse_range(lm_fault *fault, const char *input, lm_real found, lm_real low,
                                      lm_real high) {
   const lm_status status = real_isfinite(found) ? LM_OUT_OF_RANGE : LM_NOT_FINITE;
@@ -49,7 +49,7 @@ static inline lm_status check_bounds(lm_fault *fault, const bound *bounds, int c
   return LM_OK;
 }
 
-/* Refuse a value that contradicts another one, and say what would agree. */
+/* Refuse a value that contradicts another one, and state what would agree. */
 static inline lm_status refuse_contradiction(lm_fault *fault, const char *input, lm_real found,
                                              lm_real low, lm_real high) {
   return lm_refuse(fault, LM_INCONSISTENT, input, found, low, high);

@@ -455,7 +455,7 @@ static void start_sobol(sobol_directions *sobol, int dimension) {
   }
 }
 
-/* The point after `point` in Gray-code order; index >= 1 is that of the point asked for. */
+/* The point after `point` in Gray-code order; index >= 1 is that of the point requested. */
 static uint32_t next_sobol(const sobol_directions *sobol, uint32_t point, uint32_t index) {
   int zeros = 0;
   while ((index & 1u) == 0u) {

@@ -204,7 +204,7 @@ lm_status lm_tooth_outline_compliance(const lm_real half_thickness_mm[LM_TOOTH_S
 }
 
 /* Pressure angle and involute function at a radius; both zero below the base circle, where the
- * flank goes on radially. atan of the tangent keeps its digits where acos of a number near one
+ * flank continues radially. atan of the tangent keeps its digits where acos of a number near one
  * loses them. */
 static lm_real involute_at(lm_real base_radius, lm_real radius, lm_real *pressure_angle) {
   lm_real tangent = LM_REAL(0);

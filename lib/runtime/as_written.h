@@ -3,7 +3,7 @@
  *
  * A fused multiply-add rounds once where the source rounds twice, so that a core with one would
  * compute other bits than a core without. GCC fuses by default in its gnu dialects. Clang keeps to
- * the pragma unless it is told -ffp-contract=fast, which overrules the source. */
+ * the pragma unless it gets -ffp-contract=fast, which overrules the source. */
 #ifndef LOSTMOTION_RUNTIME_AS_WRITTEN_H
 #define LOSTMOTION_RUNTIME_AS_WRITTEN_H
 

@@ -170,7 +170,7 @@ static void listen(lm_compensator *compensator) {
   compensator->standing &= ~LM_STATE_RINGING;
 }
 
-/* Of a motor that stands still, the friction that holds it is known by its size alone: so much of
+/* Of a motor that is at rest, the friction that holds it is known by its size alone: so much of
  * the fitted range may a torque be wrong by that is read off its current. Starting torques in
  * catalogues are 5 to 15 % of the rated one; chosen between them on tests/plant. */
 #define UNSURE_SHARE LM_REAL(0.09)

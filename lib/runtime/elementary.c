@@ -148,7 +148,7 @@ lm_sine_cosine lm_sine_and_cosine(lm_real angle_rad) {
   return both;
 }
 
-/* Exponent field and fraction of an IEEE 754 number: the only place that looks at bits. */
+/* Exponent field and fraction of an IEEE 754 number: the only place that examines bits. */
 #if LM_REAL_BITS == 64
 typedef uint64_t real_bits;
 #define FRACTION_BITS 52

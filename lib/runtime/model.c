@@ -26,7 +26,7 @@ PLAIN_SYMBOL(lm_start_model, LM_SIZES_TEXT)
 
 #if LM_EFFECTS_MAX > 0
 /* Effects that widen the bands. Without them every play stays within its own, as advance_plays
- * wants it. */
+ * needs it. */
 static int has_widths(const lm_parameters *parameters) {
   int32_t i;
   for (i = 0; i < parameters->effect_count; ++i) {

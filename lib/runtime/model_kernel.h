@@ -69,7 +69,7 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
 #define NOTHING_KNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
 
 /* The conditions that most effects do with, and a bit beside those of LM_NEEDS_: there is an effect
- * that wants another, or that changes torque or bands. */
+ * that needs another, or that changes torque or bands. */
 #define USUAL_NEEDS (LM_NEEDS_TORQUE | LM_NEEDS_TEMPERATURE | LM_NEEDS_TIME)
 #define NEEDS_MORE 0x80000000u
 
@@ -93,7 +93,7 @@ static inline uint32_t needs_of(const lm_parameters *parameters) {
 }
 #endif
 
-/* Between two samples, s; a clock that runs backwards stands still. */
+/* Between two samples, s; a clock that runs backwards is at rest. */
 #define ELAPSED_MAX LM_REAL(1e6)
 
 /* The time between two samples as effects take it; one that is not told, or nonsense, is `untold`.
@@ -124,7 +124,7 @@ typedef struct lm_progress {
 
 /* For NEEDS_MORE: reads the conditions that few effects need, runs those on torque and bands, and
  * then the operators' step. at->torque_Nm is the input, and becomes the torque with these effects.
- * Returns what the conditions are told by. */
+ * Returns what the conditions are stated by. */
 uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *memory,
                                     const lm_conditions *given, lm_conditions *at, uint32_t needs,
                                     lm_progress *progress);
@@ -153,7 +153,7 @@ static inline void read_moment(lm_conditions *at, const lm_parameters *parameter
 #endif
 
 /* One step to an input that is believed, `elapsed_s` after the one before (take_elapsed); `needs`
- * those of the parameters. Adds to *status what the conditions are told by. Effects
+ * those of the parameters. Adds to *status what the conditions are stated by. Effects
  * come in the order torque, width, angle, and take their memory one after the other. Most are
  * angles that want torque and temperature: all else is out of their way. */
 static inline lm_real step_model(const lm_parameters *parameters, lm_memory *memory,

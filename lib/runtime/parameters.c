@@ -25,7 +25,7 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
   return ~crc;
 }
 
-/* The numbers from the torque limit to the last of the ranges that were fitted: they stand in the
+/* The numbers from the torque limit to the last of the ranges that were fitted: they are in the
  * struct one after the other, in this order, and so they do in the binary form. Their bounds are a
  * table, at a third of the flash that as many calls would take, and pairs of bounds another. */
 typedef enum bounds {
@@ -90,7 +90,7 @@ static const uint8_t bounds_of[NUMBERS] = {
 #define FIRST_NUMBER offsetof(lm_parameters, torque_limit_Nm)
 typedef char numbers_follow_each_other
     [offsetof(lm_parameters, plays) - FIRST_NUMBER == NUMBERS * sizeof(lm_real) ? 1 : -1];
-#define LIMITS_FIRST 1 /* what follows the torque limit stands in this order in the binary form */
+#define LIMITS_FIRST 1 /* what follows the torque limit is in this order in the binary form */
 
 static lm_real number_at(const lm_parameters *parameters, size_t i) {
   lm_real value;
@@ -196,7 +196,8 @@ typedef struct reader {
   size_t end;
 } reader;
 
-/* Past the end it gives zeros and goes on counting, so that `at` tells a form that is too short. */
+/* Past the end it gives zeros and continues counting, so that `at` tells a form that is too short.
+ */
 static uint32_t read_word(reader *from) {
   uint32_t word = 0;
   if (from->at + 4 <= from->end) {

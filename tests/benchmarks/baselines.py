@@ -217,7 +217,7 @@ def wanted_columns(name: str, truth: dict[str, Any]) -> set[str]:
     if effect is None:
         needs = {n for cause in truth["hidden"] for n in cause.get("depends_on", ())}
     else:
-        # Everything depends on the torque a little: it counts only where nothing else is asked for.
+        # Everything depends on the torque a little: it counts only where nothing else is requested.
         needs = set(effect.needs) - {"torque_Nm", "elapsed_s"} or set(effect.needs)
     return {column for need in needs for column in COLUMNS.get(need, (need,))}
 

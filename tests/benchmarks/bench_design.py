@@ -176,7 +176,7 @@ def show(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def verdict(ratio: float) -> str:
-    """Say whether a ratio reaches the bar and the aim."""
+    """Describe whether a ratio reaches the bar and the aim."""
     if ratio >= AIM:
         return f"reaches the aim of {AIM}x"
     if ratio >= BAR:

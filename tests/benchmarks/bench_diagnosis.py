@@ -110,7 +110,7 @@ def run_rivals(truth_file: Path) -> Record:
 def in_turn(folders: Iterable[Path], wanted: dict[str, int | None]) -> list[Path]:
     """Truths of suites, so that every first part holds as much of each as of the others.
 
-    `wanted` says how many of each suite; all of all where it is empty.
+    `wanted` states how many of each suite; all of all where it is empty.
     """
     suites: dict[Path, list[Path]] = {}
     for folder in folders:

@@ -182,7 +182,7 @@ def right_first(done: Record) -> bool:
 
 
 def told(done: Record) -> str:
-    """What is said, in a few words."""
+    """What is reported, in a few words."""
     depends = "; ".join(f"{d['covariate']} {d['shape']}" for d in done["unexplained"])
     return f"{done['verdict']} {'+'.join(done['named']) or '-'} [{depends}]"
 

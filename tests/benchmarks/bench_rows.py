@@ -58,7 +58,7 @@ def measure(name: str, sheet: Path, recordings: list[Path]) -> float:
 
 
 def main(words: list[str]) -> None:
-    """Measure all, and say what a row costs against the demo's."""
+    """Measure all, and state what a row costs against the demo's."""
     print("campaign                   rows runs  wild  ms/row rungs  verdict")
     demo = measure("demo", DEMO / "joint.toml", [DEMO / "joint.csv.gz"])
     with tempfile.TemporaryDirectory() as folder:

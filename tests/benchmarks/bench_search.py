@@ -4,7 +4,7 @@ Every method gets the same evaluator, with the same sampled drives and all limit
 number of evaluations; the seed is that of the method alone. NSGA-II and differential evolution call
 the evaluator once for each. The search counts a plain evaluation as one, as it counts every point
 that it screens, breeds or tries; a gradient counts as ``lm_slope_charge`` plain ones (8 for up to
-eight variables beside the tolerance grades), and sixteen looks at other tolerances of a design that
+eight variables beside the tolerance grades), and sixteen examines other tolerances of a design that
 was evaluated count as one; ``bench_search_cost.py`` measures what each takes.
 Arithmetic without the model is free for all. The verification that follows the budget is left out
 for ours, so no method has its result polished. Every feasible point that a method evaluates counts

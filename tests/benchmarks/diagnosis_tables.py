@@ -34,7 +34,7 @@ seeds below were judged once.
 NULLS = """## Where there is nothing to find
 
 Every routine that speaks of chance is tried on data in which there is nothing, and its false alarms
-are held against the level that it states (binomial bounds, `tests/python/test_nulls_*.py`): the F
+are compared with the level that it states (binomial bounds, `tests/python/test_nulls_*.py`): the F
 test over runs, the sign flips, all gates together over all candidates, paired differences, standard
 errors and intervals, the shares of `compare`, steps, outliers, columns that rise together, stuck
 sensors, and whole diagnoses under coloured, long-tailed and uneven noise."""
@@ -128,7 +128,7 @@ def of(rows: list[Record], kind: str, how: str = "standard") -> list[Record]:
 
 
 def rights(rows: list[Record]) -> int:
-    """How many answers are what was asked for."""
+    """How many answers are what was requested."""
     return sum(good(done["truth"], done["judged"]) for done in rows)
 
 
@@ -206,7 +206,7 @@ def first_named(done: Record) -> str:
 
 
 def verdict_of(done: Record) -> str:
-    """The verdict; `complete` where it says that nothing is missing."""
+    """The verdict; `complete` where it states that nothing is missing."""
     return str(done["answer"]["verdict"])
 
 

@@ -491,7 +491,7 @@ def evaluate(design: Design, torque_Nm: Array) -> dict[str, Any]:
     torques = 1e3 * np.asarray(torque_Nm, dtype=float)
     mesh = take_up(contacts, torques)
     tangent = float(np.tan(contacts.flank_angle))
-    # Midway between both tip circles where they stand on the deformation axis.
+    # Midway between both tip circles where they are on the deformation axis.
     way = -1.0 if design.external else 1.0
     r_mean = (r["flexspline_tip"] + way * design.deflection + r["rigid_tip"]) / 2
     twist = sum(1 / (stiffness * ratio**2) for stiffness, ratio in design.torsion)

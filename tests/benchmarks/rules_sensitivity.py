@@ -4,7 +4,7 @@
     python benchmarks/judging_suites.py CAMPAIGNS --seeds develop --share 0.1
     python benchmarks/rules_sensitivity.py CAMPAIGNS --results FILE.jsonl [--campaigns 200]
 
-Every campaign is diagnosed with the rules as they stand, which also tells what rules were looked at
+Every campaign is diagnosed with the rules as they stand, which also tells what rules were examined
 at all: one that a campaign does not look at cannot move its verdict, and is not tried on it. A
 verdict has moved where the word, the named effects, the runs of sudden events or what an
 unexplained rest depends on have. Whole numbers change by one at least. A result is appended to
@@ -41,11 +41,11 @@ NAMES = tuple(name for name in vars(rules) if name.isupper())
 
 
 LOOKED_AT: set[str] = set()
-"""Rules that the diagnosis under way has looked at."""
+"""Rules that the diagnosis under way has examined."""
 
 
 class Watched(ModuleType):
-    """A module that notes which of its rules are looked at."""
+    """A module that notes which of its rules are examined."""
 
     def __getattribute__(self, name: str) -> Any:
         """Give an attribute, and note it."""
@@ -98,7 +98,7 @@ def run(truth_file: Path, rule: str = "", share: float = 0.0) -> Record:
 
 
 def trials(found: Record, wanted: Iterable[str]) -> Iterator[tuple[str, float]]:
-    """Rules to be changed on a campaign, and the share: those that it looks at."""
+    """Rules to be changed on a campaign, and the share: those that it examines."""
     for name in wanted:
         for share in (-CHANGE, CHANGE):
             if name in found["looked_at"] and changed(getattr(rules, name), share) != getattr(
@@ -143,7 +143,7 @@ def table(records: Iterable[Record]) -> str:
 
 
 def tried(name: str, plain: dict[str, Record]) -> bool:
-    """Whether any campaign looks at a rule, so that it has to be tried."""
+    """Whether any campaign examines a rule, so that it has to be tried."""
     return any(name in record["looked_at"] for record in plain.values())
 
 

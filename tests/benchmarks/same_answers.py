@@ -6,7 +6,7 @@ Each of the two is a checkout with its `.venv`, or a folder into which an earlie
 answers (`--keep`). Every command runs on the same recordings, under the same file names, and every
 file that it writes and every line that it prints is compared byte by byte. The recordings are
 campaigns of the own rig (tests/rig), and those in `--rig`: NAME.toml with NAME.csv.gz. Exit status
-1 says that something differs; the first differing line of each file is printed.
+1 states that something differs; the first differing line of each file is printed.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def differences(before: Path, after: Path, cases: list[Case]) -> list[str]:
 
 
 def first_difference(one: Path, other: Path) -> str:
-    """Say where two files part."""
+    """Describe where two files part."""
     if one.suffix == ".json":
         where = different_key(json.loads(one.read_text()), json.loads(other.read_text()))
         return where or "the order of its keys"

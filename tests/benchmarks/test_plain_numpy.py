@@ -81,7 +81,7 @@ def test_plain_numpy_agrees_with_the_library(name):
     for check in checks:
         mine = found["checks"][check.name]
         if check.name == "smallest_gap":
-            # The library looks at more phases and between them, so it may find a little less.
+            # The library examines more phases and between them, so it may find a little less.
             assert check.margin <= mine + GAP_TOLERANCE
             assert check.margin == pytest.approx(mine, abs=0.02 * ARCMIN)
         else:

@@ -51,5 +51,5 @@ def test_the_table_counts_what_moves_and_names_what_moves_nothing() -> None:
     assert text.splitlines()[2].split() == ["TWIN_DEG", "1", "1", "0", "0", "1"]
     last = text.splitlines()[-1]
     assert "TWIN_DEG" not in last
-    assert "POWER" in last  # no campaign looks at it
+    assert "POWER" in last  # no campaign examines it
     assert {name for name in vars(rules) if name.isupper()} == set(bench.NAMES)

@@ -21,7 +21,7 @@ def kind_of(truth: dict[str, Any]) -> str:
 
 
 def judge(truth: dict[str, Any], found: dict[str, Any]) -> str:
-    """What the answer is, in a few words; `right` when it is what was asked for."""
+    """What the answer is, in a few words; `right` when it is what was requested."""
     return {
         "clean": _clean,
         "outside": _outside,
@@ -112,7 +112,7 @@ def hangs_on_nothing(truth: dict[str, Any]) -> bool:
 
 
 def good(truth: dict[str, Any], judged: str) -> bool:
-    """Whether the answer is what was asked for."""
+    """Whether the answer is what was requested."""
     asked = {
         "single": ("right", "first, with others", "first, something left over"),
         "pair": ("right", "both named, something left over"),

@@ -525,7 +525,7 @@ static void the_largest_drive_has_room(void) {
   }
 }
 
-/* Gears whose own material is nonsense: the energy integral says which, for both gears and both
+/* Gears whose own material is nonsense: the energy integral states which, for both gears and both
  * deformations. */
 static void pairs_without_a_compliance_are_refused(void) {
   const lm_real torque[] = {1};

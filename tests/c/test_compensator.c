@@ -430,7 +430,7 @@ static void a_change_of_parameters_makes_no_step(void) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(&joint, NULL, &fault));
 }
 
-/* Wider bands: where a play stands in them the old ones cannot tell, however widely the load swept
+/* Wider bands: where a play is in them the old ones cannot tell, however widely the load swept
  * before. The truth is a model that had the new bands all along. */
 static void a_change_of_bands_makes_the_memory_unknown(void) {
   lm_parameters wider = parameters;
@@ -645,7 +645,7 @@ static void inputs_that_are_not_finite_change_nothing(void) {
   TEST_ASSERT_TRUE(now.status & LM_STATE_INPUT_REFUSED);
   TEST_ASSERT_TRUE(now.lost_motion_rad == before.lost_motion_rad);
   at.temperature_C = zero / zero;
-  TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED); /* nobody asked for it */
+  TEST_ASSERT_EQUAL(0, step(20).status & LM_STATE_INPUT_REFUSED); /* nobody requested it */
   add_effect(&parameters, &lm_effect_thermal_drift, LM_REAL(1e-6), 0);
   restart();
   TEST_ASSERT_EQUAL(LM_STATE_INPUT_REFUSED, step(20).status & LM_STATE_INPUT_REFUSED);
@@ -661,7 +661,7 @@ static lm_real nothing_of(const lm_real *value, lm_real *own, const lm_condition
 }
 
 /* Each condition by itself, where an effect needs it: not finite, beyond what it may be, not told.
- * What nobody needs is not looked at. */
+ * What nobody needs is not examined. */
 static void a_condition_that_means_nothing_is_refused(void) {
   static const uint32_t needs[] = {LM_NEEDS_INPUT_ANGLE,    LM_NEEDS_OUTPUT_ANGLE,
                                    LM_NEEDS_INPUT_VELOCITY, LM_NEEDS_OUTPUT_ACCELERATION,
@@ -698,7 +698,7 @@ static void a_condition_that_means_nothing_is_refused(void) {
   parameters.effect_count = 0;
 }
 
-/* A host that does not wrap its angles is told before the waves jump, whatever their order. */
+/* A host that does not wrap its angles is informed before the waves jump, whatever their order. */
 static void an_angle_of_many_turns_is_refused_before_the_waves_jump(void) {
   static const lm_effect *const waves[] = {
       &lm_effect_kinematic_error, &lm_effect_kinematic_sideband, &lm_effect_lobe_eccentricity,
@@ -1048,7 +1048,8 @@ static void ringing_is_told_and_ends(void) {
   TEST_ASSERT_EQUAL(0, step(30).status & LM_STATE_RINGING);
 }
 
-/* Swings far below the noise are none, and a motion that goes on after a small turn is no swing. */
+/* Swings far below the noise are none, and a motion that continues after a small turn is no swing.
+ */
 static void noise_does_not_ring(void) {
   int i;
   parameters.watch.ringing_Hz = 5;

@@ -548,7 +548,7 @@ static void null_is_refused(void) {
   TEST_ASSERT_EQUAL(LM_NULL, lm_complete_drive(0, &fault));
   TEST_ASSERT_EQUAL_STRING("drive", fault.input);
   TEST_ASSERT_EQUAL(LM_NULL, lm_complete_drive(0, 0));
-  drive.teeth.rigid_teeth = 1; /* and a fault that nobody asked for is not written */
+  drive.teeth.rigid_teeth = 1; /* and a fault that nobody requested is not written */
   TEST_ASSERT_EQUAL(LM_INCONSISTENT, lm_complete_drive(&drive, 0));
   drive.teeth.rigid_teeth = 202;
   drive.teeth.module_mm = 0;

@@ -77,7 +77,7 @@ static void the_gap_is_crossed_after_each_reversal(void) {
   TEST_ASSERT_TRUE(distance(now.correction_rad, -HALF_GAP) < LM_REAL(1e-7));
 }
 
-/* Dither within the gap moves nothing on the far side: output = angle + lost motion stands still.
+/* Dither within the gap moves nothing on the far side: output = angle + lost motion is at rest.
  */
 static void dither_within_the_gap_leaves_the_output_where_it_is(void) {
   lm_real stood = LM_REAL(0.25) + rest(LM_REAL(0.25), 10).lost_motion_rad;
@@ -264,7 +264,7 @@ static void the_watch_fades_a_gap_out_that_is_not_there(void) {
   TEST_ASSERT_TRUE(joint.gain == 0);
 }
 
-/* The command goes on for 500 turns within a limit of less than two, as the host takes each turn
+/* The command continues for 500 turns within a limit of less than two, as the host takes each turn
  * off it: the motion is the one of a joint that never left the first turn. */
 static void a_joint_that_turns_endlessly_keeps_its_gap(void) {
   const lm_real turn = 2 * LM_PI;

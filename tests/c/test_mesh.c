@@ -544,7 +544,7 @@ static void the_lobe_mirrors(void) {
   }
 }
 
-/* A tooth within a hair of 90 deg stands on it, on either end. */
+/* A tooth within a hair of 90 deg is on it, on either end. */
 static void teeth_at_ninety_degrees_are_listed_at_both_ends(void) {
   const lm_drive drive = reference_a();
   const double pitch = 2 * 3.14159265358979323846 / 200;

@@ -146,7 +146,7 @@ static void test_only_a_ring_goes_with_external_deformation(void) {
   TEST_ASSERT_EQUAL_INT(0, lm_is_excluded(&problem, 3, &limit)); /* external, ring */
 }
 
-/* The search says which limit it was. */
+/* The search states which limit it was. */
 static void test_the_search_tells_what_pruned_a_combination(void) {
   lm_search *search;
   int limit = 0;

@@ -1,6 +1,6 @@
 /* Every call of the optimizer to the system that can fail, failed once: memory, files, threads; and
  * every call to the model. The linker puts the functions below in the place of both (--wrap). A run
- * must end with a status and a word, leak nothing and go on later to the same bytes. */
+ * must end with a status and a word, leak nothing and continue later to the same bytes. */
 #define _XOPEN_SOURCE 700 /* locks */
 #include <errno.h>
 #include <math.h>
@@ -579,7 +579,7 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     at++;
   } while (model_failed);
   TEST_ASSERT_GREATER_THAN_INT(3, at);
-  /* without the finer look what is told is of the coarse one */
+  /* without the finer look what is stated is of the coarse one */
   for (at = 0; at < 2; at++) {
     double unit[LM_FREE_MAX] = {0.5, 0.5};
     watch(at == 0 ? CHECKS : 0, at == 0 ? 0 : -1);
@@ -591,7 +591,7 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE] > 0);
     left = -1;
   }
-  /* the point that the solver ends at is refused: what is told is of its start */
+  /* the point that the solver ends at is refused: what is stated is of its start */
   for (at = 0; at < 40; at++) {
     double unit[LM_FREE_MAX] = {0.1 * (at % 10), 1 - 0.1 * (at % 10)};
     watch(EVALUATE_POINT, 0);

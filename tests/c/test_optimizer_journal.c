@@ -199,7 +199,7 @@ static void test_a_journal_that_is_damaged_in_its_midst_is_kept_beside_itself(vo
   TEST_ASSERT_EQUAL_INT(1, report.behind);
   TEST_ASSERT_EQUAL_INT(before, length_of(kept));
   TEST_ASSERT_EQUAL_INT(first, length_of(path));
-  /* Whole again, and nothing more is said. */
+  /* Whole again, and nothing more is reported. */
   TEST_ASSERT_EQUAL_INT(LM_OK, resume_with(spec));
   TEST_ASSERT_EQUAL_INT(0, report.torn + report.behind);
   TEST_ASSERT_EQUAL_INT(0, remove(kept));
@@ -252,7 +252,8 @@ static void test_a_journal_that_is_there_is_not_replaced(void) {
 
 static const char *this_program;
 
-/* 0: a process of its own could go on with the journal. It is this program with the word resume. */
+/* 0: a process of its own could continue with the journal. It is this program with the word resume.
+ */
 static int errno_of_another_process(void) {
   char words[128];
   char said[sizeof path + 8];

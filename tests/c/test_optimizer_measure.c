@@ -184,7 +184,7 @@ static void test_the_probable_gap_is_never_above_the_worst(void) {
   }
 }
 
-/* What has a grade only goes on from what has been measured. */
+/* What has a grade only continues from what has been measured. */
 static void test_other_grades_alone_need_no_new_contacts(void) {
   lm_gapless gapless[LM_PHASE_MAX];
   double value[LM_KEY_COUNT];
@@ -371,7 +371,7 @@ static void test_what_does_not_hold_is_said(void) {
   TEST_ASSERT_EQUAL_INT(1, certificate->limit[LM_LIMIT_FIGURE].binds);
 }
 
-/* Where gaps are asked for at the worst corner, the smallest gap of the nominal drive does not
+/* Where gaps are requested at the worst corner, the smallest gap of the nominal drive does not
  * count. */
 static void test_gaps_at_the_worst_corner_are_those_of_the_scan(void) {
   read_with(by_differences, "link 1 0.25 0 0 1 normal teeth\n", "limit gap_at_worst_corner 1\n");

@@ -177,7 +177,7 @@ static void test_a_stopped_run_goes_on_to_the_same_bytes(void) {
   stop = 0;
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, work_and_finish(2, &stop));
-  /* a torn end is told and mended */
+  /* a torn end is reported and mended */
   tear_journal(9);
   TEST_ASSERT_EQUAL_INT(LM_EXIT_DONE, open_here(small_spec, 1));
   assert_noted("torn after");
@@ -418,7 +418,7 @@ static void test_results_that_cannot_be_written_are_told(void) {
 #endif
 }
 
-/* Each result in turn stands in the way of its own name. */
+/* Each result in turn is in the way of its own name. */
 static void test_every_result_that_has_no_place_is_told(void) {
   static const char *const names[] = {"combinations.csv", "front.csv", "history.csv", "best.toml",
                                       "certificate.json"};
@@ -538,7 +538,7 @@ static void test_words_of_the_json_files(void) {
   TEST_ASSERT_NULL(strstr(text, "\"limit\": \"safety_factor_min\""));
 }
 
-/* What stands in the files of a search with a limit on a figure, two links and a pruned choice. */
+/* What is in the files of a search with a limit on a figure, two links and a pruned choice. */
 static void test_files_name_limits_and_what_pruned(void) {
   char spec[2048];
   snprintf(spec, sizeof spec,
@@ -678,7 +678,7 @@ static void test_the_program_searches(void) {
 }
 
 /* A terminal is shown a bar; a budget that the first batch exceeds leaves no time. What is shown is
- * read while the program goes on: it would wait for a reader. */
+ * read while the program continues: it would wait for a reader. */
 static void test_a_terminal_is_shown_a_bar(void) {
 #if defined(_WIN32)
   TEST_IGNORE_MESSAGE("a terminal of Windows cannot be read by a test");
@@ -719,8 +719,8 @@ static void test_what_is_no_spec_is_told(void) {
   assert_usage(words, "found more than 1 MiB, expected a spec");
 }
 
-/* In three seconds one worker does more than the fiftieth from which on the time left is told, and
- * far less than all. */
+/* In three seconds one worker does more than the fiftieth from which on the time left is stated,
+ * and far less than all. */
 static void test_an_interrupted_program_saves_and_exits_130(void) {
   char words[256];
   char spec[2048];

@@ -1,5 +1,5 @@
 /* The search as a sequence, fed with made-up answers: whatever the tasks find and whatever they
- * cost, it ends, keeps its books and asks for what makes sense. */
+ * cost, it ends, keeps its books and requires what makes sense. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -580,7 +580,7 @@ static void test_a_race_of_many_fits_the_batch(void) {
   TEST_ASSERT_GREATER_THAN_INT(256, kinds[LM_TASK_SLSQP]);
 }
 
-/* Members that nobody asked for: more than the islands hold. */
+/* Members that nobody requested: more than the islands hold. */
 static void test_members_beyond_the_islands_are_let_go(void) {
   world crowded = plain;
   crowded.from_members = LM_PARENT_MAX;
@@ -588,7 +588,7 @@ static void test_members_beyond_the_islands_are_let_go(void) {
   TEST_ASSERT_EQUAL_INT(LM_STAGE_DONE, stage());
 }
 
-/* What a bound excludes stays excluded, though a population meets points of it: they say how far
+/* What a bound excludes stays excluded, though a population meets points of it: they state how far
  * the limit is from holding. */
 static void test_pruned_combinations_stay_pruned(void) {
   world infeasible = plain;
@@ -613,7 +613,7 @@ static void test_pruned_combinations_stay_pruned(void) {
   TEST_ASSERT_EQUAL_INT(1, lm_read_nearest(search, &combination, unit, &violation));
 }
 
-/* Answers every batch of a search until a population is asked for; its number of parents. */
+/* Answers every batch of a search until a population is requested; its number of parents. */
 static int deal_first_population(void) {
   const lm_task *tasks;
   int count = lm_next_tasks(search, &tasks);
@@ -633,7 +633,7 @@ static int deal_first_population(void) {
   return dealt;
 }
 
-/* Designs to begin with are looked at before anything else, and the first population breeds from
+/* Designs to begin with are examined before anything else, and the first population breeds from
  * what they leave on the front. */
 static void test_a_search_begins_with_its_starts(void) {
   static const int budgets[] = {5000, 40000};

@@ -120,7 +120,7 @@ static void test_a_look_is_at_one_design(void) {
   TEST_ASSERT_EQUAL_MEMORY(task.unit, answer->unit, sizeof task.unit);
 }
 
-/* No range of this spec opens gaps: each point is looked at once. */
+/* No range of this spec opens gaps: each point is examined once. */
 static void test_points_without_a_shift_leave_the_gaps(void) {
   lm_spec_error error = {0, ""};
   static const char spec[] =
@@ -202,7 +202,7 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
   TEST_ASSERT_TRUE(answer->violation <= 0);
   TEST_ASSERT_GREATER_THAN_INT(0, answer->solution_count);
   TEST_ASSERT_EQUAL_INT(answer->solution_count, count_closed());
-  /* no range of this spec closes them, so the point is not looked at again */
+  /* no range of this spec closes them, so the point is not examined again */
   TEST_ASSERT_EQUAL_INT_MESSAGE(LM_OK, lm_read_spec(without_shift, &problem, &error), error.text);
   unit[0] = 0.5;
   take_one_gradient(unit);
@@ -210,7 +210,7 @@ static void test_gradients_look_at_points_that_interfere_with_their_gaps_closed(
   TEST_ASSERT_EQUAL_INT(0, answer->solution_count);
 }
 
-/* SLSQP looks at a point that breaks its gaps with these closed, for what that may gain. A cost
+/* SLSQP examines a point that breaks its gaps with these closed, for what that may gain. A cost
  * that nothing changes is as good at the first design as anywhere, and the looks end. */
 static void test_gaps_are_closed_only_where_that_may_gain(void) {
   static const char *const objectives[] = {"objective lost_motion\n", "objective cost\n"};
@@ -555,7 +555,7 @@ static void test_gaps_of_the_worst_corner_settle_on_the_scan(void) {
   TEST_ASSERT_EQUAL_INT(1, answer->solution_count);
 }
 
-/* A third of the evaluations answers NaN: every method goes on. */
+/* A third of the evaluations answers NaN: every method continues. */
 static void test_every_kind_lives_with_nan(void) {
   int kind;
   read_with("fixed generator.type discs\n", two_objectives, "damaged_share 0.33\n");

@@ -427,7 +427,7 @@ static void the_line_keeps_its_length_and_every_tooth_its_arc(void) {
   }
 }
 
-/* A tooth's foot stands on the line, its axis normal to it: mu = -atan2(R', R). */
+/* A tooth's foot is on the line, its axis normal to it: mu = -atan2(R', R). */
 static void teeth_stand_upright_on_the_line(void) {
   int k;
   int i;

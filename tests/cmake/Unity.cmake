@@ -2,7 +2,7 @@
 # UNITY_SRC_DIR (variable or environment), where Debian's package cmock has it, in the project's own
 # release archive, and last in the other Debian packages that carry it.
 set(unity_version 2.6.1)
-# The same checksum stands in several public build files that pin this archive (maplibre-native-ffi
+# The same checksum is in several public build files that pin this archive (maplibre-native-ffi
 # is one).
 set(unity_sha256 b41a66d45a6b99758fb3202ace6178177014d52fc524bf1f72687d93e9867292)
 

@@ -30,7 +30,7 @@ grep '_f32$' "$work/f64" | complain "suffix _f32 in the float64 build"
 grep -h '_f64$' "$work/f32" "$work/runtime" | complain "suffix _f64 in the float32 build"
 sed 's/_f32$/_f64/' "$work/f32" | sort -u | comm -3 "$work/f64" - |
   complain "in one precision only (float64 left, float32 right)"
-# The plain symbol stands beside each that carries more.
+# The plain symbol is beside each that carries more.
 for name in f64 f32 runtime; do
   sed -nE 's/(_[0-9]+){5}_f(32|64)$//p; s/_f(32|64)$//p' "$work/$name" | sort -u |
     comm -23 - "$work/$name" | complain "no plain symbol in $name"

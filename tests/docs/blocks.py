@@ -67,7 +67,7 @@ class Block:
 
 
 def pages() -> list[Path]:
-    """All pages that stand in the tree."""
+    """All pages that are in the tree."""
     found = {p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.parts)}
     return sorted(found | {DOCS.parent / "README.md"})
 
@@ -198,7 +198,7 @@ def same_line(printed: str, expected: str) -> bool:
 
 
 def differs(printed: str, expected: str) -> str:
-    """Say where a block prints something else; nothing when it prints what it must."""
+    """Describe where a block prints something else; nothing when it prints what it must."""
     lines = [line.rstrip() for line in printed.strip("\n").splitlines()]
     wanted = [line.rstrip() for line in expected.strip("\n").splitlines()]
     place = 0

@@ -1,7 +1,7 @@
 """Draw sentences at random from pages, messages, headers, docstrings and comments, to be read.
 
-``python tests/docs/sentences.py [--seed N] [--count 100]`` prints the seed and a sentence a line with
-its place. Without a seed it takes a new one.
+``python tests/docs/sentences.py [--seed N] [--count 100]`` prints the seed, and one sentence a line
+with its place. Without a seed it takes a new one.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ def sentences(passage: Passage) -> list[str]:
 
 def draw(seed: int, count: int) -> list[tuple[str, str]]:
     """Draw place and text of so many sentences; the same seed draws the same of the same tree."""
-    every = [(one.place, said) for file in files() for one in passages(file) for said in sentences(one)]
+    every = [
+        (one.place, said) for file in files() for one in passages(file) for said in sentences(one)
+    ]
     return random.Random(seed).sample(every, count)
 
 

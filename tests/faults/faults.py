@@ -54,7 +54,7 @@ class Command:
     new_folder : str
         Folder that the command begins; nothing is there before.
     again : list of str
-        What goes on after a kill, to the same files; empty: the command once more.
+        What continues after a kill, to the same files; empty: the command once more.
     """
 
     words: list[str]
@@ -152,7 +152,7 @@ class World:
         return folder
 
     def wrong(self, folder: Path) -> str:
-        """Say what is neither old nor new; nothing when all is well."""
+        """Describe what is neither old nor new; nothing when all is well."""
         for name, found in contents(folder, self.command).items():
             allowed = (
                 (None, self.whole[name]) if self.command.new_folder else (OLD, self.whole[name])
@@ -180,7 +180,7 @@ class World:
 
 
 def one_line(status: int, said: str, statuses: tuple[int, ...]) -> str:
-    """Say what is wrong with the end of a command that lives on to tell it."""
+    """Describe what is wrong with the end of a command that lives on to tell it."""
     if "Traceback" in said or status not in statuses:
         return f"status {status}: {said[-400:]}"
     return f"more than one line: {said[:300]}" if said.count("\n") > 1 else ""

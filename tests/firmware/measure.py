@@ -6,7 +6,7 @@
 
 Exits 1 when a figure passes its limit, a bit differs, or the page is not what was measured with the
 page's own compilers. A target whose compiler or emulator is missing is skipped with a notice, never
-in silence.
+silently.
 """
 
 from __future__ import annotations
@@ -405,7 +405,7 @@ def sizes_of(target: Target, sizes: Options, folder: Path) -> dict[str, int]:
 
 
 def foreign_symbols(target: Target, objects: list[Path]) -> list[str]:
-    """What the library wants from elsewhere."""
+    """What the library needs from elsewhere."""
     nm = target.compiler.replace("gcc", "nm")
     undefined = set(re.findall(r"^\s+U (\w+)$", run([nm, "-u", *objects]), re.MULTILINE))
     table = run([nm, "--defined-only", *objects])
@@ -533,7 +533,7 @@ def measure_row(target: Target, name: str, plugin: Path, folder: Path) -> Row:
 
 
 def usable(targets: list[Target]) -> list[Target]:
-    """Keep the targets whose tools are installed, and say which are not."""
+    """Keep the targets whose tools are installed, and state which are not."""
     for target in targets:
         if target.missing():
             print(f"skipped {target.name}: {target.missing()} is not installed", file=sys.stderr)
@@ -627,7 +627,7 @@ def measure_costs(folder: Path, *, write: bool) -> bool:
 
 
 def main() -> int:
-    """Run what was asked for."""
+    """Run what was requested."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", nargs="?", choices=("golden", "cost"))
     parser.add_argument("--write", action="store_true", help="write the page of the documentation")

@@ -1,4 +1,4 @@
-"""What a test needs of the machine; where it is missing the test is left out and says why."""
+"""What a test needs of the machine; where it is missing the test is left out and states why."""
 
 from __future__ import annotations
 

@@ -314,7 +314,7 @@ def test_arduino_library_compiles_into_a_sketch(tmp_path: Path) -> None:
     names = [
         line.partition("=")[0] for line in (library / "library.properties").read_text().split("\n")
     ]
-    # What Arduino's library specification asks for, but for the address of a home page.
+    # What Arduino's library specification requires, but for the address of a home page.
     needed = {"name", "version", "author", "maintainer", "sentence", "paragraph", "category"}
     assert needed <= set(names)
     sketch = tmp_path / "sketch.cpp"

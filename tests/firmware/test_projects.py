@@ -178,7 +178,7 @@ def test_arduino_sketch_runs_on_an_emulated_mega(tmp_path: Path) -> None:
             sketch / "axis.ino",
         ]
     )
-    # simavr goes on for ever, as the sketch does: it is ended once the line is there.
+    # simavr continues for ever, as the sketch does: it is ended once the line is there.
     command = ["simavr", "-m", "atmega2560", "-f", "16000000", str(build / "axis.ino.elf")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as simavr:
         limit = threading.Timer(SECONDS, simavr.kill)
@@ -289,7 +289,7 @@ def test_zephyr_project_runs(tmp_path: Path) -> None:
     command: list[object] = ["cmake", "-S", PROJECTS / "zephyr", "-B", build]
     if "ZEPHYR_BASE" in os.environ:
         command += ["-G", "Ninja", "-DBOARD=native_sim"]
-        program = ["zephyr/zephyr.exe", "-stop_at=1"]  # it goes on after main
+        program = ["zephyr/zephyr.exe", "-stop_at=1"]  # it continues after main
     else:
         command += [f"-DZephyr_DIR={zephyr_stand_in(tmp_path / 'zephyr')}"]
     run(command)

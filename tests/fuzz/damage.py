@@ -557,7 +557,7 @@ def damage_evidence(kitchen: Kitchen, raw: bytes) -> tuple[bytes, bool]:
 
 
 def damage_search(kitchen: Kitchen, files: dict[str, bytes]) -> None:
-    """Damage the folder of a search that a resumption goes on with."""
+    """Damage the folder of a search that a resumption continues with."""
     dice = kitchen.dice
     name = dice.choice(["journal.bin"] * 6 + sorted(files))
     kind = dice.randrange(7)

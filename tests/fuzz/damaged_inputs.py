@@ -66,7 +66,7 @@ SKIPPED = {"demo": "reads no file", "completion": "reads no file"}
 """Commands that are left out, and why."""
 
 OUTPUTS = {"export": "params.h", "fit": "fitted.toml", "design": "run"}
-"""What a command must be told to write, by ``-o``."""
+"""What a command needs in order to write, by ``-o``."""
 
 FILES = {
     "LOG": "DATA",
@@ -95,7 +95,7 @@ BLOB = "params.bin"
 """Name of a drive file that is a blob of parameters."""
 
 SEARCH_PATIENCE_S = 3.0
-"""A damaged spec may ask for a search of a day: it is interrupted."""
+"""A damaged spec may require a search of a day: it is interrupted."""
 
 SHARES = {
     "predict": 6,
@@ -198,7 +198,7 @@ def command_files(command: str) -> list[str]:
 
 
 def written(command: str, files: list[str]) -> list[str]:
-    """Words of a command line that name its files; options where it wants options."""
+    """Words of a command line that name its files; options where it needs options."""
     if command == "effects":
         return [f"--effects={file}" for file in files]
     required = [a for a in commands()[command]._actions if a.option_strings and a.required]
@@ -355,7 +355,7 @@ def run_here(argv: list[str], search_s: float = SEARCH_PATIENCE_S) -> Outcome:
 
 
 def load_bench(argv: list[str]) -> int:
-    """Load a drive and recordings as the workbench does, and say what it would say."""
+    """Load a drive and recordings as the workbench does, and state what it would say."""
     drive, data, _, answer, *rest = argv[1:]
     if rest:
         return cli.main([*argv, "--port=x"])  # an option: it ends before any page is shown
@@ -475,7 +475,7 @@ def judge(
     folder: Path,
     sound: dict[str, Any],
 ) -> str:
-    """Say what is wrong with an outcome; nothing when all is well."""
+    """Describe what is wrong with an outcome; nothing when all is well."""
     if outcome.trace or "Traceback" in outcome.error:
         return (outcome.trace or outcome.error).strip()
     if outcome.warnings:
@@ -495,7 +495,7 @@ def judge(
             return "status 2, but files were written"
         return "harmless, but refused: " + lines[0] if case.harmless else ""
     if command == "design" and outcome.status in (1, 130):
-        # No design is feasible, or the search that the spec asks for takes too long.
+        # No design is feasible, or the search that the spec requires takes too long.
         return (
             "" if outcome.error.startswith("lostmotion: ") or outcome.status == 130 else "no line"
         )

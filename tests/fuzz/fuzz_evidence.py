@@ -127,7 +127,7 @@ def damage_array(dice: random.Random, saved: Saved) -> str:
 
 
 def damage_about(dice: random.Random, saved: Saved) -> str:
-    """Change an entry of what is told beside the numbers."""
+    """Change an entry of what is stated beside the numbers."""
     if "about" not in saved or saved["about"].dtype.kind != "U":
         return "nothing"
     try:
@@ -181,7 +181,7 @@ def finite(value: Any) -> bool:
 
 
 def judge(saved: Saved, beside: Saved | None) -> str:
-    """Merge a case, alone or beside sound evidence; say what is wrong, or nothing."""
+    """Merge a case, alone or beside sound evidence; state what is wrong, or nothing."""
     files = ["case.npz", "sound.npz"]
     try:
         with warnings.catch_warnings():

@@ -1,5 +1,5 @@
 /* Journals of somebody else: records whose checksums are right and whose values are anything. A
- * search resumed from one is refused, or it goes on with values in range; nothing is read or
+ * search resumed from one is refused, or it continues with values in range; nothing is read or
  * written out of bounds. The first byte chooses how many answers are sound before the changed one.
  */
 #define _POSIX_C_SOURCE 200809L
@@ -102,7 +102,7 @@ static lm_status take(void *context, const lm_answer *answer) {
   return lm_accept_answer(((reader *)context)->search, answer);
 }
 
-/* What was accepted can be told: every design in range. */
+/* What was accepted can be stated: every design in range. */
 static void look(lm_search *search, const lm_problem *problem) {
   static lm_solution front[64];
   lm_progress progress;
@@ -163,7 +163,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     /* A record holds as many designs as its counts say. */
     if (answer.solution_count < 0 || answer.solution_count > LM_SOLUTION_MAX ||
         answer.member_count < 0 || answer.member_count > LM_PARENT_MAX) {
-      const int known = answer.id >= 0 && lm_is_answered(to.search, answer.id); /* then nothing of it is read */
+      const int known =
+          answer.id >= 0 && lm_is_answered(to.search, answer.id); /* then nothing of it is read */
       require(known || lm_accept_answer(to.search, &answer) != LM_OK);
       break;
     }

@@ -1,7 +1,7 @@
 #!/bin/sh
 # fuzz_journal.sh CLANG COUNT [FOLDER]: COUNT journals of somebody else under ASan and UBSan. Prints
 # how many there were; exit 0 when nothing was found. The corpus is kept in FOLDER; what was found once
-# stands in corpus/journal and is tried first.
+# is in corpus/journal and is tried first.
 set -eu
 clang=$1
 count=$2

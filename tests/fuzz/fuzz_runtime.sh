@@ -1,7 +1,7 @@
 #!/bin/sh
 # fuzz_runtime.sh CLANG COUNT [FOLDER]: COUNT fuzzed calls of the runtime and COUNT fuzzed blobs, under
 # ASan and UBSan. Prints how many there were; exit 0 when nothing was found. The corpus is kept in
-# FOLDER, and the next run goes on from there.
+# FOLDER, and the next run continues from there.
 set -eu
 clang=$1
 count=$2

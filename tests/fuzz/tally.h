@@ -13,7 +13,7 @@ static void print_tally(void) {
   fprintf(stderr, "%llu %s\n", (unsigned long long)tally, tally_of);
 }
 
-/* Counts one; `what` is said at the end. */
+/* Counts one; `what` is reported at the end. */
 static void count_one(const char *what) {
   if (!tally_of) {
     tally_of = what;

@@ -16,7 +16,7 @@ PLAIN = {
     "output_angle_rad": "Output angle",
     "temperature_C": "Temperature",
 }
-"""Names of the quantities alone: the units stand in a row of their own."""
+"""Names of the quantities alone: the units are in a row of their own."""
 
 CHANNELS = (
     "AI0=torque_Nm",
@@ -375,7 +375,7 @@ def _(folder: Path, sheet: Sheet) -> Path:
 @dress(
     "candump, frames in hexadecimal digits",
     expected=REFUSED,
-    reason="what the bytes of a frame mean stands in another file",
+    reason="the meaning of the bytes is in another file",
 )
 def _(folder: Path, sheet: Sheet) -> Path:
     torque = (1e3 * sheet.values("torque_Nm")).astype(int) & 0xFFFF

@@ -16,7 +16,7 @@ INCH_M, POUND_N, OUNCE_N, GRAVITY = 0.0254, 4.4482216152605, 0.27801385095378, 9
 """International inch, avoirdupois pound and ounce of force, standard gravity."""
 START = datetime(2026, 3, 2, 9, 13, 22, tzinfo=timezone.utc)
 BETWEEN_RUNS_S = 600.0
-"""A stamp of the day goes on from run to run."""
+"""A stamp of the day continues from run to run."""
 
 
 # --- units ---------------------------------------------------------------------------------------

@@ -124,7 +124,7 @@ VALUES: dict[str, Callable[[str, str], str]] = {
     "a NUL in the cell": lambda name, cell: cell[:1] + "\0" + cell[1:],
     "two cells run together": lambda name, cell: cell + cell,
 }
-"""What stands in one cell."""
+"""What is in one cell."""
 
 
 NEEDED = ("time_s", "torque_Nm", "input_angle_rad", "output_angle_rad")

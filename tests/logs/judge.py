@@ -152,7 +152,7 @@ def differs(
 
 
 def refused_well(outcome: Outcome, says: Sequence[str] = ()) -> str:
-    """Say what is wrong with a refusal; nothing where it is one clear line, and nothing written."""
+    """Describe what is wrong with a refusal: it must be one clear line, and nothing written."""
     if outcome.status != BAD_INPUT:
         return f"status {outcome.status}, not {BAD_INPUT}"
     if outcome.error.count("\n") != 1 or not outcome.error.startswith("lostmotion: "):

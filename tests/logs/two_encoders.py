@@ -183,7 +183,7 @@ def continuous(seed: int) -> TwoEncoders:
 def wrapped(seed: int) -> TwoEncoders:
     """Deal the same log with encoders that wrap at a turn, or counters that pass their end.
 
-    Counters come as counts, and the owner says how many a turn has, not where they end.
+    Counters come as counts, and the owner states how many a turn has, not where they end.
     """
     log = continuous(seed)
     chance = np.random.default_rng([32, seed])

@@ -21,7 +21,7 @@ COLUMNS = {
 
 
 def changed(seed: int, folder: Path) -> str:
-    """Say what reading changes in a continuous log; nothing where it changes no bit."""
+    """Describe what reading changes in a continuous log; nothing where it changes no bit."""
     log = continuous(seed)
     try:
         campaign = read_campaign(log.write(folder), ratio=log.ratio)
@@ -36,7 +36,7 @@ def changed(seed: int, folder: Path) -> str:
 
 
 def misread(seed: int, folder: Path) -> str | None:
-    """Say how reading errs in a wrapped log; None where it is not wrapped at all.
+    """Describe how reading errs in a wrapped log; None where it is not wrapped at all.
 
     Right is the lost motion of the log that does not wrap, save for one shift a run, with a
     finding; or a refusal that names the angles; or both readings, said of each run that is wrong.

@@ -26,7 +26,7 @@ class Walled:
     """Of processor time."""
 
     def wrong(self) -> str:
-        """Say what is wrong; nothing where it answered, or refused in one line."""
+        """Describe what is wrong; nothing where it answered, or refused in one line."""
         if self.status == -1:
             return f"not done in {PATIENCE_S:g} s"
         if "Traceback" in self.error:

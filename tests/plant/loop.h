@@ -28,7 +28,7 @@ typedef struct knowledge {
   const double *table_rad; /* true mean curve, at -60 to 60 N*m in steps of 1 */
   double half_width_rad;   /* of the constant width */
   double gravity_share;    /* of the gravity that is true */
-  double torque_factor;    /* on what library and table are told */
+  double torque_factor;    /* on what library and table are stated */
   double temperature_off_K;
   int output_loop; /* the position loop closes on an encoder at the output */
 } knowledge;

@@ -3,7 +3,7 @@
  * the torque's direction gives the bits of the published two-sided form; idempotence  a second step
  * to the same torque changes nothing.
  *
- * The edges stand for any that rise with the torque, in place of runtime/play_edge.h, which says
+ * The edges stand for any that rise with the torque, in place of runtime/play_edge.h, which states
  * why they do: comparing two float adders is beyond the solver. */
 #define LOSTMOTION_RUNTIME_PLAY_EDGE_H
 

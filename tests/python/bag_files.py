@@ -98,7 +98,7 @@ def stamps(count: int, hertz: float, first_ns: int = START_NS) -> list[int]:
 
 
 def arm(count: int = 1000, hertz: float = 500.0) -> list[Message]:
-    """Two joints whose output and motor sides are told with the same stamps, torque as effort."""
+    """Two joints whose output and motor sides are stated with the same stamps, torque as effort."""
     found: list[Message] = []
     for stamp_ns in stamps(count, hertz):
         seconds = (stamp_ns - START_NS) * 1e-9

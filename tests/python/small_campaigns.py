@@ -37,7 +37,7 @@ def campaign(seed=1, runs=12, rows=500, add=None, *, warm=True, noise=1.0, slip=
     rng = np.random.default_rng(seed)
     made = []
     swings = [torque_of(r, rows) for r in range(runs)]
-    # What friction remembers goes on from run to run.
+    # What friction remembers continues from run to run.
     remembered = run_plays(np.array([3.0]), np.concatenate(swings), 0.0)[:, 0].reshape(runs, rows)
     temperature = rng.permutation(np.linspace(10, 45, runs)) if warm else np.full(runs, 20.0)
     for r in range(runs):

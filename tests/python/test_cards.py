@@ -1,4 +1,4 @@
-"""What is known of an effect stands on its card: nothing else in the package names one."""
+"""What is known of an effect is on its card: nothing else in the package names one."""
 
 from __future__ import annotations
 

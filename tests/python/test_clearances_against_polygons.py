@@ -1,7 +1,7 @@
 """Clearances of the library against tooth polygons that are turned until they touch.
 
 The polygons share no formula with the library (tests/brute_force). The designs are drawn at random
-over modules, pressure angles, shifts, tooth numbers, rims and generators; none of them stands in a
+over modules, pressure angles, shifts, tooth numbers, rims and generators; none of them is in a
 document. Bar: 0.005 arcmin, float64; 0.01 arcmin more in float32.
 """
 

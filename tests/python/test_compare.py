@@ -67,7 +67,7 @@ def campaign(
 ) -> Campaign:
     """Synthesise recordings: slow torque cycles, one play, white noise.
 
-    The play's state goes on from run to run; each run has an encoder zero of its own.
+    The play's state continues from run to run; each run has an encoder zero of its own.
     """
     random = np.random.default_rng(seed)
     curve = backbone()

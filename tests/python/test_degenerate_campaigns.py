@@ -33,7 +33,7 @@ def one(
     noise_rad: float = 2e-6,
     **more: float | npt.NDArray[np.float64],
 ) -> Columns:
-    """One loop of torque, with other columns, that stand still or as they are."""
+    """One loop of torque, with other columns, that are at rest or as they are."""
     phase = 2 * np.pi * np.arange(samples) / max(samples, 2)
     torque = largest_Nm * np.sin(phase)
     lost = torque / 4e4 + 1e-4 * np.tanh(torque / 5) + noise_rad * rng.standard_normal(samples)

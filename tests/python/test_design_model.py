@@ -339,7 +339,7 @@ def test_scaling_all_lengths_leaves_the_clearances(document: Document, factor: f
 @random_designs
 @given(designs())
 def test_both_precisions_agree_within_a_hundredth_of_an_arcmin(document: Document) -> None:
-    # A tooth that stands on the engagement limit to the last bit may carry in one precision only.
+    # A tooth that is on the engagement limit to the last bit may carry in one precision only.
     document["design"]["support"] = {"engagement_limit_deg": 43.21}
     design = parse_or_skip(document)
     torque = np.linspace(-1, 1, 9) * document["drive"]["rated_torque_Nm"]

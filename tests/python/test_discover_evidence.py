@@ -327,7 +327,7 @@ def quick_campaign(seed: int, share: float) -> Campaign:
 def test_a_drive_that_is_softer_in_quick_runs_hangs_on_the_rate_or_on_the_run():
     found = diagnose(None, quick_campaign(4, 0.03), ratio=RATIO, rated_torque_Nm=RATED_NM).answer()
     assert found["verdict"] == "unexplained"
-    # The quick runs are the last ones: these recordings cannot say which of the two it is.
+    # The quick runs are the last ones: these recordings cannot state which of the two it is.
     assert {d["covariate"] for d in found["unexplained"]["depends_on"]} == {
         "torque_rate",
         "run",

@@ -28,7 +28,7 @@ POSIX_NAMES = {
 
 
 def asked_for(tree: ast.AST) -> set[str]:
-    """Names that a function asks for by ``hasattr`` or ``getattr`` before it uses them."""
+    """Names that a function requires by ``hasattr`` or ``getattr`` before it uses them."""
     return {
         call.args[1].value
         for call in ast.walk(tree)

@@ -20,7 +20,7 @@ Saved = dict[str, Any]
 
 
 def told(change: Callable[[dict[str, Any]], object]) -> Callable[[Saved], None]:
-    """Change what is told beside the numbers."""
+    """Change what is stated beside the numbers."""
 
     def make(saved: Saved) -> None:
         about = json.loads(str(saved["about"]))

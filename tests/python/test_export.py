@@ -447,7 +447,7 @@ def test_guarantee_wider_than_the_stiffnesses_bear_is_no_obstacle(
     assert any("upper limit, is more than its stiffnesses leave room for" in n for n in made.notes)
     falling, rising = evaluate(build(made), [rated_Nm, 0, -rated_Nm, 0])[[1, 3]]
     assert 0.3 * guaranteed_arcmin < (falling - rising) / ARCMIN < guaranteed_arcmin
-    # Right after a reversal the drive is stiffer than anywhere in its sheet, but gives way.
+    # Right after a reversal the drive is stiffer than anywhere in its sheet, but yields.
     peak, after = evaluate(build(made), [rated_Nm, rated_Nm * (1 - 1e-3)])
     assert 0 < peak - after < rated_Nm * 1e-3 / sheet["K3_Nm_per_rad"]
 
@@ -532,6 +532,6 @@ def test_replay_says_what_it_cannot_use(tmp_path: Path, capsys: pytest.CaptureFi
     assert "no such file" in capsys.readouterr().err
     assert main(["replay", drive, str(log), "--table", str(log)]) == 2
     assert "a file of its own" in capsys.readouterr().err
-    # Another rate is told, not refused.
+    # Another rate is stated, not refused.
     assert main(["replay", drive, str(log)]) == 0
     assert "step is 10 ms" in capsys.readouterr().out

@@ -157,7 +157,7 @@ Written = tuple[Path, Controller, float]
 
 
 def export_of(drive_file: Path, folder: Path, kind: Kind, version: Version) -> Written:
-    """Export an FMU and say what it was made of."""
+    """Export an FMU and state what it was made of."""
     drive = read_drive(drive_file)
     controller = make_controller(drive, profile="full")
     file = folder / f"{drive_file.stem}_{kind}_{version}.fmu"

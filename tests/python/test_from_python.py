@@ -1,4 +1,4 @@
-"""What somebody writes in a notebook: it works, or one line says what to write."""
+"""What somebody writes in a notebook: it works, or one line states what to write."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from lostmotion.predict import predict
 from lostmotion.recordings import QUANTITIES, Campaign
 
 LINE = 400
-"""Longest repr, in characters: it stands in a cell of a notebook, and in a message."""
+"""Longest repr, in characters: it is in a cell of a notebook, and in a message."""
 
 
 @pytest.fixture(scope="module")

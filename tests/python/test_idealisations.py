@@ -1,4 +1,4 @@
-"""What stands beside a verdict: idealisations, and how far an uncalibrated figure is off."""
+"""What is beside a verdict: idealisations, and how far an uncalibrated figure is off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Locked protocols: one side stands still, and the torque may be that of the motor."""
+"""Locked protocols: one side is at rest, and the torque may be that of the motor."""
 
 from __future__ import annotations
 

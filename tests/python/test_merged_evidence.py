@@ -1,4 +1,4 @@
-"""Evidence of several campaigns, merged, says what a diagnosis of all their recordings says."""
+"""Evidence of several campaigns, merged, states what a diagnosis of all their recordings says."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def test_noise_of_another_kind_names_nothing(kind: str) -> None:
 
 def test_standard_errors_of_a_fit_are_what_they_say() -> None:
     # Nothing depends on temperature here: the fitted value is noise and scatter, and its error
-    # has to say how much of them.
+    # has to state how much of them.
     drive = parse_drive(tomllib.loads(DRIVE), "drive.toml")
     trials, outside = 14, 0
     limit = stats.t.isf(0.05, RUNS - 3)

@@ -29,7 +29,7 @@ def test_scatter_alone_stands_apart_as_often_as_is_said(runs: int) -> None:
     rng = np.random.default_rng(runs)
     level, trials = 0.02, 2000
     alarms = sum(bool(apart(rng.normal(size=runs), level)[0]) for _ in range(trials))
-    # With the fewest runs it is a little more than is said.
+    # With the fewest runs it is a little more than is reported.
     assert fewest(trials, level) <= alarms <= most(trials, level * (4 / 3 if runs < 25 else 1))
 
 

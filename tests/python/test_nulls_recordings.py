@@ -1,4 +1,4 @@
-"""What is said of sound recordings before any effect is looked for: next to nothing."""
+"""What is stated of sound recordings before any effect is looked for: next to nothing."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_angles_that_the_gear_binds_are_not_told_to_be_varied_alone():
         run.columns["output_angle"] = run.columns["input_angle"] / 100 + run.lost_motion_rad
     pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]
     assert {"input_angle_rad", "output_angle_rad"} not in pairs
-    # Against what can be chosen freely the angle is still looked at.
+    # Against what can be chosen freely the angle is still examined.
     for r, run in enumerate(data.runs):
         run.columns["temperature"][:] = 20.0 + (7 * r) % len(data.runs)
     pairs = [set(pair["columns"]) for pair in check(data, library())["aliased"]]

@@ -1,4 +1,4 @@
-"""Recordings: foreign names by a map, units converted, and no fault passes in silence."""
+"""Recordings: foreign names by a map, units converted, and no fault passes silently."""
 
 from __future__ import annotations
 

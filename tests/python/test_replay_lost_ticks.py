@@ -127,7 +127,7 @@ def test_a_torque_beyond_the_limit_reaches_the_compensator_as_it_was_logged(tmp_
     rows, status = by_hand(columns["torque_Nm"], elapsed)
     np.testing.assert_array_equal(result.tapes[0].values.view(np.uint32), rows.view(np.uint32))
     assert status[321] & 1 << STATES.index("torque_clipped")
-    # The row is wild as a measurement, and a tick all the same.
+    # The row is a wild measurement, and still a tick.
     answer = result.answer()
     assert (answer["samples"], answer["samples_compared"]) == (TICKS, TICKS - 1)
 

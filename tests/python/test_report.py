@@ -1,4 +1,4 @@
-"""Reports: what stands on the page, the numbers behind it, and that it needs nothing else."""
+"""Reports: what is on the page, the numbers behind it, and that it needs nothing else."""
 
 from __future__ import annotations
 
@@ -692,7 +692,7 @@ def test_a_long_slim_table_stands_in_two_halves_and_a_folded_one_opens_when_aske
 
 
 NASTY = "<!--<script>alert(1)</script>-->&\u2028\"'><img src=x onerror=alert(2)>"
-"""A name that ends, opens and comments out what it stands in."""
+"""A name that ends, opens and comments out what it is in."""
 
 
 def test_a_name_in_a_script_is_data_and_nothing_else():

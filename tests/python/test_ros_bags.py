@@ -102,7 +102,7 @@ def test_without_a_map_topics_fields_and_joints_are_listed(
         "/ft/wrench/{force,torque}/{x,y,z} (geometry_msgs/msg/WrenchStamped, 1000 Hz)",
     ):
         assert part in said
-    # What is lacking is told with the columns that there are.
+    # What is lacking is stated with the columns that there are.
     words = [f"{column}={name}" for column, name in OUTPUT.items()]
     assert main(["check", str(bag), "--map", *words]) == 2
     said = capsys.readouterr().err

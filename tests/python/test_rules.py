@@ -1,4 +1,4 @@
-"""Thresholds stand in one file, each with its meaning and its origin."""
+"""Thresholds are in one file, each with its meaning and its origin."""
 
 from __future__ import annotations
 

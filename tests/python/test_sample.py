@@ -103,7 +103,7 @@ def test_where_the_torque_turns_is_kept() -> None:
     assert keep[np.argmax(torque)]
     assert keep[np.argmin(torque)]
     assert np.count_nonzero(keep) < torque.size / 100 + 8
-    # Counting goes on from the batch before.
+    # Counting continues from the batch before.
     later = kept_rows(torque, 50, 100, 0.0)
     assert np.flatnonzero(later)[0] == 50
     assert kept_rows(torque, 7, 1, 0.5).all()

@@ -45,7 +45,7 @@ def test_a_search_begins_with_the_designs_of_an_earlier_one(
     # another seed samples other drives: 1 % in the standard deviation
     assert after["figures"][key] <= 1.03 * before["figures"][key]
     assert float(last["best"]) <= (1 + 1e-5) * float(first["best"])
-    # interrupted, it goes on to the same bytes
+    # interrupted, it continues to the same bytes
     stop = threading.Event()
     stop.set()
     design.search(spec, tmp_path / "stopped", stop=stop)

@@ -29,7 +29,7 @@ def warm_gap():
 
 
 def test_an_offset_is_no_larger_than_what_it_explains(monkeypatch):
-    """Nor does it hide a weaker effect: its tangent goes on beyond the kink that it moves."""
+    """Nor does it hide a weaker effect: its tangent continues beyond the kink that it moves."""
     sizes = []
     size_within = RecordedModel.size_within
 
@@ -137,7 +137,7 @@ def test_an_effect_that_explains_nothing_more_is_dropped(warm_gap):
 
 
 def test_what_the_runs_took_up_of_an_effect_counts_as_its_size():
-    """An effect that stands still in every run may hide in the stiffness that each run has."""
+    """An effect that is at rest in every run may hide in the stiffness that each run has."""
 
     def uneven(columns, wound):
         elastic = wound * 7.0 + 25.0 * np.tanh(wound / 8.0)

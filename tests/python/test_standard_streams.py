@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or endless, and what is said of them."""
+"""Standard streams that are closed, full or endless, and what is stated of them."""
 
 from __future__ import annotations
 

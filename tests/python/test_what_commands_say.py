@@ -60,7 +60,7 @@ def test_a_fit_says_what_was_not_fitted(folder: Path, capsys: pytest.CaptureFixt
     words = ("fit", folder / "drive.toml", folder / "warm.csv", "--add", "thermal_gap")
     printed = said(capsys, *words, "-o", folder / "fitted.toml")
     assert any(
-        line.split() == ["thermal_gap.gap_rad", "0.05,", "a", "limit,", "not", "fitted"]
+        line.split() == ["thermal_gap.gap_rad", "0.05,", "fixed:", "saturation", "limit"]
         for line in printed.splitlines()
     )
     assert "at its bound" not in printed

@@ -45,7 +45,7 @@ def clean(seed: int) -> Campaign:
     """Make a recording of a kind that has no wild value."""
     rng = np.random.default_rng(seed)
     shape = ("sine", "triangle", "steps", "pulses", "hold")[seed % 5]
-    # A plan of pulses repeats them: of a single one nothing says that the drive followed it.
+    # A plan of pulses repeats them: of a single one nothing shows that the drive followed it.
     samples = float(rng.choice([8, 36] if shape == "pulses" else [5, 8, 36, 100, 1000]))
     rows = int(rng.choice([300, 2000] if shape == "pulses" else [60, 300, 2000]))
     runs = []

@@ -297,7 +297,7 @@ class Laboratory:
         """Noise of one reading of the lost motion: angle noise and counts of both encoders."""
         s, turn = self.sensing, 360 * 3600.0
         out = turn / 2**s.output_bits
-        # Where the input stands still, its count is an offset of the run.
+        # Where the input is at rest, its count is an offset of the run.
         into = turn / 2**s.input_bits / self.drive.ratio if self.plan.turning.any() else 0.0
         return float(np.sqrt(s.noise_arcsec**2 + (out**2 + into**2) / 12))
 

@@ -169,7 +169,7 @@ def sheet_of(drive: LawDrive, chance: np.random.Generator) -> dict[str, float]:
 
 
 def turn_law(drive: LawDrive, samples: LawSamples, memory: LawMemory) -> tuple[Array, Array]:
-    """Output angle and elastic torque over the samples; the memory goes on."""
+    """Output angle and elastic torque over the samples; the memory continues."""
     count = len(samples.torque_Nm)
     c_drive = _Drive(law=_KERNEL_LAWS.get(drive.law, 0), elements=len(drive.limit_Nm))
     for name, kind in _Drive._fields_[2:]:

@@ -2,7 +2,7 @@
  *
  * The state of a drive is the mesh angle m, by which the tooth pairs of one side are pressed
  * together. Everything else follows from it: the pairs that have met carry the elastic torque
- * Te(m); the radial parts, the torsion spring, the joint and the radial gap give way under Te and
+ * Te(m); the radial parts, the torsion spring, the joint and the radial gap yield under Te and
  * add up to the output's angle x(m); each Maxwell element sticks to x until it slips. What is
  * sought at each sample is the m at which all this balances the acting torque
  *

@@ -35,7 +35,7 @@
  *   brake, stop   step on every tick with the torque that the gear bears: the memory must see it.
  *                 To close again: the command begins at the reported output angle
  *   home          LM_MODE_HOLD; a reference is taken of the reported angle, at a correction that
- *                 stands still (LM_STATE_SETTLED). While LM_STATE_MEMORY_UNKNOWN is set it may be
+ *                 is at rest (LM_STATE_SETTLED). While LM_STATE_MEMORY_UNKNOWN is set it may be
  *                 off by lm_bound_uncertainty
  *   power-down    brake, step on until the load stands, lm_save_compensator
  *
@@ -45,7 +45,7 @@
  *     angle, and ratio is signed. A wrong sign of torque, or of the correction where it is added,
  *     doubles the error; the watch finds the first, a commissioning run both.
  *   - A measured torque closes a loop, by the joint's resonance and by whatever the output touches:
- *     torque.h says how to feed it in, `lostmotion export --resonance-Hz` how fast the correction
+ *     torque.h states how to feed it in, `lostmotion export --resonance-Hz` how fast the correction
  *     may be. Noise of the torque reaches the feed-forward, the acceleration with an rms of up to
  *     64 response^2 (and never 6 response / period_s) times the torsion curve's slope times
  *     that of the torque.
@@ -85,7 +85,7 @@ LM_BEGIN_DECLS
 /* What the correction does. The memory follows the load in every mode. */
 typedef enum lm_mode {
   LM_MODE_RUN = 0,  /* follows the model */
-  LM_MODE_HOLD = 1, /* goes on to the last target and rests there: homing, probing, system
+  LM_MODE_HOLD = 1, /* continues to the last target and rests there: homing, probing, system
                      * identification. To stop at once: a headroom of zero */
   LM_MODE_RESET = 2 /* goes to zero and stays there */
 } lm_mode;
@@ -177,7 +177,7 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
 
 /* One tick: the model steps, the correction moves. An elapsed_s that is not above 0 counts as the
  * parameters' period_s; another one is the effects' time alone, the correction moves by the period
- * in every tick, and one that is more than half the period off it is told: LM_STATE_PERIOD_WRONG.
+ * in every tick, and one that is more than half the period off is reported: LM_STATE_PERIOD_WRONG.
  * `at` null: nothing is known. */
 lm_correction lm_step_compensator(lm_compensator *compensator, const lm_conditions *at);
 

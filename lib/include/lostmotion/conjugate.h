@@ -23,7 +23,7 @@ LM_BEGIN_DECLS
 #define LM_CONJUGATE_INTERVALS_MAX 64
 
 /* Share of the flank's height below the top that is left free, chosen: the path of the tip's corner
- * turns round there and would leave a surface across the force. Beyond it the space goes on
+ * turns round there and would leave a surface across the force. Beyond it the space continues
  * radially, as wide as it is there. */
 #define LM_CONJUGATE_LAND 0.02
 
@@ -58,7 +58,7 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
 
 /* The flank at a radius, in the words of involute.h: tangent and angle of the flank against the
  * radius, half angle of the space. Beyond the top the half angle stays what it is there; below
- * the tip circle, where there is no flank, the last piece goes on. */
+ * the tip circle, where there is no flank, the last piece continues. */
 lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real radius_mm);
 
 /* Where a point of the flexspline's flank meets the flank that it generates. */

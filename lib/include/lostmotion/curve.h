@@ -1,8 +1,8 @@
 /* The torsion curve as a controller carries it: a monotone piecewise linear curve.
  *
- * angle(torque) runs through up to LM_CURVE_POINTS_MAX knots over both signs of torque and goes on
- * beyond the first and last knot with the slope of the end segment. Slopes are cached, so that one
- * evaluation is a search of fixed length, one multiplication and two additions.
+ * angle(torque) runs through up to LM_CURVE_POINTS_MAX knots over both signs of torque and
+ * continues beyond the first and last knot with the slope of the end segment. Slopes are cached, so
+ * that one evaluation is a search of fixed length, one multiplication and two additions.
  *
  * Cost: log2(LM_CURVE_POINTS_MAX) comparisons, always the same number. Everything here is pure and
  * reentrant. Memory: three numbers a knot.
@@ -63,7 +63,7 @@ lm_status lm_check_curve(const lm_curve *curve, lm_fault *fault);
 /* Nine decimal digits hold a float exactly; the quotient of two rounded differences keeps five. */
 #define LM_CURVE_SLOPE_TOLERANCE LM_REAL(1e-4)
 
-/* Angle [rad] at a torque [N*m]. Beyond the knots the end segments go on as straight lines.
+/* Angle [rad] at a torque [N*m]. Beyond the knots the end segments continue as straight lines.
  * NaN or infinity gives a result that is not finite; the search stays inside the arrays. */
 lm_real lm_evaluate_curve(const lm_curve *curve, lm_real torque_Nm);
 

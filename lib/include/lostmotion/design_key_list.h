@@ -22,7 +22,7 @@
  * so the function that knows it checks them (lm_make_shape, check_teeth); low and high are the
  * widest range.
  *
- * The lists stand in the order in which lm_check_drive looks at the values.
+ * The lists are in the order in which lm_check_drive examines the values.
  */
 #ifndef LOSTMOTION_DESIGN_KEY_LIST_H
 #define LOSTMOTION_DESIGN_KEY_LIST_H

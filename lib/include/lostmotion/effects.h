@@ -90,7 +90,7 @@ typedef struct lm_conditions {
 #define LM_NEEDS_TILT_MOMENT 128u
 #define LM_NEEDS_AXIAL_FORCE 256u
 #define LM_NEEDS_TIME 512u
-#define LM_USES_INPUT_VELOCITY 1024u /* where it is told; can do without */
+#define LM_USES_INPUT_VELOCITY 1024u /* where it is stated; can do without */
 
 /* What the number is that an effect returns; parameters list effects in this order. */
 typedef enum lm_effect_kind {
@@ -148,7 +148,7 @@ typedef struct lm_effect_value {
 /* The end of a value of which there is no more to say. */
 #define LM_VALUE_AS_USUAL LM_SCALE_NONE, {0, 0, 0, 0}, 0u, 0
 
-/* What a person wants to know of an effect. */
+/* What a person needs to know of an effect. */
 typedef struct lm_effect_card {
   const char *name;          /* as in drive files */
   const char *mechanism;     /* one sentence */

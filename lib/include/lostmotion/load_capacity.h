@@ -2,7 +2,8 @@
  * which it ratchets and its cup buckles, coning of the cup, life of the wave generator's bearing.
  *
  * The formulas are those of the sources in check_list.h; where none holds for a strain-wave gear
- * the rows there say what this model idealises. Units: mm, N, MPa; torque N m on the output shaft.
+ * the rows there state what this model idealises. Units: mm, N, MPa; torque N m on the output
+ * shaft.
  */
 #ifndef LOSTMOTION_LOAD_CAPACITY_H
 #define LOSTMOTION_LOAD_CAPACITY_H

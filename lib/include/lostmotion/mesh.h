@@ -61,7 +61,7 @@ lm_status lm_make_mesh(const lm_drive *drive, lm_real section_factor, int nodes,
  * space (internal deformation) or of the tooth (external). */
 lm_involute_point lm_rigid_flank_at(const lm_mesh *mesh, lm_real radius_mm);
 
-/* Where axial section `section` of `sections` stands on the face width: 0 at the edge towards the
+/* Where axial section `section` of `sections` is on the face width: 0 at the edge towards the
  * cup bottom, 1 at the open end, equally spaced with both edges among them, because the edges touch
  * first; 0.5 for a single section. */
 lm_real lm_section_place(int section, int sections);
@@ -72,7 +72,7 @@ lm_real lm_section_place(int section, int sections);
 lm_real lm_section_factor(const lm_drive *drive, int section, int sections);
 
 /* How many places of the face width the checks look at: both edges and the middle, or the axial
- * sections where they are more; 1, the middle, where planar_only is asked for. The deflection grows
+ * sections where they are more; 1, the middle, where planar_only is requested. The deflection grows
  * along the face, and the smallest gap is a concave function of it, so it is smallest at an edge.
  */
 #define LM_FACE_SECTIONS 3
@@ -117,7 +117,7 @@ lm_status lm_lobe_clearances(const lm_mesh *mesh, lm_real phase_rad, lm_clearanc
 #define LM_SWEEP_COUNT(flexspline_teeth, phases) (2 * ((flexspline_teeth) * (phases) / 4) + 1)
 
 /* Clearances of every tooth of one lobe at `phases` equally spaced tooth phases at once: teeth at
- * every pitch / phases, in rising order; the middle entry stands on the deformation axis, and the
+ * every pitch / phases, in rising order; the middle entry is on the deformation axis, and the
  * teeth of one phase are every phases-th. Teeth at negative angles are the mirror images of those
  * at positive ones, g-(phi) = g+(-phi), so this costs half of lm_lobe_clearances phase by phase.
  * phases 1 .. LM_SWEEP_PHASES_MAX; capacity at least LM_SWEEP_COUNT. LM_NULL, LM_OUT_OF_RANGE

@@ -19,8 +19,8 @@
  * moves by the dead band, 2 radius; a motion to and fro within the dead band changes it in
  * proportion. A dead band below the command's own unrest (dither, noise of a hand wheel) makes the
  * correction cross the gap with it; a wide one leaves up to the whole gap for as long as the motion
- * after a reversal stays within it. The angle goes on over turns: one that is wrapped looks like a
- * reversal. A float angle of 100 rad moves in steps of 1.6 arcsec, which the weight enlarges.
+ * after a reversal stays within it. The angle continues over turns: one that is wrapped looks like
+ * a reversal. A float angle of 100 rad moves in steps of 1.6 arcsec, which the weight enlarges.
  * lm_shift_angle takes turns off.
  *
  * lm_evaluate_model is pure: it reads one memory and writes another; committing is copying the
@@ -87,7 +87,7 @@ lm_real lm_evaluate_model(const lm_parameters *parameters, const lm_memory *memo
  * rounding 6e-8 (in double 2^-52 and 1.2e-16), where the model rises strictly; effects at work must
  * keep it rising.
  * Errors: LM_NULL, LM_NOT_FINITE ("angle_rad"), LM_OUT_OF_RANGE: no torque within the limit gives
- * that angle (the fault says which angles there are). */
+ * that angle (the fault states which angles there are). */
 lm_status lm_invert_model(const lm_parameters *parameters, const lm_memory *memory,
                           const lm_conditions *at, lm_real angle_rad, lm_real *torque_Nm,
                           lm_fault *fault);

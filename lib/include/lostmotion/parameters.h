@@ -71,8 +71,8 @@ typedef struct lm_watch {
 
 /* Where the parameters hold: the ranges that were fitted. Both ends 0: not stated, no limit. */
 typedef struct lm_validity {
-  lm_real torque_Nm;        /* either sign, >= 0. Between here and the torque limit the curve goes
-                             * on as it does; LM_STATE_EXTRAPOLATED */
+  lm_real torque_Nm; /* either sign, >= 0. Between here and the torque limit the curve continues
+                      *  as it does; LM_STATE_EXTRAPOLATED */
   lm_real temperature_C[2]; /* least and greatest. Conditions beyond are taken as the end of the
                              * range; LM_STATE_EXTRAPOLATED */
   lm_real cycles[2];
@@ -110,7 +110,7 @@ typedef struct lm_parameters {
   (16 + 4 + 4 + 8 * LM_CURVE_POINTS_MAX + 8 + 12 * LM_PLAYS_MAX + 8 + 4 + \
    (8 + 4 * LM_EFFECT_VALUES_MAX) * LM_EFFECTS_MAX + 24 + 24 + 28 + 4)
 
-/* Accepts parameters or says what is wrong with them: format, every range above (of lm_validity:
+/* Accepts parameters or states what is wrong with them: format, every range above (of lm_validity:
  * within +-1e12, the greatest not below the least), the curve
  * (lm_check_curve), the operators against the curve's least slope (lm_check_play_bank), and the
  * effects: each by itself (lm_check_effect), order of kinds, memory in all at most

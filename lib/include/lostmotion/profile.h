@@ -13,7 +13,7 @@
  * LM_ENVELOPE              0          1      1   1: operators can follow an envelope (play.h)
  *
  * The standard profile takes a few effects as well: -DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6,
- * say; the numbers of memory stand in each effect's file. The desktop library is built full.
+ * say; the numbers of memory are in each effect's file. The desktop library is built full.
  *
  * The gap profile has neither curve nor effects: its model is one play driven by the commanded
  * output angle, for controllers that know no torque.

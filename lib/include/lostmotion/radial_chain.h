@@ -1,5 +1,5 @@
 /* The radial chain: equations (2), (3), (4) of Timofeev, Kostikov and Barbashov (2015), one named
- * function for each. Bearing, wave generator and rigid gear give way radially under the force of a
+ * function for each. Bearing, wave generator and rigid gear yield radially under the force of a
  * lobe; the wedge of the flanks makes that a rotation.
  *
  * "Lobe" is one of the two engagement zones; a lobe carries half the torque.

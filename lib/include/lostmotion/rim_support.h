@@ -6,7 +6,7 @@
  * and beyond its supports the rim spans freely. Both lobes are loaded equally, so the ring's shapes
  * repeat every half turn.
  *
- * Idealised: the supports hold in both directions (the wave preloads them), a ball stands on the
+ * Idealised: the supports hold in both directions (the wave preloads them), a ball is on the
  * deformation axis, balls are springs of the stiffness that they have at rated torque, and the
  * tangential forces of the teeth do not bend the rim.
  */

@@ -79,7 +79,7 @@ typedef struct lm_neutral_line {
   lm_real lead_slope[LM_NEUTRAL_LINE_NODES_MAX + 1]; /* its derivative by the material angle */
 } lm_neutral_line;
 
-/* Where a tooth axis stands on the deformed neutral line. */
+/* Where a tooth axis is on the deformed neutral line. */
 typedef struct lm_placement {
   lm_real lead_rad;  /* polar angle of the foot of the tooth minus its material angle */
   lm_real radius_mm; /* R there */

@@ -82,7 +82,7 @@ typedef enum lm_tooth_side {
 } lm_tooth_side;
 
 /* An involute tooth. Half angle of the TOOTH at radius R: base_half_angle - inv (outward) or + inv
- * (inward), inv = tan(acos(base / R)) - acos(base / R); below the base circle it goes on radially
+ * (inward), inv = tan(acos(base / R)) - acos(base / R); below the base circle it continues radially
  * with the base half angle. No fillet: the root is as thick as the flank makes it. */
 typedef struct lm_involute_tooth {
   lm_tooth_side side;

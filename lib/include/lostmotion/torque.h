@@ -1,6 +1,6 @@
 /* Where the torque comes from.
  *
- * The model wants the external torque on the output shaft, positive in the direction of a positive
+ * The model needs the external torque on the output shaft, positive in the direction of a positive
  * output angle. Three sources: a sensor, the motor current (lm_estimate_torque), or nothing but the
  * commanded motion (lm_guess_torque). Everything here is pure but for the one number of memory that
  * lm_guess_torque and lm_hold_torque carry.
@@ -53,10 +53,10 @@ typedef struct lm_motor {
   lm_real standstill_rad_s; /* below this speed friction and efficiency are blended out, > 0 */
 } lm_motor;
 
-/* Accepts a motor or says which number has no meaning: each must be within its range above, in size
- * at least 1e-9 where it must not be zero, and at most 1e9. Once, before the functions below, which
- * trust it. Errors: LM_NULL; LM_NOT_FINITE, LM_OUT_OF_RANGE with the field's name (of a signed
- * number the fault tells the size). */
+/* Accepts a motor or states which number has no meaning: each must be within its range above, in
+ * size at least 1e-9 where it must not be zero, and at most 1e9. Once, before the functions below,
+ * which trust it. Errors: LM_NULL; LM_NOT_FINITE, LM_OUT_OF_RANGE with the field's name (of a
+ * signed number the fault tells the size). */
 lm_status lm_check_motor(const lm_motor *motor, lm_fault *fault);
 
 /* External torque on the output [N*m] from the motor's current [A], velocity [rad/s] and

@@ -5,7 +5,7 @@
 enum { PLAY_RAD, RATIO, TAKEUP_NM, DRAG_NM, BLEND_RAD_S, VALUES };
 
 /* Play of the coupling between motor and wave generator, seen through the ratio. The coupling
- * carries what the load asks for and what turning the wave generator takes: with the load against
+ * carries what the load requires and what turning the wave generator takes: with the load against
  * the rotation, or at rest, its side is that of the load. The drag has the sign of the ratio: where
  * that is negative, turning the input forward takes the coupling to its other side. */
 static lm_real run(const lm_real *value, lm_real *memory, const lm_conditions *at) {

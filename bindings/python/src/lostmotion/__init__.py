@@ -11,8 +11,9 @@
     fitted.plot()
 
 Functions take the drive first and the data second. The work is done by the C library `lostmotion`,
-which this package builds and calls in both of its precisions. Nothing is loaded before it is asked
-for; the modules (``lostmotion.drives``, ``lostmotion.export`` ...) hold what is not listed here.
+which this package builds and calls in both of its precisions. Nothing is loaded before it is
+requested ; the modules (``lostmotion.drives``, ``lostmotion.export`` ...) hold what is not listed
+here.
 """
 
 from importlib import import_module
@@ -115,7 +116,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Load what somebody asks for: modules, names and the version take their time."""
+    """Load what somebody requires: modules, names and the version take their time."""
     home = FROM.get(name)
     if home:
         found = getattr(import_module(f"lostmotion.{home}"), name)

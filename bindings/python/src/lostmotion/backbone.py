@@ -19,7 +19,7 @@ class Backbone:
     Attributes
     ----------
     torque_Nm, angle_rad : ndarray
-        Knots, rising, through zero; the end segments go on beyond them.
+        Knots, rising, through zero; the end segments continue beyond them.
     """
 
     torque_Nm: FloatArray

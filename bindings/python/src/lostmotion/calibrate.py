@@ -23,7 +23,7 @@ CONSTANTS = {"ring_factor": 1.0, "tooth_compliance_mm_per_N": 1e-5, "foundation_
 principles, the order of magnitude of equation (6) for steel, balls under a rim of size 20."""
 
 DEFAULT = ("ring_factor",)
-"""Calibrated unless others are asked for. It alone brings makers' curves of sizes 14 to 40 within
+"""Calibrated unless others are requested. It alone brings makers' curves of sizes 14 to 40 within
 2 to 8 % over the whole range of torque; a second one is rarely identified by three slopes."""
 
 POINTS = 12
@@ -140,7 +140,7 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
             source.file,
             "",
             f"{slopes} slopes below the rated torque of the drawing",
-            f"more than {len(names)}: as many as constants leave no misfit to judge by",
+            f"more than {len(names)}: as many figures as constants leave no misfit to judge",
         )
     given = drawing.document["design"].get("support", {})
     start = np.array([float(given.get(name, 0.0)) or CONSTANTS[name] for name in names])

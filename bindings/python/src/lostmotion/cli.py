@@ -102,12 +102,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def give_up_output(error: OSError) -> int:
-    """Say what failed: standard output, mostly, but not where its reader has just gone away.
+    """Describe what failed: standard output, mostly, but not where its reader has just gone away.
 
-    What the interpreter still wants to write on its way out goes nowhere.
+    What the interpreter still needs to write on its way out goes nowhere.
     """
     if error.filename is not None or isinstance(error, FileNotFoundError):
-        # Of the system, and not of an input: those are looked at when they are opened.
+        # Of the system, and not of an input: those are examined when they are opened.
         print(f"lostmotion: {one_line(str(error))}", file=sys.stderr)
         return FAILED
     if not isinstance(error, BrokenPipeError):

@@ -16,20 +16,20 @@ PATIENCE = "10s"
 """How long a scheduler may take to answer."""
 
 LOOK_S = 5.0
-"""Time between two looks at whether a cluster still has workers."""
+"""Time between two examines whether a cluster still has workers."""
 
 
 def no_dask() -> InputError:
-    """Say that Dask was asked for and is not there."""
+    """State that Dask was requested and is not there."""
     return InputError("--dask", "", "no Dask here", "pip install distributed")
 
 
 def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> None:
-    """Tell each time the last worker has gone: what was handed out would wait in silence."""
+    """Tell each time the last worker has gone: what was passed out would wait silently."""
     while not ended.wait(LOOK_S):
         try:
             workers = client.scheduler_info()["workers"]
-        except Exception:  # the scheduler has gone, which the work is told, or the work has ended
+        except Exception:  # the scheduler has gone, which the work reports, or the work has ended
             return
         if working and not workers:
             LOG.warning("%s has no workers any more; waiting for one", address)
@@ -38,7 +38,7 @@ def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> 
 
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[Any]:
-    """Connect to a cluster; one without workers is told, and waited for: it may be starting some.
+    """Connect to a cluster; one without workers is stated, and waited for: it may be starting some.
 
     Also when the last one goes while there is work.
 

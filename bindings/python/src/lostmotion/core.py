@@ -95,7 +95,7 @@ class Core:
         )
 
     def fault(self) -> Any:
-        """Return a place for the library to say which input it refused."""
+        """Return a place for the library to state which input it refused."""
         return self.ffi.new("lm_fault *")
 
     def check(self, status: int, fault: Any = None) -> None:

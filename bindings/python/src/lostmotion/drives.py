@@ -1,4 +1,4 @@
-"""Drive files: TOML that says what a drive is, read with every doubt refused.
+"""Drive files: TOML that states what a drive is, read with every doubt refused.
 
 A file has ``[drive]`` and exactly one of ``[catalogue]`` (a drive that was bought) and ``[design]``
 (one that is being made). It may also carry ``[columns]`` (a column map for recordings),
@@ -109,7 +109,7 @@ class Drive:
     document: dict[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """Say what it is; its document fills screens."""
+        """Describe what it is; its document fills screens."""
         kind = "catalogue" if self.catalogue is not None else "design"
         names = ", ".join(str(table.get("name")) for table in self.effects)
         return (
@@ -138,7 +138,7 @@ def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
     Raises
     ------
     InputError
-        When it cannot be read or is no TOML; `expected` says what kind of file it should be.
+        When it cannot be read or is no TOML; `expected` states what kind of file it should be.
     """
     raw = read_bytes(file, expected, TEXT_BYTES_MAX)
     try:
@@ -439,7 +439,7 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
     if any(not 0 <= value < 1 for value in widening):
         found = f"{next(value for value in widening if not 0 <= value < 1):g}"
         raise InputError(file, f"fit.values.{PLAY_WIDENING.format(1)}", found, "0 to below 1")
-    # Operators that grow with the load stand behind those that do not, by their growth.
+    # Operators that grow with the load are behind those that do not, by their growth.
     constant = len(radii) - sum(value > 0 for value in widening)
     rising = (
         (knots, KNOT.format(1)),

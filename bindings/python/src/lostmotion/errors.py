@@ -12,7 +12,7 @@ class LostMotionError(Exception):
 
 
 class InputError(LostMotionError):
-    """Something that was handed in is not what it must be.
+    """An input is invalid.
 
     Its text is one line: ``FILE: KEY: found FOUND, expected EXPECTED``.
 

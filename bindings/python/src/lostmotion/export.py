@@ -106,7 +106,7 @@ drive's parameters are found later."""
 
 PLAYS_SHARE_MAX = 0.9
 """Most that the operators of a sheet take of the least compliance: where they take all of it, the
-drive would not give way at all after a reversal."""
+drive would not yield at all after a reversal."""
 
 FLANK_WIDENINGS = (0.1, 0.2, 0.4)
 """Widening of the operators that make the loop of flank friction, which grows with the torque."""
@@ -475,7 +475,7 @@ def own_effect(bits: Bits, effect: Effect) -> Any:
     made.value_count = len(effect.values)
     made.memory_count = effect.memory
     made.covariates = sum(1 << bit for bit, need in enumerate(NEEDS) if need in effect.needs)
-    made.run = core(bits).lib.lm_effects[0].run  # any: the check wants one
+    made.run = core(bits).lib.lm_effects[0].run  # any: the check needs one
     for i, value in enumerate(effect.values):
         made.bound[i][0], made.bound[i][1] = value.low, value.high
     return made
@@ -853,7 +853,7 @@ def _symbol(controller: Controller, name: str) -> str:
 
 
 def _declarations(controller: Controller) -> list[str]:
-    """The user's own effects, which stand in files of the user's."""
+    """The user's own effects, which are in files of the user's."""
     if not controller.own:
         return []
     lines = [f"extern const lm_effect {_symbol(controller, name)};" for name in controller.own]

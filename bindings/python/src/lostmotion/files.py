@@ -36,8 +36,8 @@ TEXT_BYTES_MAX = 1 << 24
 writes, a fit with many effects and their covariance, has 0.1 MiB."""
 
 PIPE_BYTES_MAX = 1 << 28
-"""What is read from a pipe or a device, at most: 256 MiB, chosen. They have no size to be asked
-for, and ``/dev/zero`` has no end."""
+"""What is read from a pipe or a device, at most: 256 MiB, chosen. They have no size to be requested
+, and ``/dev/zero`` has no end."""
 
 
 def read_bytes(path: str | Path, expected: str, most: int | None = None) -> bytes:
@@ -103,7 +103,7 @@ def check_plain(path: str | Path, expected: str) -> None:
     Raises
     ------
     InputError
-        `expected` says what it should be.
+        `expected` states what it should be.
     """
     if is_stream(path):
         raise InputError(path, "", "a pipe or a device", expected)
@@ -136,7 +136,7 @@ def is_input(
             if place == other or (place.exists() and place.samefile(other)):
                 return name
             inside = other.is_dir() and place.parent == other and place.exists()
-        except (OSError, ValueError):  # what cannot be looked at is no input, and no place either
+        except (OSError, ValueError):  # what cannot be examined is no input, and no place either
             continue
         if inside and place.name.lower().endswith(suffixes):
             return f"{name}/{place.name}".replace("//", "/")
@@ -153,7 +153,7 @@ def is_stream(path: str | Path) -> bool:
 
 
 REPLACE_TRIES = 20
-"""How often a file is renamed where Windows says that another program has the place: virus scanners
+"""How often a file is renamed while Windows reports it open in another program: virus scanners
 and indexers hold a new file for a moment. Chosen: one second, as in the C part."""
 
 REPLACE_WAIT_S = 0.05

@@ -17,7 +17,7 @@ def hold_against(campaign: Campaign, drive: Drive) -> Backbone:
     Raises
     ------
     InputError
-        When torque or lost motion stand still, or when recordings and drive file contradict each
+        When torque or lost motion are at rest, or when recordings and drive file contradict each
         other, with what would repair it.
     """
     campaign.require_variation()

@@ -1,4 +1,4 @@
-"""What the verdict on a design rests on, in sentences that stand beside it."""
+"""What the verdict on a design rests on, in sentences that are beside it."""
 
 from __future__ import annotations
 

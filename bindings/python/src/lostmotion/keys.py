@@ -188,7 +188,7 @@ def _identify(
 
 
 def _dimensions(keys: Sequence[Key]) -> str:
-    """Say what the units of keys of one name may be."""
+    """Describe what the units of keys of one name may be."""
     return " or ".join(units.dimension_name(_kept(key).dimension) for key in keys)
 
 

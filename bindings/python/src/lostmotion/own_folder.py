@@ -1,6 +1,6 @@
 """A folder that a command fills: it replaces there only what it wrote itself.
 
-A list in the folder says what that is: the SHA-256 of each file, or nothing while a command is at
+A list in the folder states what that is: the SHA-256 of each file, or nothing while a command is at
 work, so that one that was killed can begin again.
 """
 

@@ -1,8 +1,8 @@
 """The controller's own code over a recorded log: the float32 build of the library, tick by tick.
 
-Each row of the log is one tick, also a row in which a number is missing: the compensator is told
+Each row of the log is one tick, also a row in which a number is missing: the compensator receives
 that it is not a number, and does what it does on the target. What the controller would have been
-told is rounded to its precision, and every operation after that is the library's, so the numbers
+stated is rounded to its precision, and every operation after that is the library's, so the numbers
 are those of the target bit for bit.
 
 Ticks that the log has not recorded are not made up: the compensator is stepped once across a gap,
@@ -88,7 +88,7 @@ class Tape:
     Attributes
     ----------
     told : dict
-        What the compensator was told, from `conditions`.
+        What the compensator received, from `conditions`.
     values : ndarray
         A row a tick, columns as `OUTPUTS`, float32.
     status : ndarray of uint32
@@ -332,7 +332,7 @@ def _run(c: Core, parameters: Any, run: Run) -> Tape:
 def recorded(run: Run) -> dict[str, FloatArray]:
     """Return every row of a log, its angles with the turns that reading has put back.
 
-    Nothing else that reading mended is mended here: the controller was told what the log holds.
+    Nothing else that reading mended is mended here: the controller received what the log holds.
     """
     if run.log is None:
         return run.columns
@@ -354,7 +354,7 @@ def recorded(run: Run) -> dict[str, FloatArray]:
 
 
 def conditions(run: Run) -> dict[str, npt.NDArray[np.float32]]:
-    """Return what the controller is told in each tick, by the name of the field in C.
+    """Return what the controller receives in each tick, by the name of the field in C.
 
     Velocities and accelerations are backward differences, the input angle is wrapped to one turn,
     as a controller has them. What was before the log is not known: the drive is taken to have moved
@@ -412,7 +412,7 @@ class MissingTicks:
 
 
 def usual_step(runs: Sequence[Run]) -> float | None:
-    """Median step of the clocks of runs; None where no clock goes on."""
+    """Median step of the clocks of runs; None where no clock continues."""
     steps = np.concatenate([np.diff(recorded(run)["time"]) for run in runs])
     steps = steps[steps > 0]
     return float(np.median(steps)) if steps.size else None
@@ -446,7 +446,7 @@ def missing_ticks(runs: Sequence[Run]) -> list[MissingTicks]:
 
 
 def missing_numbers(run: Run) -> dict[str, int]:
-    """Count the ticks of a run in which a quantity that the controller is told is no number."""
+    """Count the ticks of a run in which a quantity that the controller receives is no number."""
     columns = recorded(run)
     told = {**COLUMNS, "input_angle": "input_angle_rad", "time": "time_s"}
     counts = {
@@ -468,7 +468,7 @@ Of other conditions the compensator decides in the same way.
 
 
 def notes_on(runs: Sequence[Run], period_s: float) -> list[str]:
-    """Say where a log is not what the controller's clock and sensors would have given."""
+    """Describe where a log is not what the controller's clock and sensors would have given."""
     notes = []
     usual = usual_step(runs)
     if usual is not None and abs(usual - period_s) > PERIOD_SLACK * period_s:

@@ -1,7 +1,8 @@
 """The thresholds that can change a verdict: what each means, and where it comes from.
 
 Derived: it follows from something else. Conventional: it is what the field uses. Chosen: on what is
-said. Every other room takes them from here by name, so that one can be varied everywhere at once.
+reported. Every other room takes them from here by name, so that one can be varied everywhere at
+once.
 """
 
 # Gates: what every candidate must pass.
@@ -208,7 +209,7 @@ WORSE = 1.2
 Chosen: on campaigns of tests/rig.
 """
 
-# Verdict: what is said of the answer.
+# Verdict: what is stated of the answer.
 
 RUNS_LEAST = 6
 """With fewer runs the smallest p of sign flips is above 0.05: no names.
@@ -337,7 +338,7 @@ Derived: the median of so many samples is known within an eighth of the step.
 """
 
 LOST_COUNTS_LEAST = 6.0
-"""Least jump of the input's encoder that is looked at, seen at the output, over the scatter of the
+"""Least jump of the input's encoder that is examined, seen at the output, over the scatter of the
 lost motion from sample to sample.
 
 Chosen: on campaigns of tests/rig.

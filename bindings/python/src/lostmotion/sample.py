@@ -86,7 +86,7 @@ class Piece:
 
 @dataclass
 class Part:
-    """What a piece holds of one run.
+    """Rows of one run in a piece.
 
     Attributes
     ----------
@@ -482,7 +482,7 @@ def thin_campaign(campaign: Campaign, rows: int = ROWS) -> Campaign:
 
 
 def note_sample(campaign: Campaign) -> None:
-    """Say that a campaign is a sample."""
+    """State that a campaign is a sample."""
     recorded = campaign.recorded_rows or campaign.rows
     if recorded > campaign.rows:
         campaign.findings.append(
@@ -510,7 +510,7 @@ def read_or_sample(
 ) -> Campaign:
     """Read recordings whole, or a sample of them where they have more rows than can be worked on.
 
-    Parquet files say how many rows they hold before they are read.
+    Parquet files state how many rows they hold before they are read.
     """
     files = recording_files(paths)
     whole = any(is_bag(file) for file in files)

@@ -43,7 +43,7 @@ OVERSHOOT = 1.1
 """Share of the linear change that is tried: margins bend."""
 
 HINTS_MOST = 3
-"""Changes that are told."""
+"""Changes that are stated."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Hint:
 
 
 def hints(drive: Drive) -> list[Hint]:
-    """Say which changes of one dimension mend the checks that are not kept.
+    """Describe which changes of one dimension mend the checks that are not kept.
 
     Each was tried. Those after which every check is kept stand first, then those that leave the
     fewest, the smallest change of a dimension first; a change that mends nothing is none.

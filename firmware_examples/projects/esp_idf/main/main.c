@@ -15,6 +15,6 @@ void app_main(void) {
   }
 #ifdef CONFIG_IDF_TARGET_LINUX
   fflush(stdout);
-  exit(failed); /* on a chip the task ends here and the scheduler goes on */
+  exit(failed); /* on a chip the task ends here and the scheduler continues */
 #endif
 }

@@ -1,8 +1,8 @@
 """What runs have of their own: two classes of them, or a part of the baseline that drifts steadily.
 
 A low polynomial cannot follow what sets in at a threshold, when a few quick runs at the end of a
-channel are all that is beyond it. Every way of parting the runs along a channel is looked at; the
-best one competes, and its test pays for all that were looked at. A polynomial also spends most of
+channel are all that is beyond it. Every way of parting the runs along a channel is examined; the
+best one competes, and its test pays for all that were examined. A polynomial also spends most of
 its directions on bends that a drift does not have; there are few runs to pay for them.
 """
 
@@ -27,7 +27,7 @@ FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 STANDING = 1e-3
-"""Share of the quickest rate below which a load stands still."""
+"""Share of the quickest rate below which a load is at rest."""
 
 
 def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:

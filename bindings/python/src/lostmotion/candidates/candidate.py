@@ -38,7 +38,7 @@ class Candidate:
     start_of : list of int
         The start that each column belongs to.
     trials : int
-        How many columns were looked at to find these; their test pays for all of them.
+        How many columns were examined to find these; their test pays for all of them.
     tests : int
         How many tests it is the answer of.
     also : list of tuple

@@ -83,7 +83,7 @@ class Linear:
                 made.start_of.append(number)
                 units.append((unit, i))
         if effect.kind != "angle":
-            # What acts on the torque winds up the drive: through its friction, where it is soft.
+            # An effect on the torque winds up the drive, through its friction and its soft range.
             kept = distinct(made.columns)
             made.start_of = [made.start_of[k] for k in kept]
             made.columns = [wound_up(effect, base, *units[k], made.columns[k]) for k in kept]

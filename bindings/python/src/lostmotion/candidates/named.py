@@ -1,4 +1,4 @@
-"""The effects that compete: those that recordings can identify, and why the others cannot be tested."""
+"""The effects that compete: those that recordings can identify, and why others are not tested."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A ripple over an angle, of any order: bearings and belts make some that are no whole number.
 
-The spectrum of what the baseline model leaves is looked at over all orders that the turning runs
+The spectrum of what the baseline model leaves is examined over all orders that the turning runs
 resolve. The one that stands out most from its neighbours competes, and its test pays for all of
 them.
 """
@@ -23,7 +23,7 @@ TURNS_LEAST = 2.0
 """Turns of an angle within a run from which on it turns."""
 
 ORDER_MOST = 40.0
-"""Highest order that is looked at."""
+"""Highest order that is examined."""
 
 BINS = 6.0
 """Bins of the angle in a period of the highest order."""
@@ -35,7 +35,7 @@ PADDING = 4
 """Points of the spectrum for each order that the recorded turns resolve."""
 
 NEIGHBOURS = 50
-"""Orders on either side of one that say how strong the noise is there."""
+"""Orders on either side of one that state how strong the noise is there."""
 
 LOWEST = 3.0
 """Periods over all turns: what is slower is a drift of time."""

@@ -26,7 +26,7 @@ TORQUE_WAVES = 48
 """Periods of a ripple over the range of torque, finest."""
 
 ANGLE_ORDERS = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12)
-"""Orders of a turn that are looked at beside the first four."""
+"""Orders of a turn that are examined beside the first four."""
 
 SEEN_RAD = 0.5
 """Part of a wave over an angle that has to be recorded: less of it is a power of anything slow."""

@@ -1,6 +1,6 @@
 """Teeth that slipped: beyond a torque the mesh ratchets, and the lost motion is off by whole teeth.
 
-A slip is thousands of times the noise, stands in one run, and spoils every fit. So it is looked for
+A slip is thousands of times the noise, is in one run, and spoils every fit. So it is looked for
 before anything is fitted, in the recordings as they are: a jump by whole teeth that stays, in every
 peak of the load beyond one threshold and in no other.
 """
@@ -21,7 +21,7 @@ from lostmotion.units import ARCSEC
 FloatArray = npt.NDArray[np.float64]
 
 BESIDE = 5
-"""Samples before and behind a jump whose medians say that it stays."""
+"""Samples before and behind a jump whose medians show that it stays."""
 
 
 def jumping_effect(effects: Mapping[str, Effect]) -> Effect | None:

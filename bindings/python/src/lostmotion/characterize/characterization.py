@@ -206,7 +206,7 @@ def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Estimate
 
 
 def named_curve(fit: CurveFit, samples: Samples) -> dict[str, Estimate]:
-    """Name the slopes and kinks of a curve, and say why the others are missing."""
+    """Name the slopes and kinks of a curve, and state why the others are missing."""
     found = curve_figures(fit)
     count = fit.slopes_rad_per_Nm.size
     reach = f"up to {samples.amplitude_Nm:.4g} N m"
@@ -230,12 +230,12 @@ class Characterization:
     protocol: Protocol = FREE
 
     def __repr__(self) -> str:
-        """Say what came out."""
+        """Describe what came out."""
         loops = self.figures.samples.loops
         return f"<Characterization of {self.name!r}: {loops} loop{'s' * (loops != 1)}>"
 
     def assumptions(self) -> list[str]:
-        """Say what the figures and the drive file take for granted, one sentence each."""
+        """Describe what the figures and the drive file take for granted, one sentence each."""
         samples, fit = self.figures.samples, self.figures.fit
         lines = [
             "The torsion curve is the mean of the rising and the falling branch, odd, about the "
@@ -358,7 +358,7 @@ class Characterization:
                 figures.curve["K1"].reason,
                 "loops, or more readings",
             )
-        # Below three slopes the last one goes on; where kinks are missing they change nothing.
+        # Below three slopes the last one continues; where kinks are missing they change nothing.
         stiffness = [float(1.0 / slope) for slope in fit.slopes_rad_per_Nm]
         kinks = [float(kink) for kink in fit.kinks_Nm]
         reach = figures.samples.amplitude_Nm
@@ -459,7 +459,7 @@ def characterize(
     Raises
     ------
     InputError
-        When torque or lost motion stand still, or the lost motion falls with growing torque.
+        When torque or lost motion are at rest, or the lost motion falls with growing torque.
     """
     given_as("characterize", "campaign", campaign, Campaign)
     campaign.require_variation()

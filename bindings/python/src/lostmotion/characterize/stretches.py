@@ -158,7 +158,7 @@ def collect(
         Torque on either side of zero to which the samples and their cells are confined.
     """
     low, high = tips(campaign.runs)
-    moves = high > low  # a torque that stands still makes no loop
+    moves = high > low  # a torque that is at rest makes no loop
     used = loop_stretches(campaign, low, high) if moves else []
     known = bool(used)
     if moves and not known:
@@ -320,7 +320,7 @@ def cell_means(
 
 
 def loading_rate(run: Run, rows: slice) -> list[float]:
-    """Mean size of the torque's rate over a stretch; nothing where the clock stands still."""
+    """Mean size of the torque's rate over a stretch; nothing where the clock is at rest."""
     time, torque = run.time_s[rows], run.torque_Nm[rows]
     span = float(time[-1] - time[0]) if time.size > 1 else 0.0
     return [abs(float(torque[-1] - torque[0])) / span] if span > 0 else []

@@ -259,7 +259,7 @@ def blocks_of(samples: Samples) -> IntArray:
 
 
 def errors_from(samples: Samples) -> str:
-    """Say what the standard errors are estimated from."""
+    """Describe what the standard errors are estimated from."""
     if samples.readings < FEW_READINGS:
         return "readings"
     return "loops" if samples.loops >= LOOPS_LEAST else "pieces of loops"

@@ -79,7 +79,7 @@ def run_design(arguments: argparse.Namespace) -> None:
 def show_progress(
     arguments: argparse.Namespace,
 ) -> Iterator[Callable[[dict[str, Any]], None] | None]:
-    """Show progress as the arguments ask for."""
+    """Show progress as the arguments require."""
     how = arguments.progress or ("bar" if sys.stderr.isatty() else "none")
     if arguments.quiet and how == "bar":
         how = "none"
@@ -114,7 +114,7 @@ def print_line(seen: dict[str, Any]) -> None:
 
 
 def relaxations(result: SearchResult) -> list[str]:
-    """Say which limits would have to give, and by how much; empty where that is not known."""
+    """Describe which limits would have to give, and by how much; empty where that is not known."""
     relax: list[str] = []
     beyond: list[str] = []
     for limit in (result.infeasible or {}).get("relax", []):

@@ -159,7 +159,7 @@ def run_check(arguments: argparse.Namespace) -> None:
     stated = None if arguments.ratio is None else ratio_of(arguments.ratio)
     paths, mapping = arguments.data, parse_map(arguments.map)
     protocol = protocol_of(arguments)
-    # Of an infinite ratio the input says nothing: no encoder is held against the other.
+    # Of an infinite ratio the input says nothing: no encoder is compared with the other.
     ratio = math.inf if stated is None else stated
     campaign = read_campaign(
         paths, ratio=ratio, mapping=mapping, protocol=protocol, join=arguments.join
@@ -188,7 +188,7 @@ def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:
     """Whether a finding needs a ratio that was not stated.
 
     A ratio that is estimated from the angles takes the sign of the lost motion out of them. Without
-    one, an output that stands still while the input turns may be locked.
+    one, an output that is at rest while the input turns may be locked.
     """
     if finding.kind in ("sign", "ratio"):
         return True
@@ -354,7 +354,7 @@ OWN_RANGE = {"amplitude": "torque", "temperature": "temperature", "speed": "spee
 
 
 def extrapolated(condition: str, settings: Sequence[Mapping[str, Any]]) -> str:
-    """Say how far beyond the fitted range the settings of a condition are predicted."""
+    """Describe how far beyond the fitted range the settings of a condition are predicted."""
     own = OWN_RANGE.get(condition)
     far = [one["beyond_fitted_range"].get(own) for one in settings]
     most = max((times for times in far if times is not None), default=None)

@@ -87,7 +87,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def add_prediction(command: Command) -> None:
-    """Add what is told of a drive by its file alone."""
+    """Add what is stated of a drive by its file alone."""
     added = command(
         "new",
         "lostmotion.commands.new:run_new",
@@ -162,7 +162,7 @@ def add_prediction(command: Command) -> None:
 
 
 def add_comparison(command: Command) -> None:
-    """Add what is told of recordings without asking what is missing."""
+    """Add what is stated of recordings without asking what is missing."""
     added = command(
         "compare",
         "lostmotion.commands.compare:run_compare",
@@ -308,7 +308,7 @@ def add_discovery(command: Command) -> None:
         action="append",
         default=[],
         metavar="EFFECT",
-        help="effect to add; again, or behind it, for another",
+        help="effect to add; repeat the option for several",
     )
     add_friction(added)
     added.add_argument("-o", "--output", metavar="FITTED.toml", required=True, help="drive file")
@@ -419,7 +419,7 @@ def add_data(
     metavar: str = "DATA",
     what: str = "recordings, or folders of them",
 ) -> None:
-    """Add recordings, and the options that say how they are to be read."""
+    """Add recordings, and the options that state how they are to be read."""
     parser.add_argument("data", metavar=metavar, nargs="+", help=what)
     add_map(parser)
     add_join(parser)
@@ -491,7 +491,7 @@ def add_map(parser: argparse.ArgumentParser) -> None:
 
 
 def add_protocol(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say which side was locked, and what the motor's current means."""
+    """Add the options that state which side was locked, and what the motor's current means."""
     parser.add_argument(
         "--locked",
         choices=SIDES,

@@ -87,7 +87,7 @@ class Comparison(ModelResult):
     outliers: int = 0
 
     def __repr__(self) -> str:
-        """Say what came out; the residuals fill screens."""
+        """Describe what came out; the residuals fill screens."""
         return (
             f"<Comparison of {self.campaign!r}: rms {self.rms_rad / ARCSEC:.3g} arcsec, "
             f"cross-validated {self.heldout_rms_rad / ARCSEC:.3g}>"
@@ -437,7 +437,7 @@ def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.N
 
 
 def held_out_by(campaign: Campaign, seen: npt.NDArray[np.bool_]) -> str:
-    """Say what was left out of the fit."""
+    """Describe what was left out of the fit."""
     if not seen.all():
         return "runs not fitted"
     return "run" if len(campaign.runs) > 1 else "half of the run"

@@ -22,7 +22,7 @@ FINE_BINS = 64
 """Bins of the torque and of an angle's turn, in which there may be ripples."""
 
 TORQUE_RANGES = 6
-"""Ranges of torque in which runs, and what stands still within a run, are looked at apart."""
+"""Ranges of torque in which runs, and what is at rest within a run, are examined apart."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def where_it_fails(c: Conditions, residual: FloatArray, seed: int) -> list[Failu
             cells = np.minimum((turn / (2 * np.pi) * FINE_BINS).astype(np.intp), FINE_BINS - 1)
             judge(name, cells, blocks)
         elif np.var(c.run_mean(values)[c.run_of]) > 0.5 * np.var(values):
-            # It stands still within a run, where an offset would swallow it: look for what grows
+            # It is at rest within a run, where an offset would swallow it: look for what grows
             # with it in proportion, apart for each range of torque.
             failures.append(
                 Failure(

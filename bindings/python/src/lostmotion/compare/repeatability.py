@@ -41,8 +41,8 @@ REPEAT_SLACK = {
 class Repeatability:
     """The repeatability of the recordings and its parts, in rad.
 
-    The noise floor of `lostmotion.discover` is another: there the model says what scatters between
-    runs. The JSON answers of both name it ``noise_floor_arcsec``.
+    The noise floor of `lostmotion.discover` is another: there the model states what scatters
+    between runs. The JSON answers of both name it ``noise_floor_arcsec``.
 
     Attributes
     ----------

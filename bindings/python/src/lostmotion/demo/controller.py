@@ -32,7 +32,7 @@ LOGGED = ("time", "torque", "lost_motion", "temperature")
 """Quantities of the log."""
 
 TOLD = ("torque_Nm", "temperature_C", "elapsed_s")
-"""What the emulated controller is told in each tick, in the order of its log."""
+"""What the emulated controller receives in each tick, in the order of its log."""
 
 COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
 MACHINE = "mps2-an386"
@@ -198,7 +198,7 @@ def run(command: list[Any]) -> str | None:
 
 
 def log_text(log: Campaign) -> str:
-    """Write a log as C: the bits of what the controller is told, and the measured lost motion."""
+    """Write a log as C: the bits of what the controller receives, and the measured lost motion."""
     from lostmotion.replay import conditions
 
     lines = []

@@ -1,4 +1,4 @@
-"""What the demonstration reads: in the installed package, copied to where the reader can see it."""
+"""Input files of the demonstration, copied from the installed package into its folder."""
 
 from __future__ import annotations
 

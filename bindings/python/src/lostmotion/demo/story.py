@@ -44,7 +44,7 @@ JOINT = Path("joint")
 DRIVE, RECORDING = "joint.toml", "joint.csv.gz"
 SPECS = Path("specs")
 SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring wave generator": 2000}
-"""Specs, and the evaluations that each gets here in place of those it asks for."""
+"""Specs, and the evaluations that each gets here in place of those it requires."""
 
 TITLE = "A joint, what its model lacks, and what its controller makes of it"
 LEAD = (

@@ -37,7 +37,7 @@ GRADE = {"low": "what the shop can hold, and its price", "high": "interference o
 
 
 def at_ends(certificate: Mapping[str, Any], objective: str) -> list[str]:
-    """Say which variables stand at an end, what it costs, and what would stop them in practice.
+    """Describe which variables are at an end, what it costs, and what limits them in practice.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where a search stands, noted while it works and told in the thread of its caller."""
+"""Progress of a search: recorded while it works, reported in the thread of its caller."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from lostmotion.design.engine import FATES, STAGES, engine, figure_value
 from lostmotion.design.result import Designs
 
 OnProgress = Callable[[dict[str, Any]], None]
-"""What a caller is told by."""
+"""What informs a caller."""
 
 FRONT_SHOWN = 500
-"""Most designs of the front that are told at once."""
+"""Most designs of the front that are stated at once."""
 
 
 class ProgressReports:
-    """Snapshots of a search, and who is told of them.
+    """Snapshots of a search, and who is informed of them.
 
     Parameters
     ----------

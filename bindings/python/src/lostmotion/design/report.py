@@ -233,7 +233,7 @@ def _front_table(result: SearchResult) -> FigureData:
 
 
 def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """List the dimensions of a drive that a designer asks for first."""
+    """List the dimensions of a drive that a designer requires first."""
     design = drive["design"]
     teeth, generator, rim = design["teeth"], design["generator"], design["flexspline"]
     out: list[tuple[str, Any]] = [

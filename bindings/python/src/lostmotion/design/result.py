@@ -41,9 +41,9 @@ class SearchResult:
         What was made small, or large where `larger_is_better` says so.
     larger_is_better : tuple of bool
     finished : bool
-        False when it was stopped; ``resume`` goes on.
+        False when it was stopped; ``resume`` continues.
     certificate : dict or None
-        The best design looked at once more, finer: ``holds``, ``limit_names``, ``checks``,
+        The best design examined once more, finer: ``holds``, ``limit_names``, ``checks``,
         ``lost_motion_arcmin`` and so on.
     infeasible : dict or None
         When no design exists: which limits to relax, and by how much.
@@ -127,7 +127,7 @@ def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
 
 
 def rounded_up(by: float) -> str:
-    """Write four digits, the last one up: relaxed by what is said, a limit holds."""
+    """Write four digits, the last one up: relaxed by what is reported, a limit holds."""
     unit = 10.0 ** (math.floor(math.log10(by)) - 3)
     return f"{math.ceil(by / unit - 1e-9) * unit:.4g}"
 

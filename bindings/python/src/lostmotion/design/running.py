@@ -75,7 +75,7 @@ def search(
     stop : threading.Event, optional
         When it is set, the search saves the best so far and returns a result that is not finished.
     command : str, optional
-        Command line that asked for it, for the report.
+        Command line that requested it, for the report.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Search specs: TOML that says what may vary and what must hold, stated to the optimizer."""
+"""Search specs: TOML that states what may vary and what must hold, stated to the optimizer."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
     numbers = {k: v for k, v in search.items() if k != "objectives"}
     head = read_keys(file, "search", numbers, SEARCH_KEYS, tables=TABLES)
     drive = read_keys(file, "drive", document.get("drive", {}), DRIVE_KEYS)
-    # In the order in which the optimizer wants its statements.
+    # In the order in which the optimizer needs its statements.
     objectives = read_objectives(out)
     state_head(out, head)
     ratio, sign = ratio_window(out, drive)

@@ -56,7 +56,7 @@ SWITCHES = {
 """Keys that are true or false."""
 
 FIXED_ONLY = (AXIAL_SECTIONS, PLANAR_ONLY)
-"""Keys that say how a drive is looked at: the same for all drives of a search."""
+"""Keys that state how a drive is examined: the same for all drives of a search."""
 
 WHOLE = {TEETH: ("an even number", 2), AXIAL_SECTIONS: ("a whole number", 1)}
 """Keys between whose values nothing lies."""

@@ -1,7 +1,7 @@
 """Statements for the optimizer, each with the key of the spec that it came from.
 
 The optimizer reads one statement a line (``optimizer/spec.h``) and checks the whole. What it
-refuses is told in the words of the file.
+refuses is stated in the words of the file.
 """
 
 from __future__ import annotations

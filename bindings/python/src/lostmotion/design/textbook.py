@@ -246,7 +246,7 @@ def annotated_drive_file(document: dict[str, Any], heading: str) -> str:
 
 
 def _allowed(key: DesignKey) -> str:
-    """Say what a key may be."""
+    """Describe what a key may be."""
     if key.kind == "choice":
         return "one of " + ", ".join(key.choices)
     return "true or false" if key.kind == "switch" else key.range
@@ -266,7 +266,7 @@ def parse_words(words: list[str]) -> tuple[float, int, str, str]:
     Returns
     -------
     size, ratio, generator, name
-        20, 100, "discs" and the other words where nothing is said.
+        20, 100, "discs" and the other words where nothing is reported.
 
     Raises
     ------

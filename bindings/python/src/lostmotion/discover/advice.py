@@ -18,12 +18,12 @@ ASK_WHAT_DIFFERED = (
 
 
 def count_runs(runs: int) -> str:
-    """Say how many runs there are."""
+    """Describe how many runs there are."""
     return "1 run" if runs == 1 else f"{runs} runs"
 
 
 def too_few(runs: int) -> str:
-    """Say that so many runs are too few."""
+    """State that so many runs are too few."""
     return f"At least {rules.RUNS_LEAST} runs are needed to identify an effect, found {runs}"
 
 
@@ -35,7 +35,7 @@ def advise(
     at_bound: Mapping[str, Sequence[str]],
     harmful: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> str:
-    """Say what to do next, of recordings that can be repeated.
+    """Describe what to do next, of recordings that can be repeated.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def advise(
 
 
 def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]] | None) -> str:
-    """Say why an effect is not recommended."""
+    """State why an effect is not recommended."""
     if at_bound:
         return f"{', '.join(at_bound)} at its bound"
     return "it makes the prediction worse at " + "; ".join(
@@ -91,7 +91,7 @@ def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]]
 
 
 def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any]]) -> str:
-    """Say what to do next, of evidence; `alone` is what each campaign said by itself."""
+    """Describe what to do next, of evidence; `alone` is what each campaign said by itself."""
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: add evidence."
     if found.odd is not None:

@@ -64,7 +64,7 @@ class Diagnosis(ModelResult):
     """
 
     def __repr__(self) -> str:
-        """Say what came out; what it was found with fills screens."""
+        """Describe what came out; what it was found with fills screens."""
         names = f" {', '.join(self.effects)}" if self.effects else ""
         first, last = self.ladder[0], self.ladder[-1]
         return (

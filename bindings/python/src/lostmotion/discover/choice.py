@@ -126,7 +126,7 @@ def try_shortlist(
 
 
 def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) -> Contender | None:
-    """Put a candidate into the model, and say whether it passes there; `count` tests are paid."""
+    """Put a candidate into the model, and state whether it passes there; `count` tests are paid."""
     contender = model.with_candidate(lead)
     if contender is None:
         return None
@@ -163,7 +163,7 @@ def of_use(
     The residual of an effect whose form is not exact can be spelled out by another one
     within the runs that it is fitted to. The leave-one-run-out error decides: it has to
     fall as by an effect of the least size. The one that would be selected is asked, then the next
-    one, until one is of use. Shapes say that a residual remains, not what it is: they are asked
+    one, until one is of use. Shapes state that a residual remains, not what it is: they are asked
     where an effect was of no use, for they may be the same remainder without its name.
 
     Returns

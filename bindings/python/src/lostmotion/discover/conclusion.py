@@ -50,7 +50,7 @@ class Conclusion:
     def add_odd_runs(
         self, odd: OddRuns, size: float, least: float, labels: Sequence[int | str]
     ) -> None:
-        """Say that runs stand apart, where what they do is large enough.
+        """State that runs stand apart, where what they do is large enough.
 
         Parameters
         ----------

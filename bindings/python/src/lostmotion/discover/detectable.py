@@ -18,7 +18,7 @@ from lostmotion.evidence.overlap import projected
 from lostmotion.units import ARCSEC, split_unit
 
 NONCENTRALITY_MIN = 1e-2
-"""Least noncentrality that is told: a tenth of a standard error."""
+"""Least noncentrality that is stated: a tenth of a standard error."""
 
 NONCENTRALITY_MAX = 4e8
 """Largest noncentrality that is looked for: 20,000 standard errors. Beyond it the distribution
@@ -96,7 +96,7 @@ def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
     """Noncentrality at which the F test at level alpha has the wanted power.
 
     None where no size has it: without a degree of freedom there is no test, and with one left a
-    small alpha asks for more than `NONCENTRALITY_MAX`.
+    small alpha requires more than `NONCENTRALITY_MAX`.
     """
     if freedom < 1:
         return None

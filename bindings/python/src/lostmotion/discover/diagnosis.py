@@ -94,7 +94,7 @@ def diagnose(
     ----------
     drive : Drive or None
         The drive; what its file says of a fit and of effects is in the model. None: `ratio` and
-        `rated_torque_Nm` say what is needed of it.
+        `rated_torque_Nm` state what is needed of it.
     campaign : Campaign
         Runs in the order in which they were made.
     ratio, rated_torque_Nm : float, optional
@@ -247,7 +247,7 @@ def new_events(selection: Selection, base: BaselineModel, known: list[Event]) ->
 def put_in_slips(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> int:
     """Put slipped teeth into a baseline before it is fitted; returns how many effects that took.
 
-    They would spoil every fit, and no unit of evidence shows them: they stand in one run.
+    They would spoil every fit, and no unit of evidence shows them: they are in one run.
     """
     effect = jumping_effect(effects)
     if effect is None or any(term.effect.steps for term in base.terms):

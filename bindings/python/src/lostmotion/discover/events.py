@@ -60,7 +60,7 @@ class Event:
 
 
 def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
-    """Say of an event that was told what an answer says of everything that is unexplained.
+    """Say of an event that was stated what an answer says of everything that is unexplained.
 
     Parameters
     ----------

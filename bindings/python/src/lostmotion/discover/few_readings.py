@@ -16,7 +16,7 @@ from lostmotion.fit.few_readings import FewReadings
 
 
 def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> Diagnosis:
-    """Say that few readings are inconclusive, what they do tell, and what is lacking."""
+    """State that few readings are inconclusive, what they do tell, and what is lacking."""
     base = few.base
     c = base.conditions
     error = few.error_arcsec

@@ -115,7 +115,7 @@ class FittedModel(ModelResult):
         return self.table.inseparable
 
     def __repr__(self) -> str:
-        """Say what came out; the samples it was fitted to fill screens."""
+        """Describe what came out; the samples it was fitted to fill screens."""
         names = ", ".join(term.effect.name for term in self.base.terms)
         first, last = self.ladder[0], self.ladder[-1]
         return (

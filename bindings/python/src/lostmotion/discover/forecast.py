@@ -46,7 +46,7 @@ def forecast(
     backbone: Backbone | None,
     effects: Mapping[str, Effect],
 ) -> dict[str, Any]:
-    """Say which effects a plan would find, how small, and which it could not separate."""
+    """Describe which effects a plan would find, how small, and which it could not separate."""
     require_plan(campaign)
     base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
     base.curve.mean_slope = float(np.mean(base.curve.prior_slopes))

@@ -114,7 +114,7 @@ class GrowingModel(ABC):
     def substitutes(
         self, current: ContestRound, chosen: Contender, rivals: Sequence[Result]
     ) -> list[str]:
-        """Names of the rivals that could stand in the model instead of what was chosen."""
+        """Names of the rivals that could are in the model instead of what was chosen."""
 
     # --- what only refits can do -----------------------------------------------------------------
 

@@ -55,7 +55,7 @@ class Setting:
     name: str = ""
 
     def __str__(self) -> str:
-        """Say which it is: ``amplitude 5 to 7 Nm``."""
+        """Describe which it is: ``amplitude 5 to 7 Nm``."""
         if self.name:
             return f"{self.condition} {self.name}"
         low, high = plain_number(self.low, 3), plain_number(self.high, 3)

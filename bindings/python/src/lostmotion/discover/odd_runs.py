@@ -2,7 +2,7 @@
 
 A cause that no column records (an oven that nobody noted) acts between runs, and shows as scatter
 that a few runs have and the others do not. One number for each run and part, its deviation over the
-spread of deviations like it, is held against the others by the generalised extreme Studentised
+spread of deviations like it, is compared with the others by the generalised extreme Studentised
 deviate test (Rosner 1983), which finds several that would hide each other.
 """
 

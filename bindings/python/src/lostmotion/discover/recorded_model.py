@@ -182,8 +182,8 @@ class RecordedModel(GrowingModel):
         """See `GrowingModel`.
 
         By its tangent there, as long as that is no more than was to be explained: a load that is
-        off by more than a kink is wide has a tangent that goes on beyond the kink, ten times as far
-        as the effect. What it takes from the error of all runs together counts then.
+        off by more than a kink is wide has a tangent that continues beyond the kink, ten times as
+        far as the effect. What it takes from the error of all runs together counts then.
         """
         base = model_of(contender)
         size = term_size(base, len(base.terms) - 1)

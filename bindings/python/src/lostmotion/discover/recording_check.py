@@ -49,7 +49,7 @@ def rank_correlation(a: FloatArray, b: FloatArray) -> float:
 
 
 def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
-    """Say whether recordings are sound, and what this plan separates or confounds."""
+    """Describe whether recordings are sound, and what this plan separates or confounds."""
     conditions = Conditions(campaign)
     columns = dict(conditions.columns)
     columns.pop("elapsed_s", None)

@@ -27,7 +27,7 @@ REFIT_STEPS = 12
 """Evaluations of a joint refit."""
 
 FIT_NATS = 0.1
-"""Fall of half the sum of squares over the noise that a fit does not go on for: a twentieth of the
+"""Fall of half the sum of squares over the noise below which a fit ends: a twentieth of the
 least gain that counts (`rules.GAIN_LEAST`)."""
 
 APART_STEPS, APART_TOLERANCE = 20, 1e-7
@@ -94,7 +94,7 @@ def put_in(
 
 
 def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None:
-    """Move a baseline model and the deviations of its runs to where a hypothesis wants them."""
+    """Move a baseline model and the deviations of its runs to where a hypothesis needs them."""
     evidence = current.contest.evidence
     delta = np.concatenate((result.fixed_step, result.coefficients))
     own = deviations(evidence, evidence.index(result.block), result.omega, delta)
@@ -103,7 +103,7 @@ def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None
 
 
 def hold_to_name(term: Term) -> bool:
-    """Keep a value at nothing that makes an effect another one; whether there was one."""
+    """Fix at zero a value that turns an effect into another one; return whether there was one."""
     wrong = term.effect.against_its_name(term.values)
     if wrong is None:
         return False

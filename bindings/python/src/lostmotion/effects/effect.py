@@ -148,7 +148,7 @@ class Effect:
     in_file: bool = False
 
     def __repr__(self) -> str:
-        """Say what it is and what it takes; `vars` has all."""
+        """Describe what it is and what it takes; `vars` has all."""
         values = ", ".join(value.name for value in self.values)
         return f"<Effect {self.name} ({self.kind}) of {values}: {self.mechanism}>"
 
@@ -207,7 +207,7 @@ class Effect:
         """Evaluate over a campaign, run by run, in the effect's own unit.
 
         What sits in the mesh sees `wound_Nm`, the torque that friction leaves; by default all.
-        Memory goes on from run to run, except for effects that live on elapsed time: the rest
+        Memory continues from run to run, except for effects that live on elapsed time: the rest
         between two recordings was not recorded.
         """
         out = np.empty(conditions.rows)
@@ -222,13 +222,13 @@ class Effect:
                 whole["input_angle_rad"] = wrapped
             whole["torque_Nm"], whole["elastic_rad"] = torque_Nm, elastic_rad
             whole["wound_Nm"] = torque_Nm if wound_Nm is None else wound_Nm
-            # A memory that goes on makes one recording of all runs.
+            # A memory that continues makes one recording of all runs.
             starts = conditions.starts.tolist() if fresh else [0, conditions.rows]
             return np.asarray(sweep(values, whole, memory, starts, fresh=fresh))
         for at in pieces:
             if fresh:
                 memory[:] = 0.0
-            # The angles go on over turns here: an order need not be a whole number.
+            # The angles continue over turns here: an order need not be a whole number.
             run = {name: column[at] for name, column in conditions.columns.items()}
             run["time_s"] = conditions.time_s[at]
             run["run_number"] = 1.0 + conditions.run_of[at].astype(np.float64)
@@ -297,7 +297,7 @@ def card(effect: Effect) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class CheckedFunction:
-    """A Python function ``f(p, at)`` as the function of an effect, its result looked at.
+    """A Python function ``f(p, at)`` as the function of an effect, its result examined.
 
     It can be pickled where `function` can: where a module has it.
     """
@@ -347,8 +347,8 @@ def effect(
     `p` has the values as attributes, `at` the conditions of one recording as arrays
     (``at.torque_Nm``, ``at.temperature_C`` ..., and what the model fills in: ``at.elastic_rad``,
     the angle of torsion curve and friction, and ``at.wound_Nm``, the torque that friction leaves to
-    wind up the mesh); the function returns an array. Angles go on over turns. ``at.run_number``, 1
-    for the first run of the campaign, and ``at.time_s`` are for what happened once: no controller
+    wind up the mesh); the function returns an array. Angles continue over turns. ``at.run_number``,
+    1 for the first run of the campaign, and ``at.time_s`` are for what happened once: no controller
     knows them.
 
     Parameters
@@ -391,7 +391,7 @@ def effect(
 
 
 def find_effect(name: str, effects: Mapping[str, Effect], file: str = "effect") -> Effect:
-    """Find an effect by the name that a file has, or a command; or say which there are."""
+    """Find an effect by the name that a file has, or a command; or state which there are."""
     if name not in effects:
         raise InputError(
             file,

@@ -52,7 +52,7 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
 
     Its name is lm_user_effect, or lm_effect_ and the name of the file (without a _f32 at its end).
     It must be compiled with LM_REAL_BITS=64 and with its card; the same source goes to the
-    controller. With LM_REAL_BITS=32 it is what the controller runs, which `replay` wants.
+    controller. With LM_REAL_BITS=32 it is what the controller runs, which `replay` needs.
     """
     path = Path(file)
     if not os.path.isfile(path):

@@ -120,7 +120,8 @@ def is_gram(matrix: npt.NDArray[np.float64]) -> bool:
     )
 
 
-# --- what is told beside the numbers -------------------------------------------------------------
+# --- what is stated beside the numbers
+# -------------------------------------------------------------
 
 Check = Callable[[Any], bool]
 
@@ -187,11 +188,11 @@ ABOUT: dict[str, Check] = {
     "run_fingerprints": listed(text),
     "alone": listed(table(verdict=text, effects=listed(text))),
 }
-"""What is told beside the numbers, and what each must be."""
+"""What is stated beside the numbers, and what each must be."""
 
 
 def check_about(file: str | Path, about: Any, runs: int, sizes: Mapping[str, int]) -> None:
-    """Refuse what is told beside the numbers where it is of another kind, or does not fit them.
+    """Refuse what is stated beside the numbers where it is of another kind, or does not fit them.
 
     Parameters
     ----------

@@ -33,10 +33,10 @@ FLAT = 1e-9
 """Added to the curvature, relative to it and to 1: a variance of nothing has none."""
 
 STUCK = 0.05
-"""Nats that a variance could still gain by its score, from which on REML is stuck ..."""
+"""Gain in nats that the score still promises a variance, from which on REML has stalled ..."""
 
 LIFTED = 1.0
-"""... and the variance from which it goes on."""
+"""... and the variance from which it continues."""
 
 DAMPED_MAX = 17
 """Powers of ten of the diagonal that normal equations are damped by, one after the other. What the
@@ -206,7 +206,7 @@ class RestrictedLikelihood:
     def lowest(self, start: FloatArray) -> tuple[FloatArray, float]:
         """Variances that the recordings speak for most, and the value there.
 
-        Close to nothing the logarithm hides the slope: a step too far stays there. The score says
+        Close to nothing the logarithm hides the slope: a step too far stays there. The score states
         what is to be gained (Rao's test), and from above the way down is even.
         """
         omega, value, slope = self.descend(start)

@@ -74,7 +74,7 @@ class BaselineModel:
     rises : bool
         Whether a fit is bound to an angle that rises with the torque while every operator sticks,
         as a controller asks. Recordings may say otherwise: torque of the motor's current is not
-        that of the output, and a torque that is late lets a drive give way the wrong way round.
+        that of the output, and a torque that is late lets a drive yield the wrong way round.
     deviations : ndarray
         Of each run, see `DEVIATIONS`.
     measured : ndarray
@@ -94,7 +94,7 @@ class BaselineModel:
     rises: bool = False
 
     def __repr__(self) -> str:
-        """Say what it is made of; its numbers fill screens."""
+        """Describe what it is made of; its numbers fill screens."""
         names = ", ".join(term.effect.name for term in self.terms)
         return (
             f"<BaselineModel{' with ' + names if names else ''} over {self.conditions.campaign!r}>"
@@ -219,7 +219,7 @@ class BaselineModel:
 
         Those of stiffness and friction are by the logarithm: what all runs have more of one is then
         exactly a change of the baseline, and a shape that holds a constant learns nothing of the
-        deviations at which it is looked at.
+        deviations at which it is examined.
         """
         return side_by_side(
             point.stiffness * point.backbone,

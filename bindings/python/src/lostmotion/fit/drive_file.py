@@ -101,7 +101,7 @@ def make_base(
 
 
 def require_plan(campaign: Campaign) -> None:
-    """Refuse runs that are too few samples for the baseline model, or whose torque stands still."""
+    """Refuse runs that are too few samples for the baseline model, or whose torque is at rest."""
     file = campaign.runs[0].file
     if campaign.rows < SAMPLES_LEAST:
         raise InputError(file, "", f"{campaign.rows} samples", f"at least {SAMPLES_LEAST}")
@@ -109,7 +109,7 @@ def require_plan(campaign: Campaign) -> None:
 
 
 def require_samples(campaign: Campaign) -> None:
-    """Refuse what `require_plan` does, and a lost motion that stands still in every run."""
+    """Refuse what `require_plan` does, and a lost motion that is at rest in every run."""
     require_plan(campaign)
     campaign.require_variation()
 

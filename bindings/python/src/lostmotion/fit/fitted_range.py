@@ -15,10 +15,10 @@ BEYOND = {
     "temperature_C": "temperature",
     "input_velocity_rad_per_s": "speed",
 }
-"""Keys of the ranges that a prediction is held against, and what they are called."""
+"""Keys and names of the ranges that a prediction is compared with."""
 
 LEAST_BEYOND = 1.01
-"""Times the fitted range from which on it is said: less is the noise of a reading (chosen)."""
+"""Times the fitted range from which on it is reported: less is the noise of a reading (chosen)."""
 
 
 def fitted_ranges(

@@ -6,7 +6,7 @@ The operators z_i follow the envelope U within half widths ``R_i = r_i + eta_i |
 parallel with the elasticity sticks by the angle: until its contacts slip it holds most of the
 torque where the drive is soft, about no torque, and there the envelope rises most. Loops of one
 size hardly tell; small ones beside large ones do. Friction in series with the elasticity, and
-operators whose half width grows with the load, are off unless the recordings ask for them
+operators whose half width grows with the load, are off unless the recordings require them
 (`fit.forms`).
 
 The angle of a drive rises with the torque: while every operator sticks, friction in parallel and in
@@ -241,7 +241,7 @@ class Hysteresis:
 
     @property
     def sessions(self) -> list[slice]:
-        """Rows within which friction's memory goes on."""
+        """Rows within which friction's memory continues."""
         c = self.conditions
         begins = [int(c.starts[run]) for run in c.campaign.sessions()]
         return [slice(a, b) for a, b in pairwise([*begins, c.rows])]

@@ -25,11 +25,11 @@ AXES = {"torque_Nm": "torque, N m", "time_s": "time, s", "temperature_C": "tempe
 
 
 ORDERS, ORDERS_DRAWN = 8.0, 800
-"""Largest order of a spectrum unless another is asked for, and orders that are drawn: chosen, for
+"""Largest order of a spectrum unless another is requested, and orders that are drawn: chosen, for
 kinematic errors are of orders 2 and 4 of the input."""
 
 LAGS = 50
-"""Lags of an autocorrelation unless others are asked for."""
+"""Lags of an autocorrelation unless others are requested."""
 
 
 def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -> FloatArray:
@@ -41,7 +41,7 @@ def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -
 class ModelResult:
     """A result that holds a fitted model.
 
-    A subclass says which model (`fitted_base`), and standard errors where it has them
+    A subclass states which model (`fitted_base`), and standard errors where it has them
     (`errors_by_name`).
     """
 

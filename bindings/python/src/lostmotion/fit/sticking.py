@@ -57,7 +57,7 @@ class Sticking:
 
     @property
     def limit(self) -> SumLimit:
-        """What the shares in a fit's variables add up to at most."""
+        """Largest sum of the shares among a fit's variables."""
         return SumLimit(self.shares, SHARE_MAX)
 
     def rise(self, x: FloatArray) -> float:

@@ -23,7 +23,7 @@ EVENLY = 12.0
 """What may be anywhere in a range has this precision over the range's square."""
 
 RUN_SCATTER = 0.6
-"""A value of how an effect depends on what is constant within a run is told by runs alone: each
+"""A value of how an effect depends on what is constant within a run is known by runs alone: each
 tells it as well as what it has of its own allows, over the noise, however many samples it has. A
 law through the few worn runs of a campaign is held to what is usual accordingly: samples that count
 one by one would put it through their scatter, and far off beyond them."""

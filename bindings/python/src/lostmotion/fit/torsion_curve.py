@@ -43,7 +43,7 @@ class TorsionCurve:
     Attributes
     ----------
     knots_Nm : ndarray
-        Ends of the stretches; beyond the last the curve goes on with the last slope.
+        Ends of the stretches; beyond the last the curve continues with the last slope.
     slopes, prior_slopes : ndarray
         Compliance of each stretch, arc seconds a N m, and what is known of it beforehand.
     mean_slope : float

@@ -1,7 +1,7 @@
 """Recordings: measurement files read into a campaign of runs, in SI units, with what is unsound.
 
 A campaign is one or more files, or folders of them (CSV, ``.csv.gz``, Parquet). Nothing is dropped
-in silence: whatever is unsound in the data becomes a `Finding`, and only rows that cannot be used
+silently: whatever is unsound in the data becomes a `Finding`, and only rows that cannot be used
 (no number for torque or angle, or a wild one) are left out, counted and reported.
 
 A file is a table (`tables`), whose columns are quantities with units (`quantities`, `columns`).

@@ -43,7 +43,7 @@ MESSAGE_MODE = re.compile(rb"^\s*compression_mode:\s*[\"']?message\b", re.MULTIL
 """Line of the metadata by which every message is compressed by itself."""
 
 METADATA_MAX = 1 << 20
-"""Bytes of the metadata that are looked at: a bag of a thousand topics has as many."""
+"""Bytes of the metadata that are examined: a bag of a thousand topics has as many."""
 
 MESSAGES_LEAST = 500_000
 """Messages up to which no bag is refused."""
@@ -65,7 +65,7 @@ UNLABELLED_MAX = 64
 """Longest array without names that becomes columns: longer ones are scans and pictures."""
 
 SHOWN_MESSAGES = 20
-"""Messages of each topic that are looked at to list its columns ..."""
+"""Messages of each topic that are examined to list its columns ..."""
 
 SCANNED_MESSAGES = 20_000
 """... among the first so many of the bag."""

@@ -132,7 +132,8 @@ def bursts_once(x: FloatArray, noise: FloatArray, absolute: bool) -> BoolArray:
 def resolution(x: FloatArray, step: FloatArray, absolute: bool = False) -> float:
     """Least step of a channel of few values; of one that has a single value, a share of it.
 
-    `absolute` says that its zero is one: then a channel that leaves its value seldom has one value.
+    `absolute` states that its zero is one: then a channel that leaves its value seldom has one
+    value.
     """
     level = float(np.median(np.abs(x)))
     moved = step[step > 1e-12 * (level + 1e-300)]
@@ -161,7 +162,7 @@ def local_noise(values: FloatArray, at: int) -> float:
 def scatter(step: FloatArray) -> float:
     """Standard deviation of most steps: by their middle, or a third of their tenth largest.
 
-    A channel of few values stands still most of the time; what it does then is not noise alone.
+    A channel of few values is at rest most of the time; what it does then is not noise alone.
     """
     size = np.abs(step)
     if size.size == 0:
@@ -174,7 +175,7 @@ def markers(values: FloatArray, absolute: bool = False) -> BoolArray:
     """Mark a value that a device writes again and again in the place of a reading: 0, full scale.
 
     It stands alone or in bursts, exactly the same each time, and the rest of the channel
-    without it goes on as if nothing had been.
+    without it continues as if nothing had been.
     """
     marked = np.zeros(values.size, dtype=bool)
     if values.size < 2 * BESIDE + 3:

@@ -62,7 +62,7 @@ class Run:
         return int(self.columns["torque"].size)
 
     def __repr__(self) -> str:
-        """Say what it is; the numbers of a recording fill screens."""
+        """Describe what it is; the numbers of a recording fill screens."""
         return (
             f"<Run {self.label!r} of {self.file}: {len(self)} samples of {', '.join(self.columns)}>"
         )
@@ -180,7 +180,7 @@ class Campaign:
         return read(data, ratio=ratio, mapping=mapping, protocol=protocol, name=name)
 
     def __repr__(self) -> str:
-        """Say what it is; the numbers of a campaign fill screens."""
+        """Describe what it is; the numbers of a campaign fill screens."""
         return (
             f"<Campaign: {self.rows} samples in {len(self.runs)} runs, "
             f"{len(self.findings)} findings>"
@@ -207,7 +207,7 @@ class Campaign:
         return not any(finding.kind == "untimed" for finding in self.findings)
 
     def require_torque(self) -> None:
-        """Refuse a campaign whose torque stands still.
+        """Refuse a campaign whose torque is at rest.
 
         Raises
         ------
@@ -220,7 +220,7 @@ class Campaign:
             raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
 
     def require_variation(self) -> None:
-        """Refuse a campaign whose torque stands still, or whose lost motion does in every run.
+        """Refuse a campaign whose torque is at rest, or whose lost motion does in every run.
 
         Raises
         ------

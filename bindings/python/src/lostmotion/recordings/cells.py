@@ -16,7 +16,7 @@ MISSING = (
     "overrange", "underrange", "over range", "bad", "invalid", "error", "err", "fault", "no data",
     "nodata", "open", "#########",
 )  # fmt: skip
-"""What stands in place of a number that there is none, in small letters: spreadsheets, C runtimes,
+"""What is in place of a number that there is none, in small letters: spreadsheets, C runtimes,
 instruments out of range, databases."""
 
 GROUPS = " '’\u00a0\u202f\u2009_"
@@ -40,7 +40,7 @@ STAMP = rf"(?:{DATE})(?:[T ,]+{CLOCK}|T[0-9]{{6}}(?:[.,][0-9]*)?Z?)?|{CLOCK}"
 """A date, a time of day, or both."""
 
 MEASURED = re.compile(rf"(?:{NUMBER}|{COMMA_NUMBER})\s*([^\s0-9.,;:+-][^\s0-9;:]{{0,9}})")
-"""A number and what stands behind it."""
+"""A number and what is behind it."""
 
 VALUE = re.compile(rf"{NUMBER}|{COMMA_NUMBER}|{GROUPED}|{STAMP}")
 
@@ -51,7 +51,7 @@ def plain(text: str) -> str:
 
 
 def is_missing(text: str) -> bool:
-    """Whether a cell says that there is no number."""
+    """Whether a cell states that there is no number."""
     return plain(text).lower() in MISSING_SET
 
 
@@ -62,7 +62,7 @@ def is_value(text: str) -> bool:
 
 
 def unit_behind(cell: str) -> str:
-    """Return the unit that stands behind the number of a cell; nothing where there is none."""
+    """Return the unit that is behind the number of a cell; nothing where there is none."""
     found = MEASURED.fullmatch(cell)
     return found[1] if found is not None and is_unit(found[1]) else ""
 

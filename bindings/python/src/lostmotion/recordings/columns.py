@@ -89,7 +89,7 @@ class ColumnName:
     """Number of the column in its table."""
 
     behind: str = ""
-    """Unit that stands behind every number of the column."""
+    """Unit that is behind every number of the column."""
 
     fraction: tuple[int, str] | None = None
     """Column of the fractions of a second of a clock in two columns, and their unit."""
@@ -115,7 +115,7 @@ def parse_map(entries: Iterable[str]) -> dict[str, str]:
 
 
 def expected_units(quantity: Quantity) -> str:
-    """Say which units a column of this quantity may have."""
+    """Describe which units a column of this quantity may have."""
     return units.dimension_name(quantity.dimension)
 
 
@@ -187,7 +187,7 @@ def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnN
         if not quantity.unit:
             return ColumnName(quantity, None, factor)
         if name == column != quantity.name:
-            return None  # TORQUE may be another torque; `unused` says what to write
+            return None  # TORQUE may be another torque; `unused` states what to write
         raise InputError(
             file,
             column,
@@ -210,7 +210,7 @@ def parse_column(file: str, column: str, name: str, beside: str = "") -> ColumnN
 
 
 def unit_in(label: str) -> str:
-    """Return what stands in brackets at the end of a label."""
+    """Return what is in brackets at the end of a label."""
     found = BRACKETED.fullmatch(label)
     return found[2] if found is not None else ""
 
@@ -310,7 +310,7 @@ def choose_columns(
 
 
 def unit_of_cells(cells: Sequence[str]) -> str:
-    """Return the unit that stands behind the number of every cell; nothing where there is none."""
+    """Return the unit that is behind the number of every cell; nothing where there is none."""
     stated = [cell for cell in cells if not is_missing(cell)]
     found = {unit_behind(plain(cell)) for cell in stated}
     return found.pop() if len(found) == 1 else ""
@@ -372,7 +372,7 @@ def fraction_of(
 def add_fraction(
     header: Header, chosen: dict[str, tuple[str, ColumnName]], ignored: list[str]
 ) -> None:
-    """Put the fractions of a second to a clock of seconds where they stand in a second column."""
+    """Put the fractions of a second to a clock of seconds where they are in a second column."""
     label, name = chosen["time"]
     if name.unit is not None and name.unit.symbol == "s" and name.fraction is None:
         fraction = fraction_of(header, name.index, fractions_in(header))
@@ -451,7 +451,7 @@ def lacking(
     there: Collection[str],
     protocol: Protocol = FREE,
 ) -> list[InputError]:
-    """Say which quantities a recording needs and a file has not."""
+    """Describe which quantities a recording needs and a file has not."""
     faults = []
     recorded, there = there, {*there, *protocol.supplies(there)}
     locked = suggest_protocol(recorded) if protocol.locked is None else ""
@@ -459,7 +459,7 @@ def lacking(
     nothing = f"no such column ({header.there_are()})"
 
     def named(name: str) -> str:
-        """Say how a column of the quantity may be called."""
+        """Describe how a column of the quantity may be called."""
         foreign = [
             c for c, t in mapping.items() if f"{t.removeprefix('-')}_".startswith(f"{name}_")
         ]
@@ -533,7 +533,7 @@ def refuse_unmapped(headers: Sequence[Header], files: int, mapping: Mapping[str,
 
 
 def unused(column: str, chosen: Iterable[str]) -> str:
-    """Say that a column is not used, and what to write if it is what its name says."""
+    """State that a column is not used, and what to write if it is what its name says."""
     quantity = column.lower()
     if quantity not in QUANTITIES or quantity in chosen:
         return UNUSED

@@ -30,7 +30,7 @@ FloatArray = npt.NDArray[np.float64]
 Chosen = Mapping[str, tuple[str, ColumnName]]
 
 HEADERS_LOOKED_AT = 64
-"""Lines without numbers among the rows that are held against the header."""
+"""Lines without numbers among the rows that are compared with the header."""
 
 STAMPS_LOOKED_AT = 100
 """Cells of a clock of text that tell whether it is of dates or of numbers."""
@@ -38,16 +38,16 @@ STAMPS_LOOKED_AT = 100
 
 @dataclass
 class Numbers:
-    """What a table says, in SI.
+    """Values of a table, in SI units.
 
     Attributes
     ----------
     quantities : dict
         Columns by quantity.
     run : array of Arrow or None
-        What stands in the column of the run.
+        What is in the column of the run.
     place : callable
-        Where a row stands in its file.
+        Where a row is in its file.
     findings : list of Finding
     blocks : tuple of int
         Rows that a blank line stands before.
@@ -97,7 +97,7 @@ def holds_numbers(column: Any) -> bool:
 
 
 def needs_text(rows: Rows, chosen: Chosen) -> bool:
-    """Whether the text of numbers has to be looked at: a mark in it may mean two things.
+    """Whether the text of numbers has to be examined: a mark in it may mean two things.
 
     Where a column did not read as numbers, the others may be written with the same marks. Where
     all did, points may separate thousands if there are whole numbers of three digits, and none

@@ -6,8 +6,8 @@ encoders check each other. Where the lost motion is continuous nothing is change
 modulus is put back only if the lost motion is continuous with it; of several moduli, the one that
 leaves the least change. What remains open is returned, not decided.
 
-Lost motion and motion of the input are confounded modulo ``modulus / ratio``. The bounds below say
-how much of that a jump may miss, and when the input's own reading must confirm it.
+Lost motion and motion of the input are confounded modulo ``modulus / ratio``. The bounds below
+state how much of that a jump may miss, and when the input's own reading must confirm it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ STILL = 1 / 16
 
 SLIP_TURNS = 2
 """A mesh ratchets by a few teeth, and two teeth are about one turn of the input: up to so many
-turns, a jump of the output while the input stands still may be either."""
+turns, a jump of the output while the input is at rest may be either."""
 
 STRAY_SHARE = 0.005
 """Share of the readings that may lie outside the range of an encoder that wraps: wild samples."""
@@ -77,7 +77,7 @@ UNDECIDED_ACTION = (
     "samples, or teeth slipped or a zero moved; if it turned, log the moves or give each part a "
     "label of its own in the column run"
 )
-"""What is said of jumps that have two readings."""
+"""What is stated of jumps that have two readings."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Modulus:
     size_rad : float
         Angle after which the reading begins anew.
     action : str
-        What is said when it was put back.
+        What is reported when it was put back.
     held : bool
         Whether the readings stay within one such range, as those of an encoder that wraps do.
     """

@@ -39,7 +39,8 @@ OTHER_KINDS = (
 def encoding_of(raw: bytes) -> tuple[str, int]:
     """Tell the encoding of a text by its beginning, and the length of its byte order mark.
 
-    What has no mark and is not UTF-16 counts as UTF-8; `decoded` says what is done where it is not.
+    What has no mark and is not UTF-16 counts as UTF-8; `decoded` states what is done where it is
+    not.
     """
     for mark, name in MARKS:
         if raw.startswith(mark):
@@ -57,9 +58,9 @@ def encoding_of(raw: bytes) -> tuple[str, int]:
 def as_utf8(file: str | Path, raw: bytes) -> bytes:
     """Return the text of a file as UTF-8, its lines ended by line feeds.
 
-    UTF-16 and UTF-32 are told by their mark, UTF-16 also by its NULs. Bytes that are not UTF-8 are
-    taken for Windows-1252, of which Latin-1 is a part, unless the text before them has letters
-    in UTF-8: there they are damage, and stay visible as escapes.
+    UTF-16 and UTF-32 are recognised by their mark, UTF-16 also by its NULs. Bytes that are not
+    UTF-8 are taken for Windows-1252, of which Latin-1 is a part, unless the text before them has
+    letters in UTF-8: there they are damage, and stay visible as escapes.
 
     Raises
     ------

@@ -30,7 +30,7 @@ FloatArray = npt.NDArray[np.float64]
 Curve = Callable[[FloatArray], FloatArray]
 
 SIZE_FACTOR = 3.0
-"""Drives give way by up to so many times their sheet, or as little: run in, printed, preloaded."""
+"""Drives yield by up to so many times their sheet, or as little: run in, printed, preloaded."""
 
 UNIT_FACTOR = 30.0
 """A drive file that is a guess may be wrong by ten; by more than this it is another unit."""
@@ -118,7 +118,7 @@ class Consistency:
 
 
 class Gate:
-    """A campaign held against its drive file."""
+    """A campaign compared with its drive file."""
 
     def __init__(
         self,
@@ -135,7 +135,7 @@ class Gate:
         self.torque_Nm = np.concatenate([run.torque_Nm for run in campaign.runs])
 
     def consistency(self, reading: Interpretation) -> Consistency:
-        """Say how a reading stands."""
+        """Describe how a reading stands."""
         turns = self.ratio_by(reading)
         turning = None if turns is None else turns / reading.ratio
         torque = reading.torque_by * self.torque_Nm
@@ -186,9 +186,9 @@ def means(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
 
 
 def check_encoders(campaign: Campaign, ratio: float | None) -> None:
-    """Refuse runs in most of which one of two encoders was dead: no lost motion can be told.
+    """Refuse runs in most of which one of two encoders was dead: no lost motion can be stated.
 
-    A ratio of 1 states none: an output that is locked stands still while the input winds up.
+    A ratio of 1 states none: an output that is locked is at rest while the input winds up.
 
     Raises
     ------
@@ -288,7 +288,7 @@ def si_columns(run: Run) -> dict[str, tuple[str, ColumnName]]:
 
 
 def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | None:
-    """Say what contradicts the drive file: column, what was found, and whether it is decisive."""
+    """Describe what contradicts the drive file: column, found, and whether it is decisive."""
     if not stands.turns_right and stands.turning is not None:
         curve = gate.curve_for(gate.campaign.largest_torque_Nm)(gate.torque_Nm)
         out = max(

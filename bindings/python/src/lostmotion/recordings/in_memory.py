@@ -127,7 +127,7 @@ def of_objects(name: str, label: str, values: Any) -> Any:
 
 
 def missing(cell: Any) -> bool:
-    """Whether a value says that there is none: None, NA, NaN, NaT."""
+    """Whether a value means that there is none: None, NA, NaN, NaT."""
     if cell is None or type(cell).__name__ in ("NAType", "NaTType"):
         return True
     return isinstance(cell, (float, np.floating)) and bool(np.isnan(cell))

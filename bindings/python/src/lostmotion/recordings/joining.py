@@ -148,7 +148,7 @@ def choose_clock(
     Raises
     ------
     InputError
-        When stamps of headers are asked for that a topic has not.
+        When stamps of headers are requested that a topic has not.
     """
     first = [c for c in channels if c.column in leading] or channels
     without = sorted({channel.topic for channel in first if channel.header_ns is None})

@@ -25,19 +25,19 @@ COLUMNS_MAX = 16_384
 """Columns of a table at most: as many as the widest sheets of spreadsheets have."""
 
 LOOKED_AT = (64, 4096)
-"""Lines that are looked at first, and where no table begins among them."""
+"""Lines that are examined first, and where no table begins among them."""
 
 BLANK_SHARE = 4
-"""How many lines are taken for every one that is looked at: some are blank."""
+"""How many lines are taken for every one that is examined: some are blank."""
 
 LEAST_LINES = 8
-"""Lines that are looked at, however long they are."""
+"""Lines that are examined, however long they are."""
 
 LOOKED_AT_BYTES = 1 << 16
-"""Length after which no more lines are looked at than `LEAST_LINES`."""
+"""Length after which no more lines are examined than `LEAST_LINES`."""
 
 AGREEING = 6
-"""Rows after which a table has begun without doubt: a preamble does not go on like that."""
+"""Rows after which a table has begun without doubt: a preamble does not continue like that."""
 
 COMMENT = re.compile(r"\s*(?:#+|%+|//+|;+|'|!+|\*+|--+|REM\b)\s*")
 """Signs before lines that are no rows; one of them may be the header."""
@@ -79,10 +79,10 @@ OTHER_UNITS = frozenset(
         *("m/s", "m/s^2", "m/s2", "g", "rad/s", "deg/s", "°/s", "1/min", "kg", "t", "l/min"),
     )
 )
-"""Units of what is not read here, in small letters, which stand in a line of units too."""
+"""Units of what is not read here, in small letters, which are in a line of units too."""
 
 NO_UNIT = frozenset(("", "-", "--", "1", "none", "n/a", "[]", "()", "[-]", "(-)", "%"))
-"""What stands in a line of units where there is none."""
+"""What is in a line of units where there is none."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def without_brackets(cell: str) -> str:
 
 
 def are_units(cells: Sequence[str], share: float = 0.5) -> bool:
-    """Whether cells are units, or say that there is none, at least this share of them."""
+    """Whether cells are units, or state that there is none, at least this share of them."""
     stated = [cell for cell in cells if cell.lower() not in NO_UNIT]
     if stated and all(without_brackets(cell) != cell for cell in stated):
         return True
@@ -274,7 +274,7 @@ def find_layout(file: str | Path, text: str, whole: bool, wanted: Collection[str
     file : str or Path
         For messages.
     text : str
-        The text, or its beginning; `whole` says which.
+        The text, or its beginning; `whole` states which.
     wanted : collection of str
         Names of columns that a map speaks of.
 
@@ -318,7 +318,7 @@ def lines_of(text: str, whole: bool, count: int, skipped: int) -> list[tuple[int
 
 
 def looked_at(lines: Sequence[tuple[int, str]], count: int) -> list[tuple[int, str]]:
-    """Return the lines at the beginning that are looked at."""
+    """Return the lines at the beginning that are examined."""
     some: list[tuple[int, str]] = []
     length = 0
     for number, line in lines[:count]:

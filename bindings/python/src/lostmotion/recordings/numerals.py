@@ -3,7 +3,7 @@
 ``3,767`` is 3.767 where a comma stands before the decimals, and 3767 where it separates thousands.
 What decides is the rest of the file: numbers that can be read one way only, digits without a mark
 beside it, and the steps from row to row. Where nothing decides, or two things contradict each
-other, both readings are told and the file is refused.
+other, both readings are stated and the file is refused.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ OTHER_MARK = {".": ",", ",": "."}
 
 
 class Texts:
-    """The cells of a column of text, without the unit that stands behind every number."""
+    """The cells of a column of text, without the unit that is behind every number."""
 
     def __init__(self, column: Any, behind: str = "") -> None:
         import pyarrow as pa
@@ -271,7 +271,7 @@ def by_the_rest(
 
 
 def expected_number(text: str) -> str:
-    """Say what stands in the place of a text that is no number."""
+    """Describe what is in the place of a text that is no number."""
     if text.count(",") == 1 and "." not in text:
         return POINT_EXPECTED
     return NUMBER_EXPECTED

@@ -1,6 +1,6 @@
 """The protocol of a recording: which side was locked, and what was measured in place of the rest.
 
-With one side locked, its angle stands still and needs no encoder. With the output locked, the
+With one side locked, its angle is at rest and needs no encoder. With the output locked, the
 external torque on it is the reaction to the motor's,
 
     torque = -ratio * motor_torque,        motor_torque = torque_constant * motor_current,
@@ -66,7 +66,7 @@ ORDER_ACTION = (
 
 @dataclass(frozen=True)
 class Protocol:
-    """What stood still while the recordings were made.
+    """What was at rest while the recordings were made.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Protocol:
     def complete(
         self, file: str, numbers: dict[str, FloatArray], ratio: float | None
     ) -> dict[str, FloatArray]:
-        """Put in what the protocol tells, and leave out what stood for it.
+        """Fill in the values of the protocol and drop the columns that they replace.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Protocol:
         return name == "motor_torque" or ("motor_torque" not in there and self._converts(there))
 
     def findings(self, file: str, there: Collection[str]) -> list[Finding]:
-        """Say what the numbers of a file contain because of how they were measured."""
+        """Describe what the numbers of a file contain because of how they were measured."""
 
         def note(kind: str, column: str, action: str) -> Finding:
             return Finding(kind, file, column, None, 1, action)
@@ -171,7 +171,7 @@ FREE = Protocol()
 
 
 def suggest_protocol(there: Collection[str]) -> str:
-    """Say which protocol would read a file that lacks columns; nothing where none would."""
+    """Describe which protocol would read a file that lacks columns; nothing where none would."""
     if "lost_motion" in there:
         return ""
     if "input_angle" in there and "output_angle" not in there:

@@ -267,7 +267,7 @@ def read_runs(
     if rows == 0:
         raise InputError(name, "", "no rows", "at least one sample")
     if ratio is None and protocol.locked == "input" and "input_angle" not in chosen:
-        ratio = 1.0  # of an input that stands still, whatever it is
+        ratio = 1.0  # of an input that is at rest, whatever it is
     if "lost_motion" not in numbers and ratio is None:
         raise InputError(name, "input_angle_rad", "no ratio", RATIO_EXPECTED)
 
@@ -422,7 +422,7 @@ def run_codes(
     file, column : str
         For messages.
     values : array of Arrow
-        What stands in the column.
+        What is in the column.
     place : callable
         Where a row stands.
     findings : list of Finding, optional
@@ -487,7 +487,7 @@ def run_codes(
 def with_stray_labels_taken_in(codes: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
     """Return codes of runs in which a burst of other labels amid a run has that run's.
 
-    A run is what stands on both sides for longer than a burst: recordings that take turns row by
+    A run is what is on both sides for longer than a burst: recordings that take turns row by
     row are left as they are.
     """
     begins = np.flatnonzero(np.diff(codes, prepend=codes[:1] - 1))

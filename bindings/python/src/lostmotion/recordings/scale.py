@@ -14,7 +14,7 @@ from lostmotion.recordings.findings import Finding
 FloatArray = npt.NDArray[np.float64]
 
 SCALE_DOUBT = 10.0
-"""A drive that gives way this many times more, or less, than its file says is another drive."""
+"""A drive that yields this many times more, or less, than its file says is another drive."""
 
 SCALE_SHARE = 0.5
 """Least share of the lost motion that its own curve must explain, for its scale to say anything."""

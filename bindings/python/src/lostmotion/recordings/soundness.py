@@ -143,7 +143,7 @@ def misreadings(
     ratio: float | None,
     counters: Mapping[str, Counter] | None,
 ) -> Iterator[tuple[str, npt.NDArray[np.bool_], str]]:
-    """Yield readings that can be judged as they were recorded: quantity, rows, what is said."""
+    """Yield readings that can be judged as they were recorded: quantity, rows, what is reported."""
     angles = ("input_angle", "output_angle")
     if columns.keys() >= set(angles) and ratio is not None and math.isfinite(ratio):
         known = np.isfinite(columns["input_angle"]) & np.isfinite(columns["output_angle"])
@@ -212,7 +212,7 @@ def count_undecided(found: PutBack, torque_Nm: FloatArray, ratio: float) -> int:
 
 
 def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
-    """Name the sensors that stood still while what they measure moved, and for how many samples."""
+    """Name the sensors that were at rest while their quantity moved, and for how many samples."""
     found = {}
     for quantity, other in (("torque", "lost_motion"), ("lost_motion", "torque")):
         count = longest_stuck(columns[quantity], columns[other])
@@ -227,7 +227,7 @@ def stuck_sensors(columns: Mapping[str, FloatArray], ratio: float | None) -> dic
 
 
 def dead_encoders(columns: Mapping[str, FloatArray], ratio: float | None) -> dict[str, int]:
-    """Name the encoders that stood still while the other turned further than a drive winds up."""
+    """Name the encoders that were at rest while the other turned further than a drive winds up."""
     if not {"input_angle", "output_angle"} <= columns.keys():
         return {}
     if ratio is None or not math.isfinite(ratio):

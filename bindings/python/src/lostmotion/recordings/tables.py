@@ -1,7 +1,7 @@
 """Tables: what a file or data in memory is read through: a header, and columns as they stand.
 
 Every kind of table has a header, which is known before any row is read, and gives the columns that
-are asked for as arrays of Arrow.
+are requested as arrays of Arrow.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Table(Protocol):
     header: Header
 
     def read(self, columns: Collection[int], as_text: bool = False) -> Rows:
-        """Read columns; as text where the table is one and that is asked for."""
+        """Read columns; as text where the table is one and that is requested."""
         ...
 
 

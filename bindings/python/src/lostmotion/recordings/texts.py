@@ -2,7 +2,7 @@
 
 Lines that do not fit are left out before: torn ones, messages of a logger, NULs of a card that was
 pulled out. Arrow reads a text that fits in one go, on all processors; only where it stops are the
-lines looked at one by one.
+lines examined one by one.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ class TextTable:
         return tuple(map(int, apart)) if apart.size < self.lines.size // 2 else ()
 
     def place(self, row: int) -> str:
-        """Say where a row stands."""
+        """Describe where a row stands."""
         if self.lines is None:
             body = np.frombuffer(self.body, dtype=np.uint8)
             ends = np.flatnonzero(body == ord("\n"))

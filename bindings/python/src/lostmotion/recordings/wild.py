@@ -4,7 +4,7 @@ A dropped torque, a sensor's power-on value, a reading of zero or of full scale:
 where it is by far more than it moves, and comes back. A step that stays (a slip, a moved zero, a
 load step) does not.
 
-Torque and lost motion check each other. What is looked at is the lost motion less the mean curve
+Torque and lost motion check each other. What is examined is the lost motion less the mean curve
 over the torque, so a load that really jumps, which the lost motion follows, is none; and a torque
 that drops in the middle of its swing, where its own steps are as large, is found.
 
@@ -56,7 +56,7 @@ OWN_SHARE = 0.5
 that came back is nearer than this share of the burst to where it was."""
 
 BEYOND_SHARE = 0.5
-"""Share of a burst by which it lies outside of what stands on its two sides."""
+"""Share of a burst by which it lies outside of what is on its two sides."""
 
 FOLLOWED_SHARE = 0.2
 """Share of one that the other must follow to be a load, whatever the curve makes of it."""
@@ -78,7 +78,7 @@ GAP = 2
 """Readings between two of such a stretch that are within the others' range by chance."""
 
 PLAUSIBLE = {"temperature": (-60.0, 200.0)}
-"""Range outside of which a value says that a sensor is off, in the unit of the quantity. Greases
+"""Range outside of which a value means that a sensor is off, in the unit of the quantity. Greases
 end at -60 C and 200 C; sensors read -127 or 850 where a wire is open."""
 
 PLAUSIBLE_SHARE = 0.01
@@ -224,8 +224,8 @@ def departures(rest: FloatArray) -> BoolArray:
 def may_last(run: Run, name: str, stretch: IntArray) -> bool:
     """Whether a departure of more than a burst is one of the sensor's.
 
-    A torque was looked at before (`torque_alone`). An angle that stays elsewhere for a while may be
-    teeth that slipped and slipped back, unless it stands still while the torque moves, or jumps
+    A torque was examined before (`torque_alone`). An angle that stays elsewhere for a while may be
+    teeth that slipped and slipped back, unless it is at rest while the torque moves, or jumps
     about.
     """
     if name == "torque" or stretch[0] == 0 or stretch[-1] + 1 == len(run):

@@ -23,7 +23,7 @@ CURVE_POINTS = 241
 
 
 def characterization_section(result: Characterization, files: Sequence[str | Path]) -> Section:
-    """Say what recordings alone tell of a drive."""
+    """Describe what recordings alone tell of a drive."""
     answer = result.answer()
     samples = result.figures.samples
     facts = [

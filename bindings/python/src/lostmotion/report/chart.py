@@ -90,7 +90,7 @@ class Axes:
         x_numbers: bool = True,
         ticks: tuple[float, float] | None = None,
     ) -> None:
-        """Draw grid, axes, ticks, numbers and labels; the y label stands on top of its axis.
+        """Draw grid, axes, ticks, numbers and labels; the y label is on top of its axis.
 
         Parameters
         ----------

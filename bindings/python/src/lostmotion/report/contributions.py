@@ -191,9 +191,9 @@ def _mark_rated(axes: Axes, data: Contributions) -> None:
 
 
 def _mark_slopes(axes: Axes, sheet: Catalogue, reach: float) -> None:
-    """Mark T1 and T2, and prolong each slope of the catalogue to where there is room for its name.
+    """Mark T1 and T2, and extend each slope of the catalogue to where there is room for its name.
 
-    K1 and K2 go on upward, K3 goes back to the axis.
+    K1 and K2 continue upward, K3 goes back to the axis.
     """
     d = axes.drawing
     left, top, _, _ = axes.box

@@ -64,7 +64,7 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
 
 
 def open_sentence(answer: Mapping[str, Any]) -> str:
-    """Say what is certain, and which effects are confounded."""
+    """Describe what is certain, and which effects are confounded."""
     names = list(answer["effects"])
     rungs = answer.get("ladder", ())
     known = {r["effect"] for r in rungs if r.get("verdict") == "missing-effect"}
@@ -76,7 +76,7 @@ def open_sentence(answer: Mapping[str, Any]) -> str:
 
 
 def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path]) -> Section:
-    """Say what a diagnosis found, on what it rests, and what to do next."""
+    """Describe what a diagnosis found, on what it rests, and what to do next."""
     answer = found.answer()
     selection = found.selection
     before, after = found.models[0], found.models[-1]
@@ -241,7 +241,7 @@ def _named(name: str, value: float, known: str, error: float) -> tuple[str, ...]
 
 
 def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -> Section:
-    """Say how the error fell with each effect that was added, and what the values are."""
+    """Describe how the error fell with each effect that was added, and what the values are."""
     after = model.base
     before = after.copy()
     before.terms, before.additives = [], []

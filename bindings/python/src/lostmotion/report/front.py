@@ -57,7 +57,7 @@ def draw_front(
     front : sequence of sequence of float
         Objectives of each design.
     axes_of : tuple of int
-        The objectives along the axis and upwards; with one objective alone the designs stand in
+        The objectives along the axis and upwards; with one objective alone the designs are in
         a row.
     picked : int, optional
         A design to be marked.

@@ -44,7 +44,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, name:
 
 
 def draw_ladder(rungs: Sequence[Mapping[str, Any]], floor_arcsec: float, width: float) -> str:
-    """Draw a bar for each rung; names stand above the bars, so that any name has room."""
+    """Draw a bar for each rung; names are above the bars, so that any name has room."""
     row, top, left, right = 44.0, 12.0, 12.0, 92.0
     height = row * len(rungs)
     drawing = Drawing(width, top + height + 44, "The error ladder: rms after each step, in arcsec")

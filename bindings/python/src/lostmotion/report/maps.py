@@ -153,7 +153,7 @@ def runs_in_cell(data: Residuals, of: Map, cell: int) -> list[tuple[int | str, i
 
 
 def cell_text(of: Map, cell: int) -> str:
-    """Say where a cell lies and what stands in it."""
+    """Describe where a cell lies and what is in it."""
     j, i = divmod(cell, ACROSS)
     name, unit = NAMES[of.covariate]
     t, v = of.torque_edges, of.edges

@@ -26,7 +26,7 @@ BREAK_PX = 720
 """Below this width of the window the narrow pictures are shown."""
 
 LONG, SLIM = 16, 4
-"""A table of more rows than this, and no more columns, stands in two halves side by side."""
+"""A table of more rows than this, and no more columns, is in two halves side by side."""
 
 CSV_DIGITS = 10
 """Significant digits of the numbers behind a picture."""
@@ -136,7 +136,7 @@ class Raw:
 
 @dataclass
 class Section:
-    """What is said of one drive or one comparison.
+    """What is stated of one drive or one comparison.
 
     Attributes
     ----------

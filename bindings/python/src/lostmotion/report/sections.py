@@ -48,7 +48,7 @@ CHECK_NAMES = {
 
 
 def drive_section(drive: Drive, phase_rad: float = 0.0) -> Section:
-    """Say what a drive will do: torsion curve, and for a design all that its geometry shows.
+    """Describe what a drive will do: torsion curve, and for a design all that its geometry shows.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def checks_table(checks: Sequence[Check]) -> PageTable:
 
 
 def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | Path]) -> Section:
-    """Say how well the model of a drive fits recordings, and where it fails."""
+    """Describe how well the model of a drive fits recordings, and where it fails."""
     answer = result.answer()
     unit, unit_name = error_unit(result)
     left_out = CROSS_VALIDATED[answer["heldout_by"]]

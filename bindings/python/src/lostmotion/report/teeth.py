@@ -309,7 +309,7 @@ def teeth_figure(
 
 
 def close_up_title(angle_rad: float, touches: Sequence[Touch]) -> str:
-    """Say where a close-up stands and how wide the gap of its middle tooth is."""
+    """Describe where a close-up stands and how wide the gap of its middle tooth is."""
     title = f"{math.degrees(angle_rad):+.0f}° from the axis"
     here = [t for t in touches if abs(t.angle_rad - angle_rad) < 1e-6 and t.side > 0]
     if here:

@@ -17,7 +17,7 @@ SMALLEST, LARGEST = 1e-3, 1e6
 """Sizes between which a number is written without a power of ten."""
 
 GROUPED = 10_000
-"""From here on, digits stand in groups of three."""
+"""From here on, digits are in groups of three."""
 
 NOTHING = 1e-12
 """A number below this is what rounding left."""
@@ -59,13 +59,13 @@ def words(name: str) -> str:
 
 
 def parameter(name: str) -> str:
-    """Say what a value of an effect is, by its name without the unit."""
+    """Describe what a value of an effect is, by its name without the unit."""
     return parameter_words().get(name) or words(name)
 
 
 @cache
 def parameter_words() -> dict[str, str]:
-    """What the cards call values whose names alone do not say what they are."""
+    """What the cards call values whose names alone do not state what they are."""
     values = [value for effect in library().values() for value in effect.values]
     return {split_unit(value.name)[0]: value.words for value in values if value.words}
 
@@ -80,7 +80,7 @@ def written(value: float, digits: int = 3) -> str:
 
 
 def with_zeros(value: float, digits: int = 3) -> str:
-    """Write a number as `written` does, with the zeros at its end: 1.50 stands beside 1.66."""
+    """Write a number as `written` does, with the zeros at its end: 1.50 is beside 1.66."""
     size = float(f"{value:.{digits}g}")
     if not SMALLEST <= abs(size) < LARGEST:
         return written(value, digits)
@@ -140,7 +140,7 @@ def split_quantity(name: str, value: float) -> tuple[str, float, str]:
 
 
 def angle_text(arcsec: float) -> str:
-    """Write an angle in the unit that its size asks for."""
+    """Write an angle in the unit that its size requires."""
     _, factor, unit = split_quantity("angle_rad", arcsec * ARCSEC)
     return f"{written(arcsec * ARCSEC * factor)} {unit}"
 
@@ -158,7 +158,7 @@ TOO_SMALL = "too small to count"
 """An effect that stands out of the noise, and is less than the model can be trusted to be exact."""
 
 NOT_FITTED = "fixed: saturation limit"
-"""Said of a value that only says how far an effect can go, and is left as it is."""
+"""Said of a value that only states how far an effect can go, and is left as it is."""
 
 
 def named_numbers(

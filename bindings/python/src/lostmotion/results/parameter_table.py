@@ -114,7 +114,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        """Say how many there are; `print` shows them."""
+        """Describe how many there are; `print` shows them."""
         estimated = sum(one.estimated for one in self.values())
         return f"<ParameterTable: {estimated} estimated, {len(self) - estimated} fixed>"
 

@@ -156,7 +156,7 @@ class Compensators:
         return self._at
 
     def settle(self, torque_Nm: FloatArray, angle_rad: FloatArray) -> FloatArray:
-        """Give the corrections of joints that stand still."""
+        """Give the corrections of joints that are at rest."""
         lib = self._core.lib
         return np.array(
             [
@@ -207,7 +207,7 @@ class Rigid:
         return motor, -link
 
     def tool(self) -> FloatArray:
-        """Where the tool belongs at the step that was asked for last."""
+        """Where the tool belongs at the step that was requested last."""
         return np.array(self._data.site("tool").xpos)
 
 

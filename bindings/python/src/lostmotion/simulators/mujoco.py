@@ -49,7 +49,7 @@ SUFFIX = "_lost_motion"
 """What the name of the second hinge ends in."""
 
 TORQUE_LIMIT_NM = 1e6
-"""LM_TORQUE_LIMIT_MAX_NM: a simulated joint may be overloaded, its stiffness goes on."""
+"""LM_TORQUE_LIMIT_MAX_NM: a simulated joint may be overloaded, its stiffness continues."""
 
 MARGIN = 1.05
 """Of the greatest stiffness where effects bend it, which is looked for at sixteen input angles:
@@ -57,10 +57,10 @@ their highest harmonic, 4 a turn, lies within 3 % of its extreme at one of them 
 turn times 4, 0.92 of the ripple, itself a few per cent)."""
 
 INPUT_ANGLES = 16
-"""At which the dependence on the input angle is looked at, over one turn."""
+"""At which the dependence on the input angle is examined, over one turn."""
 
 TORQUES = 41
-"""At which it is looked at, between minus and plus the rated torque."""
+"""At which it is examined, between minus and plus the rated torque."""
 
 
 @dataclass(frozen=True)
@@ -465,7 +465,7 @@ def find_bounds(
     Raises
     ------
     InputError
-        When the drive does not give way at all after a reversal.
+        When the drive does not yield at all after a reversal.
     """
     c = core(64)
     parameters = build(controller, c)

@@ -71,7 +71,7 @@ class Variable:
         A key of `UNITS`, or "".
     meaning : str
     low, high : float or None
-        The range within which the model holds; beyond it the library says what it does.
+        The range within which the model holds; beyond it the library states what it does.
     whole : bool
         An integer.
     """
@@ -116,7 +116,7 @@ def list_variables(controller: Controller, kind: Kind, ratio: float) -> list[Var
 
 
 def _fitted(ends: tuple[float, float]) -> str:
-    """Say which range was fitted, where one is stated."""
+    """Describe which range was fitted, where one is stated."""
     low, high = ends
     return f"; fitted from {low:g} to {high:g}, held at the end beyond" if low or high else ""
 

@@ -135,13 +135,13 @@ class Bench:
         self.version += 1
 
     def need_drive(self) -> Drive:
-        """Give the drive, or say that there is none."""
+        """Give the drive, or state that there is none."""
         if self.drive is None:
             raise InputError("DRIVE", "", "none loaded", "a drive file")
         return self.drive
 
     def need_campaign(self) -> Campaign:
-        """Give the recordings, or say that there are none."""
+        """Give the recordings, or state that there are none."""
         if self.campaign is None:
             raise InputError("DATA", "", "none loaded", "recordings of the drive")
         return self.campaign
@@ -221,7 +221,7 @@ class Bench:
         self.version += 1
 
     def rank_options(self, paths: Sequence[str | Path], tick: Tick) -> None:
-        """Say which of some planned runs decides best between what is still open."""
+        """Describe which of some planned runs decides best between what is still open."""
         drive = self.need_drive()
         names = {**drive.columns, **parse_map(self.mapping)}
         for path in paths:

@@ -75,7 +75,7 @@ class Search:
         self.threads.submit(self.run, resume)
 
     def run(self, resume: bool) -> None:
-        """Search; what goes wrong is told as on the command line."""
+        """Search; what goes wrong is reported as on the command line."""
         spec, folder = self.spec, self.folder
         words = ["lostmotion", "design", spec, "-o", folder, *(["--resume"] if resume else [])]
         try:
@@ -111,7 +111,7 @@ class Search:
         self.version += 1
 
     def name(self, spec: str) -> None:
-        """Take another spec; what was said of the last one goes."""
+        """Take another spec; what was stated of the last one goes."""
         self.spec, self.folder = spec, f"{Path(spec).stem}_run"
         self.message = ""
         self.version += 1
@@ -246,7 +246,7 @@ class DesignPanel(Panel):
             )
 
     def choose_axes(self) -> None:
-        """Let the user say which two of several objectives are drawn."""
+        """Let the user state which two of several objectives are drawn."""
         named = zip(self.search.names, self.search.units, strict=True)
         options = {i: axis_name(name, unit) for i, (name, unit) in enumerate(named)}
         with ui.element("div").classes("line"):
@@ -270,7 +270,7 @@ class DesignPanel(Panel):
         self.draw_details()
 
     def draw_details(self) -> None:
-        """Say what the picked design is."""
+        """Describe the picked design."""
         self.details.clear()
         result = self.search.result
         with self.details:

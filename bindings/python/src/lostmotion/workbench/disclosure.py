@@ -1,4 +1,4 @@
-"""What the page says of a file: nothing of what stands in one that is no drive and no recording."""
+"""What the page says of a file: nothing of what is in one that is no drive and no recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lostmotion.files import is_stream
 from lostmotion.recordings.quantities import QUANTITIES
 
 HEAD_BYTES = 65_536
-"""How much of a file is looked at; a header line is shorter."""
+"""How much of a file is examined; a header line is shorter."""
 
 TABLE = re.compile(rb"^\s*\[\[?\s*(drive|search)\s*\]", re.MULTILINE)
 """A table that drive files and search specs have."""
@@ -24,7 +24,7 @@ def public_message(error: LostMotionError) -> str:
     """Return the message of an error, or a plain one where it would quote a file of another kind.
 
     A page can be made to name any file that its user can read: a key, a password list. What it
-    answers must not depend on what stands in there.
+    answers must not depend on what is in there.
     """
     if isinstance(error, InputError) and not is_known(error.file):
         expected = "a drive file, a search spec or a recording"

@@ -36,7 +36,7 @@ class Guard:
     The loopback address keeps other machines out, but neither other users of this machine nor a
     foreign page in the user's own browser. So the opened address carries a random token; the first
     answer makes it a cookie, and every further request and the websocket must bring it. Host and
-    origin are held against this machine besides: a foreign page could reach the server under a
+    origin are compared with this machine besides: a foreign page could reach the server under a
     name of its own.
 
     Parameters
@@ -116,7 +116,7 @@ def cookie_of(headers: list[tuple[bytes, bytes]], name: str) -> str:
 
 
 def is_opening(scope: Message) -> bool:
-    """Whether a request asks for the page itself."""
+    """Whether a request requires the page itself."""
     return scope["type"] == "http" and scope["path"] == "/" and scope["method"] in ("GET", "HEAD")
 
 

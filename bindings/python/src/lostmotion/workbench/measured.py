@@ -174,7 +174,7 @@ class WherePanel(Panel):
         ui.run_javascript("document.querySelector('.map')?.focus()")
 
     def cell(self, data: Residuals, of: Map) -> None:
-        """Say what lies in the picked cell."""
+        """Describe what lies in the picked cell."""
         if self.picked is None:
             self.hint("Pick a cell to see which runs lie in it and which effects act there.")
             return

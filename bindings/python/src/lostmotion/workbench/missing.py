@@ -71,7 +71,7 @@ class EffectsPanel(Panel):
         self.work.start("diagnosing", lambda: self.bench.find_missing(self.work.tick))
 
     def verdict(self, answer: Mapping[str, Any]) -> None:
-        """Say what the diagnosis found."""
+        """Describe what the diagnosis found."""
         sentence = verdict_sentence({**answer, "effects": map(words, answer["effects"])})
         lines = [
             f"It depends on {one['covariate'].replace('_', ' ')}: {one['shape']}."

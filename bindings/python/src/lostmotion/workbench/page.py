@@ -190,7 +190,7 @@ class Page:
             self.work.say(f"not loaded: the page is {self.work.label}; stop that, or load again")
 
     def refuse_kind(self) -> None:
-        """Say what can be dropped."""
+        """Describe what can be dropped."""
         self.drop.reset()
         self.work.say(f"dropped files: found another kind, expected {', '.join(DROPPED)}")
 

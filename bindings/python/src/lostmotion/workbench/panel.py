@@ -78,7 +78,7 @@ class Panel:
         return ui.html(text, sanitize=False)
 
     def hint(self, text: str) -> None:
-        """Say what is missing before there is anything to show."""
+        """Describe what is missing before there is anything to show."""
         self.html(f'<p class="soft">{escape(text)}</p>')
 
     def figure(self, figure: Any) -> None:

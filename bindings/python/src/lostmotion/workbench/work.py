@@ -47,7 +47,7 @@ class Work:
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop was asked for that has not been reached yet."""
+        """Whether a stop was requested that has not been reached yet."""
         return self.busy and self._stop.is_set()
 
     def say(self, message: str) -> None:
@@ -56,7 +56,7 @@ class Work:
         self.version += 1
 
     def tick(self, done: int, steps: int) -> None:
-        """Take note of progress; raises `StoppedError` where a stop was asked for."""
+        """Take note of progress; raises `StoppedError` where a stop was requested."""
         if self._stop.is_set():
             raise StoppedError
         self.share = done / max(steps, 1)
