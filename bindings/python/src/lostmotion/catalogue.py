@@ -145,7 +145,7 @@ class Catalogue:
         return radius, widening, weight
 
     def assumptions(self, rated_torque_Nm: float) -> list[str]:
-        """Describe what the reduced form takes for granted, one sentence each."""
+        """List the assumptions of the catalogue model, one sentence each."""
         lines = [
             "The total is the catalogue's mean curve: slopes K1 up to T1, K2 up to T2, K3 above, "
             "the same for both directions.",

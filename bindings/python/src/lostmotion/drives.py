@@ -1,4 +1,4 @@
-"""Drive files: TOML that states what a drive is, read with every doubt refused.
+"""Drive files (TOML). The reader is strict: anything ambiguous is an error.
 
 A file has ``[drive]`` and exactly one of ``[catalogue]`` (a drive that was bought) and ``[design]``
 (one that is being made). It may also carry ``[columns]`` (a column map for recordings),

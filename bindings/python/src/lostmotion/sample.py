@@ -3,7 +3,7 @@
 Everything that is fitted and tested here is limited by what differs between runs long before it is
 limited by the number of rows, so a sample of the rows of every run carries the answer. From each
 run every k-th row is taken, k so that all runs together stay within a number of rows, and beside
-them the rows where the torque turns round, because friction remembers those. Samples are kept as
+them the rows where the torque turns round, because friction depends on those. Samples are kept as
 they were read: means of neighbours would have another noise than the recordings.
 
 Two passes go over the files in pieces (a row group of a Parquet file, or a whole CSV file): the

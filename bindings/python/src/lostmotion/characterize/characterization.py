@@ -235,7 +235,7 @@ class Characterization:
         return f"<Characterization of {self.name!r}: {loops} loop{'s' * (loops != 1)}>"
 
     def assumptions(self) -> list[str]:
-        """Describe what the figures and the drive file take for granted, one sentence each."""
+        """List the assumptions of the figures and of the drive file, one sentence each."""
         samples, fit = self.figures.samples, self.figures.fit
         lines = [
             "The torsion curve is the mean of the rising and the falling branch, odd, about the "

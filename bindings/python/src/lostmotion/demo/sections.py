@@ -36,13 +36,13 @@ def overview_section(
         ("with what was missing", f"{last['rms_arcsec']:.2f} arcsec"),
         ("noise floor", f"{found.noise_floor_arcsec:.2f} arcsec"),
         (
-            f"output at {scores.temperature_C[worst]:.0f} °C: alone, without the effect, with it",
+            f"output at {scores.temperature_C[worst]:.0f} °C: uncompensated, baseline, with effect",
             ", ".join(f"{error:.0f}" for error in ends) + " arcsec",
         ),
     ]
     if not isinstance(designs, str):
         facts.append(("searched designs, lost motion", ", ".join(map(_gain, designs.values()))))
-    return Section("In short", "Each of these numbers stands in its place below.", facts)
+    return Section("Summary", "The main figures; details are in the sections below.", facts)
 
 
 def _gain(found: SearchResult) -> str:
@@ -81,7 +81,7 @@ def controller_section(
             )
         )
     ]
-    head = ["run", "°C", "alone", "without the effect", "with it"] + ["emulated"] * ran
+    head = ["run", "°C", "uncompensated", "baseline model", "with effect"] + ["emulated"] * ran
     return Section(
         f"{drive.name}: on its controller",
         "The exported parameters in the code that a motor controller links, over the recorded "
@@ -127,7 +127,7 @@ def draw_scores(plain: Scores, scores: Scores, width: float) -> str:
             drawing.rectangle(left, y + k * (bar + 1), max(end - left, 1.0), bar, ink)
             drawing.text(end + 5, y + k * (bar + 1) + 11, f"{values[i]:.1f}", size=SMALL_SIZE)
     x = left
-    for ink, name in zip(inks, ("alone", "without the effect", "with it"), strict=True):
+    for ink, name in zip(inks, ("uncompensated", "baseline", "with effect"), strict=True):
         drawing.rectangle(x, 10, 12, 12, ink)
         drawing.text(x + 17, 20, name, size=SMALL_SIZE)
         x += 34 + text_width(name, SMALL_SIZE)

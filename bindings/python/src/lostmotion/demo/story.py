@@ -1,4 +1,4 @@
-"""The story: where the model of a joint fails, why, and what its controller makes of the answer."""
+"""The case study: where the model of a joint fails, why, and how its controller compensates it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ SPECS = Path("specs")
 SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring wave generator": 2000}
 """Specs, and the evaluations that each gets here in place of those it requires."""
 
-TITLE = "A joint, what its model lacks, and what its controller makes of it"
+TITLE = "Case study: diagnosing and compensating a robot joint"
 LEAD = (
     "A recorded campaign of a strain-wave joint with an effect that its model does not have: where "
     "the model fails, which effect it is, the error with it added, and the exported parameters on "

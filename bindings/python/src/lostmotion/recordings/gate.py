@@ -305,7 +305,7 @@ def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | No
         return "lost_motion_rad", "a lost motion that falls with growing torque", True
     if stands.share >= SCALE_SHARE and not 1 / SCALE_DOUBT < stands.times < SCALE_DOUBT:
         text = (
-            f"a lost motion {stands.times:.3g} times what the drive file says, at torques up to "
+            f"a lost motion {stands.times:.3g} times the model's, at torques up to "
             f"{stands.load:.3g} times the rated one"
         )
         return "lost_motion_rad", text, False

@@ -66,7 +66,7 @@ def check_scale(campaign: Campaign, expected: Callable[[FloatArray], FloatArray]
             "lost_motion_rad",
             None,
             campaign.rows,
-            f"{times:.3g} times what the drive file says at these torques{hint}: "
-            "look at the units of the columns and of the file",
+            f"measured lost motion is {times:.3g} times the model's{hint}: check the units of the "
+            "columns and of the drive file",
         )
     )

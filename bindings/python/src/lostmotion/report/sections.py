@@ -117,9 +117,7 @@ def _catalogue_section(drive: Drive) -> Section:
         facts,
         [
             contributions_figure(data),
-            Notes(
-                "What the reduced form takes for granted", list(map(_plain, answer["assumptions"]))
-            ),
+            Notes("Assumptions of the catalogue model", list(map(_plain, answer["assumptions"]))),
         ],
     )
 
@@ -183,7 +181,7 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
     if answer["tolerance_budget"]:
         section.blocks.append(budget_table(answer["tolerance_budget"]))
     section.blocks.append(
-        Notes("What the model takes for granted", list(map(_plain, answer["assumptions"])))
+        Notes("Assumptions of the design model", list(map(_plain, answer["assumptions"])))
     )
     if answer["defaults"]:
         lines = [f"{key} = {show_default(value)}" for key, value in answer["defaults"].items()]
