@@ -17,7 +17,7 @@ from lostmotion.sensitivity import (
     hints,
     margins,
     sensitivities,
-    with_dimension,
+    with_value,
 )
 
 
@@ -35,7 +35,7 @@ def test_a_derivative_foretells_a_small_change() -> None:
         if one.key not in ("flexspline.rim_thickness_mm", "teeth.face_width_mm"):
             continue
         change = 0.01 if one.key.startswith("flex") else 0.1
-        after = figures_of(with_dimension(drive, one.key, one.value + change), 1.6)
+        after = figures_of(with_value(drive, one.key, one.value + change), 1.6)
         slopes = (one.lost_motion_arcmin, one.stiffness_Nm_per_rad, one.stress)
         for a, b, slope in zip(after, before, slopes, strict=True):
             assert a - b == pytest.approx(slope * change, rel=0.1, abs=1e-9)
@@ -49,7 +49,7 @@ def test_the_first_hint_mends_every_check(wrong: dict[str, float]) -> None:
     drive = drawn(**wrong)
     first = hints(drive)[0]
     assert first.broken == ()
-    after = margins(with_dimension(drive, first.key, first.to))
+    after = margins(with_value(drive, first.key, first.to))
     assert after is not None
     assert min(after.values()) >= 0
     assert "every check is kept" in hint_sentence(first)

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lostmotion.drives import Drive, parse_drive
-from lostmotion.errors import LostMotionError
+from lostmotion.errors import InputError, LostMotionError
 from lostmotion.model import ADVICE, design_model
-from lostmotion.units import ARCMIN
+from lostmotion.units import ARCMIN, split_unit
 
 DIMENSIONS = {
     "teeth.flexspline_shift": ("", 0.01),
@@ -58,11 +58,32 @@ class Sensitivity:
     stress: float
 
 
-def with_dimension(drive: Drive, key: str, value: float) -> Drive:
-    """Return the drive with one number of its [design] replaced."""
+def with_value(drive: Drive, key: str, value: float) -> Drive:
+    """Return the drive with one number of its file replaced.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key of [design], or of [drive] with ``drive.`` before it.
+
+    Raises
+    ------
+    InputError
+        When there is no such key, or the value is refused.
+    """
     document = copy.deepcopy(drive.document)
-    table, name = key.split(".")
-    document["design"][table][name] = value
+    section, _, name = key.rpartition(".")
+    table = document if section == "drive" else document.get("design", {})
+    for part in section.split(".") if section else ():
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            found = f"'{key}', which is in no table"
+            raise InputError(drive.file, key, found, "a key such as teeth.face_width_mm")
+    stem = split_unit(name)[0]
+    for written in [w for w in table if w != name and split_unit(w)[0] == stem]:
+        del table[written]
+    whole = isinstance(table.get(name), int) and value == int(value)
+    table[name] = int(value) if whole else value
     return parse_drive(document, drive.file)
 
 
@@ -90,8 +111,8 @@ def sensitivities(drive: Drive, reversal_Nm: float) -> list[Sensitivity]:
         if value is None:
             continue
         try:
-            high = figures_of(with_dimension(drive, key, value + step), reversal_Nm)
-            low = figures_of(with_dimension(drive, key, value - step), reversal_Nm)
+            high = figures_of(with_value(drive, key, value + step), reversal_Nm)
+            low = figures_of(with_value(drive, key, value - step), reversal_Nm)
         except LostMotionError:
             continue  # at the end of its range, or where no drive can be built
         slopes = [(a - b) / (2.0 * step) for a, b in zip(high, low, strict=True)]
@@ -145,7 +166,7 @@ def hints(drive: Drive) -> list[Hint]:
 def margins(drive: Drive, key: str | None = None, value: float = 0.0) -> dict[str, float] | None:
     """Margins of all checks but advice, with one dimension replaced; None where none can be had."""
     try:
-        there = drive if key is None else with_dimension(drive, key, value)
+        there = drive if key is None else with_value(drive, key, value)
         checks = design_model(there).checks()
     except LostMotionError:
         return None

@@ -109,9 +109,19 @@ def add_prediction(command: Command) -> None:
         "The torsion curve and its five contributions.",
         "lostmotion predict drive.toml --torque -40:40:81 --json prediction.json",
     )
-    add_drive(added)
+    add_drive(added, "drive file, or several for one table", nargs="+")
     added.add_argument(
         "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
+    )
+    added.add_argument(
+        "--table",
+        metavar="FILE.csv",
+        help="write a row of figures for each drive, or for each value of --sweep",
+    )
+    added.add_argument(
+        "--sweep",
+        metavar="KEY=FROM:TO:N",
+        help="the same drive with N values of one key, such as teeth.face_width_mm=8:12:5",
     )
     added.add_argument(
         "--sensitivity",
@@ -409,9 +419,11 @@ def add_workbench(command: Command) -> None:
     add_effects(added)
 
 
-def add_drive(parser: argparse.ArgumentParser, what: str = "drive file") -> None:
+def add_drive(
+    parser: argparse.ArgumentParser, what: str = "drive file", nargs: str | None = None
+) -> None:
     """Add the drive file."""
-    parser.add_argument("drive", metavar="DRIVE", help=what)
+    parser.add_argument("drive", metavar="DRIVE", help=what, nargs=nargs)
 
 
 def add_data(

@@ -49,7 +49,12 @@ def torque_range(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[
 
 def run_predict(arguments: argparse.Namespace) -> None:
     """``lostmotion predict``."""
-    drive = read_drive(arguments.drive)
+    if len(arguments.drive) > 1 or arguments.table is not None or arguments.sweep is not None:
+        from lostmotion.commands.side_by_side import run_table
+
+        run_table(arguments)
+        return
+    drive = read_drive(arguments.drive[0])
     phase = math.radians(read_number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
     answer = predict(drive, torque_range(arguments.torque, drive.rated_torque_Nm), phase)
     if arguments.report is not None:

@@ -1,0 +1,171 @@
+"""Several drives, or one drive with a dimension swept, side by side: a row of figures each."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from lostmotion.drives import Drive
+from lostmotion.errors import InputError, LostMotionError
+from lostmotion.model import ADVICE, design_model, reversal_torque
+from lostmotion.results import data_frame, figures
+from lostmotion.sensitivity import with_value
+from lostmotion.units import ARCMIN
+
+FIGURES = (
+    "reversal_lost_motion_arcmin",
+    "worst_lost_motion_arcmin",
+    "angle_at_rated_arcmin",
+    "stiffness_at_rated_Nm_per_rad",
+    "free_play_arcmin",
+    "safety_factor",
+    "ratcheting_torque_Nm",
+    "flank_pressure_MPa",
+    "bearing_life_h",
+)
+"""Numbers of a row; a bought drive has the first, the third and the fourth."""
+
+HEAD = ("drive", "ratio", "rated_torque_Nm")
+
+DRAWN = FIGURES[0], FIGURES[3], FIGURES[5]
+"""Figures that a sweep draws: what is bought, what it costs, and whether it holds."""
+
+
+class SideBySide(dict[str, Any]):
+    """Answer of `tabulate` and `sweep`: ``swept`` (a key, or None) and ``rows``."""
+
+    def columns(self) -> list[str]:
+        """Names of the columns."""
+        swept = [self["swept"]] if self["swept"] else []
+        return [*swept, *HEAD, *FIGURES, "checks_not_kept", "refused"]
+
+    def to_dataframe(self) -> Any:
+        """Give a pandas data frame, a row a drive."""
+        return data_frame({n: [row[n] for row in self["rows"]] for n in self.columns()})
+
+    def csv(self) -> str:
+        """Return the table as CSV; numbers keep every digit."""
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        names = self.columns()
+        writer.writerow(names)
+        writer.writerows(["" if row[n] is None else row[n] for n in names] for row in self["rows"])
+        return stream.getvalue()
+
+    def plot(self) -> Any:
+        """Draw lost motion over the dimension that was swept, or over stiffness; Plotly."""
+        across = self["swept"] or DRAWN[1]
+        rows = [row for row in self["rows"] if None not in (row[across], row[DRAWN[0]])]
+        x, y = ([float(row[name]) for row in rows] for name in (across, DRAWN[0]))
+        return figures.points(x, y, "Side by side", (across, DRAWN[0]))
+
+
+def tabulate(drives: Iterable[Drive]) -> SideBySide:
+    """Give the figures of several drives, a row each.
+
+    Raises
+    ------
+    InputError
+        For a drive that the library refuses.
+    """
+    rows = [drive_row(drive) for drive in drives]
+    return SideBySide(schema="lostmotion.table/1", swept=None, rows=rows)
+
+
+def sweep(drive: Drive, key: str, values: Sequence[float]) -> SideBySide:
+    """Give the figures of a drive for several values of one key.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key of [design], or of [drive] with ``drive.`` before it; the unit as its suffix.
+    values : sequence of float
+
+    Raises
+    ------
+    InputError
+        When the library refuses all of them; where it takes some, the others say why not.
+    """
+    rows: list[dict[str, Any]] = []
+    errors: list[LostMotionError] = []
+    for value in values:
+        try:
+            row = drive_row(with_value(drive, key, float(value)))
+        except LostMotionError as error:
+            errors.append(error)
+            row = dict.fromkeys((*HEAD, *FIGURES, "checks_not_kept"))
+            row |= {"drive": drive.name, "refused": str(error)}
+        rows.append({key: float(value), **row})
+    if errors and len(errors) == len(rows):
+        raise errors[0]
+    return SideBySide(schema="lostmotion.table/1", swept=key, rows=rows)
+
+
+def drive_row(drive: Drive) -> dict[str, Any]:
+    """Figures of one drive."""
+    row: dict[str, Any] = dict.fromkeys((*HEAD, *FIGURES))
+    rated = drive.rated_torque_Nm
+    row |= {"drive": drive.name, "ratio": drive.ratio, "rated_torque_Nm": rated}
+    at = reversal_torque(drive)
+    broken = ""
+    if drive.catalogue is not None:
+        sheet = drive.catalogue
+        reversal = sheet.reversal_lost_motion(at)
+        turned, stiffness = sheet.angle([rated]), sheet.stiffness([rated])
+    else:
+        model = design_model(drive)
+        found = model.characteristic([rated])
+        turned, stiffness = found.total_rad, found.stiffness_Nm_per_rad
+        reversal = model.reversal_lost_motion(at)
+        gap_mm = model.tolerance_limits()["worst_max"]
+        checks = {check.name: check for check in model.checks()}
+        row |= {
+            "worst_lost_motion_arcmin": model.reversal_lost_motion(at, 0.0, gap_mm) / ARCMIN,
+            "free_play_arcmin": 2.0 * model.mesh_state()["free_play_rad"] / ARCMIN,
+            "safety_factor": checks["safety_factor"].value,
+            "ratcheting_torque_Nm": checks["ratcheting_torque"].value,
+            "flank_pressure_MPa": checks["flank_pressure"].value,
+            "bearing_life_h": checks["bearing_life"].value,
+        }
+        kept = [name for name, c in checks.items() if c.margin < 0 and name not in ADVICE]
+        broken = " ".join(kept)
+    row["reversal_lost_motion_arcmin"] = reversal / ARCMIN
+    row["angle_at_rated_arcmin"] = float(np.asarray(turned)[0]) / ARCMIN
+    row["stiffness_at_rated_Nm_per_rad"] = float(np.asarray(stiffness)[0])
+    numbers = {name: finite(row[name]) for name in FIGURES}
+    return {**row, **numbers, "checks_not_kept": broken, "refused": ""}
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number that JSON can hold, None where there is none."""
+    return float(value) if value is not None and np.isfinite(value) else None
+
+
+SWEEP_MOST = 1001
+"""Most values of a sweep."""
+
+
+def read_sweep(text: str) -> tuple[str, list[float]]:
+    """Read ``KEY=FROM:TO:N``.
+
+    Raises
+    ------
+    InputError
+        When it is none.
+    """
+    key, equals, numbers = text.partition("=")
+    parts = numbers.split(":")
+    expected = f"KEY=FROM:TO:N, such as teeth.face_width_mm=8:12:5, N from 2 to {SWEEP_MOST}"
+    try:
+        if not (key.strip() and equals and len(parts) == 3):
+            raise ValueError
+        low, high, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except ValueError:
+        raise InputError("--sweep", "", f"'{text}'", expected) from None
+    if not (np.isfinite(low) and np.isfinite(high) and low != high and 2 <= count <= SWEEP_MOST):
+        raise InputError("--sweep", "", f"'{text}'", expected)
+    return key.strip(), [float(value) for value in np.linspace(low, high, count)]

@@ -1,0 +1,82 @@
+"""Several drives, or one with a dimension swept, in one table."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from conftest import DATA
+from lostmotion.cli import main
+from lostmotion.drives import read_drive
+from lostmotion.model import design_model
+from lostmotion.predict import predict
+from lostmotion.side_by_side import sweep
+
+DRIVES = [DATA / "drives" / f"{name}.toml" for name in ("reference_a", "external_ring", "size_25")]
+
+
+def test_each_drive_has_a_row_of_what_predict_says(tmp_path: Path) -> None:
+    table, answer = tmp_path / "out.csv", tmp_path / "out.json"
+    arguments = ["predict", *map(str, DRIVES), "--table", str(table), "--json", str(answer)]
+    assert main(arguments) == 0
+    with table.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["drive"] for row in rows] == [read_drive(file).name for file in DRIVES]
+    for row, file in zip(rows, DRIVES, strict=True):
+        drive = read_drive(file)
+        alone = predict(drive, [drive.rated_torque_Nm])
+        for column, value in (
+            ("reversal_lost_motion_arcmin", alone["reversal_lost_motion_arcmin"]),
+            ("angle_at_rated_arcmin", alone["total_arcmin"][0]),
+            ("stiffness_at_rated_Nm_per_rad", alone["stiffness_Nm_per_rad"][0]),
+        ):
+            assert float(row[column]) == value
+    assert rows[2]["safety_factor"] == ""
+    assert rows[0]["checks_not_kept"] == ""
+    assert [row["drive"] for row in json.loads(answer.read_text())["rows"]] == [
+        row["drive"] for row in rows
+    ]
+
+
+def test_a_sweep_changes_one_key_and_says_what_it_refuses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = tmp_path / "sweep.html"
+    at = "teeth.rigid_shift=2.9:5.0:4"
+    assert main(["predict", str(DRIVES[0]), "--sweep", at, "--report", str(report)]) == 0
+    shown = capsys.readouterr().out
+    assert "refused: " in shown
+    assert "run to a point" in shown
+    assert "teeth.rigid_shift" in report.read_text(encoding="utf-8")
+    drive = read_drive(DRIVES[0])
+    rows = sweep(drive, "teeth.face_width_mm", [8.0, 12.0])["rows"]
+    assert rows[0]["reversal_lost_motion_arcmin"] > rows[1]["reversal_lost_motion_arcmin"]
+    # Another unit of a key that the file states takes its place.
+    by_unit = sweep(drive, "teeth.face_width_um", [8000.0])["rows"][0]
+    checks = {c.name: c.value for c in design_model(drive).checks()}
+    assert by_unit["flank_pressure_MPa"] == pytest.approx(rows[0]["flank_pressure_MPa"])
+    assert by_unit["flank_pressure_MPa"] > checks["flank_pressure"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--sweep", "teeth.face_width_mm"], "KEY=FROM:TO:N"),
+        (["--sweep", "teeth.face_width_mm=8:8:3"], "KEY=FROM:TO:N"),
+        (["--sweep", "teeth.fac_width_mm=8:9:3"], "did you mean 'face_width_mm'"),
+        (["--sweep", "teeth.face_width=8:9:3"], "a length"),
+        (["--sweep", "teeth.module_mm.x=8:9:3"], "a key such as"),
+        (["--table", "t.csv", "--torque", "1:2:3"], "one drive, without"),
+        ([str(DRIVES[1]), "--sweep", "teeth.face_width_mm=8:9:3"], "one, whose key"),
+    ],
+)
+def test_a_table_that_cannot_be_made_is_refused_with_one_line(
+    options: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", str(DRIVES[0]), *options]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
