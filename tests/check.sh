@@ -72,6 +72,11 @@ each_source() {
   return $result
 }
 
+flank_drives() {
+  LM_FLANK_DRIVES=200 "$venv/bin/python" -m pytest -q -c $package/pyproject.toml --rootdir "$root" \
+    -k polygons tests/python/test_flanks.py
+}
+
 cppcheck_lib() {
   each_source "$cppcheck" --quiet --std=c99 --enable=warning,performance,portability \
     --inline-suppr --suppress=missingIncludeSystem --error-exitcode=1 \
@@ -194,6 +199,7 @@ UNITY_SRC_DIR=$(sed -n 's/^UNITY_SRC_DIR:[A-Z]*=//p' "$build/CMakeCache.txt")
 export UNITY_SRC_DIR
 
 step "Derivatives at 200 designs of every generator" "$build/tests/c/test_optimizer_derivatives"
+step "Flanks: 50 drives of each generator against swept and turned polygons" flank_drives
 step_with "$clang_format" "Format of the C files (clang-format 19)" format_c
 step_with "$ruff" "Format of the Python files (ruff)" format_python
 step_with "$ruff" "Python lint (ruff)" lint_python

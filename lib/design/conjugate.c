@@ -18,19 +18,30 @@
 #define LAND_SLACK LM_REAL(1e-7)
 #endif
 
-/* Angles at which all maxima are looked for; a tooth is out of mesh beyond the last one. */
-#define SCAN_HALF 24
+/* Angles at which all maxima are looked for, 20 deg behind the deformation axis to 60 deg ahead: a
+ * tooth is out of mesh beyond, and behind the axis its flank draws back. Chosen; the polygons of
+ * tests/brute_force/arcs.py are swept through 70 deg either way. */
+#define SCAN_BEHIND 8
+#define SCAN_COUNT 33
 #define SCAN_STEP (LM_PI / LM_REAL(72)) /* 2.5 deg */
 
 /* Nodes of the flank before corners are added, and how many apart all maxima are looked for. */
 #define NODES 28
 #define SCAN_EVERY 4
 
+/* Every corner has its place. */
+typedef char
+    corners_suffice[2 * LM_CONJUGATE_CORNERS_MAX >= LM_CONJUGATE_INTERVALS_MAX - NODES ? 1 : -1];
+
 /* Bisections of a corner's place, until the straight line across it is off by less than this,
  * modules.
  */
 #define CORNER_STEPS 14
+#if LM_REAL_BITS == 32
+#define CORNER_MODULES LM_REAL(2e-6)
+#else
 #define CORNER_MODULES LM_REAL(2e-7)
+#endif
 
 /* Maxima further apart than this belong to different zones. */
 #define SAME_ZONE (LM_PI / LM_REAL(36)) /* 5 deg */
@@ -49,7 +60,7 @@ typedef struct generation {
   const lm_geometry *geometry;
   const lm_neutral_line *line;
   lm_flank_foot tip;
-  lm_placement scan[2 * SCAN_HALF + 1];
+  lm_placement scan[SCAN_COUNT];
 } generation;
 
 /* A point of the moving flank in polar coordinates of the rigid space, and its derivatives along
@@ -257,14 +268,14 @@ static maker scan_radius(const generation *g, lm_real radius) {
   lm_real before = -REAL_INFINITY; /* two samples back, one back */
   lm_real last = -REAL_INFINITY;
   lm_real limit = -REAL_INFINITY;
-  lm_real candidate[2 * SCAN_HALF + 1];
-  lm_real value[2 * SCAN_HALF + 1];
+  lm_real candidate[SCAN_COUNT];
+  lm_real value[SCAN_COUNT];
   int candidates = 0;
   int i;
-  for (i = 0; i <= 2 * SCAN_HALF + 1; i++) {
+  for (i = 0; i <= SCAN_COUNT; i++) {
     lm_real now = -REAL_INFINITY;
-    if (i <= 2 * SCAN_HALF && reaches(g, &g->scan[i], radius)) {
-      const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_HALF);
+    if (i < SCAN_COUNT && reaches(g, &g->scan[i], radius)) {
+      const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_BEHIND);
       const lm_flank_foot foot = foot_on(g, &g->scan[i], radius, ROUGH_STEPS);
       const lm_placement *p = &g->scan[i];
       now = real_atan((foot.along_mm * p->tilt_sin + foot.across_mm * p->tilt_cos) /
@@ -272,7 +283,7 @@ static maker scan_radius(const generation *g, lm_real radius) {
             lead_of(g, p, angle);
     }
     if (real_isfinite(last) && last >= before && last >= now) {
-      candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_HALF);
+      candidate[candidates] = SCAN_STEP * LM_REAL(i - 1 - SCAN_BEHIND);
       value[candidates] = last;
       candidates++;
       limit = last > limit ? last : limit;
@@ -306,7 +317,8 @@ static lm_real radius_at(const lm_conjugate *c, lm_real place) {
   return c->top_mm - (c->top_mm - c->low_mm) * place * place;
 }
 
-/* Near the angles that made the flank on both sides. */
+/* Near the angles that made the flank on both sides, which belong to one zone or stand a corner
+ * apart. */
 static maker between(const generation *g, const maker *a, const maker *b, lm_real share,
                      lm_real radius) {
   if (real_fabs(a->angle - b->angle) < SAME_ZONE) {
@@ -315,8 +327,31 @@ static maker between(const generation *g, const maker *a, const maker *b, lm_rea
   return greater(climb(g, a->angle, radius, a->bend), climb(g, b->angle, radius, b->bend));
 }
 
+/* Between two nodes at which all maxima were looked for. Where they belong to different zones, any
+ * zone may make the flank between them. */
+static maker find_between(const generation *g, const maker *a, const maker *b, lm_real share,
+                          lm_real radius) {
+  return real_fabs(a->angle - b->angle) < SAME_ZONE ? between(g, a, b, share, radius)
+                                                    : scan_radius(g, radius);
+}
+
 static int same_maker(const maker *a, const maker *b) {
   return a->part == b->part && a->piece == b->piece && real_fabs(a->angle - b->angle) < SAME_ZONE;
+}
+
+/* A table in the making, with what makes the flank at each node. */
+typedef struct draft {
+  const generation *g;
+  lm_conjugate table;
+  maker node[LM_CONJUGATE_INTERVALS_MAX + 1];
+} draft;
+
+static maker last_node(const draft *d) {
+  return d->node[d->table.intervals];
+}
+
+static lm_real last_place(const draft *d) {
+  return d->table.place[d->table.intervals];
 }
 
 /* Slope by s. */
@@ -324,39 +359,48 @@ static lm_real by_place(const lm_conjugate *c, const maker *m, lm_real place) {
   return m->slope * LM_REAL(-2) * (c->top_mm - c->low_mm) * place;
 }
 
+static void first_node(draft *d, lm_real place, const maker *at) {
+  d->table.intervals = 0;
+  d->table.corners = 0;
+  d->table.place[0] = place;
+  d->table.half_angle_rad[0] = at->theta;
+  d->node[0] = *at;
+}
+
 /* The next node, reached from the last one by what makes the flank on this side of it. */
-static void add_node(lm_conjugate *c, lm_real place, const maker *from, lm_real from_place,
-                     const maker *to) {
+static void add_node(draft *d, lm_real place, const maker *to) {
+  lm_conjugate *c = &d->table;
   const int i = c->intervals;
   c->place[i + 1] = place;
   c->half_angle_rad[i + 1] = to->theta;
-  c->slope_low[i] = by_place(c, from, from_place);
+  c->slope_low[i] = by_place(c, &d->node[i], c->place[i]);
   c->slope_high[i] = by_place(c, to, place);
   c->intervals = i + 1;
+  d->node[i + 1] = *to;
 }
 
 /* Whether the chord of two slopes may miss the flank between two places by more than that counts.
  */
-static int is_open(const generation *g, const lm_conjugate *c, const maker *a, lm_real from,
-                   const maker *b, lm_real to) {
-  const lm_real width = radius_at(c, from) - radius_at(c, to);
-  return real_fabs(a->slope - b->slope) * width * c->top_mm >
-         LM_REAL(4) * CORNER_MODULES * g->geometry->module_mm;
+static int is_open(const draft *d, const maker *a, lm_real from, const maker *b, lm_real to) {
+  const lm_real width = radius_at(&d->table, from) - radius_at(&d->table, to);
+  return real_fabs(a->slope - b->slope) * width * d->table.top_mm >
+         LM_REAL(4) * CORNER_MODULES * d->g->geometry->module_mm;
 }
 
-/* A corner between two nodes: the place where another part of the flank, or another zone, takes
- * over; narrowed down to two nodes a hair apart. */
-static void add_corner(const generation *g, lm_conjugate *c, maker *a, lm_real *a_place,
-                       const maker *b, lm_real b_place) {
-  lm_real from = *a_place;
+/* A corner between the last node and another one: the place where another part of the flank, or
+ * another zone, takes over; narrowed down to two nodes a hair apart. */
+static void add_corner(draft *d, const maker *b, lm_real b_place) {
+  lm_conjugate *c = &d->table;
+  const maker a = last_node(d);
+  lm_real from = last_place(d);
   lm_real to = b_place;
-  maker first = *a;
+  maker first = a;
   maker second = *b;
   int i;
-  for (i = 0; i < CORNER_STEPS && is_open(g, c, &first, from, &second, to); i++) {
+  for (i = 0; i < CORNER_STEPS && is_open(d, &first, from, &second, to); i++) {
     const lm_real middle = (from + to) / LM_REAL(2);
-    const maker found = between(g, &first, &second, LM_REAL(0.5), radius_at(c, middle));
-    if (same_maker(&found, a)) {
+    const maker found = between(d->g, &first, &second, LM_REAL(0.5), radius_at(c, middle));
+    if (same_maker(&found, &a)) {
       from = middle;
       first = found;
     } else {
@@ -364,23 +408,125 @@ static void add_corner(const generation *g, lm_conjugate *c, maker *a, lm_real *
       second = found;
     }
   }
-  add_node(c, from, a, *a_place, &first);
-  add_node(c, to, &first, from, &second);
+  add_node(d, from, &first);
+  add_node(d, to, &second);
   c->slope_high[c->intervals - 1] =
       (second.theta - first.theta) / (to - from); /* across the corner: straight */
   c->slope_low[c->intervals - 1] = c->slope_high[c->intervals - 1];
-  *a = second;
-  *a_place = to;
+  c->corner_mm[c->corners] = radius_at(c, to);
+  c->corners++;
 }
 
-/* From one node to the next, whose number is `node`, over the corners between them as long as there
- * is room for the nodes that follow. */
-static void add_piece(const generation *g, lm_conjugate *c, maker a, lm_real a_place, maker b,
-                      lm_real b_place, int node) {
-  while (!same_maker(&a, &b) && c->intervals + 3 + (NODES - node) <= LM_CONJUGATE_INTERVALS_MAX) {
-    add_corner(g, c, &a, &a_place, &b, b_place);
+/* From the last node to another one, over the corners between them as long as there is room for
+ * `rest` more intervals. */
+static void add_piece(draft *d, const maker *b, lm_real b_place, int rest) {
+  maker a = last_node(d);
+  while (!same_maker(&a, b) && d->table.intervals + 3 + rest <= LM_CONJUGATE_INTERVALS_MAX) {
+    add_corner(d, b, b_place);
+    a = last_node(d);
   }
-  add_node(c, b_place, &a, a_place, &b);
+  add_node(d, b_place, b);
+}
+
+/* --- intervals in which a cubic misses the flank -------------------------------------------------
+ */
+
+static lm_real cubic(lm_real width, lm_real x, lm_real low, lm_real slope_low, lm_real high,
+                     lm_real slope_high) {
+  const lm_real rest = LM_REAL(1) - x;
+  return rest * rest * ((LM_REAL(1) + LM_REAL(2) * x) * low + x * width * slope_low) +
+         x * x * ((LM_REAL(1) + LM_REAL(2) * rest) * high - rest * width * slope_high);
+}
+
+static int is_smooth(const draft *d, int interval) {
+  return interval >= 0 && interval < d->table.intervals &&
+         same_maker(&d->node[interval], &d->node[interval + 1]);
+}
+
+/* How far the cubic over both intervals that meet in a node misses it, modules. The error grows
+ * with the fourth power of the width: 16 times that of an interval. */
+static lm_real missed_at(const draft *d, int node) {
+  const lm_conjugate *c = &d->table;
+  const lm_real width = c->place[node + 1] - c->place[node - 1];
+  const lm_real found =
+      cubic(width, (c->place[node] - c->place[node - 1]) / width, c->half_angle_rad[node - 1],
+            c->slope_low[node - 1], c->half_angle_rad[node + 1], c->slope_high[node]);
+  return real_fabs(found - c->half_angle_rad[node]) * c->top_mm / d->g->geometry->module_mm;
+}
+
+#define WIDER_ERROR LM_REAL(16)
+#if LM_REAL_BITS == 32
+#define MISSED_MODULES LM_REAL(2e-6) /* ten times what the angles resolve */
+#else
+#define MISSED_MODULES LM_REAL(4e-7)
+#endif
+
+static int is_doubtful(const draft *d, int interval) {
+  const lm_real allowed = WIDER_ERROR * MISSED_MODULES;
+  if (!is_smooth(d, interval)) {
+    return 0;
+  }
+  return (is_smooth(d, interval - 1) && missed_at(d, interval) > allowed) ||
+         (is_smooth(d, interval + 1) && missed_at(d, interval + 1) > allowed);
+}
+
+/* Halves until the cubic meets the middle, twice at most. A zone that is greatest nowhere else may
+ * stand behind the doubt, so all are looked for. */
+#define HALVINGS 2
+
+static void add_halves(draft *d, const maker *b, lm_real b_place, int rest, int halvings) {
+  lm_conjugate *c = &d->table;
+  const maker a = last_node(d);
+  const lm_real a_place = last_place(d);
+  const lm_real place = (a_place + b_place) / LM_REAL(2);
+  const lm_real width = b_place - a_place;
+  maker middle;
+  lm_real missed;
+  if (c->intervals + 2 + rest > LM_CONJUGATE_INTERVALS_MAX) {
+    add_piece(d, b, b_place, rest);
+    return;
+  }
+  middle = scan_radius(d->g, radius_at(c, place));
+  missed = cubic(width, LM_REAL(0.5), a.theta, by_place(c, &a, a_place), b->theta,
+                 by_place(c, b, b_place)) -
+           middle.theta;
+  if (halvings > 1 && real_fabs(missed) * c->top_mm > MISSED_MODULES * d->g->geometry->module_mm) {
+    add_halves(d, &middle, place, rest + 1, halvings - 1);
+    add_halves(d, b, b_place, rest, halvings - 1);
+  } else {
+    add_piece(d, &middle, place, rest + 1);
+    add_piece(d, b, b_place, rest);
+  }
+}
+
+static void copy_interval(draft *d, const draft *rough, int interval) {
+  const int i = d->table.intervals;
+  add_node(d, rough->table.place[interval + 1], &rough->node[interval + 1]);
+  d->table.slope_low[i] = rough->table.slope_low[interval];
+  d->table.slope_high[i] = rough->table.slope_high[interval];
+}
+
+/* The same table with the doubtful intervals halved. Corners keep their order. */
+static void refine(const draft *rough, draft *d) {
+  int k;
+  d->g = rough->g;
+  d->table.low_mm = rough->table.low_mm;
+  d->table.top_mm = rough->table.top_mm;
+  first_node(d, rough->table.place[0], &rough->node[0]);
+  for (k = 0; k < rough->table.intervals; k++) {
+    const int rest = rough->table.intervals - k - 1;
+    if (is_doubtful(rough, k)) {
+      add_halves(d, &rough->node[k + 1], rough->table.place[k + 1], rest, HALVINGS);
+    } else {
+      copy_interval(d, rough, k);
+      if (d->table.corners < rough->table.corners &&
+          rough->table.corner_mm[d->table.corners] ==
+              radius_at(&rough->table, rough->table.place[k + 1])) {
+        d->table.corner_mm[d->table.corners] = rough->table.corner_mm[d->table.corners];
+        d->table.corners++;
+      }
+    }
+  }
 }
 
 /* Shift and backlash move the finished flank. */
@@ -399,6 +545,9 @@ static void displace(lm_conjugate *c, lm_real shift_mm, lm_real backlash_mm) {
       c->slope_high[i - 1] += slope;
     }
   }
+  for (i = 0; i < c->corners; i++) {
+    c->corner_mm[i] += shift_mm;
+  }
   c->low_mm += shift_mm;
   c->top_mm += shift_mm;
   c->land_mm = radius_at(c, c->place[0]);
@@ -411,8 +560,8 @@ static void start(generation *g, const lm_flank *flank, const lm_geometry *geome
   g->geometry = geometry;
   g->line = line;
   g->tip = lm_evaluate_flank(flank, flank->high_mm);
-  for (i = 0; i <= 2 * SCAN_HALF; i++) {
-    g->scan[i] = lm_place_tooth(line, SCAN_STEP * LM_REAL(i - SCAN_HALF));
+  for (i = 0; i < SCAN_COUNT; i++) {
+    g->scan[i] = lm_place_tooth(line, SCAN_STEP * LM_REAL(i - SCAN_BEHIND));
   }
 }
 
@@ -421,44 +570,42 @@ lm_status lm_make_conjugate(const lm_flank *flank, const lm_geometry *geometry,
                             lm_conjugate *conjugate, lm_fault *fault) {
   const lm_real first_place = real_sqrt(LM_REAL(LM_CONJUGATE_LAND));
   generation g;
-  lm_conjugate made;
-  maker last;
-  lm_real last_place;
+  draft rough;
+  draft fine;
+  maker after;
   int block;
   if (flank == 0 || geometry == 0 || line == 0 || conjugate == 0) {
     return refuse(fault, LM_NULL, "flank, geometry, line, conjugate");
   }
   start(&g, flank, geometry, line);
-  made.low_mm = geometry->rigid_tip_mm - shift_mm;
-  made.top_mm = polar_radius(&g.scan[SCAN_HALF], &g.tip);
-  if (!(made.top_mm > made.low_mm + LM_REAL(0.01) * geometry->module_mm)) {
-    return refuse_contradiction(fault, "teeth.engagement_depth", made.top_mm, made.low_mm,
-                                REAL_INFINITY);
+  rough.g = &g;
+  rough.table.low_mm = geometry->rigid_tip_mm - shift_mm;
+  rough.table.top_mm = polar_radius(&g.scan[SCAN_BEHIND], &g.tip);
+  if (!(rough.table.top_mm > rough.table.low_mm + LM_REAL(0.01) * geometry->module_mm)) {
+    return refuse_contradiction(fault, "teeth.engagement_depth", rough.table.top_mm,
+                                rough.table.low_mm, REAL_INFINITY);
   }
-  made.intervals = 0;
-  last_place = first_place;
-  last = scan_radius(&g, radius_at(&made, last_place));
-  made.place[0] = last_place;
-  made.half_angle_rad[0] = last.theta;
+  after = scan_radius(&g, radius_at(&rough.table, first_place));
+  first_node(&rough, first_place, &after);
   for (block = 0; block < NODES / SCAN_EVERY; block++) {
     const lm_real width = (LM_REAL(1) - first_place) / LM_REAL(NODES / SCAN_EVERY);
-    const lm_real from = last_place;
-    const maker before = last;
+    const lm_real from = last_place(&rough);
+    const maker before = after;
     const lm_real end = first_place + width * LM_REAL(block + 1);
-    const maker after = scan_radius(&g, radius_at(&made, end));
     int i;
+    after = scan_radius(&g, radius_at(&rough.table, end));
     for (i = 1; i <= SCAN_EVERY; i++) {
       const lm_real share = LM_REAL(i) / LM_REAL(SCAN_EVERY);
       const lm_real place = from + share * (end - from);
       const maker here =
-          i < SCAN_EVERY ? between(&g, &before, &after, share, radius_at(&made, place)) : after;
-      add_piece(&g, &made, last, last_place, here, place, block * SCAN_EVERY + i);
-      last = here;
-      last_place = place;
+          i < SCAN_EVERY ? find_between(&g, &before, &after, share, radius_at(&rough.table, place))
+                         : after;
+      add_piece(&rough, &here, place, NODES - (block * SCAN_EVERY + i));
     }
   }
-  displace(&made, shift_mm, backlash_mm);
-  *conjugate = made;
+  refine(&rough, &fine);
+  displace(&fine.table, shift_mm, backlash_mm);
+  *conjugate = fine.table;
   return LM_OK;
 }
 
@@ -491,12 +638,8 @@ lm_involute_point lm_evaluate_conjugate(const lm_conjugate *conjugate, lm_real r
   width = c->place[low + 1] - c->place[low];
   x = (place - c->place[low]) / width;
   rest = LM_REAL(1) - x;
-  point.half_angle_rad =
-      rest * rest *
-          ((LM_REAL(1) + LM_REAL(2) * x) * c->half_angle_rad[low] + x * width * c->slope_low[low]) +
-      x * x *
-          ((LM_REAL(1) + LM_REAL(2) * rest) * c->half_angle_rad[low + 1] -
-           rest * width * c->slope_high[low]);
+  point.half_angle_rad = cubic(width, x, c->half_angle_rad[low], c->slope_low[low],
+                               c->half_angle_rad[low + 1], c->slope_high[low]);
   point.tangent =
       (LM_REAL(6) * x * rest * (c->half_angle_rad[low + 1] - c->half_angle_rad[low]) / width +
        rest * (LM_REAL(1) - LM_REAL(3) * x) * c->slope_low[low] +
@@ -520,6 +663,9 @@ static lm_real envelope(const generation *g, const lm_flank_foot *foot, lm_real 
 
 /* Regula falsi with the Illinois correction. */
 #define ZONE_STEPS 12
+
+/* Steps of the scan either way: 60 deg. */
+#define ZONE_HALF 24
 
 static lm_conjugate_contact find_contact(const generation *g, const lm_flank_foot *foot, lm_real a,
                                          lm_real b, lm_real at_a, lm_real at_b) {
@@ -574,9 +720,9 @@ lm_status lm_find_conjugate_contacts(const lm_flank *flank, const lm_geometry *g
   }
   start(&g, flank, geometry, line);
   foot = lm_evaluate_flank(flank, parameter_mm);
-  before = envelope(&g, &foot, -SCAN_STEP * LM_REAL(SCAN_HALF), &p);
-  for (i = 1; i <= 2 * SCAN_HALF && found < capacity; i++) {
-    const lm_real angle = SCAN_STEP * LM_REAL(i - SCAN_HALF);
+  before = envelope(&g, &foot, -SCAN_STEP * LM_REAL(ZONE_HALF), &p);
+  for (i = 1; i <= 2 * ZONE_HALF && found < capacity; i++) {
+    const lm_real angle = SCAN_STEP * LM_REAL(i - ZONE_HALF);
     const lm_real now = envelope(&g, &foot, angle, &p);
     if ((before > LM_REAL(0)) != (now > LM_REAL(0))) {
       contacts[found] = find_contact(&g, &foot, angle - SCAN_STEP, angle, before, now);

@@ -156,10 +156,12 @@ static flank_point interior_minimum(const flank_pair *pair, const flank_point *l
 /* --- flanks that are no involutes ----------------------------------------------------------------
  */
 
-/* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial. */
+/* Newton from a first guess, kept between the ends of the flank; the flank is nearly radial: three
+ * steps leave rounding, two 1e-6 modules. */
 #define RADIUS_STEPS 3
+#define CORNER_STEPS 2
 
-static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
+static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target, int steps) {
   const lm_flank *flank = &pair->mesh->flank;
   const lm_real c = pair->place.tilt_cos;
   const lm_real s = pair->place.tilt_sin;
@@ -173,7 +175,7 @@ static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
     parameter = parameter < flank->low_mm ? flank->low_mm : parameter;
     parameter = parameter > flank->high_mm ? flank->high_mm : parameter;
     foot = lm_evaluate_flank(flank, parameter);
-    if (i == RADIUS_STEPS) {
+    if (i == steps) {
       return foot;
     }
     place_foot(pair, &foot, &along, &across);
@@ -185,7 +187,7 @@ static lm_flank_foot foot_on_radius(const flank_pair *pair, lm_real target) {
 }
 
 static flank_point general_on_radius(const flank_pair *pair, lm_real target) {
-  const lm_flank_foot foot = foot_on_radius(pair, target);
+  const lm_flank_foot foot = foot_on_radius(pair, target, RADIUS_STEPS);
   return evaluate_foot(pair, &foot);
 }
 
@@ -253,24 +255,46 @@ static flank_point bracketed_minimum(const flank_pair *pair, const flank_point *
   return best;
 }
 
-/* A piece of the flank longer than this is examined in its middle as well, modules. */
-#define SHORT_PIECE LM_REAL(0.3)
+/* Distance of the samples on a piece of the flank, at most, modules; chosen: of 200 random drives
+ * none has two minima that count between two samples (LM_FLANK_DRIVES,
+ * tests/python/test_flanks.py). */
+#define SAMPLE_MODULES LM_REAL(0.15)
+
+/* The most pieces that a flank falls into. */
+#define PIECES_MAX (LM_FLANK_JOINTS_MAX + LM_CONJUGATE_CORNERS_MAX + 2)
+
+static int insert_end(lm_real end[], int count, lm_real parameter_mm) {
+  int i = count;
+  for (; i > 0 && end[i - 1] > parameter_mm; i--) {
+    end[i] = end[i - 1];
+  }
+  end[i] = parameter_mm;
+  return count + 1;
+}
 
 /* Ends of the pieces of the flexspline's flank by rising parameter: its joints, where it passes the
- * end of a conjugate flank, and its own end. */
-static int list_pieces(const flank_pair *pair, const flank_point *high, lm_real end[]) {
+ * corners and the end of a conjugate flank, and its own end. Rigid corners stand out of the metal,
+ * so that the slope of the gap only rises there: one sample at each, with the slope of either side,
+ * leaves no minimum unseen. */
+static int list_pieces(const flank_pair *pair, const flank_point *low, const flank_point *high,
+                       lm_real end[]) {
   const lm_mesh *mesh = pair->mesh;
+  const lm_conjugate *rigid = &mesh->conjugate;
   int count = 0;
+  int i;
   for (; count < mesh->flank.joints; count++) {
     end[count] = mesh->flank.joint_mm[count];
   }
-  if (mesh->rigid_kind == LM_FLANK_CONJUGATE && high->radius_mm > mesh->conjugate.land_mm) {
-    const lm_real land = foot_on_radius(pair, mesh->conjugate.land_mm).radius_mm;
-    int i = count++;
-    for (; i > 0 && end[i - 1] > land; i--) {
-      end[i] = end[i - 1];
+  if (mesh->rigid_kind == LM_FLANK_CONJUGATE) {
+    for (i = 0; i < rigid->corners; i++) {
+      if (rigid->corner_mm[i] > low->radius_mm && rigid->corner_mm[i] < high->radius_mm) {
+        count = insert_end(end, count,
+                           foot_on_radius(pair, rigid->corner_mm[i], CORNER_STEPS).radius_mm);
+      }
     }
-    end[i] = land;
+    if (high->radius_mm > rigid->land_mm) {
+      count = insert_end(end, count, foot_on_radius(pair, rigid->land_mm, RADIUS_STEPS).radius_mm);
+    }
   }
   end[count] = high->foot_mm;
   return count + 1;
@@ -286,8 +310,8 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point *lo
   flank_point bracket_high = *low;
   lm_real floor = REAL_INFINITY;
   lm_real from = low->foot_mm;
-  lm_real end[LM_FLANK_JOINTS_MAX + 2];
-  const int pieces = list_pieces(pair, high, end);
+  lm_real end[PIECES_MAX];
+  const int pieces = list_pieces(pair, low, high, end);
   int piece;
   int steps;
   int i;
@@ -296,7 +320,7 @@ static flank_point general_minimum(const flank_pair *pair, const flank_point *lo
     if (!(to > from)) {
       continue;
     }
-    steps = to - from > SHORT_PIECE * pair->mesh->geometry.module_mm ? 2 : 1;
+    steps = 1 + (int)((to - from) / (SAMPLE_MODULES * pair->mesh->geometry.module_mm));
     for (i = 1; i <= steps; i++) {
       const flank_point now =
           evaluate_flank(pair, from + (to - from) * LM_REAL(i) / LM_REAL(steps));

@@ -121,14 +121,23 @@ def swept_flank(
     )
     steps = round(SWEEP_HALF_DEG / SWEEP_STEP_DEG)
     from_neutral = tool - polygons.radii(design).neutral_mm
-    for angle in np.radians(np.linspace(-SWEEP_HALF_DEG, SWEEP_HALF_DEG, 2 * steps + 1)):
+    angles = np.radians(np.linspace(-SWEEP_HALF_DEG, SWEEP_HALF_DEG, 2 * steps + 1))
+    corner = np.empty(len(angles), np.complex128)
+    for i, angle in enumerate(angles):
         origin, end = path(angle)
         placed = origin + from_neutral * (end - origin) / abs(end - origin)
+        corner[i] = placed[-1]
         rho = np.abs(placed)
         if rho[-1] > inner_mm:
             reach = np.maximum(
                 reach, np.interp(radius, rho, np.angle(placed), left=-np.inf, right=-np.inf)
             )
+    # The path of the corner of the tip between two positions.
+    highest = int(np.argmax(np.abs(corner)))
+    for way in (corner[: highest + 1], corner[:highest:-1]):
+        reach = np.maximum(
+            reach, np.interp(radius, np.abs(way), np.angle(way), left=-np.inf, right=-np.inf)
+        )
     flank = radius * np.exp(1j * reach)
     beyond = (top + 0.1 * design.module_mm) * np.exp(1j * reach[-1])
     return np.append(flank, beyond)

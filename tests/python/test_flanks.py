@@ -2,8 +2,8 @@
 
 The rigid flank is swept by the tooth itself (tests/brute_force/arcs.py), then both are turned until
 they touch, as in test_clearances_against_polygons.py. Bar: 0.005 arcmin, float64; 0.01 arcmin more
-in float32. CI sees a few drives; `LM_FLANK_DRIVES=50` in the environment
-means so many (two of these are off the bar: theory/flanks.md).
+in float32. CI sees a few drives, among them those that were off the bar once; `./dev check` sets
+`LM_FLANK_DRIVES` to 200, 50 of each wave generator.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ from brute_force import arcs, polygons
 ARCMIN = math.pi / 180 / 60
 BAR_ARCMIN = 0.005
 BAR_FLOAT32_ARCMIN = 0.01
-DRIVES = int(os.environ.get("LM_FLANK_DRIVES", "3"))
+DRIVES = int(os.environ.get("LM_FLANK_DRIVES", "0"))
+SEEDS = range(DRIVES) if DRIVES else (0, 1, 2, 43, 126, 159)
+"""By default a cam, an ellipse, discs; two minima beside a joint of the flank; a zone of contact
+that moves fast; one between two nodes of the table."""
 GENERATORS = ("cosine", "discs", "rollers", "ellipse")
 
 
@@ -156,7 +159,7 @@ def largest_error_arcmin(document: dict[str, Any], angles_deg: np.ndarray) -> fl
     return worst
 
 
-@pytest.mark.parametrize("seed", range(DRIVES))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_double_arcs_agree_with_swept_and_turned_polygons(seed: int) -> None:
     angles = np.random.default_rng(20_000 + seed).uniform(-20, 50, 6)
     assert largest_error_arcmin(random_document(seed), angles) < BAR_ARCMIN

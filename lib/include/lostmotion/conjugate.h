@@ -22,6 +22,10 @@ LM_BEGIN_DECLS
 
 #define LM_CONJUGATE_INTERVALS_MAX 64
 
+/* Where another part of the flexspline's flank, or another zone, takes over; each takes two of the
+ * intervals above the 28 that every flank has. */
+#define LM_CONJUGATE_CORNERS_MAX 18
+
 /* Share of the flank's height below the top that is left free, chosen: the path of the tip's corner
  * turns round there and would leave a surface across the force. Beyond it the space continues
  * radially, as wide as it is there. */
@@ -35,8 +39,8 @@ typedef enum lm_contact_part {
 
 /* The half angle of the SPACE of the rigid gear over the radius: cubic Hermite pieces in
  * s = sqrt((top - rho) / (top - low)), in which the flank is smooth up to the top, where the path
- * of the tip turns round. Pieces end where its curvature or slope jumps. Below 3e-7 modules off the
- * exact maximum (tests/python/test_flanks.py). */
+ * of the tip turns round. Pieces end where its curvature or slope jumps, and are halved where a
+ * cubic misses it. Within 1e-6 modules of the exact maximum (tests/python/test_flanks.py). */
 typedef struct lm_conjugate {
   lm_real low_mm;  /* s = 1 */
   lm_real top_mm;  /* s = 0: reach of the flexspline's tip */
@@ -46,6 +50,8 @@ typedef struct lm_conjugate {
   lm_real half_angle_rad[LM_CONJUGATE_INTERVALS_MAX + 1];
   lm_real slope_low[LM_CONJUGATE_INTERVALS_MAX]; /* by s, at both ends of a piece */
   lm_real slope_high[LM_CONJUGATE_INTERVALS_MAX];
+  int corners; /* where the slope or the curvature jumps, falling radii */
+  lm_real corner_mm[LM_CONJUGATE_CORNERS_MAX];
 } lm_conjugate;
 
 /* Generate the flank over the radii from the rigid gear's tip circle to the flexspline's tip on the
