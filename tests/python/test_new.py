@@ -6,10 +6,11 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lostmotion.cli import main
-from lostmotion.design.textbook import textbook_drive
+from lostmotion.design.textbook import CLOSEST_ROLLERS, textbook_drive
 from lostmotion.drives import parse_drive, read_drive
 from lostmotion.model import ADVICE, design_model
 from lostmotion.structs import GENERATORS, design_keys
@@ -42,11 +43,27 @@ def test_what_no_proportion_mends_is_said_in_the_file_and_in_the_answer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["new", "ratio-30", "rollers", "steep", "--json", "-"]) == 0
+    assert main(["new", "size-200", "ratio-319", "cosine", "steep", "--json", "-"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["broken_checks"] == ["safety_factor"]  # a wave of 60 teeth on four rollers
+    assert answer["broken_checks"] == ["ratcheting_torque"]  # teeth of 0.8 mm for 40 kNm
     text = (tmp_path / "steep.toml").read_text()
-    assert re.search(r"^# check not kept: safety_factor [\d.]+, limit 1.5$", text, re.M)
+    assert re.search(r"^# check not kept: ratcheting_torque \S+ Nm, limit \S+$", text, re.M)
+
+
+def test_rollers_come_closer_until_the_rim_lives() -> None:
+    """A ring under four forces at 20 deg bends less than at 30 deg for the same deflection."""
+    document, broken = textbook_drive(20, 30, "rollers")
+    assert broken == []
+    assert 20 < document["design"]["generator"]["contact_half_angle_deg"] < 30
+    order, place = np.arange(2, 4000, 2), np.radians(np.linspace(0, 90, 181))
+    peak = {}
+    for half_deg in (10, CLOSEST_ROLLERS, 30):
+        force = np.cos(order * np.radians(half_deg))
+        curvature = (force / (order**2 - 1)) @ np.cos(np.outer(order, place))
+        peak[half_deg] = np.abs(curvature).max() / (3 * (force / (order**2.0 - 1) ** 2).sum())
+    assert min(peak, key=lambda angle: peak[angle]) == CLOSEST_ROLLERS
+    assert peak[CLOSEST_ROLLERS] == pytest.approx(0.97, abs=0.005)
+    assert peak[30] == pytest.approx(1.14, abs=0.005)
 
 
 def test_every_key_of_a_design_stands_in_the_file_and_the_file_means_what_was_made(
