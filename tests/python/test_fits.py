@@ -182,7 +182,7 @@ def test_a_search_keeps_fits_classes_and_grades(tmp_path: Path, small_spec: dict
     seat, gear, wide, tooth, ring = result.best["design"]["tolerance"]
     grades = result.front[0]["variables"]
     assert seat["fit"] == f"H{grades['tolerance.0.grade']:g}/g{grades['tolerance.1.grade']:g}"
-    assert gear == {"kind": "gear", "gear": "flexspline", "tooth_grade": 4}
+    assert gear == {"kind": "gear", "gear": "flexspline", "tooth_grade": 4, "cost_weight": 2}
     assert wide["tolerance_class"] == "JS6"
     assert tooth["it_grade"] == grades["tolerance.5.grade"]
     assert (ring["lower_mm"], ring["upper_mm"]) == (-0.009, -0.003)

@@ -196,6 +196,7 @@ TOLERANCE_KINDS: dict[str, tuple[Key, ...]] = {
         Key("nominal", "mm"),
         Key("fundamental_deviation", "mm"),
         Key("distribution", kind="choice", choices=DISTRIBUTIONS),
+        Key("cost_weight", above=0, high=1e6),
         *extra,
     )
     for kind, extra in {

@@ -114,6 +114,17 @@ def add_prediction(command: Command) -> None:
         "--torque", metavar="MIN:MAX:N", help="torques in Nm (default: +- rated torque)"
     )
     added.add_argument(
+        "--target",
+        metavar="ARCMIN",
+        help="the cheapest tolerance grades whose reversal lost motion stays below it",
+    )
+    added.add_argument(
+        "--target-level",
+        choices=("probable", "worst"),
+        default="probable",
+        help="limits of the radial gap for --target (default: probable)",
+    )
+    added.add_argument(
         "--table",
         metavar="FILE.csv",
         help="write a row of figures for each drive, or for each value of --sweep",

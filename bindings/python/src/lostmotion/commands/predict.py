@@ -8,6 +8,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from lostmotion.allocation import cheapest_tolerances
 from lostmotion.drives import read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.model import ADVICE, check_meanings
@@ -21,6 +22,9 @@ DEFAULT_TORQUES = 33
 
 TORQUES_MAX = 100_001
 """Most torques of a prediction."""
+
+TARGET_MAX_ARCMIN = 600.0
+"""Largest lost motion that may be aimed at: ten degrees."""
 
 TORQUE_MAX_NM = 1e6
 """Largest torque that the library takes."""
@@ -57,6 +61,9 @@ def run_predict(arguments: argparse.Namespace) -> None:
     drive = read_drive(arguments.drive[0])
     phase = math.radians(read_number("--phase-deg", arguments.phase_deg, PHASE_MAX_DEG))
     answer = predict(drive, torque_range(arguments.torque, drive.rated_torque_Nm), phase)
+    if arguments.target is not None:
+        target = read_number("--target", arguments.target, TARGET_MAX_ARCMIN)
+        answer["allocation"] = cheapest_tolerances(drive, target, arguments.target_level)
     if arguments.report is not None:
         from lostmotion.report import drive_section, write_report
 
@@ -138,6 +145,8 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
                 file=out,
             )
         show_budget(answer["tolerance_budget"], out)
+    if "allocation" in answer:
+        show_allocation(answer["allocation"], out)
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
     meanings = check_meanings() if failed else {}
     for check in failed:
@@ -187,6 +196,23 @@ def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:
     print(file=out)
     show_table(head, rows, out)
     print(file=out)
+
+
+def show_allocation(found: dict[str, Any], out: TextIO) -> None:
+    """Print the cheapest grades that keep a target."""
+    print(
+        f"\ncheapest grades for a reversal lost motion of {found['target_arcmin']:.3f} arcmin, "
+        f"{found['level']}: {found['then_arcmin']:.3f} arcmin (now {found['now_arcmin']:.3f}), "
+        f"cost {found['cost_then']:.3f} (now {found['cost_now']:.3f})\n",
+        file=out,
+    )
+    head = ["feature", "now", "cheapest", "field now um", "field um", "cost now", "cost"]
+    keys = ("field_now_um", "field_um", "cost_now", "cost")
+    rows = [
+        [one_line(f["name"]), f["now"], f["cheapest"], *(fixed(f[key], 2) for key in keys)]
+        for f in found["features"]
+    ]
+    show_table(head, rows, out)
 
 
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:

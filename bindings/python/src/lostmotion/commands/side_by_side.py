@@ -20,7 +20,7 @@ SHOWN = {
 }
 """Columns of the printed table; the file and the JSON have all."""
 
-ALONE = ("torque", "sensitivity")
+ALONE = ("torque", "sensitivity", "target")
 """Options of a prediction that a table has no place for."""
 
 

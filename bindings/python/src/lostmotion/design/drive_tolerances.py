@@ -30,7 +30,7 @@ def kept_tolerances(
     kept: list[dict[str, Any]] = []
     for index, group in groupby(rows, key=lambda row: row[0].index):
         links = list(group)
-        entry = {k: v for k, v in entries[index].items() if k != "cost_weight"}
+        entry = dict(entries[index])
         if entry["kind"] == "gear":
             kept.append(entry)
         elif entry["kind"] == "fit" and all(is_whole(grade) for _, grade, _ in links):

@@ -40,7 +40,7 @@ TOLERANCE_KEYS = (
 )
 """Keys of [[design.tolerance]] in a spec: those of a drive file, and what a feature costs."""
 
-KEPT = ("kind", "name", "zone", "distribution", "influence", "diameter")
+KEPT = ("kind", "name", "zone", "distribution", "influence", "diameter", "cost_weight")
 """What a drive file that the search writes says of a feature as the spec does."""
 
 

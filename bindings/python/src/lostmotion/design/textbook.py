@@ -190,7 +190,7 @@ def textbook_drive(
 
 
 def _mend(document: dict[str, Any]) -> None:
-    """Change depth, shift, rim, cup and rollers until form radius, gaps and fatigue are kept, where they can."""
+    """Change depth, shift, rim, cup and rollers until form radius, gaps and fatigue are kept."""
     design = document["design"]
     teeth, rim = design["teeth"], design["flexspline"]
     shift = "flexspline_shift" if teeth["deformation"] == "external" else "rigid_shift"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lostmotion.allocation import cheapest_tolerances, features_of
 from lostmotion.catalogue import PARTS
 from lostmotion.compare import REPEATABILITY, Comparison
 from lostmotion.discover.advice import count_runs
@@ -180,6 +181,8 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
         section.blocks.append(Notes("Tolerance limits", [said]))
     if answer["tolerance_budget"]:
         section.blocks.append(budget_table(answer["tolerance_budget"]))
+        if features_of(drive):
+            section.blocks.append(allocation_table(cheapest_tolerances(drive)))
     section.blocks.append(
         Notes("Assumptions of the design model", list(map(_plain, answer["assumptions"])))
     )
@@ -247,6 +250,33 @@ def budget_table(budget: Sequence[dict[str, Any]]) -> PageTable:
         (2, 3, 4, 5, 6),
         "Shares of the width of the chain before a zone is clipped at zero: of the sum for the "
         "worst case, of the sum of squares for the probable limits.",
+    )
+
+
+def allocation_table(found: Mapping[str, Any]) -> PageTable:
+    """List the cheapest grades beside those of the file."""
+    rows = [
+        (
+            feature["name"],
+            feature["now"],
+            feature["cheapest"],
+            f"{feature['field_now_um']:.1f}",
+            f"{feature['field_um']:.1f}",
+            f"{feature['cost_now']:.2f}",
+            f"{feature['cost']:.2f}",
+        )
+        for feature in found["features"]
+    ]
+    return PageTable(
+        "The same lost motion by the cheapest grades",
+        ("feature", "now", "cheapest", "field now, µm", "field, µm", "cost now", "cost"),
+        rows,
+        (3, 4, 5, 6),
+        f"Reversal lost motion {found['now_arcmin']:.3f} arcmin now, {found['then_arcmin']:.3f} "
+        f"arcmin with these grades, probable limits; cost {found['cost_now']:.2f} now, "
+        f"{found['cost_then']:.2f} then, in units of one feature at grade 7: weight times the field "
+        "at grade 7 over the field (reciprocal cost law). lostmotion predict --target finds those "
+        "for another lost motion.",
     )
 
 
