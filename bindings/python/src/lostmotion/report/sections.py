@@ -272,11 +272,11 @@ def allocation_table(found: Mapping[str, Any]) -> PageTable:
         ("feature", "now", "cheapest", "field now, µm", "field, µm", "cost now", "cost"),
         rows,
         (3, 4, 5, 6),
-        f"Reversal lost motion {found['now_arcmin']:.3f} arcmin now, {found['then_arcmin']:.3f} "
-        f"arcmin with these grades, probable limits; cost {found['cost_now']:.2f} now, "
-        f"{found['cost_then']:.2f} then, in units of one feature at grade 7: weight times the field "
-        "at grade 7 over the field (reciprocal cost law). lostmotion predict --target finds those "
-        "for another lost motion.",
+        f"Reversal lost motion {found['now_arcmin']:.3f} arcmin now, "
+        + f"{found['then_arcmin']:.3f} arcmin with these grades, probable limits; cost "
+        + f"{found['cost_now']:.2f} now, {found['cost_then']:.2f} then, in units of one feature at "
+        + "grade 7: weight times the field at grade 7 over the field (reciprocal cost law). "
+        + "lostmotion predict --target finds those for another lost motion.",
     )
 
 
