@@ -243,6 +243,9 @@ step_with "${clang:-}" "Warnings of the compilers of Windows and macOS (clang, m
   sh tests/systems/warnings.sh "$clang" "$venv/bin/python"
 step_with "$(windows_here)" "Windows: all C tests, kill and resume, Ctrl-C (mingw-w64, wine64)" \
   elsewhere windows "$(windows_here)"
+step_with "$(has mvn && windows_here)" \
+  "Windows: the Python package and its demo (mingw-w64, wine64, maven)" \
+  sh tests/systems/python_on_windows.sh "$venv/bin/python" build-windows-python
 step_with "$(aarch64_here)" "aarch64: all C tests, kill and resume (g++-aarch64-linux-gnu, qemu-user)" \
   elsewhere aarch64 "$(aarch64_here)" -L /usr/aarch64-linux-gnu
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import errno
 import importlib
+import io
 import logging
 import os
 import re
@@ -123,7 +124,7 @@ def open_standard_streams() -> None:
     """Open what the caller closed, so that no file gets the number of a standard stream.
 
     What is written to a closed standard output fails, as it should; what would have gone to a
-    closed standard error is lost, and nowhere else.
+    closed standard error is lost, and nowhere else. A pipe of Windows gets UTF-8 like every file.
     """
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is not None:
@@ -136,6 +137,10 @@ def open_standard_streams() -> None:
                 os.dup2(opened, number)
                 os.close(opened)
         setattr(sys, name, os.fdopen(number, mode, closefd=False))
+    if sys.platform == "win32":
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
+                stream.reconfigure(encoding="utf-8")
 
 
 def join_signed(argv: Sequence[str]) -> list[str]:

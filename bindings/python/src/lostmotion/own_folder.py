@@ -41,7 +41,7 @@ def claim(folder: str | Path, names: Iterable[str]) -> None:
     except (OSError, ValueError) as error:
         raise InputError(folder, "", reason(error), "a folder to write to") from None
     known = read_list(folder)
-    names = sorted(names)
+    names = sorted(Path(name).as_posix() for name in names)
     for name in names:
         file = folder / name
         if os.path.lexists(file) and not is_own(file, known.get(name)):
