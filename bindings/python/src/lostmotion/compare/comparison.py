@@ -18,6 +18,7 @@ from lostmotion.compare.repeatability import Repeatability, repeatability_of
 from lostmotion.discover.baseline_fit import finish_baseline
 from lostmotion.discover.baseline_form import tried
 from lostmotion.discover.events import Event, early_events
+from lostmotion.discover.whitened_result import WhitenedResult
 from lostmotion.drives import Drive
 from lostmotion.effects.columns import closed_by_columns
 from lostmotion.effects.conditions import Conditions
@@ -28,7 +29,6 @@ from lostmotion.fit.baseline import FILED, BaselineModel
 from lostmotion.fit.drive_file import SAMPLES_LEAST, make_base
 from lostmotion.fit.few_readings import FewReadings, fit_few_readings
 from lostmotion.fit.fitted_range import beyond, fitted_ranges
-from lostmotion.fit.model_result import ModelResult
 from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign, say_findings
@@ -40,7 +40,7 @@ IntArray = npt.NDArray[np.intp]
 
 
 @dataclass
-class Comparison(ModelResult):
+class Comparison(WhitenedResult):
     """Result of `compare`. Angles in rad; `answer` gives the JSON answer in arc seconds.
 
     Attributes

@@ -30,10 +30,10 @@ from lostmotion.discover.recorded_model import Selection
 from lostmotion.discover.refits import term_of
 from lostmotion.discover.stepwise_fit import StepwiseFit
 from lostmotion.discover.terms import contest_of_term, term_size
+from lostmotion.discover.whitened_result import WhitenedResult
 from lostmotion.effects.effect import Effect
 from lostmotion.errors import InputError
 from lostmotion.fit.baseline import BaselineModel
-from lostmotion.fit.model_result import ModelResult
 from lostmotion.fit.terms import Additive
 from lostmotion.results import figures
 from lostmotion.units import ARCSEC
@@ -42,7 +42,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass
-class Diagnosis(ModelResult):
+class Diagnosis(WhitenedResult):
     """The answer of `diagnose`; `answer` gives it ready for JSON."""
 
     verdict: str

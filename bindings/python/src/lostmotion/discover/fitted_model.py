@@ -23,6 +23,7 @@ from lostmotion.discover.ladder import make_rungs, told
 from lostmotion.discover.linearise import Settled
 from lostmotion.discover.stepwise_fit import EstimatedValues, fit_stepwise
 from lostmotion.discover.terms import contest_of_term
+from lostmotion.discover.whitened_result import WhitenedResult
 from lostmotion.drives import Drive
 from lostmotion.effects.columns import constant_columns
 from lostmotion.effects.effect import Effect, find_effect
@@ -40,7 +41,6 @@ from lostmotion.fit.drive_file import (
 from lostmotion.fit.few_readings import fit_few_readings
 from lostmotion.fit.fitted_range import fitted_ranges
 from lostmotion.fit.forms import friction_form
-from lostmotion.fit.model_result import ModelResult
 from lostmotion.friction import Friction
 from lostmotion.hold_against import hold_against
 from lostmotion.recordings import Campaign
@@ -67,7 +67,7 @@ class Significance:
 
 
 @dataclass
-class FittedModel(ModelResult):
+class FittedModel(WhitenedResult):
     """A baseline model with effects, fitted to a campaign.
 
     Attributes

@@ -176,3 +176,26 @@ def fit_noise(residual: FloatArray, time_s: FloatArray, starts: IntArray, column
             phi[r] = own
             sigma[r] = np.sqrt(variance * inflate)
     return Noise(phi, np.maximum(sigma, NOISE_LEAST_ARCSEC))
+
+
+def whitened_runs(residual: FloatArray, time_s: FloatArray, starts: IntArray) -> list[FloatArray]:
+    """Whiten a residual by its own autoregression, run by run.
+
+    Parameters
+    ----------
+    residual, time_s : ndarray of shape (n,)
+        Arc seconds and seconds of every sample.
+    starts : ndarray of shape (runs + 1,)
+
+    Returns
+    -------
+    list of ndarray
+        Innovations over their standard deviation: independent and of unit variance where the
+        residual is the noise. A run that is too short is left out.
+    """
+    noise = fit_noise(residual, time_s, starts, 1)
+    return [
+        noise.whiten(residual[a:b, None], run)[:, 0]
+        for run, (a, b) in enumerate(pairwise(starts))
+        if b - a > noise.lags
+    ]

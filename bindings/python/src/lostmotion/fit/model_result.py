@@ -20,16 +20,18 @@ from lostmotion.units import ARCMIN, ARCSEC
 
 FloatArray = npt.NDArray[np.float64]
 
-AXES = {"torque_Nm": "torque, N m", "time_s": "time, s", "temperature_C": "temperature, °C"}
+AXES = {
+    "torque_Nm": "torque, N m",
+    "time_s": "time, s",
+    "temperature_C": "temperature, °C",
+    "model_arcmin": "fit, arcmin",
+}
 """How a figure calls what a residual is drawn against."""
 
 
 ORDERS, ORDERS_DRAWN = 8.0, 800
 """Largest order of a spectrum unless another is requested, and orders that are drawn: chosen, for
 kinematic errors are of orders 2 and 4 of the input."""
-
-LAGS = 50
-"""Lags of an autocorrelation unless others are requested."""
 
 
 def amplitudes(angle_rad: FloatArray, residual: FloatArray, order: FloatArray) -> FloatArray:
@@ -144,13 +146,22 @@ class ModelResult:
         )
         return figures.loops(torque, measured, model, labels)
 
+    def plot_predicted(self) -> Any:
+        """Draw measured against predicted lost motion, run by run; a Plotly figure."""
+        columns, labels = self.samples(), self.fitted_base().conditions.labels
+        measured, model = (
+            self.by_runs(columns[name]) for name in ("measured_arcmin", "model_arcmin")
+        )
+        return figures.predicted(model, measured, labels)
+
     def plot_residuals(self, against: str = "torque_Nm") -> Any:
         """Draw the residual against a recorded column; a Plotly figure.
 
         Parameters
         ----------
         against : str
-            A column as `to_dataframe` has it: ``"time_s"``, ``"temperature_C"`` ...
+            A column as `to_dataframe` has it: ``"time_s"``, ``"temperature_C"``,
+            ``"model_arcmin"`` (the fit) ...
         """
         columns, labels = self.samples(), self.fitted_base().conditions.labels
         if against not in columns or against == "run":
@@ -184,14 +195,6 @@ class ModelResult:
             raise InputError("plot_spectrum", f"{turns_of}_angle_rad", "no such column", expected)
         order = np.linspace(orders / ORDERS_DRAWN, orders, ORDERS_DRAWN)
         return figures.spectrum(order, amplitudes(angle, self.residuals, order), turns_of)
-
-    def plot_autocorrelation(self, lags: int = LAGS) -> Any:
-        """Draw the autocorrelation of the residual; a Plotly figure."""
-        return figures.autocorrelation(self.by_runs(self.residuals), lags)
-
-    def plot_normal(self) -> Any:
-        """Draw the residual against a normal distribution; a Plotly figure."""
-        return figures.normal_quantiles(self.residuals)
 
     def fit_report(self) -> str:
         """Print the result and its parameters."""

@@ -17,7 +17,8 @@ from lostmotion.recordings import say_findings
 from lostmotion.report.evidence import alike_figure, dots_figure, shape_figure
 from lostmotion.report.ladder import ladder_figure
 from lostmotion.report.overlay import overlay_figure
-from lostmotion.report.page import Figure, Notes, PageTable, Section
+from lostmotion.report.page import Figure, Notes, PageTable, Section, plot_blocks
+from lostmotion.report.plots import plots_of
 from lostmotion.report.residual_grids import grids_figure
 from lostmotion.report.sources import sources_of
 from lostmotion.report.svg import signs
@@ -279,6 +280,7 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
     if after.terms:
         residuals.append(("added", after.residual()))
     section.blocks.append(grids_figure(c, residuals, floor, drive.name))
+    section.blocks += plot_blocks(plots_of(model))
     held = model.not_fitted()
     bound = {name: value for name, value in model.at_bound().items() if name not in held}
     fitted = list(zip(model.names, model.values, model.standard_errors, strict=True))

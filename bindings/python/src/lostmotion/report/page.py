@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lostmotion import __version__
+from lostmotion.report.plots import NOT_INSTALLED, Plot, drawing_script, installed, plot_html
 
 WIDE, NARROW = 940.0, 360.0
 """Widths for which each picture is drawn: a page or a screen, and a telephone."""
@@ -149,7 +150,7 @@ class Section:
     title: str
     lead: str
     facts: list[tuple[str, str]] = field(default_factory=list)
-    blocks: list[Figure | PageTable | Notes | Raw] = field(default_factory=list)
+    blocks: list[Figure | PageTable | Notes | Raw | Plot] = field(default_factory=list)
     sources: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -178,7 +179,7 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
             out.append(f'<li><a href="#s{i}">{escape(section.title)}</a></li>')
         out.append("</ol></nav>")
     out.append("</header><main>")
-    figures = 0
+    figures = plots = 0
     for i, section in enumerate(sections, 1):
         numbered = f'<span class="n">{i}</span> ' if len(sections) > 1 else ""
         out.append(f'<section id="s{i}"><h2>{numbered}{escape(section.title)}</h2>')
@@ -192,13 +193,23 @@ def render(title: str, lead: str, sections: Sequence[Section], command: str) -> 
                 out.append(rows_html(block))
             elif isinstance(block, Raw):
                 out.append(block.html)
+            elif isinstance(block, Plot):
+                plots += 1
+                out.append(plot_html(block, f"plot{plots}"))
             else:
                 out.append(notes_html(block))
         out.append("</section>")
     out.append("</main>")
+    if plots:
+        out.append(drawing_script())
     out.append(_provenance(sections, command))
     out.append("</body></html>")
     return "\n".join(out) + "\n"
+
+
+def plot_blocks(plots: Sequence[Plot]) -> list[Plot | Notes]:
+    """Return plots as blocks of a section, or a note where nothing can draw them."""
+    return list(plots) if installed() else [Notes("Residual plots", [NOT_INSTALLED])]
 
 
 def facts_html(facts: Sequence[tuple[str, str]]) -> str:
@@ -309,6 +320,10 @@ nav ol {{ margin: 0; padding-left: 1.4rem; }}
 figure {{ margin: 1.8rem 0 2.4rem; break-inside: avoid; }}
 figure svg {{ display: block; width: 100%; height: auto; }}
 figure svg svg {{ display: inline; }}
+.chart {{ height: 26rem; }}
+.files button {{ border: 0; padding: 0; background: none; color: #005a8d; font: inherit;
+  text-decoration: underline; cursor: pointer; }}
+figure.plot svg {{ display: inline; width: auto; }}
 .narrow {{ display: none; }}
 figcaption {{ margin-top: .7rem; font-size: .9rem; line-height: 1.45; color: #3c4043;
   max-width: 52rem; }}

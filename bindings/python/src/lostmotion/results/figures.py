@@ -39,9 +39,18 @@ def plotly() -> ModuleType:
     return go  # type: ignore[no-any-return]
 
 
-def drawn(count: int) -> slice:
-    """Choose the samples of a run that are drawn: evenly spaced."""
-    return slice(None, None, max(1, -(-count // POINTS_MAX)))
+POINTS_ALL = 30_000
+"""Samples of all runs together that are drawn: a figure of some 300 KB."""
+
+
+def drawn(count: int, total: int = 0) -> slice:
+    """Choose the samples of a run that are drawn: evenly spaced, of `total` in all runs."""
+    return slice(None, None, max(1, -(-count // POINTS_MAX), -(-total // POINTS_ALL)))
+
+
+def single(values: FloatArray) -> npt.NDArray[np.float32]:
+    """Give values in the precision of a screen, in which a page is half as large."""
+    return np.asarray(values, np.float32)
 
 
 def framed(go: Any, title: str, x: str, y: str) -> Any:
@@ -70,8 +79,8 @@ def loops(
             ("measured", "model"), (MEASURED, MODEL), angles, strict=True
         ):
             figure.add_scattergl(
-                x=torque[kept],
-                y=angle[kept],
+                x=single(torque[kept]),
+                y=single(angle[kept]),
                 name=f"run {label}, {name}",
                 legendgroup=str(label),
                 mode="lines",
@@ -95,11 +104,44 @@ def residuals(
     """
     go = plotly()
     figure = framed(go, "Residual", axis, "residual, arcsec")
+    total = sum(x.size for x in against)
     for x, residual, label in zip(against, residual_arcsec, labels, strict=True):
-        kept = drawn(x.size)
+        kept = drawn(x.size, total)
         figure.add_scattergl(
-            x=x[kept], y=residual[kept], name=f"run {label}", mode="markers", marker={"size": 3}
+            x=single(x[kept]),
+            y=single(residual[kept]),
+            name=f"run {label}",
+            mode="markers",
+            marker={"size": 3},
         )
+    return figure
+
+
+def predicted(
+    model_arcmin: Sequence[FloatArray],
+    measured_arcmin: Sequence[FloatArray],
+    labels: Sequence[int | str],
+) -> Any:
+    """Draw measured against predicted lost motion, run by run, with the line of equality."""
+    go = plotly()
+    figure = framed(
+        go, "Measured against predicted", "predicted lost motion, arcmin", "measured, arcmin"
+    )
+    total = sum(model.size for model in model_arcmin)
+    for model, measured, label in zip(model_arcmin, measured_arcmin, labels, strict=True):
+        kept = drawn(model.size, total)
+        figure.add_scattergl(
+            x=single(model[kept]),
+            y=single(measured[kept]),
+            name=f"run {label}",
+            mode="markers",
+            marker={"size": 3},
+        )
+    ends = [
+        min(float(run.min()) for run in model_arcmin),
+        max(float(run.max()) for run in model_arcmin),
+    ]
+    figure.add_scatter(x=ends, y=ends, mode="lines", name="equal", line={"dash": "dot"})
     return figure
 
 
@@ -111,14 +153,15 @@ def spectrum(order: FloatArray, amplitude_arcsec: FloatArray, turns_of: str) -> 
     return figure
 
 
-def autocorrelation(residual_arcsec: Sequence[FloatArray], lags: int) -> Any:
-    """Draw how the residual of neighbouring samples correlates, over all runs.
+def autocorrelation(whitened: Sequence[FloatArray], lags: int) -> Any:
+    """Draw the autocorrelation of a whitened residual, pooled over runs.
 
     The band is what independent samples stay within, 95 of 100 times.
     """
     go = plotly()
-    figure = framed(go, "Autocorrelation of the residual", "lag, samples", "correlation")
-    runs = [run - run.mean() for run in residual_arcsec if run.size > 1]
+    title = "Autocorrelation of the whitened residual"
+    figure = framed(go, title, "lag, samples", "correlation")
+    runs = [run - run.mean() for run in whitened if run.size > 1]
     lags = min(lags, max(run.size for run in runs) - 1)
     power = sum(float(run @ run) for run in runs)
     products = [
@@ -131,17 +174,19 @@ def autocorrelation(residual_arcsec: Sequence[FloatArray], lags: int) -> Any:
     return figure
 
 
-def normal_quantiles(residual_arcsec: FloatArray) -> Any:
-    """Draw the quantiles of the residual against those of a normal distribution of its rms."""
+def normal_quantiles(whitened: FloatArray) -> Any:
+    """Draw the quantiles of a whitened residual against those of a normal distribution."""
     from scipy.special import ndtri
 
     go = plotly()
-    figure = framed(go, "Residual against normal", "normal quantile, arcsec", "residual, arcsec")
-    found = np.sort(residual_arcsec)
-    share = (np.arange(found.size) + 0.5) / found.size
-    normal = np.sqrt(np.mean(found**2)) * ndtri(share)
+    title = "Quantiles of the whitened residual"
+    figure = framed(go, title, "normal quantile", "quantile of the whitened residual")
+    found = np.sort(whitened)
+    normal = ndtri((np.arange(found.size) + 0.5) / found.size)
     kept = drawn(found.size)
-    figure.add_scattergl(x=normal[kept], y=found[kept], mode="markers", name="residual")
+    figure.add_scattergl(
+        x=single(normal[kept]), y=single(found[kept]), mode="markers", name="residual"
+    )
     ends = [normal[0], normal[-1]]
     figure.add_scatter(x=ends, y=ends, mode="lines", name="normal", line={"dash": "dot"})
     return figure

@@ -11,6 +11,7 @@ from lostmotion.report.page import (
     Figure,
     FigureData,
     Notes,
+    Raw,
     Section,
     facts_html,
     notes_html,
@@ -48,8 +49,9 @@ def render_section(section: Section) -> Rendered:
             parts.append(rows_html(block))
         elif isinstance(block, Notes):
             parts.append(notes_html(block))
-        else:
+        elif isinstance(block, Raw):
             parts.append(block.html)
+        # Residual plots have a panel of their own, of the current model.
     out.html = f'<div class="report">{"".join(parts)}</div>'
     return out
 

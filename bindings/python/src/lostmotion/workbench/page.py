@@ -25,6 +25,7 @@ from lostmotion.workbench.handing_out import ExportPanel
 from lostmotion.workbench.measured import DrivePanel, MeasuredPanel, WherePanel
 from lostmotion.workbench.missing import AlikePanel, EffectsPanel, NextPanel
 from lostmotion.workbench.panel import Panel, action
+from lostmotion.workbench.plots import PlotsPanel
 from lostmotion.workbench.work import Work
 
 STYLE = Path(__file__).with_name("style.css")
@@ -75,6 +76,7 @@ class Page:
             DrivePanel(bench, work, self.load_example),
             MeasuredPanel(bench, work),
             WherePanel(bench, work),
+            PlotsPanel(bench, work),
             EffectsPanel(bench, work),
             AlikePanel(bench, work),
             NextPanel(bench, work),

@@ -1,0 +1,32 @@
+"""Results that whiten their residual by its own noise: autocorrelation and quantiles of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lostmotion.evidence.noise import whitened_runs
+from lostmotion.fit.model_result import FloatArray, ModelResult
+from lostmotion.results import figures
+
+LAGS = 50
+"""Lags of an autocorrelation unless others are requested."""
+
+
+class WhitenedResult(ModelResult):
+    """A result whose residual can be tested for being noise."""
+
+    def whitened(self) -> list[FloatArray]:
+        """Residual of each run, whitened: independent and of unit variance where it is noise."""
+        base = self.fitted_base()
+        c = base.conditions
+        return whitened_runs(base.residual(), c.time_s, c.starts)
+
+    def plot_autocorrelation(self, lags: int = LAGS) -> Any:
+        """Draw the autocorrelation of the whitened residual; a Plotly figure."""
+        return figures.autocorrelation(self.whitened(), lags)
+
+    def plot_normal(self) -> Any:
+        """Draw the quantiles of the whitened residual against normal ones; a Plotly figure."""
+        return figures.normal_quantiles(np.concatenate(self.whitened()))

@@ -1,0 +1,133 @@
+"""Plots of a fitted result that can be zoomed and whose runs can be toggled, by Plotly.
+
+The figures are those that the result gives in Python; here each gets its title and caption. A page
+holds Plotly itself, packed, and unpacks it when the first plot comes into view.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from html import escape
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from lostmotion.discover.fitted_model import FittedModel
+from lostmotion.discover.whitened_result import WhitenedResult
+
+SCRIPT = Path(__file__).with_name("plots.js")
+
+NOT_INSTALLED = "Residual plots need Plotly: pip install 'lostmotion[plot]'."
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A plot of a result.
+
+    Attributes
+    ----------
+    name : str
+        Short, for menus and places in a page.
+    title, caption : str
+        What it shows, and how to read it. Plain text.
+    make : callable
+        Gives the Plotly figure.
+    """
+
+    name: str
+    title: str
+    caption: str
+    make: Callable[[], Any]
+
+
+def installed() -> bool:
+    """Whether Plotly is there to draw with."""
+    return find_spec("plotly") is not None
+
+
+def plots_of(result: WhitenedResult) -> list[Plot]:
+    """Return the plots by which the residual of a result is judged."""
+    found = [
+        Plot(
+            "time",
+            "Residual against time",
+            "Drift, steps and warming-up show as a trend within the runs.",
+            lambda: result.plot_residuals("time_s"),
+        ),
+        Plot(
+            "fit",
+            "Residual against the fit",
+            "A residual that bends over the fitted lost motion is an error of the model's form.",
+            lambda: result.plot_residuals("model_arcmin"),
+        ),
+        Plot(
+            "predicted",
+            "Measured against predicted",
+            "Each run by itself; a run off the line of equality has another stiffness or gap.",
+            result.plot_predicted,
+        ),
+        Plot(
+            "autocorrelation",
+            "Autocorrelation of the whitened residual",
+            "The residual after whitening by its autoregression. Bars outside the band (95 %) are "
+            "correlation that the noise model does not have.",
+            result.plot_autocorrelation,
+        ),
+        Plot(
+            "quantiles",
+            "Normal quantiles of the whitened residual",
+            "Noise lies on the line; ends beside it are outliers or an effect that acts rarely.",
+            result.plot_normal,
+        ),
+    ]
+    columns = result.fitted_base().conditions.columns
+    if "input_angle_rad" in columns:
+        found.append(
+            Plot(
+                "spectrum",
+                "Spectrum of the residual over orders",
+                "Amplitude by the order of an input turn: kinematic errors have 2 and 4.",
+                result.plot_spectrum,
+            )
+        )
+    if isinstance(result, FittedModel):
+        found.append(
+            Plot(
+                "correlations",
+                "Correlations of the estimated parameters",
+                "Near 1 or -1 the recordings determine a combination of two parameters alone.",
+                result.plot_correlations,
+            )
+        )
+    return found
+
+
+def plot_html(plot: Plot, place: str) -> str:
+    """Write a plot as a piece of a page; `place` names it there."""
+    figure = plot.make()
+    figure.update_layout(title=None, margin={"l": 60, "r": 20, "t": 20, "b": 50})
+    data = figure.to_json().replace("<", "\\u003c").replace("&", "\\u0026")
+    return (
+        f'<figure class="plot"><div class="chart" id="{place}" role="group" '
+        f'aria-label="{escape(plot.title)}"></div>'
+        f'<script type="application/json" id="{place}-data">{data}</script>'
+        f"<figcaption><b>{escape(plot.title)}.</b> {escape(plot.caption)} Drag to zoom, click a "
+        'run in the legend to hide it. <span class="files"><button type="button" '
+        f'data-csv="{place}">numbers (CSV)</button></span></figcaption></figure>'
+    )
+
+
+@cache
+def drawing_script() -> str:
+    """Plotly, packed, and the script that unpacks it and draws what comes into view."""
+    from plotly.offline import get_plotlyjs
+
+    packed = base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
+    return (
+        f'<script type="text/plain" id="plotly-packed">{packed}</script>'
+        f"<script>{SCRIPT.read_text('utf-8')}</script>"
+    )

@@ -1,0 +1,58 @@
+"""Residual plots of the current model: is what remains noise?"""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from lostmotion.report.plots import NOT_INSTALLED, installed, plots_of
+from lostmotion.report.wording import words
+from lostmotion.workbench.bench import Bench
+from lostmotion.workbench.panel import Panel
+from lostmotion.workbench.work import Work
+
+
+class PlotsPanel(Panel):
+    """The plots by which a residual is judged, of the model that is shown at the left."""
+
+    name, title = "plots", "Residual plots"
+    of_recordings = True
+
+    def __init__(self, bench: Bench, work: Work) -> None:
+        super().__init__(bench, work)
+        self.chosen = "time"
+
+    def draw(self) -> None:
+        """Draw into the place."""
+        if not installed():
+            self.hint(NOT_INSTALLED)
+            return
+        result = self.bench.model or self.bench.comparison
+        assert result is not None
+        plots = {plot.name: plot for plot in plots_of(result)}
+        if self.chosen not in plots:
+            self.chosen = next(iter(plots))
+        plot = plots[self.chosen]
+        added = ", ".join(words(name) for name in self.bench.chosen) or "baseline model"
+        with ui.element("div").classes("line"):
+            ui.select(
+                {name: one.title for name, one in plots.items()},
+                value=self.chosen,
+                label="plot",
+                on_change=lambda event: self.choose(event.value),
+            ).props("dense outlined options-dense").style("min-width: 260px").mark("plot")
+            ui.label(f"Of the current model: {added}.").classes("soft small")
+        figure = plot.make()
+        figure.update_layout(
+            title=None,
+            margin={"l": 60, "r": 10, "t": 10, "b": 50},
+        )
+        drawn = figure.to_plotly_json()
+        drawn["config"] = {"displaylogo": False, "responsive": True}
+        shown = ui.plotly(drawn).classes("plot")
+        shown.props(f'role=group aria-label="{plot.title}"')
+        self.html(f'<p class="small">{plot.caption} Drag to zoom, double-click to reset.</p>')
+
+    def choose(self, name: str) -> None:
+        """Show another plot."""
+        self.chosen = name
+        self.redraw()
