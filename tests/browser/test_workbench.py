@@ -31,6 +31,7 @@ TABS = (
     "Drive",
     "Measured",
     "Where it fails",
+    "Residual plots",
     "Effects",
     "Confounded",
     "Next run",
@@ -74,6 +75,11 @@ class View:
             "Emulation.setDeviceMetricsOverride",
             {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
         )
+
+    def scheme(self, name: str) -> None:
+        """Prefer light or dark, as the settings of a system do."""
+        features = [{"name": "prefers-color-scheme", "value": name}]
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
 
     def wait(self, what: Callable[[], Any], why: str) -> Any:
         """Wait until something holds; elements that were drawn anew meanwhile are no harm."""
@@ -629,13 +635,14 @@ def test_every_tab_keeps_the_guidelines_for_accessible_pages(
         view.wait(lambda: "11 runs" in view.text(".top"), "the recordings")
         view.idle()
         view.driver.execute_script(axe)
-        for width in WIDTHS:
+        for scheme, width in itertools.product(("light", "dark"), WIDTHS):
             view.size(width)
+            view.scheme(scheme)
             for tab in TABS:
                 view.turn_to(tab)
                 view.idle()
                 found = view.driver.execute_async_script(AXE)
-                assert found == [], f"{tab} at {width}"
+                assert found == [], f"{tab} at {width}, {scheme}"
         # What opens the dialog of files hears the button, which the keyboard reaches.
         view.driver.execute_script(
             "HTMLInputElement.prototype.click = function () { window.picked = this.type }"

@@ -27,7 +27,16 @@ from lostmotion.predict import predict
 from lostmotion.report import Section, drive_section
 from lostmotion.report.chart import Axes, axis_range
 from lostmotion.report.mesh import make_mesh
-from lostmotion.report.page import Figure, FigureData, Notes, PageTable, Raw, render, script_json
+from lostmotion.report.page import (
+    Block,
+    Figure,
+    FigureData,
+    Notes,
+    PageTable,
+    Raw,
+    render,
+    script_json,
+)
 from lostmotion.report.sources import file_fingerprint
 from lostmotion.report.svg import BLUE, INK, ORANGE, SMALL_SIZE, Drawing, signs
 from lostmotion.report.teeth import View, draw_view
@@ -322,7 +331,7 @@ def _history_figure(result: SearchResult) -> Figure:
 
 
 def _why_section(result: SearchResult, context: Context, drive: Drive) -> Section:
-    blocks: list[Figure | PageTable | Notes | Raw] = []
+    blocks: list[Block] = []
     facts: list[tuple[str, str]] = []
     seen = result.certificate or {}
     if context.starts and result.front:
@@ -585,9 +594,9 @@ def _account_section(result: SearchResult, context: Context) -> Section:
     )
 
 
-def _account(result: SearchResult, context: Context) -> list[Figure | PageTable | Notes | Raw]:
+def _account(result: SearchResult, context: Context) -> list[Block]:
     lines = _combination_lines(result.folder)
-    blocks: list[Figure | PageTable | Notes | Raw] = [
+    blocks: list[Block] = [
         Notes(f"How every combination ended: {len(lines)}", lines, len(lines) > 12)
     ]
     if result.assumed:
@@ -605,7 +614,7 @@ def _nothing_section(result: SearchResult, context: Context) -> Section:
         (limit_name(limit["limit"]), rounded_up(relaxation(limit)[0]), relaxation(limit)[1])
         for limit in (result.infeasible or {}).get("relax", [])
     ]
-    blocks: list[Figure | PageTable | Notes | Raw] = []
+    blocks: list[Block] = []
     if rows:
         blocks.append(
             PageTable(

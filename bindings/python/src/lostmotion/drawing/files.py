@@ -11,7 +11,7 @@ from lostmotion.drawing.profiles import gear_profiles, rim_contours
 from lostmotion.errors import LostMotionError
 from lostmotion.files import write_whole
 from lostmotion.model import DesignModel
-from lostmotion.report.page import Figure, Notes, PageTable, Raw, Section, render
+from lostmotion.report.page import Block, PageTable, Section, render
 from lostmotion.report.svg import Array
 
 NO_EZDXF = "DXF needs the package ezdxf: pip install 'lostmotion[dxf]'; --csv-only leaves it out"
@@ -43,7 +43,7 @@ def write_drawing(
     curves, table = curves_of(model), drawing_table(model)
     texts = {f"{curve}.csv": csv_of(points) for curve, points in curves.items()}
     texts["table.csv"] = csv_table(table)
-    blocks: list[Figure | PageTable | Notes | Raw] = [page_table(table), deviation_table(model)]
+    blocks: list[Block] = [page_table(table), deviation_table(model)]
     section = Section("Both gears", "Dimensions in mm.", blocks=blocks)
     lead = "Undeformed, 20 degrees C. The flexspline is measured free, without its generator."
     texts["table.html"] = render(f"Drawing of {name}", lead, [section], command)

@@ -135,6 +135,10 @@ class Raw:
     html: str
 
 
+Block = Figure | PageTable | Notes | Raw | Plot
+"""What a section is made of."""
+
+
 @dataclass
 class Section:
     """What is stated of one drive or one comparison.
@@ -150,7 +154,7 @@ class Section:
     title: str
     lead: str
     facts: list[tuple[str, str]] = field(default_factory=list)
-    blocks: list[Figure | PageTable | Notes | Raw | Plot] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
     sources: list[tuple[str, str]] = field(default_factory=list)
 
 

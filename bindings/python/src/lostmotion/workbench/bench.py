@@ -70,6 +70,8 @@ class Bench:
         doing it again costs nothing.
     version : int
         Grows with every change.
+    opened : str
+        Panel that was opened last: a page that is loaded again shows it.
     """
 
     folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="lostmotion-")))
@@ -88,6 +90,7 @@ class Bench:
     rivals: Rivals | None = None
     ranking: dict[str, Any] | None = None
     version: int = 0
+    opened: str = ""
 
     # --- loading ---------------------------------------------------------------------------------
 

@@ -56,6 +56,10 @@ class EffectsPanel(Panel):
             name = self.bench.need_drive().name
             self.figure(ladder_figure(model.ladder, model.noise_floor_arcsec, name))
         self.html("<h3>Effects: tick to add, and the model is fitted anew</h3>")
+        ui.input("search effects", on_change=lambda event: self.search(event.value)).props(
+            "dense outlined stack-label clearable"
+        ).mark("search")
+        self.rows: list[tuple[str, ui.element]] = []
         entries = self.entries()
         for entry in entries:
             if entry["testable"]:
@@ -65,6 +69,12 @@ class EffectsPanel(Panel):
             for entry in entries:
                 if not entry["testable"]:
                     self.row(entry)
+
+    def search(self, text: str | None) -> None:
+        """Show only the effects whose name or mechanism has these words."""
+        wanted = (text or "").lower().split()
+        for said, row in self.rows:
+            row.set_visibility(all(word in said for word in wanted))
 
     def find(self) -> None:
         """Start the diagnosis."""
@@ -106,7 +116,7 @@ class EffectsPanel(Panel):
         ):
             lines.append(", ".join(known))
         if entry.get("confused_with") and entry["testable"]:
-            lines.append("looks like " + ", ".join(map(words, entry["confused_with"])))
+            lines.append("confounded with " + ", ".join(map(words, entry["confused_with"])))
         row = ui.element("div").classes("effect" + ("" if entry["testable"] else " closed"))
         with row:
             box = ui.checkbox(
@@ -123,13 +133,15 @@ class EffectsPanel(Panel):
                     f'<div style="width:{share:.0f}%"></div></div></div>'
                 )
             self.html(escape("; ".join(lines))).classes("about")
+        self.rows.append((" ".join([words(name), *lines]).lower(), row))
 
     def tick(self, name: str, wanted: bool) -> None:
         """Add an effect to the model or take it out."""
         names = [one for one in self.bench.chosen if one != name]
         if wanted:
             names.append(name)
-        if self.work.start("fitting", lambda: self.bench.choose(names, self.work.tick)) is None:
+        doing = f"fitting {' + '.join(map(words, names)) or 'the baseline model'}"
+        if self.work.start(doing, lambda: self.bench.choose(names, self.work.tick)) is None:
             self.redraw()
 
 

@@ -84,11 +84,13 @@ class Page:
             ExportPanel(bench, work),
         ]
         self.seen: tuple[int, int] | None = None
-        self.open = self.panels[0]
+        opened = (panel for panel in self.panels if panel.name == bench.opened)
+        self.open = next(opened, self.panels[0])
 
     def build(self) -> None:
         """Make the page."""
         ui.colors(primary="#0077bb")
+        ui.dark_mode(None)  # as the system has it
         ui.add_css(STYLE)
         ui.add_head_html(WITHOUT_TOKEN)
         ui.page_title("lostmotion workbench")
@@ -279,6 +281,7 @@ class Page:
             panel.place.set_visibility(panel.name == name)
             if panel.name == name:
                 self.open = panel
+                self.bench.opened = name
                 panel.update()
 
     def refresh(self) -> None:

@@ -1,4 +1,4 @@
-"""Residual plots of the current model: is what remains noise?"""
+"""Residual plots of the current model, by which one sees whether the residual is noise."""
 
 from __future__ import annotations
 
