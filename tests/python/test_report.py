@@ -8,6 +8,7 @@ import io
 import itertools
 import json
 import math
+import re
 import xml.etree.ElementTree as ET
 from functools import cache
 from html.parser import HTMLParser
@@ -499,6 +500,18 @@ def test_page_refers_to_nothing_outside_itself(report, page):
     inside = inside.replace("http://www.w3.org/2000/svg".replace(":", "%3A"), "")
     for outside in ("http://", "https://", "@import", "url(", "//cdn"):
         assert outside not in inside
+
+
+def test_a_page_draws_its_plots_by_itself(page, report):
+    text = report.read_text(encoding="utf-8")
+    places = re.findall(r'class="chart" id="(\w+)"', text)
+    assert places
+    for place in places:
+        data = re.search(f'<script type="application/json" id="{place}-data">(.*?)</script>', text)
+        assert data is not None
+        assert json.loads(data[1])["data"], place
+        assert f'data-csv="{place}"' in text
+    assert text.count('id="plotly-packed"') == 1
 
 
 def test_page_says_how_it_was_made(page):

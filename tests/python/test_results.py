@@ -119,6 +119,11 @@ def test_figures_hold_every_run(campaign: lm.Campaign, fitted: lm.FittedModel) -
     by_lag = fitted.plot_autocorrelation(5).data[0].y
     assert len(by_lag) == 6
     assert by_lag[0] == pytest.approx(1.0)
+    # What a fit with the right effect leaves is noise: whitened, its rms is 1.
+    assert np.concatenate(fitted.whitened()).std() == pytest.approx(1.0, abs=0.05)
+    predicted = fitted.plot_predicted()
+    assert [trace.name for trace in predicted.data[:-1]] == [f"run {run}" for run in RUNS]
+    assert len(fitted.plot_residuals("model_arcmin").data) == len(RUNS)
     normal = fitted.plot_normal().data[0]
     assert list(normal.y) == sorted(normal.y)
     correlated = np.asarray(fitted.plot_correlations().data[0].z)

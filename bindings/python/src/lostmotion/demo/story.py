@@ -191,7 +191,7 @@ def to_the_controller(
     log = make_log(campaign)
     models = {}
     with one_thread():
-        for name, added in (("baseline", []), ("fitted", effects)):
+        for name, added in (("base", []), ("fitted", effects)):
             models[name] = fit_model(drive, campaign, add=added)
             write_whole(folder / f"{name}.toml", format_toml(models[name].document(drive)))
     header = folder / "params.h"

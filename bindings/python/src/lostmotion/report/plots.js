@@ -14,8 +14,7 @@
     place.dataset.drawn = 'yes';
     await (unpacked ??= unpack());
     const figure = JSON.parse(document.getElementById(`${place.id}-data`).textContent);
-    const options = {responsive: true, displaylogo: false};
-    await Plotly.newPlot(place, figure.data, figure.layout, options);
+    await Plotly.newPlot(place, figure.data, figure.layout, figure.config);
   };
   const places = document.querySelectorAll('.chart');
   const watch = new IntersectionObserver(

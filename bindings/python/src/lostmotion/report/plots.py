@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -20,6 +21,15 @@ from lostmotion.discover.fitted_model import FittedModel
 from lostmotion.discover.whitened_result import WhitenedResult
 
 SCRIPT = Path(__file__).with_name("plots.js")
+
+CONFIG = {
+    "responsive": True,
+    "displaylogo": False,
+    "showSendToCloud": False,
+    "plotlyServerURL": "",
+    "modeBarButtonsToRemove": ["sendChartToCloud", "sendDataToCloud"],
+}
+"""How Plotly shows a plot: nothing leaves the page."""
 
 NOT_INSTALLED = "Residual plots need Plotly: pip install 'lostmotion[plot]'."
 
@@ -99,7 +109,7 @@ def plots_of(result: WhitenedResult) -> list[Plot]:
             Plot(
                 "correlations",
                 "Correlations of the estimated parameters",
-                "Near 1 or -1 the recordings determine a combination of two parameters alone.",
+                "Near 1 or −1 the recordings determine a combination of two parameters alone.",
                 result.plot_correlations,
             )
         )
@@ -110,7 +120,8 @@ def plot_html(plot: Plot, place: str) -> str:
     """Write a plot as a piece of a page; `place` names it there."""
     figure = plot.make()
     figure.update_layout(title=None, margin={"l": 60, "r": 20, "t": 20, "b": 50})
-    data = figure.to_json().replace("<", "\\u003c").replace("&", "\\u0026")
+    drawn = json.loads(figure.to_json()) | {"config": CONFIG}
+    data = json.dumps(drawn, separators=(",", ":")).replace("<", "\\u003c").replace("&", "\\u0026")
     return (
         f'<figure class="plot"><div class="chart" id="{place}" role="group" '
         f'aria-label="{escape(plot.title)}"></div>'

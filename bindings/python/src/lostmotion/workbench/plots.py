@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from lostmotion.report.plots import NOT_INSTALLED, installed, plots_of
+from lostmotion.report.plots import CONFIG, NOT_INSTALLED, installed, plots_of
 from lostmotion.report.wording import words
 from lostmotion.workbench.bench import Bench
 from lostmotion.workbench.panel import Panel
@@ -47,7 +47,7 @@ class PlotsPanel(Panel):
             margin={"l": 60, "r": 10, "t": 10, "b": 50},
         )
         drawn = figure.to_plotly_json()
-        drawn["config"] = {"displaylogo": False, "responsive": True}
+        drawn["config"] = CONFIG
         shown = ui.plotly(drawn).classes("plot")
         shown.props(f'role=group aria-label="{plot.title}"')
         self.html(f'<p class="small">{plot.caption} Drag to zoom, double-click to reset.</p>')
