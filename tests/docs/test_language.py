@@ -15,7 +15,7 @@ REPLACED = {
     "torsion curve": r"(?-i:\bbackbones?\b)(?! :|\(|, elastic)|\bcharacteristics?\b(?!\.h)",
     "baseline model": r"\b(the|a|fitted|larger) base(?! (circle|half|tangent|radius|line)| / R)\b"
     r"|\bbase (model\b|\+ )",
-    "residual": r"\bwhat is left\b(?! out)|\bmisses the\b|\bleft, arcsec|\bare left;",
+    "residual": r"\bwhat is left\b(?! out)|\bleft, arcsec|\bare left;",
     "leave-one-run-out error": r"\bheld[ -]out\b|\bunseen runs\b|\b(has|have) not seen\b",
     "data-sheet model": r"\bdrive \*?as it stands\b",
     "wave generator": r"(?<!wave )(?<!step )(?<!random )(?<!Recipes' )(?<!of the )"

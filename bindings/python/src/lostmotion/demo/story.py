@@ -43,7 +43,7 @@ from lostmotion.units import ARCMIN, ARCSEC
 JOINT = Path("joint")
 DRIVE, RECORDING = "joint.toml", "joint.csv.gz"
 SPECS = Path("specs")
-SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring wave generator": 2000}
+SEARCHES = {"robot joint": 3000, "instrument": 2000, "ring generator": 2000}
 """Specs, and the evaluations that each gets here in place of those it requires."""
 
 TITLE = "Case study: diagnosing and compensating a robot joint"
