@@ -1,8 +1,8 @@
-"""A cup and a rim by finite elements (scikit-fem): no formula of the library, and no thin walls.
+"""A cup, a rim and a tooth by finite elements (scikit-fem): no formula of the library, and no thin walls.
 
 Twist of a cup: with u = r psi the only displacement of torsion about an axis, the energy is
 pi G times the integral of r^3 |grad psi|^2 over the section. Deflection of a rim: plane stress in a
-quarter of an annulus.
+quarter of an annulus. Give of a tooth: plane strain, with the block that it stands on.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from skfem import (
     BilinearForm,
     ElementQuad2,
     ElementVector,
+    FacetBasis,
+    LinearForm,
     MeshQuad,
     asm,
     condense,
@@ -104,3 +106,48 @@ def rim_deflection(
     u, v = (moved[basis.nodal_dofs[axis][middle]] for axis in range(2))
     deflection = u * np.cos(angle[middle]) + v * np.sin(angle[middle])
     return angle[middle], deflection / deflection[0]
+
+
+def tooth_compliance_mm_per_N(
+    height_mm: float,
+    thickness_mm: float,
+    width_mm: float,
+    load_angle_rad: float,
+    youngs_modulus_MPa: float,
+    poisson: float,
+    depth: float = 8.0,
+) -> float:
+    """Give of a rectangular tooth on a block, along a force on its end; plane strain.
+
+    The force is spread over the end of the tooth, where its mean displacement is taken. The block is
+    `depth` tooth thicknesses deep and twice as wide, and held at its lower edge.
+    """
+    half, deep = thickness_mm / 2, depth * thickness_mm
+    far = [2.0**k * thickness_mm for k in range(int(math.log2(depth)) + 1)]
+    side = np.unique([*graded(0.0, half, pieces=6), *graded(half, *far, pieces=4)])
+    x = np.concatenate((-side[:0:-1], side))
+    below = -np.unique([*graded(0.0, half, pieces=6), *graded(half, *far, pieces=4), deep])[::-1]
+    y = np.concatenate((below, graded(0.0, height_mm, pieces=12)[1:]))
+    whole = MeshQuad.init_tensor(x, y)
+    middle = whole.p[:, whole.t].mean(axis=1)
+    mesh = whole.restrict(np.flatnonzero((middle[1] < 0) | (np.abs(middle[0]) < half)))
+    basis = Basis(mesh, ElementVector(ElementQuad2()))
+    shear = youngs_modulus_MPa / (2 * (1 + poisson))
+    lame = 2 * shear * poisson / (1 - 2 * poisson)
+
+    @BilinearForm
+    def energy(u, v, w):  # type: ignore[no-untyped-def]
+        strain = sym_grad(u)
+        return ddot(2 * shear * strain + lame * eye(trace(strain), 2), sym_grad(v))
+
+    direction = (math.cos(load_angle_rad), -math.sin(load_angle_rad))
+
+    @LinearForm
+    def end_force(v, w):  # type: ignore[no-untyped-def]
+        return (direction[0] * v[0] + direction[1] * v[1]) / thickness_mm
+
+    end = mesh.facets_satisfying(lambda x: np.isclose(x[1], height_mm))
+    load = asm(end_force, FacetBasis(mesh, basis.elem, facets=end)) / width_mm
+    held = basis.get_dofs(lambda x: np.isclose(x[1], y[0])).all()
+    moved = solve(*condense(asm(energy, basis), load, D=held))
+    return float(load @ moved) * width_mm

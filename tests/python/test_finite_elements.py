@@ -19,9 +19,17 @@ from lostmotion.core import core
 pytest.importorskip("skfem", reason="pip install scikit-fem: finite elements to compare with")
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from brute_force.finite_elements import Cup, cup_stiffness_Nm_per_rad, rim_deflection
+from brute_force.finite_elements import (
+    Cup,
+    cup_stiffness_Nm_per_rad,
+    rim_deflection,
+    tooth_compliance_mm_per_N,
+)
 
 STEEL_G_MPA = 8e4
+
+TOOTH_BOUND = 0.08
+"""Of a tooth as short as thick, no beam; Weber's tilt is that of a straight edge."""
 
 
 @pytest.mark.parametrize(
@@ -73,3 +81,25 @@ def test_rollers_deflect_the_rim_as_the_neutral_line_says(half_angle_deg: float)
         c.lib.lm_neutral_radius(line, angle, at, slope)
         assert (at[0] - radius_mm) / deflection_mm == pytest.approx(deflection, abs=0.005)
     assert np.ptp(found) > 1.8
+
+
+@pytest.mark.parametrize(
+    ("height_mm", "thickness_mm", "load_angle_deg"),
+    [(0.5, 0.5, 20), (0.7, 0.5, 20), (0.4, 0.5, 25), (0.5, 0.5, 10)],
+)
+def test_a_tooth_in_its_rim_gives_as_equation_6_and_the_tilt_say(
+    height_mm: float, thickness_mm: float, load_angle_deg: float
+) -> None:
+    # A force on a half plane moves it without bound, by the logarithm of its depth: 3 % from 4 to 8
+    # tooth thicknesses. The rim of a strain-wave gear has less than 4.
+    c, width_mm = core(), 10.0
+    angle = math.radians(load_angle_deg)
+    material = c.ffi.new("lm_tooth_material *", c.lib.lm_steel_tooth_material())
+    material.plane_strain = 1
+    bent, tilt = c.ffi.new("lm_tooth_compliance *"), c.ffi.new("lm_real *")
+    size = (height_mm, thickness_mm, width_mm, angle, material)
+    c.check(c.lib.lm_tooth_rectangle_compliance(*size, bent, c.ffi.NULL))
+    c.check(c.lib.lm_foundation_compliance(*size, tilt, c.ffi.NULL))
+    steel = (material.youngs_modulus_MPa, material.poisson_ratio)
+    found = tooth_compliance_mm_per_N(height_mm, thickness_mm, width_mm, angle, *steel, 4.0)
+    assert bent.total_mm_per_N + tilt[0] == pytest.approx(found, rel=TOOTH_BOUND)
