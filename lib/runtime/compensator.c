@@ -162,18 +162,34 @@ void lm_set_headroom(lm_compensator *compensator, const lm_headroom *headroom) {
   }
 }
 
+/* By how much further a torque winds the torsion curve than another does. */
+static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real more_Nm) {
+#if LM_PROFILE == LM_PROFILE_GAP
+  (void)parameters;
+  (void)torque_Nm;
+  return more_Nm;
+#else
+  return lm_evaluate_curve(&parameters->curve, torque_Nm + more_Nm) -
+         lm_evaluate_curve(&parameters->curve, torque_Nm);
+#endif
+}
+
 /* Begins to listen for ringing anew. */
-static void listen(lm_compensator *compensator) {
+static void listen_anew(lm_compensator *compensator) {
   compensator->turns = 0;
   compensator->turn_rad = compensator->correction_rad;
+#if LM_EFFECTS_MAX > 0
+  compensator->heard_Nm = compensator->memory.plays.torque_Nm;
+  compensator->turn_Nm = compensator->heard_Nm;
+#endif
   compensator->ticks = 0;
   compensator->standing &= ~LM_STATE_RINGING;
 }
 
-/* Of a motor that is at rest, the friction that holds it is known by its size alone: so much of
- * the fitted range may a torque be wrong by that is read off its current. Starting torques in
- * catalogues are 5 to 15 % of the rated one; chosen between them on tests/plant. */
-#define UNSURE_SHARE LM_REAL(0.09)
+/* What a wrong torque makes of the target, either way, where it makes most of it: at no load. */
+static void find_unsure(lm_compensator *c) {
+  c->unsure_rad = LM_REAL(0.5) * wind(c->parameters, -c->torque_error_Nm, 2 * c->torque_error_Nm);
+}
 
 /* What parameters determine of an instance. */
 static void prepare(lm_compensator *compensator) {
@@ -181,7 +197,7 @@ static void prepare(lm_compensator *compensator) {
   const lm_limits *limits = &parameters->limits;
   lm_real valid_Nm = parameters->valid.torque_Nm;
   lm_real fast_ticks = LARGEST;
-  if (parameters->watch.ringing_Hz > 0) {
+  if (LM_PROFILE != LM_PROFILE_GAP && parameters->watch.ringing_Hz > 0) {
     fast_ticks = 1 / (2 * parameters->watch.ringing_Hz * limits->period_s);
   }
   compensator->swing_ticks = fast_ticks < LARGEST ? (uint32_t)fast_ticks : 0u;
@@ -190,17 +206,16 @@ static void prepare(lm_compensator *compensator) {
   if (valid_Nm > 0) {
     compensator->usual_Nm = least(valid_Nm, parameters->torque_limit_Nm);
   }
-#if LM_PROFILE != LM_PROFILE_GAP
-  compensator->unsure_rad =
-      LM_REAL(0.5) * (lm_evaluate_curve(&parameters->curve, UNSURE_SHARE * compensator->usual_Nm) -
-                      lm_evaluate_curve(&parameters->curve, -UNSURE_SHARE * compensator->usual_Nm));
-#endif
+  find_unsure(compensator);
   compensator->settled_rad_s = limits->response_per_s * greatest(parameters->watch.noise_rad,
                                                                  RESTING * limits->correction_rad);
 #if LM_EFFECTS_MAX > 0
   compensator->needs = needs_of(parameters);
+  /* So much torque as winds the torsion curve by swing_rad, on the whole. */
+  compensator->swing_Nm = 2 * compensator->usual_Nm * compensator->swing_rad /
+                          wind(parameters, -compensator->usual_Nm, 2 * compensator->usual_Nm);
 #endif
-  listen(compensator);
+  listen_anew(compensator);
   lm_set_headroom(compensator, 0);
 }
 
@@ -219,6 +234,7 @@ static void rest(lm_compensator *compensator) {
     byte[i] = 0;
   }
   compensator->gain = 1;
+  compensator->torque_error_Nm = LARGEST; /* not declared */
 }
 
 lm_status lm_start_compensator(lm_compensator *compensator, const lm_parameters *parameters,
@@ -261,9 +277,7 @@ static lm_real hold(lm_real wish, lm_real most, uint32_t bit, uint32_t *status) 
   return with_sign_of(wish, most);
 }
 
-/* A swing ends: the correction has just turned round. Noise makes small turns on the way; what
- * counts is how far it is from the last turn that counted, more than swing_rad, and that it came
- * back. */
+/* A swing ends: more than the noise, and back from the last that counted. */
 NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
   int32_t turns = c->ticks < c->swing_ticks ? c->turns : 0;
   if (is_negative(swing_rad)) {
@@ -283,17 +297,55 @@ NOINLINE static void count_swing(lm_compensator *c, lm_real swing_rad) {
   c->ticks = 0;
 }
 
-/* The target of a correction that rang. It goes through a filter of the first order at SLOW_SHARE
- * of ringing_Hz: a loop that rang at that frequency or above has a tenth of its gain, or less. And
- * it is nearer to zero by what a torque of unknown friction may be wrong by, unsure_rad: as long as
- * it is no further off than that, the rest of it lies between zero and what is right, and the
- * output stands no worse than without a correction. */
+#if LM_EFFECTS_MAX > 0
+/* Listens to the torque, as late as the correction is behind its target. turn_Nm is as far as that
+ * got; a swing ends where it has come back by swing_Nm, whose sign says which way that is. */
+NOINLINE static void hear_torque(lm_compensator *c) {
+  lm_real back_Nm;
+  c->heard_Nm += (c->memory.plays.torque_Nm - c->heard_Nm) * (LM_REAL(0.25) * c->jerk_share);
+  back_Nm = c->heard_Nm - c->turn_Nm;
+  if (signs_differ(back_Nm, c->swing_Nm)) {
+    c->turn_Nm = c->heard_Nm;
+  } else if (!is_within(back_Nm, absolute(c->swing_Nm))) {
+    c->turn_Nm = c->heard_Nm;
+    c->swing_Nm = -c->swing_Nm;
+    count_swing(c, with_sign_of(c->swing_Nm, c->swing_rad));
+  } else {
+    /* on its way */
+  }
+}
+#endif
+
+/* The target of a correction that rang: nearer to zero by what the torque may be wrong by,
+ * unsure_rad, so that it lies between zero and what is right and the output is no worse than
+ * without; zero where nobody declared how wrong the torque may be. A filter of the first order at
+ * SLOW_SHARE of ringing_Hz takes it there: a loop that rang at that frequency or above has a tenth
+ * of its gain, or less. */
 #define SLOW_SHARE LM_REAL(0.1)
 NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
   lm_real ticks =
       2 * LM_PI * SLOW_SHARE * c->parameters->watch.ringing_Hz * c->parameters->limits.period_s;
-  c->slow_rad += (target_rad - c->slow_rad) * (ticks / (1 + ticks));
-  return c->slow_rad - clamp(c->slow_rad, -c->unsure_rad, c->unsure_rad);
+  lm_real sure_rad = target_rad - clamp(target_rad, -c->unsure_rad, c->unsure_rad);
+  c->slow_rad += (sure_rad - c->slow_rad) * (ticks / (1 + ticks));
+  return c->slow_rad;
+}
+
+/* Listens for ringing: to the correction where all that moves it is the torque, or slow. Noise
+ * makes small turns on the way; what counts is how far it is from the last turn that counted.
+ * Effects that take more than torque, temperature and time, a kinematic error above all, swing the
+ * correction without a torque, and that closes no loop: with them it listens to the torque. */
+static inline void listen(lm_compensator *c, lm_real before_rad_s) {
+  c->ticks += 1;
+#if LM_EFFECTS_MAX > 0
+  if (UNLIKELY(c->needs & NEEDS_MORE)) {
+    hear_torque(c);
+    return;
+  }
+#endif
+  if (signs_differ(before_rad_s, c->velocity_rad_s) &&
+      !is_within(c->correction_rad - c->turn_rad, c->swing_rad)) {
+    count_swing(c, c->correction_rad - c->turn_rad);
+  }
 }
 
 static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint32_t status) {
@@ -320,11 +372,7 @@ static inline uint32_t follow_target(lm_compensator *c, lm_real target_rad, uint
     reached_rad = hold(reached_rad, c->correction_end_rad, LM_STATE_POSITION_LIMITED, &status);
   }
   c->correction_rad = reached_rad;
-  c->ticks += 1;
-  if (signs_differ(before_rad_s, c->velocity_rad_s) &&
-      !is_within(reached_rad - c->turn_rad, c->swing_rad)) {
-    count_swing(c, reached_rad - c->turn_rad);
-  }
+  listen(c, before_rad_s);
   return status;
 }
 
@@ -447,7 +495,7 @@ lm_correction lm_settle_compensator(lm_compensator *compensator, const lm_condit
     compensator->velocity_rad_s = 0;
     compensator->acceleration_rad_s2 = 0;
     compensator->slow_rad = compensator->target_rad;
-    listen(compensator);
+    listen_anew(compensator);
     set_bounds(compensator);
     result.correction_rad = compensator->correction_rad;
     result.velocity_rad_s = 0;
@@ -467,7 +515,7 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
   }
   if (is_started(compensator)) {
     if ((compensator->standing & modes) != other) {
-      listen(compensator);
+      listen_anew(compensator);
     }
     compensator->standing = (compensator->standing & ~modes) | other;
   }
@@ -477,19 +525,6 @@ void lm_declare_memory_known(lm_compensator *compensator) {
   if (is_started(compensator)) {
     compensator->standing &= ~LM_STATE_MEMORY_UNKNOWN;
   }
-}
-
-/* How much further than the model's own torque the operators inside may let the torsion curve be
- * wound, as an angle; the torsion curve rises, so the ends of the range are the extremes. */
-static lm_real wind(const lm_parameters *parameters, lm_real torque_Nm, lm_real more_Nm) {
-#if LM_PROFILE == LM_PROFILE_GAP
-  (void)parameters;
-  (void)torque_Nm;
-  return more_Nm;
-#else
-  return lm_evaluate_curve(&parameters->curve, torque_Nm + more_Nm) -
-         lm_evaluate_curve(&parameters->curve, torque_Nm);
-#endif
 }
 
 /* The range that play i may still be in. At the start it was anywhere in its band. A rising load
@@ -595,6 +630,13 @@ lm_status lm_change_parameters(lm_compensator *compensator, const lm_parameters 
   }
   prepare(compensator);
   return LM_OK;
+}
+
+void lm_declare_torque_error(lm_compensator *compensator, lm_real error_Nm) {
+  if (is_started(compensator)) {
+    compensator->torque_error_Nm = error_Nm >= 0 ? least(error_Nm, LARGEST) : LARGEST;
+    find_unsure(compensator);
+  }
 }
 
 #if LM_PROFILE == LM_PROFILE_GAP

@@ -174,9 +174,9 @@ Options = tuple[str, ...]
 
 STACK_MAX, STACK_SOFT_MAX = 132, 216
 """With a floating-point unit; without, where numbers that wait for a call take registers."""
-RAM_MAX = 196
+RAM_MAX = 200
 RATIO_MAX = 1.5
-FLASH_MAX = 5728
+FLASH_MAX = 5760
 INSTRUCTIONS_MAX = {
     ("Cortex-M4F", "standard"): (202, 350),
     ("Cortex-M4F", "no envelope"): (202, 350),

@@ -139,6 +139,9 @@ static void begin(loop *l, const plant *joint, const command *wish, const lm_sav
     fprintf(stderr, "%s: %s\n", fault.input, lm_status_sentence(fault.status));
     exit(2);
   }
+  if (l->known.error_Nm > 0) {
+    lm_declare_torque_error(&l->compensator, (float)l->known.error_Nm);
+  }
 #if LM_PROFILE == LM_PROFILE_GAP
   torque_Nm = 0;
 #endif

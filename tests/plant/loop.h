@@ -31,6 +31,7 @@ typedef struct knowledge {
   double torque_factor;    /* on what library and table are stated */
   double temperature_off_K;
   int output_loop; /* the position loop closes on an encoder at the output */
+  double error_Nm; /* by how much the torque may be wrong, as the library is told; 0: not */
 } knowledge;
 
 typedef struct loop {

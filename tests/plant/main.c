@@ -23,7 +23,7 @@
 #define BRAKE_S 1.0
 #define RING_RAD (8 * ARCSEC)    /* unrest of a standing output, peak to peak, that is no ringing */
 #define CLOSE (1.1)              /* within 10 % of the best */
-#define NOISE_RAD (0.8 * ARCSEC) /* a count of the motor's encoder: nobody stands closer */
+#define NOISE_RAD (0.5 * ARCSEC) /* two thirds of a count of the motor's encoder */
 
 typedef struct step {
   double seconds, to_rad;
@@ -105,43 +105,50 @@ typedef struct trial {
   torque_source source;
   double gravity_share, torque_factor, temperature_off_K, temperature_C;
   int output_loop;
-  int known_worse; /* listed with its reason in the documentation */
+  int known_worse; /* than the best of the others: listed with its reason in the documentation */
+  double error_Nm; /* by how much the torque may be wrong, as the library is told; 0: not */
 } trial;
 
 static const trial trials[] = {
-    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1},
-    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0},
-    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1},
-    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0},
-    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0},
-    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0},
-    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0},
-    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0},
-    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0},
-    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0},
-    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0},
-    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1},
-    {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1},
-    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0},
-    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0},
-    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 1},
-    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0},
-    {&reversals, "torque 2.5 times too large", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0},
-    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0},
-    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0},
+    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0},
+    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
+    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0},
+    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
+    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
+    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
+    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0},
+    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
+    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
+    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
+    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
+    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
+    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0},
+    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
+    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
+    {&move_dwell, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1},
+    {&crossing, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1},
+    {&rest_at_zero, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1},
+    {&move_dwell, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5},
+    {&crossing, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5},
+    {&rest_at_zero, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5},
+    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0, 0},
+    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1, 0},
+    {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1, 0},
+    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0},
+    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0},
+    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 1, 0},
+    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0, 0},
+    {&reversals, "torque 2.5 times too large", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0, 0},
+    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0},
+    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0},
 };
 #define TRIALS ((int)(sizeof trials / sizeof trials[0]))
 
@@ -220,6 +227,7 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
   known.torque_factor = t->torque_factor;
   known.temperature_off_K = t->temperature_off_K;
   known.output_loop = t->output_loop;
+  known.error_Nm = t->error_Nm;
   loop_start(&l, how, t->source, &known, rate_Hz, &joint);
   for (k = 0; k < ticks; ++k) {
     double time_s = (double)k * period_s;
@@ -325,16 +333,15 @@ static int judge(const trial *t, double rate_Hz, const knowledge *known) {
     verdict = "RINGS";
     fine = 0;
   } else if (by[3].rms_rad > CLOSE * best + NOISE_RAD) {
-    verdict = "behind";
-    fine = 0;
+    verdict = t->known_worse ? "behind (known)" : "behind";
+    fine = t->known_worse;
   }
-  printf("%-25s %-25s %3.0f %8.1f %8.1f %8.1f %8.1f %6.1f %6.1f %6.2f %6x  %s%s\n", t->what->name,
+  printf("%-25s %-25s %3.0f %8.1f %8.1f %8.1f %8.1f %6.1f %6.1f %6.2f %6x  %s\n", t->what->name,
          t->wrong, rate_Hz / 1000, by[0].rms_rad / ARCSEC, by[1].rms_rad / ARCSEC,
          by[2].rms_rad / ARCSEC, by[3].rms_rad / ARCSEC, by[3].rest_rad / ARCSEC,
-         by[3].jump_rad / ARCSEC, by[3].fade_s, (unsigned)by[3].seen, verdict,
-         t->known_worse && !fine ? " (known)" : "");
+         by[3].jump_rad / ARCSEC, by[3].fade_s, (unsigned)by[3].seen, verdict);
   fflush(stdout);
-  return fine || t->known_worse;
+  return fine;
 }
 
 static int bench(void) {

@@ -59,12 +59,16 @@
  *
  * Ringing. A torque that is measured and not filtered can make the correction a limit cycle, at the
  * joint's resonance. Where the correction swings to and fro by more than 4 noise_rad, six times
- * running, each swing shorter than half a period of ringing_Hz, that is ringing
- * (LM_STATE_RINGING): from then on it follows its target through a filter at a tenth of ringing_Hz,
- * which is too slow to ring and still carries what stands, and stays nearer to zero by what 9 % of
- * the fitted torque make at no load: so much friction may hide the load of a motor whose current is
- * read at standstill, and within it a correction may be worse than none. It follows fast again, and
- * wholly, after lm_set_mode to another mode and back, lm_change_parameters or a start.
+ * running, each swing shorter than half a period of ringing_Hz, that is ringing (LM_STATE_RINGING).
+ * (Effects such as kinematic_error swing it without the torque, which closes no loop. With effects
+ * that need more than torque, temperature and time, the torque has to swing instead, filtered as
+ * the correction is, by as much as winds the torsion curve as far.) From then on the correction
+ * follows its target through a filter at a tenth of ringing_Hz, which is too slow to ring, and the
+ * target is as far nearer to zero as the torque may be wrong. How far that is the host declares
+ * (lm_declare_torque_error): the friction of a motor at rest hides in its current what a sensor
+ * shows. Where nothing was declared the correction goes to zero, and the axis is as without. It
+ * follows fast again, and wholly, after lm_set_mode to another mode and back, lm_change_parameters
+ * or a start. The gap profile takes no torque, and never rings.
  *
  * One instance is one struct of the caller's, a few hundred bytes at most; nothing is static. Not
  * reentrant for one instance: call its functions from one context, or hold the tick off meanwhile.
@@ -147,18 +151,22 @@ typedef struct lm_compensator {
   lm_real watched_rad;      /* the model at the last call */
   lm_real doubt_s;          /* for how long the correction has done harm */
   /* ringing */
-  lm_real swing_rad;    /* a longer one counts */
-  uint32_t swing_ticks; /* and takes less than this where it is fast; 0: none does */
-  lm_real turn_rad;     /* where the correction last turned round */
-  uint32_t ticks;       /* since then */
-  lm_real slow_rad;     /* the target while it rings, filtered */
-  lm_real unsure_rad;   /* what the target may be wrong by then */
-  int8_t turns;         /* swings to and fro in a row; its sign is the direction of the last */
-  uint8_t watching;     /* the watch has seen its first sample */
-  uint8_t zero_shared;  /* the measured lost motion has the model's zero */
-  uint32_t standing;    /* status bits that last */
+  lm_real swing_rad;       /* a longer one counts */
+  uint32_t swing_ticks;    /* and takes less than this where it is fast; 0: none does */
+  lm_real turn_rad;        /* where the correction last turned round */
+  uint32_t ticks;          /* since then */
+  lm_real slow_rad;        /* the target while it rings, filtered */
+  lm_real unsure_rad;      /* what the target may be wrong by, */
+  lm_real torque_error_Nm; /* where the torque is by this, as declared */
+  int8_t turns;            /* swings to and fro in a row; its sign is the direction of the last */
+  uint8_t watching;        /* the watch has seen its first sample */
+  uint8_t zero_shared;     /* the measured lost motion has the model's zero */
+  uint32_t standing;       /* status bits that last */
 #if LM_EFFECTS_MAX > 0
-  uint32_t needs; /* LM_NEEDS_ bits of the effects at work */
+  uint32_t needs;   /* LM_NEEDS_ bits of the effects at work */
+  lm_real heard_Nm; /* the torque, as late as the correction is behind its target */
+  lm_real turn_Nm;  /* as far as that got since it last turned round */
+  lm_real swing_Nm; /* coming back by this is a turn */
 #endif
 } lm_compensator;
 
@@ -247,6 +255,13 @@ void lm_watch_output(lm_compensator *compensator, lm_real lost_motion_rad, lm_re
  * not loaded. From then on lm_watch_output counts powers about zero, so that what stands counts
  * too. */
 void lm_declare_shared_zero(lm_compensator *compensator);
+
+/* Declares by how much [N*m] the torque that is told may be wrong, either way, once its noise is
+ * averaged out: of a sensor its zero and scale; of a motor current the friction that may hide a
+ * load at standstill (lm_bound_torque at speed 0), and what lm_estimate_torque leaves out. Until
+ * then, after every start, and where error_Nm is negative or NaN, nothing is known of it. Read
+ * where the correction rang (LM_STATE_RINGING), and nowhere else. */
+void lm_declare_torque_error(lm_compensator *compensator, lm_real error_Nm);
 
 /* The history in a form that outlives power-down: copy it to non-volatile memory as it is. */
 typedef struct lm_saved {

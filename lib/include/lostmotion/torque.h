@@ -33,6 +33,9 @@
  *   - pass the estimate through lm_hold_torque with lm_bound_torque, so that what is not known at
  *     standstill moves nothing;
  *   - or take the torque from the command: gravity, inertia and lm_guess_torque.
+ *
+ * A correction that rings all the same is found and slowed (compensator.h). How far it then goes
+ * follows from lm_declare_torque_error: of a current, at least lm_bound_torque at speed 0.
  */
 #ifndef LOSTMOTION_TORQUE_H
 #define LOSTMOTION_TORQUE_H

@@ -136,9 +136,7 @@ class Compensators:
         self._core = c
         self._ratio = [drive.ratio for drive in drives]
         self._parameters = [
-            # The torque is computed, not measured: no loop could ring, and a kinematic error swings
-            # the correction as fast as ringing does.
-            build(make_controller(drive, {"period": step_s, "ringing": 0.0}, profile="full"), c)
+            build(make_controller(drive, {"period": step_s}, profile="full"), c)
             for drive in drives
         ]
         self._instances = [c.ffi.new("lm_compensator *") for _ in drives]
