@@ -512,6 +512,8 @@ void lm_set_mode(lm_compensator *compensator, lm_mode mode) {
     other = 0;
   } else if (mode == LM_MODE_HOLD) {
     other = LM_STATE_HOLDING;
+  } else {
+    /* resets, whatever it is */
   }
   if (is_started(compensator)) {
     if ((compensator->standing & modes) != other) {

@@ -28,7 +28,7 @@ uint32_t lm_find_crc(uint32_t before, const void *bytes, size_t length) {
 /* The numbers from the torque limit to the last of the ranges that were fitted: they are in the
  * struct one after the other, in this order, and so they do in the binary form. Their bounds are a
  * table, at a third of the flash that as many calls would take, and pairs of bounds another. */
-typedef enum bounds {
+enum {
   UP_TO_TORQUE_LIMIT,
   PERIOD,
   UP_TO_ONE,
@@ -40,7 +40,7 @@ typedef enum bounds {
   FREQUENCY,
   CONDITION,
   BOUNDS
-} bounds;
+};
 
 #define VALID_MAX LM_REAL(1e12) /* of conditions: what the model takes for one */
 
@@ -101,7 +101,7 @@ static lm_real number_at(const lm_parameters *parameters, size_t i) {
 static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault) {
   const lm_limits *limits = &parameters->limits;
   const lm_watch *watch = &parameters->watch;
-  const char *name = 0;
+  const char *name = NULL;
   lm_real before = 0;
   size_t i;
   for (i = 0; i < NUMBERS; ++i) {
