@@ -654,3 +654,14 @@ def test_a_run_of_one_sample_is_left_out_and_named(write: Write) -> None:
     assert [run.label for run in campaign.runs] == ["1", "2"]
     (found,) = campaign.findings
     assert (found.kind, found.run) == ("runs", "Mean")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("cell", ["1e999999999", "-1e2147483648", "1.7e308"])
+def test_a_number_beyond_the_range_of_64_bits_is_missing(write: Write, cell: str) -> None:
+    rows = [f"{0.1 * i:.1f},{i % 9},{(i % 9) * 1e-5}" for i in range(40)]
+    rows[20] = f"2.0,{cell},2e-5"
+    text = "time_s,torque_kNm,lost_motion_rad\n" + "\n".join(rows) + "\n"
+    campaign = read_campaign(write(text, "a.csv"))
+    assert len(campaign.runs[0]) == 39
+    assert kinds(campaign) == {"nan": 1}

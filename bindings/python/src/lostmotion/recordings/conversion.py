@@ -181,10 +181,13 @@ def in_si(
         place = lambda row: rows.place(int(at[row]))  # noqa: E731
     for quantity, values in found.items():
         label, name = chosen[quantity]
-        if quantity != "time":
-            values = name.factor * values
-            if name.unit is not None:
-                values = units.convert(values, name.unit.symbol, name.quantity.unit)
+        with np.errstate(over="ignore"):
+            if quantity != "time":
+                values = name.factor * values
+                if name.unit is not None:
+                    values = units.convert(values, name.unit.symbol, name.quantity.unit)
+        # What is beyond the range of 64 bits is missing, as what is written as infinite.
+        values = np.where(np.isinf(values), np.nan, values)
         values, beyond = within_range(file, label, values, name.quantity, place)
         findings += beyond
         found[quantity] = np.ascontiguousarray(values)
