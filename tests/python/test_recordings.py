@@ -665,3 +665,20 @@ def test_a_number_beyond_the_range_of_64_bits_is_missing(write: Write, cell: str
     campaign = read_campaign(write(text, "a.csv"))
     assert len(campaign.runs[0]) == 39
     assert kinds(campaign) == {"nan": 1}
+
+
+def test_a_file_that_is_given_twice_counts_once(write: Write) -> None:
+    angle = np.round(1e-5 * np.random.default_rng(1).normal(size=80), 9)
+    rows = "".join(f"{0.1 * i:.1f},{i % 9},{x:.9f}\n" for i, x in enumerate(angle))
+    file = write(f"{HEAD}\n{rows}", "a.csv")
+    copy = write(f"{HEAD}\n{rows}", "b.csv")
+    campaign = read_campaign([file, copy])
+    assert [run.label for run in campaign.runs] == ["a"]
+    (found,) = [finding for finding in campaign.findings if finding.kind == "runs"]
+    assert (found.run, found.count) == ("b", 80)
+    assert "run a of " in found.action
+
+
+def test_readings_of_a_coarse_gauge_may_be_the_same_again(write: Write) -> None:
+    text = f"{HEAD}\n{ROWS}"
+    assert len(read_campaign([write(text, "a.csv"), write(text, "b.csv")]).runs) == 2

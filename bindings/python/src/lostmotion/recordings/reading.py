@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import re
 from collections import Counter
@@ -77,6 +78,10 @@ LEADING = {"torque", "input_angle", "output_angle", "lost_motion", "motor_torque
 
 MISSING_ACTION = "only other runs have the column; not used"
 """What is done about a quantity that some runs have."""
+
+COPY_ROWS_LEAST = 50
+"""Samples from which a run that repeats another in every digit is a copy. Chosen: a test by hand
+has up to 30 readings, and those of a coarse gauge may be the same again."""
 
 SINGLE_ACTION = "a run of one sample, left out: no motion can be told from it"
 
@@ -202,6 +207,7 @@ def campaign_of_table(
 
 def judged(runs: list[Run], findings: list[Finding], ratio: float | None) -> Campaign:
     """Make a campaign of runs, and note the faults that only all of them together show."""
+    runs = without_copies(runs, findings)
     name_apart(runs)
     campaign = Campaign(without_single(runs, findings), findings)
     note_missing(campaign)
@@ -388,6 +394,23 @@ def without_single(runs: list[Run], findings: list[Finding]) -> list[Run]:
         if len(run) == 1:
             findings.append(Finding("runs", run.file, "run", run.label, 1, SINGLE_ACTION))
     return longer
+
+
+def without_copies(runs: list[Run], findings: list[Finding]) -> list[Run]:
+    """Leave out the runs that repeat another one in every digit: the same recording, read twice."""
+    first: dict[bytes, Run] = {}
+    kept = []
+    for run in runs:
+        digest = hashlib.sha256()
+        for name, values in sorted(run.columns.items()):
+            digest.update(name.encode() + values.tobytes())
+        known = first.setdefault(digest.digest(), run) if len(run) >= COPY_ROWS_LEAST else run
+        if known is run:
+            kept.append(run)
+        else:
+            action = f"the same in every digit as run {known.label} of {known.file}; left out"
+            findings.append(Finding("runs", run.file, "run", run.label, len(run), action))
+    return kept
 
 
 def name_apart(runs: Sequence[Run]) -> None:
