@@ -56,6 +56,10 @@ LEAD = (
 RESULTS = ("base.toml", "fitted.toml", "params.h", "params.bin", "report.html")
 """What is written beside the inputs."""
 
+NEXT = """next, with recordings of your own: lostmotion characterize mine.csv -o drive.toml
+then: lostmotion diagnose drive.toml mine.csv, or lostmotion workbench drive.toml mine.csv"""
+"""What to try after the demonstration."""
+
 STEPS = 8
 
 
@@ -291,6 +295,7 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
         f"{found.report.parent}",
         file=out,
     )
+    print(NEXT, file=out)
 
 
 def show_drives(others: OtherDrives, out: TextIO) -> None:
@@ -313,8 +318,8 @@ def show_drives(others: OtherDrives, out: TextIO) -> None:
     compared = others.comparison.answer()
     scale = ARCSEC / ARCMIN
     print(
-        f"{others.measured.name}: {compared['samples']} samples in {len(compared['by_run'])} runs; "
-        f"rms in arcmin: data-sheet model "
+        f"recorded on a real drive, {others.measured.name}: {compared['samples']} samples in "
+        f"{len(compared['by_run'])} runs; rms in arcmin: data-sheet model "
         f"{compared['unfitted_rms_arcsec'] * scale:.1f}, fitted "
         f"{compared['rms_arcsec'] * scale:.1f}, "
         f"leave-one-run-out {compared['heldout_rms_arcsec'] * scale:.1f}",
