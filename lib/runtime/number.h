@@ -15,7 +15,7 @@
 #define WITHOUT_FPU 0
 #endif
 
-/* Sizes that a stated number may have. What is below is taken for zero: inverses and products of it
+/* Sizes that a stated number may have. Values below count as zero: inverses and products of it
  * would leave float's range. */
 #define SMALLEST LM_REAL(1e-9)
 #define LARGEST LM_REAL(1e9)

@@ -108,7 +108,7 @@ def give_up_output(error: OSError) -> int:
     What the interpreter still needs to write on its way out goes nowhere.
     """
     if error.filename is not None or isinstance(error, FileNotFoundError):
-        # Of the system, and not of an input: those are examined when they are opened.
+        # Errors of the system, not of an input: inputs are checked when they are opened.
         print(f"lostmotion: {one_line(str(error))}", file=sys.stderr)
         return FAILED
     if not isinstance(error, BrokenPipeError):

@@ -324,7 +324,7 @@ CHARACTERIZATION_KEYS = (
     Key("loops", kind="integer", low=0),
     Key("samples", kind="integer", low=1),
 )
-"""What `characterize` writes of the recordings beside the figures that they gave."""
+"""Keys that `characterize` writes about the recordings, beside their figures."""
 
 
 def _characterization(file: str, table: Any) -> None:

@@ -153,7 +153,7 @@ def make_ladder(models: Sequence[BaselineModel], found: Conclusion) -> list[dict
 
 
 def weak_leftovers(step: Step) -> list[dict[str, Any]]:
-    """What passes the gates but is too small to count."""
+    """Effects that pass the gates but are too small to count."""
     paid = paid_by_kind(step.round)
     out = []
     for result in step.results[:10]:

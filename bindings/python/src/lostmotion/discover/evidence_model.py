@@ -28,7 +28,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 SIZE_RIDGE = 1e-9
-"""Relative ridge of the columns of a model, in what they leave of others."""
+"""Relative ridge of the columns of a model, when others are projected off them."""
 
 
 @dataclass

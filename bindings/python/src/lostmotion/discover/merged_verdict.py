@@ -1,4 +1,4 @@
-"""The answer of ``merge``: what evidence says, in the words of a diagnosis."""
+"""The answer of ``merge``: a diagnosis made of evidence."""
 
 from __future__ import annotations
 

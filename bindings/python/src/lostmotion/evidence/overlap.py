@@ -1,4 +1,4 @@
-"""How far blocks of columns do the same, once the baseline model and the scatter had their part."""
+"""Overlap of blocks of columns after projection on the baseline model and the scatter."""
 
 from __future__ import annotations
 

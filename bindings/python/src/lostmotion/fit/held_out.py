@@ -36,7 +36,7 @@ RIDGE = 1e-9
 
 
 class LeftOut:
-    """What a fit predicts of samples that are left out of it, whole pieces at a time.
+    """Prediction of samples that are left out of the fit, whole pieces at a time.
 
     What belongs to a recording alone is its own here too: its offset, and where the operators stood
     before it, where a session begins with it.

@@ -1,4 +1,4 @@
-"""What goes to the controller."""
+"""Export: parameters for the controller, and the fitted drive file."""
 
 from __future__ import annotations
 
