@@ -261,7 +261,7 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
         same = "the same bits as here" if found.emulated.bits == found.scores.bits else "OTHER BITS"
         where = f"on an emulated Cortex-M4F ({EMULATOR}), {same}"
     print(f"5 controller {where}; error of the output, arcsec rms:", file=out)
-    print(f"             at      uncompensated  baseline model  with {effects}", file=out)
+    print(f"             at     uncompensated  baseline model  with {effects}", file=out)
     rows = zip(
         found.scores.temperature_C,
         found.scores.before,
