@@ -816,6 +816,7 @@ static void an_instance_that_was_not_started_corrects_nothing(void) {
     lm_set_mode(every[i], LM_MODE_HOLD);
     lm_declare_memory_known(every[i]);
     lm_declare_shared_zero(every[i]);
+    lm_declare_torque_error(every[i], 1);
     lm_watch_output(every[i], 1, 1);
     TEST_ASSERT_TRUE(lm_bound_uncertainty(every[i]) == 0);
     TEST_ASSERT_EQUAL(LM_NULL, lm_change_parameters(every[i], &parameters, &fault));

@@ -123,8 +123,10 @@ int main(int count, char **word) {
           room.acceleration_rad_s2 = LM_REAL(draw(0, 1) < 0.2 ? 0 : draw_size(1e-3, 1e2));
           room.jerk_rad_s3 = LM_REAL(draw(0, 1) < 0.2 ? 0 : draw_size(1e-1, 1e5));
           lm_set_headroom(&c, draw(0, 1) < 0.2 ? 0 : &room);
-        } else {
+        } else if (kind < 0.95) {
           lm_set_mode(&c, (lm_mode)(int)draw(0, 3));
+        } else {
+          lm_declare_torque_error(&c, LM_REAL(draw(-1, 20)));
         }
       }
     }

@@ -159,6 +159,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         require(lm_restore_compensator(&one, &saved, 0) == LM_OK);
         require(is_same(&one.memory, &saved.memory));
         break;
+      case 6:
+        room.correction_rad = next_number(&from, 50);
+        lm_declare_torque_error(&one, room.correction_rad);
+        lm_declare_torque_error(&two, room.correction_rad);
+        require(one.unsure_rad >= 0);
+        break;
       default:
         at.torque_Nm = next_number(&from, 100);
         at.input_angle_rad = next_number(&from, 7);

@@ -79,6 +79,7 @@ static lm_conditions conditions(const loop *l, const plant *joint, double torque
   lm_conditions at = LM_CONDITIONS_UNKNOWN;
   at.torque_Nm = (float)torque_Nm;
   at.output_angle_rad = (float)wish->angle_rad; /* the gap profile's only input */
+  at.input_angle_rad = (float)(PLANT_RATIO * plant_motor_encoder(joint));
   at.temperature_C = (float)(joint->temperature_C + l->known.temperature_off_K);
   return at;
 }

@@ -99,56 +99,64 @@ static const scenario cycling = {"power cycle under load",
 static const scenario homing = {
     "homing, correction held", {{1, 0.6}, {2, 0.65}, {1, 0.6}, {1, 0.6}}, 0, 0, 0, 0, 0, 1.2, 0};
 
+/* At most 0.56 rad/s: a ripple of up to 18 Hz. */
+static const scenario sweep = {
+    "sweep", {{1, 0.3}, {2, -0.3}, {2, 0.3}, {1, 0.3}}, 0.5, 0, 0, 0, 0, 0, 0};
+#define RIPPLE_RAD (25 * ARCSEC)
+
 typedef struct trial {
   const scenario *what;
   const char *wrong; /* what is wrong, or nothing */
   torque_source source;
   double gravity_share, torque_factor, temperature_off_K, temperature_C;
   int output_loop;
-  int known_worse; /* than the best of the others: listed with its reason in the documentation */
-  double error_Nm; /* by how much the torque may be wrong, as the library is told; 0: not */
+  int known_worse;   /* than the best of the others: listed with its reason in the documentation */
+  double error_Nm;   /* by how much the torque may be wrong, as the library is told; 0: not */
+  double ripple_rad; /* of the gear, which the parameters know to 10 % */
 } trial;
 
 static const trial trials[] = {
-    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0},
-    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
-    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0},
-    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0},
-    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
-    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
-    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0},
-    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
-    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0},
-    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
-    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
-    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
-    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0},
-    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
-    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0},
-    {&move_dwell, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1},
-    {&crossing, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1},
-    {&rest_at_zero, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1},
-    {&move_dwell, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5},
-    {&crossing, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5},
-    {&rest_at_zero, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5},
-    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0, 0},
-    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1, 0},
-    {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1, 0},
-    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0},
-    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0},
-    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 1, 0},
-    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0, 0},
-    {&reversals, "torque 2.5 times too large", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0, 0},
-    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0},
-    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0},
+    {&move_dwell, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0},
+    {&hover, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&jog, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&reversals, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&crossing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&rest_at_zero, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&dither, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&saturation, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&saturation, "", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&braking, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&cycling, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 1, 0, 0},
+    {&homing, "", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&crossing, "sensor", FROM_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 1, 0, 0},
+    {&crossing, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&rest_at_zero, "raw sensor", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&crossing, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&rest_at_zero, "current", FROM_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 1, 0, 0},
+    {&crossing, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&rest_at_zero, "raw current", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1, 0},
+    {&crossing, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1, 0},
+    {&rest_at_zero, "raw sensor, error told", FROM_RAW_SENSOR, 0.98, 1, 0, 20, 0, 0, 0.1, 0},
+    {&move_dwell, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5, 0},
+    {&crossing, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5, 0},
+    {&rest_at_zero, "raw current, error told", FROM_RAW_CURRENT, 0.98, 1, 0, 20, 0, 0, 5, 0},
+    {&move_dwell, "warm", FROM_MODEL, 0.98, 1, 0, 45, 0, 0, 0, 0},
+    {&move_dwell, "temperature 25 K off", FROM_MODEL, 0.98, 1, 25, 20, 0, 1, 0, 0},
+    {&move_dwell, "thermometer broken", FROM_MODEL, 0.98, 1, 380, 20, 0, 1, 0, 0},
+    {&move_dwell, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0, 0},
+    {&reversals, "load 30 % off", FROM_MODEL, 1.3, 1, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 1, 0, 0},
+    {&reversals, "sign wrong", FROM_MODEL, 0.98, -1, 0, 20, 0, 0, 0, 0},
+    {&reversals, "torque 2.5 times too large", FROM_MODEL, 0.98, 2.5, 0, 20, 0, 0, 0, 0},
+    {&move_dwell, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, 0},
+    {&reversals, "loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, 0},
+    {&sweep, "ripple", FROM_MODEL, 0.98, 1, 0, 20, 0, 0, 0, RIPPLE_RAD},
+    {&sweep, "ripple, loop on the output", FROM_MODEL, 0.98, 1, 0, 20, 1, 0, 0, RIPPLE_RAD},
 };
 #define TRIALS ((int)(sizeof trials / sizeof trials[0]))
 
@@ -204,6 +212,7 @@ static int within(double time_s, double from_s, double length_s) {
 #define CAUGHT_S 5.0
 
 static score run(const trial *t, method how, double rate_Hz, knowledge known) {
+  static lm_parameters rippling;
   const scenario *what = t->what;
   plant joint;
   loop l;
@@ -223,10 +232,21 @@ static score run(const trial *t, method how, double rate_Hz, knowledge known) {
   int was_closed = 0;
   plant_start(&joint);
   joint.temperature_C = t->temperature_C;
+  joint.make.ripple_rad = t->ripple_rad;
   known.gravity_share = t->gravity_share;
   known.torque_factor = t->torque_factor;
   known.temperature_off_K = t->temperature_off_K;
   known.output_loop = t->output_loop;
+  if (t->ripple_rad > 0) {
+    lm_effect_use *use;
+    rippling = *known.parameters;
+    use = &rippling.effect[rippling.effect_count];
+    rippling.effect_count += 1;
+    use->effect = &lm_effect_kinematic_error;
+    memset(use->value, 0, sizeof use->value);
+    use->value[1] = (float)(0.9 * t->ripple_rad); /* sine_2_rad */
+    known.parameters = &rippling;
+  }
   known.error_Nm = t->error_Nm;
   loop_start(&l, how, t->source, &known, rate_Hz, &joint);
   for (k = 0; k < ticks; ++k) {

@@ -19,10 +19,19 @@
 
 void plant_start(plant *joint) {
   static const plant_make make = {
-      DEAD_RAD,       STIFFNESS,         CUBIC,
-      DAMPING,        BOUC_WEN_NM,       BOUC_WEN_SLOPE,
-      PLANT_ARM_KGM2, PLANT_ROTOR_KGM2,  PLANT_COULOMB_NM,
-      STRIBECK_NM,    PLANT_VISCOUS_NMS, ENCODER_COUNTS * PLANT_RATIO,
+      DEAD_RAD,
+      STIFFNESS,
+      CUBIC,
+      DAMPING,
+      BOUC_WEN_NM,
+      BOUC_WEN_SLOPE,
+      PLANT_ARM_KGM2,
+      PLANT_ROTOR_KGM2,
+      PLANT_COULOMB_NM,
+      STRIBECK_NM,
+      PLANT_VISCOUS_NMS,
+      ENCODER_COUNTS * PLANT_RATIO,
+      0,
   };
   memset(joint, 0, sizeof *joint);
   joint->make = make;
@@ -39,12 +48,20 @@ double plant_motor_encoder(const plant *joint) {
   return floor(joint->motor_rad / count_rad) * count_rad;
 }
 
+/* The angle at which an eccentric sees its centre: a sine with a fifth of the second harmonic. */
+static double ripple(const plant *joint) {
+  double phase = 2 * PLANT_RATIO * joint->motor_rad;
+  return joint->make.ripple_rad > 0 ? joint->make.ripple_rad * sin(phase) / (1 + 0.2 * cos(phase))
+                                    : 0;
+}
+
 static double spring(const plant *joint) {
+  double twist_rad = joint->twist_rad - ripple(joint);
   double dead = fmax(joint->make.dead_rad + DEAD_RAD_PER_K * (joint->temperature_C - 20), 0);
-  double beyond = fmax(fabs(joint->twist_rad) - dead, 0);
+  double beyond = fmax(fabs(twist_rad) - dead, 0);
   return copysign(joint->make.stiffness_Nm_per_rad * beyond +
                       joint->make.cubic_Nm_per_rad3 * beyond * beyond * beyond,
-                  joint->twist_rad);
+                  twist_rad);
 }
 
 static void rub(plant *joint, double turned_rad) {

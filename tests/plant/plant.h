@@ -2,7 +2,8 @@
  * differential equation in the twist of the gear, integrated in double precision.
  *
  *     twist = output angle - motor angle / ratio
- *     gear:   T = k1 s + k3 s^3 + F + c twist'        s = twist beyond the dead zone
+ *     gear:   T = k1 s + k3 s^3 + F + c twist'        s = twist less ripple, beyond the dead zone
+ *     ripple: an eccentric of 20 %, twice a turn of the motor
  *     F' = kb twist' (1 - |F / Fc| (1 + sgn(F twist')) / 2)              Bouc-Wen
  *     motor:  LuGre friction, torque limit;   output: gravity arm, inertia, an outside torque
  *
@@ -27,7 +28,8 @@ typedef struct plant_make {
   double slip_Nm, stick_Nm_per_rad; /* friction of the gear when it slips and when it sticks */
   double arm_kgm2, rotor_kgm2;
   double coulomb_Nm, stribeck_Nm, viscous_Nms; /* of the motor */
-  double counts; /* of the motor's encoder over a turn of the output */
+  double counts;     /* of the motor's encoder over a turn of the output */
+  double ripple_rad; /* of the gear's ratio: amplitude, twice a turn of the motor */
 } plant_make;
 
 typedef struct plant {
