@@ -1,4 +1,4 @@
-"""A cup, a rim and a tooth by finite elements (scikit-fem): no formula of the library, and no thin walls.
+"""A cup, a rim and a tooth by finite elements (scikit-fem): no formula of the library.
 
 Twist of a cup: with u = r psi the only displacement of torsion about an axis, the energy is
 pi G times the integral of r^3 |grad psi|^2 over the section. Deflection of a rim: plane stress in a
@@ -119,8 +119,8 @@ def tooth_compliance_mm_per_N(
 ) -> float:
     """Give of a rectangular tooth on a block, along a force on its end; plane strain.
 
-    The force is spread over the end of the tooth, where its mean displacement is taken. The block is
-    `depth` tooth thicknesses deep and twice as wide, and held at its lower edge.
+    The force is spread over the end of the tooth, where its mean displacement is taken. The block
+    is `depth` tooth thicknesses deep and twice as wide, and held at its lower edge.
     """
     half, deep = thickness_mm / 2, depth * thickness_mm
     far = [2.0**k * thickness_mm for k in range(int(math.log2(depth)) + 1)]

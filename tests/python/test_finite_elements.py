@@ -1,8 +1,8 @@
 """Torsion of the cup and deflection of the rim against finite elements of somebody else's solver.
 
 Bounds: the closed forms are those of thin walls, so they may differ by what the corner of cup and
-diaphragm and the thickness bring: 0.5 % of the stiffness of usual cups, 2 % of a thick one, 0.5 % of
-the deflection.
+diaphragm and the thickness bring: 0.5 % of the stiffness of usual cups, 2 % of a thick one, 0.5 %
+of the deflection.
 """
 
 from __future__ import annotations
