@@ -377,7 +377,7 @@ def test_an_effect_at_a_bound_is_not_recommended():
     says = advise(found, library(), last, 12, {"wear": [], "creep": ["time_s"]}, {})
     assert "fit --add wear." in says
     assert "--add creep" not in says
-    assert "creep is not recommended: time_s at a bound" in says
+    assert "creep is not recommended: time_s at its bound" in says
     assert "fit --add wear --add creep." in advise(found, library(), last, 12, {}, {})
 
 
