@@ -136,8 +136,7 @@ class Compensators:
         self._core = c
         self._ratio = [drive.ratio for drive in drives]
         self._parameters = [
-            build(make_controller(drive, {"period": step_s}, profile="full"), c)
-            for drive in drives
+            build(make_controller(drive, {"period": step_s}, profile="full"), c) for drive in drives
         ]
         self._instances = [c.ffi.new("lm_compensator *") for _ in drives]
         self._at = c.ffi.new("lm_conditions *")
