@@ -8,6 +8,7 @@ import textwrap
 from pathlib import Path
 
 from lostmotion import cli, drives, structs
+from lostmotion.combined_tolerances import COMBINED_KEYS
 from lostmotion.effects.library import library
 from lostmotion.keys import Key
 from lostmotion.recordings import QUANTITIES
@@ -262,7 +263,8 @@ def drive_file_page() -> str:
     for chain, kinds in drives.CHAINS.items():
         lines += [f"## [[design.{chain}]]", ""]
         lines += ["Each entry has a `kind`, may have a `name`, and besides:", ""]
-        for kind, keys in kinds.items():
+        combined = COMBINED_KEYS if chain == "tolerance" else {}
+        for kind, keys in {**kinds, **combined}.items():
             lines += [f'`kind = "{kind}"`', "", *table(head, key_rows(keys))]
     lines += [
         "## [columns]",

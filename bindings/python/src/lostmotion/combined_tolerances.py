@@ -12,6 +12,7 @@ from lostmotion import tooth_grades
 from lostmotion.errors import InputError
 from lostmotion.fits import read_fit
 from lostmotion.keys import Key, as_in_file, read_keys
+from lostmotion.structs import DISTRIBUTIONS, ZONES
 
 COMBINED = ("fit", "gear")
 """Kinds that are spelled out."""
@@ -27,6 +28,20 @@ GEAR_KEYS = (
     Key("cost_weight", above=0, high=1e6),
 )
 """Keys of ``kind = "gear"``."""
+
+FIT_KEYS = (
+    Key("fit", kind="text", required=True),
+    Key("nominal", "mm", required=True),
+    Key("zone", kind="choice", choices=ZONES, required=True),
+    Key("it_grade", kind="integer"),
+    Key("distribution", kind="choice", choices=DISTRIBUTIONS),
+    Key("diameter", kind="switch"),
+    Key("cost_weight", above=0, high=1e6),
+)
+"""Keys of ``kind = "fit"``; its hole and its shaft read them."""
+
+COMBINED_KEYS = {"fit": FIT_KEYS, "gear": GEAR_KEYS[2:]}
+"""Keys besides ``kind`` and ``name``, by kind."""
 
 
 def spelled_out(
