@@ -425,7 +425,9 @@ static void add_piece(draft *d, const maker *b, lm_real b_place, int rest) {
     add_corner(d, b, b_place);
     a = last_node(d);
   }
-  add_node(d, b_place, b);
+  if (b_place > last_place(d)) { /* no corner lies on it */
+    add_node(d, b_place, b);
+  }
 }
 
 /* --- intervals in which a cubic misses the flank -------------------------------------------------

@@ -72,6 +72,10 @@ const char *lm_flank_name(int kind) {
       return "double_arc";
     case LM_FLANK_CONJUGATE:
       return "conjugate";
+    case LM_FLANK_S_TOOTH:
+      return "s_tooth";
+    case LM_FLANK_POINTS:
+      return "points";
     default:
       return "";
   }

@@ -57,13 +57,13 @@ static lm_status check_flanks(const lm_teeth *t, lm_fault *fault) {
   const int rigid = (int)t->rigid_flank;
   const int external = t->deformation == LM_EXTERNAL;
   const lm_real reach = LM_REAL(0.1) - t->engagement_depth; /* of a conjugate flank, in modules */
-  if (own != LM_FLANK_INVOLUTE && (external || own != LM_FLANK_DOUBLE_ARC)) {
+  if (own != LM_FLANK_INVOLUTE && (external || !lm_flank_fits(own, 0))) {
     return refuse_contradiction(fault, "teeth.flexspline_flank", LM_REAL(own), LM_REAL(0),
-                                LM_REAL(external ? 0 : 1));
+                                LM_REAL(external ? 0 : LM_FLANK_POINTS));
   }
-  if (rigid != LM_FLANK_INVOLUTE && (external || rigid != LM_FLANK_CONJUGATE)) {
+  if (rigid != LM_FLANK_INVOLUTE && (external || !lm_flank_fits(rigid, 1))) {
     return refuse_contradiction(fault, "teeth.rigid_flank", LM_REAL(rigid), LM_REAL(0),
-                                LM_REAL(external ? 0 : 2));
+                                LM_REAL(external ? 0 : LM_FLANK_CONJUGATE));
   }
   if (rigid == LM_FLANK_CONJUGATE && !(t->rigid_shift > reach)) {
     return refuse_contradiction(fault, "teeth.rigid_shift", t->rigid_shift, reach, REAL_INFINITY);

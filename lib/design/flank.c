@@ -116,17 +116,6 @@ static lm_status check_arc(const lm_flank *flank, const lm_geometry *g, lm_fault
     return refuse_contradiction(fault, "flank.rho_f, flank.X_f", arc->lower_mm / m, root / m,
                                 tip / m);
   }
-  if (!(arc_foot(flank, flank->high_mm).across_mm > LM_REAL(0))) {
-    return refuse_contradiction(fault, "flank.rho_a, flank.l_a",
-                                arc_foot(flank, flank->high_mm).across_mm / m, LM_REAL(0),
-                                REAL_INFINITY);
-  }
-  if (!(arc_foot(flank, flank->low_mm).across_mm <
-        LM_PI / LM_REAL(g->flexspline_teeth) * flank->low_mm)) {
-    return refuse_contradiction(fault, "flank.rho_f, flank.l_f",
-                                arc_foot(flank, flank->low_mm).across_mm / m, LM_REAL(0),
-                                LM_PI / LM_REAL(g->flexspline_teeth) * flank->low_mm / m);
-  }
   return LM_OK;
 }
 
@@ -142,14 +131,324 @@ static lm_status check_form(const lm_flank_form *form, lm_fault *fault) {
   return status;
 }
 
+/* --- S tooth -------------------------------------------------------------------------------------
+ */
+
+/* Newton for the tangent from the datum point; from its first term in 1 - kappa, five steps leave
+ * rounding. */
+#define TANGENT_STEPS 6
+
+/* theta of the end of the tangent through the origin: (1 + kappa) tan(theta / 2) = theta. */
+static lm_real tangent_end(lm_real kappa) {
+  const lm_real ratio = LM_REAL(2) / (LM_REAL(1) + kappa);
+  lm_real half;
+  int i;
+  if (!(ratio > LM_REAL(1))) {
+    return LM_REAL(0);
+  }
+  half = real_sqrt(LM_REAL(3) * (ratio - LM_REAL(1)));
+  for (i = 0; i < TANGENT_STEPS; i++) {
+    const lm_real t = real_tan(half);
+    half -= (t - ratio * half) / (LM_REAL(1) + t * t - ratio);
+  }
+  return LM_REAL(2) * half;
+}
+
+static lm_s_tooth make_s(const lm_drive *drive, const lm_geometry *g) {
+  const lm_flank_form *form = &drive->flank;
+  const lm_real m = g->module_mm;
+  const lm_real theta = tangent_end(form->kappa);
+  lm_s_tooth s;
+  s.kappa = form->kappa;
+  s.module_mm = m;
+  s.datum_mm =
+      m * (LM_REAL(g->flexspline_teeth) / LM_REAL(2) + drive->teeth.flexspline_shift + form->X_M) -
+      g->neutral_mm;
+  s.datum_across_mm = form->s_M * m / LM_REAL(2);
+  s.straight_mm = LM_REAL(0.5) * s.kappa * m * (LM_REAL(1) - real_cos(theta));
+  s.tangent = s.straight_mm > LM_REAL(0)
+                  ? LM_REAL(0.25) * m * (theta - s.kappa * real_sin(theta)) / s.straight_mm
+                  : LM_REAL(0);
+  return s;
+}
+
+/* How far the flank has drawn in (or out, below) at a height from the datum point, its slope, and
+ * the slope's by the height. */
+static lm_real s_draw(const lm_s_tooth *s, lm_real height_mm, lm_real *slope, lm_real *bend) {
+  const lm_real span = LM_REAL(0.5) * s->kappa * s->module_mm;
+  const lm_real versine = height_mm / span; /* 1 - cos theta */
+  lm_real sine;
+  if (!(height_mm > s->straight_mm)) {
+    *slope = s->tangent;
+    *bend = LM_REAL(0);
+    return height_mm * s->tangent;
+  }
+  sine = real_sqrt(versine * (LM_REAL(2) - versine));
+  *slope = (LM_REAL(1) - s->kappa + s->kappa * versine) / (LM_REAL(2) * s->kappa * sine);
+  *bend = (LM_REAL(0.5) - *slope * (LM_REAL(1) - versine) / sine) / (sine * span);
+  return LM_REAL(0.25) * s->module_mm * (real_atan2(sine, LM_REAL(1) - versine) - s->kappa * sine);
+}
+
+static lm_flank_foot s_foot(const lm_flank *flank, lm_real parameter_mm) {
+  const lm_real height = parameter_mm - flank->neutral_mm - flank->s.datum_mm;
+  lm_flank_foot foot;
+  lm_real slope;
+  lm_real bend;
+  const lm_real draw = s_draw(&flank->s, real_fabs(height), &slope, &bend);
+  foot.radius_mm = parameter_mm;
+  foot.along_mm = parameter_mm - flank->neutral_mm;
+  foot.along_slope = LM_REAL(1);
+  foot.across_mm = flank->s.datum_across_mm + (height > LM_REAL(0) ? -draw : draw);
+  foot.across_slope = -slope;
+  return foot;
+}
+
+static lm_real s_curvature(const lm_flank *flank, lm_real parameter_mm) {
+  const lm_real height = parameter_mm - flank->neutral_mm - flank->s.datum_mm;
+  lm_real slope;
+  lm_real bend;
+  lm_real square;
+  s_draw(&flank->s, real_fabs(height), &slope, &bend);
+  square = LM_REAL(1) + slope * slope;
+  return (height > LM_REAL(0) ? bend : -bend) / (square * real_sqrt(square));
+}
+
+/* The path turns back at theta = 180 deg. */
+static lm_status check_s(const lm_flank *flank, lm_fault *fault) {
+  const lm_s_tooth *s = &flank->s;
+  const lm_real datum = flank->neutral_mm + s->datum_mm;
+  const lm_real up = (flank->high_mm - datum) / s->module_mm;
+  const lm_real down = (datum - flank->low_mm) / s->module_mm;
+  if (!(up < s->kappa)) {
+    return refuse_contradiction(fault, "flank.kappa, teeth.tooth_height", s->kappa, up,
+                                REAL_INFINITY);
+  }
+  if (!(down < s->kappa)) {
+    return refuse_contradiction(fault, "flank.kappa, teeth.root_clearance", s->kappa, down,
+                                REAL_INFINITY);
+  }
+  return LM_OK;
+}
+
+/* --- points --------------------------------------------------------------------------------------
+ */
+
+/* Cubic by the height between two points. */
+typedef struct spline_piece {
+  lm_real x; /* 0 .. 1 */
+  lm_real width_mm;
+  lm_real low_mm;
+  lm_real high_mm;
+  lm_real slope_low;
+  lm_real slope_high;
+} spline_piece;
+
+static spline_piece find_piece(const lm_flank *flank, lm_real parameter_mm) {
+  const lm_flank_points *p = flank->points;
+  const lm_real along = parameter_mm - flank->points_shift_mm;
+  spline_piece piece;
+  int low = 0;
+  int high = p->count - 1;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    if (along < LM_REAL(p->along_mm[middle])) {
+      high = middle;
+    } else {
+      low = middle;
+    }
+  }
+  piece.width_mm = LM_REAL(p->along_mm[high] - p->along_mm[low]);
+  piece.x = (along - LM_REAL(p->along_mm[low])) / piece.width_mm;
+  piece.low_mm = LM_REAL(p->across_mm[low]);
+  piece.high_mm = LM_REAL(p->across_mm[high]);
+  piece.slope_low = LM_REAL(p->slope[low]);
+  piece.slope_high = LM_REAL(p->slope[high]);
+  return piece;
+}
+
+static lm_flank_foot points_foot(const lm_flank *flank, lm_real parameter_mm) {
+  const spline_piece p = find_piece(flank, parameter_mm);
+  const lm_real rest = LM_REAL(1) - p.x;
+  lm_flank_foot foot;
+  foot.radius_mm = parameter_mm;
+  foot.along_mm = parameter_mm - flank->neutral_mm;
+  foot.along_slope = LM_REAL(1);
+  foot.across_mm =
+      rest * rest * ((LM_REAL(1) + LM_REAL(2) * p.x) * p.low_mm + p.x * p.width_mm * p.slope_low) +
+      p.x * p.x * ((LM_REAL(1) + LM_REAL(2) * rest) * p.high_mm - rest * p.width_mm * p.slope_high);
+  foot.across_slope = LM_REAL(6) * p.x * rest * (p.high_mm - p.low_mm) / p.width_mm +
+                      rest * (LM_REAL(1) - LM_REAL(3) * p.x) * p.slope_low +
+                      p.x * (LM_REAL(1) - LM_REAL(3) * rest) * p.slope_high;
+  return foot;
+}
+
+static lm_real points_curvature(const lm_flank *flank, lm_real parameter_mm) {
+  const spline_piece p = find_piece(flank, parameter_mm);
+  const lm_real slope = points_foot(flank, parameter_mm).across_slope;
+  const lm_real square = LM_REAL(1) + slope * slope;
+  const lm_real bend =
+      (LM_REAL(6) * (LM_REAL(1) - LM_REAL(2) * p.x) * (p.high_mm - p.low_mm) / p.width_mm +
+       (LM_REAL(6) * p.x - LM_REAL(4)) * p.slope_low +
+       (LM_REAL(6) * p.x - LM_REAL(2)) * p.slope_high) /
+      p.width_mm;
+  return -bend / (square * real_sqrt(square));
+}
+
+static lm_status check_points(const lm_flank *flank, const lm_geometry *g, lm_fault *fault) {
+  const lm_flank_points *p = flank->points;
+  const lm_real m = g->module_mm;
+  lm_real first;
+  lm_real last;
+  int i;
+  if (p == 0) {
+    return refuse(fault, LM_NULL, "flank.points");
+  }
+  if (p->count < 4 || p->count > LM_FLANK_POINTS_MAX) {
+    return refuse_range(fault, "flank.points", LM_REAL(p->count), LM_REAL(4),
+                        LM_REAL(LM_FLANK_POINTS_MAX));
+  }
+  for (i = 1; i < p->count; i++) {
+    if (!(p->along_mm[i] > p->along_mm[i - 1])) {
+      return refuse(fault, LM_NOT_MONOTONE, "flank.points");
+    }
+  }
+  first = LM_REAL(p->along_mm[0]) + flank->points_shift_mm;
+  last = LM_REAL(p->along_mm[p->count - 1]) + flank->points_shift_mm;
+  if (!(last >= flank->high_mm - LM_REAL(1e-6) * m)) {
+    return refuse_contradiction(fault, "flank.points, teeth.tooth_height", last, flank->high_mm,
+                                REAL_INFINITY);
+  }
+  if (!(first <= flank->low_mm + LM_REAL(1e-6) * m)) {
+    return refuse_contradiction(fault, "flank.points, teeth.root_clearance", first, LM_REAL(0),
+                                flank->low_mm);
+  }
+  return LM_OK;
+}
+
 /* --- any flank -----------------------------------------------------------------------------------
  */
+
+/* Whether the tooth has thickness at its tip, and leaves a space at its root. */
+static lm_status check_thickness(const lm_flank *flank, const lm_geometry *g, const char *tip_keys,
+                                 const char *root_keys, lm_fault *fault) {
+  const lm_real m = g->module_mm;
+  const lm_real room = LM_PI / LM_REAL(g->flexspline_teeth) * flank->low_mm;
+  const lm_real tip = lm_evaluate_flank(flank, flank->high_mm).across_mm;
+  const lm_real root = lm_evaluate_flank(flank, flank->low_mm).across_mm;
+  if (!(tip > LM_REAL(0))) {
+    return refuse_contradiction(fault, tip_keys, tip / m, LM_REAL(0), REAL_INFINITY);
+  }
+  if (!(root < room)) {
+    return refuse_contradiction(fault, root_keys, root / m, LM_REAL(0), room / m);
+  }
+  return LM_OK;
+}
+
+static void join(lm_flank *flank, lm_real low, lm_real high) {
+  flank->joints = 2;
+  flank->joint_mm[0] = flank->neutral_mm + low;
+  flank->joint_mm[1] = flank->neutral_mm + high;
+}
+
+static lm_status make_double_arc(const lm_drive *drive, const lm_geometry *g, lm_flank *flank,
+                                 lm_fault *fault) {
+  lm_status status = check_form(&drive->flank, fault);
+  if (status == LM_OK) {
+    status = make_arc(drive, g, &flank->arc, fault);
+  }
+  if (status == LM_OK) {
+    status = check_arc(flank, g, fault);
+  }
+  if (status == LM_OK) {
+    join(flank, flank->arc.lower_mm, flank->arc.upper_mm);
+    status = check_thickness(flank, g, "flank.rho_a, flank.l_a", "flank.rho_f, flank.l_f", fault);
+  }
+  return status;
+}
+
+static lm_status make_s_tooth(const lm_drive *drive, const lm_geometry *g, lm_flank *flank,
+                              lm_fault *fault) {
+  lm_status status =
+      check_range(fault, "flank.kappa", drive->flank.kappa, LM_REAL(0.5), LM_REAL(LM_KAPPA_MOST));
+  if (status == LM_OK) {
+    status = check_range(fault, "flank.s_M", drive->flank.s_M, LM_REAL(0.5), LM_REAL(2.5));
+  }
+  if (status == LM_OK) {
+    flank->s = make_s(drive, g);
+    status = check_s(flank, fault);
+  }
+  if (status == LM_OK) {
+    join(flank, flank->s.datum_mm - flank->s.straight_mm, flank->s.datum_mm + flank->s.straight_mm);
+    status = check_thickness(flank, g, "flank.s_M, teeth.tooth_height",
+                             "flank.s_M, teeth.root_clearance", fault);
+  }
+  return status;
+}
+
+static lm_status make_points(const lm_drive *drive, const lm_geometry *g, lm_flank *flank,
+                             lm_fault *fault) {
+  lm_status status;
+  flank->points = drive->flank.points;
+  flank->points_shift_mm = drive->teeth.flexspline_shift * g->module_mm;
+  status = check_points(flank, g, fault);
+  if (status == LM_OK) {
+    status = check_thickness(flank, g, "flank.points, teeth.tooth_height",
+                             "flank.points, teeth.root_clearance", fault);
+  }
+  return status;
+}
+
+int lm_flank_fits(int kind, int rigid) {
+  switch (kind) {
+    case LM_FLANK_INVOLUTE:
+      return 1;
+    case LM_FLANK_CONJUGATE:
+      return rigid;
+    case LM_FLANK_DOUBLE_ARC:
+    case LM_FLANK_S_TOOTH:
+    case LM_FLANK_POINTS:
+      return !rigid;
+    default:
+      return 0;
+  }
+}
+
+/* What is particular to a kind; the ends of the flank are known. */
+static lm_status make_kind(const lm_drive *drive, const lm_geometry *g, lm_flank *flank,
+                           lm_fault *fault) {
+  switch (flank->kind) {
+    case LM_FLANK_DOUBLE_ARC:
+      return make_double_arc(drive, g, flank, fault);
+    case LM_FLANK_S_TOOTH:
+      return make_s_tooth(drive, g, flank, fault);
+    case LM_FLANK_POINTS:
+      return make_points(drive, g, flank, fault);
+    default:
+      if (g->deformation == LM_INTERNAL && flank->low_mm < g->flexspline.base_mm) {
+        flank->low_mm = g->flexspline.base_mm;
+      }
+      return LM_OK;
+  }
+}
+
+static lm_flank_foot foot_of_kind(const lm_flank *flank, lm_real parameter_mm) {
+  switch (flank->kind) {
+    case LM_FLANK_DOUBLE_ARC:
+      return arc_foot(flank, parameter_mm);
+    case LM_FLANK_S_TOOTH:
+      return s_foot(flank, parameter_mm);
+    case LM_FLANK_POINTS:
+      return points_foot(flank, parameter_mm);
+    default:
+      return involute_foot(flank, parameter_mm);
+  }
+}
 
 lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int relieved,
                         lm_flank *flank, lm_fault *fault) {
   const lm_geometry *g = geometry;
   lm_flank made;
-  lm_status status = LM_OK;
+  lm_status status;
   if (drive == 0 || geometry == 0 || flank == 0) {
     return refuse(fault, LM_NULL, "drive, geometry, flank");
   }
@@ -157,6 +456,8 @@ lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int 
   made.neutral_mm = g->neutral_mm;
   made.involute = g->flexspline;
   made.joints = 0;
+  made.points = 0;
+  made.points_shift_mm = LM_REAL(0);
   made.relief_mm = relieved ? drive->flank.tip_relief_mm : LM_REAL(0);
   if (g->deformation == LM_INTERNAL) {
     made.low_mm = g->flexspline_root_mm;
@@ -166,23 +467,10 @@ lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int 
     made.high_mm = g->flexspline_root_mm;
     made.relief_mm = LM_REAL(0);
   }
-  if (made.kind == LM_FLANK_DOUBLE_ARC) {
-    status = check_form(&drive->flank, fault);
-    if (status == LM_OK) {
-      status = make_arc(drive, g, &made.arc, fault);
-    }
-    if (status == LM_OK) {
-      status = check_arc(&made, g, fault);
-    }
-    if (status == LM_OK) {
-      made.joints = 2;
-      made.joint_mm[0] = made.neutral_mm + made.arc.lower_mm;
-      made.joint_mm[1] = made.neutral_mm + made.arc.upper_mm;
-    }
-  } else if (g->deformation == LM_INTERNAL && made.low_mm < g->flexspline.base_mm) {
-    made.low_mm = g->flexspline.base_mm;
-  }
   made.relief_from_mm = made.high_mm - drive->flank.tip_relief_height * g->module_mm;
+  status = made.kind == LM_FLANK_INVOLUTE || lm_flank_fits((int)made.kind, 0)
+               ? make_kind(drive, g, &made, fault)
+               : refuse(fault, LM_INCONSISTENT, "teeth.flexspline_flank");
   if (status == LM_OK) {
     *flank = made;
   }
@@ -190,8 +478,7 @@ lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int 
 }
 
 lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm) {
-  lm_flank_foot foot = flank->kind == LM_FLANK_DOUBLE_ARC ? arc_foot(flank, parameter_mm)
-                                                          : involute_foot(flank, parameter_mm);
+  lm_flank_foot foot = foot_of_kind(flank, parameter_mm);
   if (flank->relief_mm > LM_REAL(0) && parameter_mm > flank->relief_from_mm) {
     const lm_real height = flank->high_mm - flank->relief_from_mm;
     const lm_real share = (parameter_mm - flank->relief_from_mm) / height;
@@ -202,6 +489,12 @@ lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm) {
 }
 
 lm_real lm_flank_curvature(const lm_flank *flank, lm_real parameter_mm) {
+  if (flank->kind == LM_FLANK_S_TOOTH) {
+    return s_curvature(flank, parameter_mm);
+  }
+  if (flank->kind == LM_FLANK_POINTS) {
+    return points_curvature(flank, parameter_mm);
+  }
   if (flank->kind == LM_FLANK_DOUBLE_ARC) {
     const lm_real along = parameter_mm - flank->neutral_mm;
     if (along >= flank->arc.upper_mm) {

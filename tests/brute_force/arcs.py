@@ -141,3 +141,44 @@ def swept_flank(
     flank = radius * np.exp(1j * reach)
     beyond = (top + 0.1 * design.module_mm) * np.exp(1j * reach[-1])
     return np.append(flank, beyond)
+
+
+@dataclass(frozen=True)
+class STooth:
+    """Half the path of a rack's tooth either way from a datum point, its tangent next to it [mm].
+
+    Attributes
+    ----------
+    kappa : float
+        Deflection coefficient of the path.
+    module_mm : float
+        The path is one pitch of a rack of it long.
+    datum : complex
+        As a centre of `Arcs`.
+    inner_mm, outer_mm : float
+        Root and tip, along the tooth's axis.
+    """
+
+    kappa: float
+    module_mm: float
+    datum: complex
+    inner_mm: float
+    outer_mm: float
+
+
+def upper_s_flank(tooth: STooth, points: int) -> NDArray[np.complex128]:
+    """Upper flank of the undeformed S tooth [mm] from root to tip, by height along its axis.
+
+    The path is drawn by its angle; the tangent is the steepest line from its start.
+    """
+    angle = np.linspace(1e-4, math.pi, 20 * points)
+    drawn = tooth.module_mm / 4 * (angle - tooth.kappa * np.sin(angle))
+    height = tooth.kappa * tooth.module_mm * np.sin(angle / 2) ** 2
+    end = int(np.argmin(drawn / height))
+    above = np.linspace(tooth.inner_mm, tooth.outer_mm, points) - tooth.datum.real
+    draw = np.where(
+        np.abs(above) < height[end],
+        np.abs(above) * drawn[end] / height[end],
+        CubicSpline(height, drawn)(np.abs(above)),
+    )
+    return tooth.datum + above - 1j * np.sign(above) * draw

@@ -79,11 +79,26 @@ def drawn_document(rng: np.random.Generator, kind: str) -> dict[str, Any]:
     }
 
 
-def random_document(seed: int) -> dict[str, Any]:
-    """Return the first drawn drive whose arcs make a tooth."""
+def with_s_teeth(rng: np.random.Generator, document: dict[str, Any]) -> dict[str, Any]:
+    """Draw S teeth in place of the arcs."""
+    design = document["design"]
+    design["teeth"]["flexspline_flank"] = "s_tooth"
+    design["flank"] = {
+        "kappa": rng.uniform(0.75, 0.995),
+        "X_M": rng.uniform(-0.15, 0.1),
+        "s_M": rng.uniform(1.3, 1.6),
+        "backlash_mm": design["flank"]["backlash_mm"],
+    }
+    return document
+
+
+def random_document(seed: int, flank: str = "double_arc") -> dict[str, Any]:
+    """Return the first drawn drive whose flanks make a tooth."""
     rng = np.random.default_rng(seed)
     for _ in range(40):
         document = drawn_document(rng, GENERATORS[seed % len(GENERATORS)])
+        if flank == "s_tooth":
+            document = with_s_teeth(rng, document)
         try:
             DesignModel(parse_drive(document).design)
         except InputError:
@@ -134,10 +149,22 @@ def drawn_arcs(document: dict[str, Any]) -> arcs.Arcs:
     )
 
 
+def drawn_flank(document: dict[str, Any]) -> np.ndarray:
+    """Draw the upper flank of the flexspline, whichever kind it is."""
+    t, f = document["design"]["teeth"], document["design"]["flank"]
+    if t["flexspline_flank"] != "s_tooth":
+        return arcs.upper_flank(drawn_arcs(document), polygons.FLANK_POINTS)
+    m = t["module_mm"]
+    reference = m * (t["flexspline_teeth"] / 2 + t["flexspline_shift"])
+    root = reference - m * (t["rack_addendum"] + t["root_clearance"])
+    datum = complex(reference + f["X_M"] * m, f["s_M"] * m / 2)
+    tooth = arcs.STooth(f["kappa"], m, datum, root, root + m * t["tooth_height"])
+    return arcs.upper_s_flank(tooth, polygons.FLANK_POINTS)
+
+
 def largest_error_arcmin(document: dict[str, Any], angles_deg: np.ndarray) -> float:
-    brute, drawn = brute_design(document), drawn_arcs(document)
+    brute, tooth = brute_design(document), drawn_flank(document)
     radii = polygons.radii(brute)
-    tooth = arcs.upper_flank(drawn, polygons.FLANK_POINTS)
     rigid = arcs.swept_flank(brute, tooth, radii.rigid_inner_mm)
     wider = document["design"]["flank"].get("backlash_mm", 0.0)
     rigid = rigid * np.exp(1j * wider / np.abs(rigid))
@@ -163,6 +190,91 @@ def largest_error_arcmin(document: dict[str, Any], angles_deg: np.ndarray) -> fl
 def test_double_arcs_agree_with_swept_and_turned_polygons(seed: int) -> None:
     angles = np.random.default_rng(20_000 + seed).uniform(-20, 50, 6)
     assert largest_error_arcmin(random_document(seed), angles) < BAR_ARCMIN
+
+
+@pytest.mark.parametrize("seed", range(DRIVES) if DRIVES else (0, 96))
+def test_s_teeth_agree_with_swept_and_turned_polygons(seed: int) -> None:
+    angles = np.random.default_rng(30_000 + seed).uniform(-20, 50, 6)
+    assert largest_error_arcmin(random_document(seed, "s_tooth"), angles) < BAR_ARCMIN
+
+
+def s_document(**flank: Any) -> dict[str, Any]:
+    document = published_document()
+    document["design"]["teeth"]["flexspline_flank"] = "s_tooth"
+    document["design"]["flank"] = {"kappa": 0.9, "s_M": 1.5, **flank}
+    return document
+
+
+def pointed_document(points: list[list[float]] | None, **flank: Any) -> dict[str, Any]:
+    document = published_document()
+    document["design"]["teeth"]["flexspline_flank"] = "points"
+    document["design"]["flank"] = flank if points is None else {"points": points, **flank}
+    return document
+
+
+def points_of_the_published_arcs() -> list[list[float]]:
+    model, mesh = made_mesh(published_document())
+    flank = model.core.ffi.addressof(mesh, "flank")
+    heights = np.linspace(flank.low_mm, flank.high_mm, 101)
+    return [[model.core.lib.lm_evaluate_flank(flank, y).across_mm, float(y)] for y in heights]
+
+
+def test_points_of_arcs_have_the_clearances_of_the_arcs(tmp_path: Path) -> None:
+    arcs_rad = DesignModel(parse_drive(published_document()).design).clearances().forward_rad
+    points = points_of_the_published_arcs()
+    rows = "\n".join(f"{x!r},{y!r}" for x, y in reversed(points))
+    (tmp_path / "tooth.csv").write_text(f"x_mm,y_mm\n{rows}\n")
+    vertices = "".join(f"  0\nVERTEX\n 10\n{x!r}\n 20\n{y!r}\n" for x, y in points)
+    (tmp_path / "tooth.dxf").write_text(f"  0\nSECTION\n  0\nPOLYLINE\n{vertices}  0\nSEQEND\n")
+    for document in (
+        pointed_document(points),
+        pointed_document(None, points_file="tooth.csv"),
+        pointed_document(None, points_file="tooth.dxf"),
+    ):
+        model = DesignModel(parse_drive(document, str(tmp_path / "drive.toml")).design)
+        found = model.clearances().forward_rad
+        assert np.array_equal(np.isfinite(found), np.isfinite(arcs_rad))
+        met = np.isfinite(found)
+        # a spline bends evenly where the arcs' curvature jumps
+        assert np.allclose(found[met], arcs_rad[met], rtol=0, atol=5e-4 * ARCMIN)
+        assert model.characteristic([-5.0, 5.0]) is not None
+
+
+def moved(points: list[list[float]], index: int, x: float, y: float) -> list[list[float]]:
+    return [*points[:index], [x, y], *points[index + 1 :]]
+
+
+def test_points_that_make_no_flank_are_refused() -> None:
+    points = points_of_the_published_arcs()
+    for document, said in (
+        (pointed_document(points[:3]), "4 to 129"),
+        (pointed_document(points[10:]), "design.teeth.root_clearance"),
+        (pointed_document(points[:-10]), "design.teeth.tooth_height"),
+        (pointed_document(moved(points, 50, *points[49])), "y only rises"),
+        (pointed_document(moved(points, 50, -0.1, points[50][1])), "half the tooth"),
+        (pointed_document(points, points_file="tooth.csv"), "one of them"),
+        (pointed_document(None), "points_file"),
+        (s_document(points=points), "flexspline_flank = 'points'"),
+    ):
+        with pytest.raises(InputError, match=said):
+            DesignModel(parse_drive(document).design)
+
+
+@pytest.mark.parametrize(
+    ("changes", "keys"),
+    [
+        ({"kappa": 0.7}, "flank.kappa and design.teeth.root_clearance"),
+        ({"kappa": 0.6, "X_M": -0.4}, "flank.kappa and design.teeth.tooth_height"),
+        ({"s_M": 0.5, "X_M": -0.3}, "flank.s_M and design.teeth.tooth_height"),
+        ({"s_M": 2.4}, "flank.s_M and design.teeth.root_clearance"),
+    ],
+)
+def test_s_teeth_that_make_no_flank_are_refused_by_both_keys(
+    changes: dict[str, float], keys: str
+) -> None:
+    with pytest.raises(InputError) as refusal:
+        DesignModel(parse_drive(s_document(**changes)).design)
+    assert keys in str(refusal.value)
 
 
 PUBLISHED = {
@@ -238,8 +350,11 @@ def test_a_stated_tangent_is_the_same_flank_as_its_centres() -> None:
     assert np.allclose(model.clearances().forward_rad, other, rtol=0, atol=1e-12)
 
 
-def test_the_flank_has_the_tangent_and_curvature_of_its_points() -> None:
-    model, mesh = made_mesh(published_document(tip_relief_mm=0.0))
+@pytest.mark.parametrize("kind", range(3))
+def test_the_flank_has_the_tangent_and_curvature_of_its_points(kind: int) -> None:
+    points = points_of_the_published_arcs()
+    documents = (published_document(), s_document(), pointed_document(points))
+    model, mesh = made_mesh(documents[kind])
     lib, flank = model.core.lib, model.core.ffi.addressof(mesh, "flank")
     for parameter in np.linspace(flank.low_mm + 0.003, flank.high_mm - 0.003, 11):
         before, at, after = (

@@ -49,39 +49,39 @@
 #define LM_RIM_LEAST 0.002
 #define LM_RIM_MOST 0.1
 
-#define LM_TEETH_KEYS(ROW, DEPENDENT)                                                             \
-  ROW(DEFORMATION, teeth, deformation, , DEFORMATION, ONE, 0, 1, DEFAULT, 0, SAME,                \
-      "internal: external teeth on the flexspline, wave generator inside; external: ring "        \
-      "wave generator outside, teeth inside")                                                     \
-  ROW(MODULE_MM, teeth, module, _mm, REAL, ONE, LM_MODULE_LEAST_MM, LM_MODULE_MOST_MM, REQUIRED,  \
-      0, SAME, "module m: pitch diameter over number of teeth")                                   \
-  ROW(FLEXSPLINE_TEETH, teeth, flexspline_teeth, , COUNT, ONE, LM_FLEXSPLINE_TEETH_MIN,           \
-      LM_FLEXSPLINE_TEETH_MAX, REQUIRED, 0, SAME, "teeth of the flexspline z1, an even number")   \
-  DEPENDENT(RIGID_TEETH, teeth, rigid_teeth, , COUNT, ONE, LM_FLEXSPLINE_TEETH_MIN - 2,           \
-            LM_FLEXSPLINE_TEETH_MAX + 2, REQUIRED, 0, FOLLOWS,                                    \
-            "teeth of the rigid gear z2: z1 + 2 (internal) or z1 - 2 (external)")                 \
-  ROW(PRESSURE_ANGLE_DEG, teeth, pressure_angle, _rad, REAL, DEGREE, 10, 35, DEFAULT, 20, IN_DEG, \
-      "pressure angle of the basic rack; 20 deg in ISO 53")                                       \
-  ROW(FLEXSPLINE_SHIFT, teeth, flexspline_shift, , REAL, ONE, -2, 12, REQUIRED, 3, SAME,          \
-      "profile shift x1 of the flexspline, in modules")                                           \
-  ROW(RIGID_SHIFT, teeth, rigid_shift, , REAL, ONE, -2, 12, REQUIRED, 3, SAME,                    \
-      "profile shift x2 of the rigid gear, in modules; a larger x2 - x1 opens the side "          \
-      "clearance")                                                                                \
-  ROW(RACK_ADDENDUM, teeth, rack_addendum, , REAL, ONE, 0.5, 1.5, DEFAULT, 1, SAME,               \
-      "addendum h_a* of the basic rack, in modules; 1 in ISO 53")                                 \
-  ROW(ROOT_CLEARANCE, teeth, root_clearance, , REAL, ONE, 0.05, 0.6, DEFAULT, 0.35, SAME,         \
-      "root clearance c* of the basic rack, in modules; 0.35 for fine modules (up to 0.5 mm)")    \
-  ROW(TOOTH_HEIGHT, teeth, tooth_height, , REAL, ONE, 0.5, 3, REQUIRED, 1.75, SAME,               \
-      "whole depth h of the tooth whose root the rack cuts, in modules")                          \
-  ROW(ENGAGEMENT_DEPTH, teeth, engagement_depth, , REAL, ONE, 0.2, 2.5, REQUIRED, 1.2, SAME,      \
-      "engagement depth h_d on the deformation axis, in modules")                                 \
-  ROW(FACE_WIDTH_MM, teeth, face_width, _mm, REAL, ONE, LM_FACE_WIDTH_LEAST_MM,                   \
-      LM_FACE_WIDTH_MOST_MM, REQUIRED, 0, SAME, "face width b of the mesh")                       \
-  DEPENDENT(FLEXSPLINE_FLANK, teeth, flexspline_flank, , FLANK, ONE, 0, 1, DEFAULT, 0, SAME,      \
-            "flank of the flexspline: an involute, or two arcs with a common tangent (table "     \
-            "flank), whose shift is the radial displacement of the tool")                         \
-  DEPENDENT(RIGID_FLANK, teeth, rigid_flank, , FLANK, ONE, 0, 2, DEFAULT, 0, SAME,                \
-            "flank of the rigid gear: an involute, or the conjugate that the moving teeth of "    \
+#define LM_TEETH_KEYS(ROW, DEPENDENT)                                                              \
+  ROW(DEFORMATION, teeth, deformation, , DEFORMATION, ONE, 0, 1, DEFAULT, 0, SAME,                 \
+      "internal: external teeth on the flexspline, wave generator inside; external: ring "         \
+      "wave generator outside, teeth inside")                                                      \
+  ROW(MODULE_MM, teeth, module, _mm, REAL, ONE, LM_MODULE_LEAST_MM, LM_MODULE_MOST_MM, REQUIRED,   \
+      0, SAME, "module m: pitch diameter over number of teeth")                                    \
+  ROW(FLEXSPLINE_TEETH, teeth, flexspline_teeth, , COUNT, ONE, LM_FLEXSPLINE_TEETH_MIN,            \
+      LM_FLEXSPLINE_TEETH_MAX, REQUIRED, 0, SAME, "teeth of the flexspline z1, an even number")    \
+  DEPENDENT(RIGID_TEETH, teeth, rigid_teeth, , COUNT, ONE, LM_FLEXSPLINE_TEETH_MIN - 2,            \
+            LM_FLEXSPLINE_TEETH_MAX + 2, REQUIRED, 0, FOLLOWS,                                     \
+            "teeth of the rigid gear z2: z1 + 2 (internal) or z1 - 2 (external)")                  \
+  ROW(PRESSURE_ANGLE_DEG, teeth, pressure_angle, _rad, REAL, DEGREE, 10, 35, DEFAULT, 20, IN_DEG,  \
+      "pressure angle of the basic rack; 20 deg in ISO 53")                                        \
+  ROW(FLEXSPLINE_SHIFT, teeth, flexspline_shift, , REAL, ONE, -2, 12, REQUIRED, 3, SAME,           \
+      "profile shift x1 of the flexspline, in modules")                                            \
+  ROW(RIGID_SHIFT, teeth, rigid_shift, , REAL, ONE, -2, 12, REQUIRED, 3, SAME,                     \
+      "profile shift x2 of the rigid gear, in modules; a larger x2 - x1 opens the side "           \
+      "clearance")                                                                                 \
+  ROW(RACK_ADDENDUM, teeth, rack_addendum, , REAL, ONE, 0.5, 1.5, DEFAULT, 1, SAME,                \
+      "addendum h_a* of the basic rack, in modules; 1 in ISO 53")                                  \
+  ROW(ROOT_CLEARANCE, teeth, root_clearance, , REAL, ONE, 0.05, 0.6, DEFAULT, 0.35, SAME,          \
+      "root clearance c* of the basic rack, in modules; 0.35 for fine modules (up to 0.5 mm)")     \
+  ROW(TOOTH_HEIGHT, teeth, tooth_height, , REAL, ONE, 0.5, 3, REQUIRED, 1.75, SAME,                \
+      "whole depth h of the tooth whose root the rack cuts, in modules")                           \
+  ROW(ENGAGEMENT_DEPTH, teeth, engagement_depth, , REAL, ONE, 0.2, 2.5, REQUIRED, 1.2, SAME,       \
+      "engagement depth h_d on the deformation axis, in modules")                                  \
+  ROW(FACE_WIDTH_MM, teeth, face_width, _mm, REAL, ONE, LM_FACE_WIDTH_LEAST_MM,                    \
+      LM_FACE_WIDTH_MOST_MM, REQUIRED, 0, SAME, "face width b of the mesh")                        \
+  DEPENDENT(FLEXSPLINE_FLANK, teeth, flexspline_flank, , FLANK, ONE, 0, 4, DEFAULT, 0, SAME,       \
+            "flank of the flexspline: an involute, two arcs with a common tangent, an S tooth or " \
+            "points (table flank), whose shift is the radial displacement of the tool")            \
+  DEPENDENT(RIGID_FLANK, teeth, rigid_flank, , FLANK, ONE, 0, 2, DEFAULT, 0, SAME,                 \
+            "flank of the rigid gear: an involute, or the conjugate that the moving teeth of "     \
             "the flexspline leave free, whose shift is its displacement from there")
 
 #define LM_GENERATOR_KEYS(ROW, DEPENDENT)                                                          \
@@ -169,31 +169,38 @@
 /* Flanks that are no involutes. Usual arcs: Liu et al., Machines 2025, 13, 535, section 3.5, in
  * modules; the tangent's height as those arcs give it. A radius or height of 0 is one that an
  * involute leaves unsaid. */
-#define LM_FLANK_KEYS(ROW, DEPENDENT)                                                            \
-  ROW(RHO_A, flank, rho_a, , REAL, ONE, 0, 20, DEFAULT, 1.37, SAME,                              \
-      "double arc: radius of the convex arc at the tip, in modules, 0.2 at least")               \
-  ROW(L_A, flank, l_a, , REAL, ONE, -2, 20, DEFAULT, 0.664, SAME,                                \
-      "double arc: offset of the convex arc's centre across the tooth's axis, in modules")       \
-  ROW(X_A, flank, X_a, , REAL, ONE, -2, 10, DEFAULT, 0.31, SAME,                                 \
-      "double arc: depth of the convex arc's centre below the reference circle, in modules")     \
-  ROW(RHO_F, flank, rho_f, , REAL, ONE, 0, 20, DEFAULT, 1.57, SAME,                              \
-      "double arc: radius of the concave arc at the root, in modules, 0.2 at least")             \
-  ROW(L_F, flank, l_f, , REAL, ONE, -2, 20, DEFAULT, 0.66, SAME,                                 \
-      "double arc: offset of the concave arc's centre across the space's axis, in modules")      \
-  ROW(X_F, flank, X_f, , REAL, ONE, -2, 10, DEFAULT, 0.268, SAME,                                \
-      "double arc: height of the concave arc's centre above the reference circle, in "           \
-      "modules")                                                                                 \
-  ROW(DELTA_L_DEG, flank, delta_L, _rad, REAL, DEGREE, 0, 60, DEFAULT, 0, IN_DEG,                \
-      "double arc: inclination of the common tangent; 0: it follows from both centres; "         \
-      "above 0, l_f and X_f follow from it and are not read (arc, straight, arc)")               \
-  ROW(H_L, flank, h_l, , REAL, ONE, 0, 2, DEFAULT, 0.25, SAME,                                   \
-      "double arc: height of the common tangent, in modules, 0.01 at least; read with delta_L")  \
-  ROW(TIP_RELIEF_MM, flank, tip_relief, _mm, REAL, MODULE, 0, 0.1, FILLED, 0, SAME,              \
-      "relief of the flexspline's tip: what is taken off its flank across the tooth there; the " \
-      "conjugate is generated without it")                                                       \
-  ROW(TIP_RELIEF_HEIGHT, flank, tip_relief_height, , REAL, ONE, 0, 1, DEFAULT, 0.3, SAME,        \
-      "height below the tip at which the relief begins, in modules; it grows with the square")   \
-  ROW(BACKLASH_MM, flank, backlash, _mm, REAL, MODULE, -0.05, 0.2, FILLED, 0, SAME,              \
+#define LM_FLANK_KEYS(ROW, DEPENDENT)                                                             \
+  ROW(RHO_A, flank, rho_a, , REAL, ONE, 0, 20, DEFAULT, 1.37, SAME,                               \
+      "double arc: radius of the convex arc at the tip, in modules, 0.2 at least")                \
+  ROW(L_A, flank, l_a, , REAL, ONE, -2, 20, DEFAULT, 0.664, SAME,                                 \
+      "double arc: offset of the convex arc's centre across the tooth's axis, in modules")        \
+  ROW(X_A, flank, X_a, , REAL, ONE, -2, 10, DEFAULT, 0.31, SAME,                                  \
+      "double arc: depth of the convex arc's centre below the reference circle, in modules")      \
+  ROW(RHO_F, flank, rho_f, , REAL, ONE, 0, 20, DEFAULT, 1.57, SAME,                               \
+      "double arc: radius of the concave arc at the root, in modules, 0.2 at least")              \
+  ROW(L_F, flank, l_f, , REAL, ONE, -2, 20, DEFAULT, 0.66, SAME,                                  \
+      "double arc: offset of the concave arc's centre across the space's axis, in modules")       \
+  ROW(X_F, flank, X_f, , REAL, ONE, -2, 10, DEFAULT, 0.268, SAME,                                 \
+      "double arc: height of the concave arc's centre above the reference circle, in "            \
+      "modules")                                                                                  \
+  ROW(DELTA_L_DEG, flank, delta_L, _rad, REAL, DEGREE, 0, 60, DEFAULT, 0, IN_DEG,                 \
+      "double arc: inclination of the common tangent; 0: it follows from both centres; "          \
+      "above 0, l_f and X_f follow from it and are not read (arc, straight, arc)")                \
+  ROW(H_L, flank, h_l, , REAL, ONE, 0, 2, DEFAULT, 0.25, SAME,                                    \
+      "double arc: height of the common tangent, in modules, 0.01 at least; read with delta_L")   \
+  ROW(KAPPA, flank, kappa, , REAL, ONE, 0, LM_KAPPA_MOST, DEFAULT, 0.9, SAME,                     \
+      "S tooth: deflection coefficient of the path of a rack's tooth that it is half of, 0.5 at " \
+      "least")                                                                                    \
+  ROW(X_M, flank, X_M, , REAL, ONE, -2, 2, DEFAULT, 0, SAME,                                      \
+      "S tooth: height of its datum point above the reference circle, in modules")                \
+  ROW(S_M, flank, s_M, , REAL, ONE, 0, 2.5, DEFAULT, 1.5, SAME,                                   \
+      "S tooth: thickness at its datum point, in modules, 0.5 at least")                          \
+  ROW(TIP_RELIEF_MM, flank, tip_relief, _mm, REAL, MODULE, 0, 0.1, FILLED, 0, SAME,               \
+      "relief of the flexspline's tip: what is taken off its flank across the tooth there; the "  \
+      "conjugate is generated without it")                                                        \
+  ROW(TIP_RELIEF_HEIGHT, flank, tip_relief_height, , REAL, ONE, 0, 1, DEFAULT, 0.3, SAME,         \
+      "height below the tip at which the relief begins, in modules; it grows with the square")    \
+  ROW(BACKLASH_MM, flank, backlash, _mm, REAL, MODULE, -0.05, 0.2, FILLED, 0, SAME,               \
       "constant side clearance that a conjugate flank is given, along the circumference")
 
 /* Keys of [design] itself. */

@@ -32,6 +32,10 @@ LM_BEGIN_DECLS
 #define LM_TOLERANCE_LINKS_MAX LM_TOLERANCE_CHAIN_MAX
 #define LM_SECTIONS_MAX 7
 
+/* Deflection coefficient of an S tooth: at 1 the curvature at the datum point is unbounded, and
+ * there is no tangent. Random drives up to 0.996 agree with swept polygons. */
+#define LM_KAPPA_MOST 0.995
+
 /* Teeth of the flexspline: ratios of 15 to 320, the largest in catalogues. */
 #define LM_FLEXSPLINE_TEETH_MIN 30
 #define LM_FLEXSPLINE_TEETH_MAX 640
@@ -53,8 +57,21 @@ typedef enum lm_generator_type {
 typedef enum lm_flank_kind {
   LM_FLANK_INVOLUTE = 0,
   LM_FLANK_DOUBLE_ARC = 1, /* flexspline: convex arc, common tangent, concave arc */
-  LM_FLANK_CONJUGATE = 2   /* rigid gear: what the moving flexspline tooth leaves free */
+  LM_FLANK_CONJUGATE = 2,  /* rigid gear: what the moving flexspline tooth leaves free */
+  LM_FLANK_S_TOOTH = 3, /* flexspline: half the path of a rack's tooth, either way from a point */
+  LM_FLANK_POINTS = 4   /* flexspline: a spline through points */
 } lm_flank_kind;
+
+/* A flank as points of a spline: heights along the tooth's axis from the gear's centre, rising,
+ * half the tooth's thickness there, and its slope by the height. Plain numbers: nothing is varied.
+ */
+#define LM_FLANK_POINTS_MAX 129
+typedef struct lm_flank_points {
+  int count; /* 4 .. LM_FLANK_POINTS_MAX */
+  double along_mm[LM_FLANK_POINTS_MAX];
+  double across_mm[LM_FLANK_POINTS_MAX];
+  double slope[LM_FLANK_POINTS_MAX];
+} lm_flank_points;
 
 /* Both gears, in the words of a gear drawing. Shifts, heights and depths are in modules. */
 typedef struct lm_teeth {
@@ -70,8 +87,9 @@ typedef struct lm_teeth {
   lm_real tooth_height;       /* h, whole depth of the tooth whose root the rack cuts, 0.5 .. 3 */
   lm_real engagement_depth;   /* h_d, on the deformation axis, 0.2 .. 2.5 */
   lm_real face_width_mm;      /* 0.5 .. 400 */
-  lm_flank_kind flexspline_flank; /* involute or double arc (internal deformation only); of a double
-                                     arc the shift is the radial displacement of the tool */
+  lm_flank_kind flexspline_flank; /* any but conjugate (others than involutes: internal deformation
+                                     only); of other flanks than involutes the shift is the radial
+                                     displacement of the tool */
   lm_flank_kind rigid_flank; /* involute or conjugate (internal deformation only); the shift of a
                                 conjugate flank is the displacement from where it is generated */
 } lm_teeth;
@@ -90,7 +108,11 @@ typedef struct lm_flank_form {
                           inclination is given, l_f and X_f follow and are not read */
   lm_real
       h_l; /* height of the common tangent along the tooth's axis, 0.01 .. 2; read with delta_L */
-  lm_real tip_relief_mm;     /* taken off the flexspline's flank at its tip; 0 .. 0.1 modules */
+  lm_real kappa;                 /* S tooth: deflection coefficient of the path, 0.5 .. 0.995 */
+  lm_real X_M;                   /* its datum point above the reference circle, -2 .. 2 */
+  lm_real s_M;                   /* thickness of the tooth there, 0.5 .. 2.5 */
+  const lm_flank_points *points; /* of a flank of points, which they outlive; may be null else */
+  lm_real tip_relief_mm;         /* taken off the flexspline's flank at its tip; 0 .. 0.1 modules */
   lm_real tip_relief_height; /* of the relieved part, 0 .. 1; the relief grows with the square */
   lm_real
       backlash_mm; /* added to a conjugate flank along the circumference, -0.05 .. 0.2 modules */

@@ -43,7 +43,18 @@ typedef struct lm_double_arc {
   lm_real lower_mm;        /* y of C */
 } lm_double_arc;
 
-/* Largest number of joints: B and C. */
+/* Half the path of a rack's tooth from the datum point M outwards, and its point reflection
+ * inwards; next to M its tangent through M. */
+typedef struct lm_s_tooth {
+  lm_real kappa;
+  lm_real module_mm;
+  lm_real datum_mm;        /* y of M */
+  lm_real datum_across_mm; /* x of M */
+  lm_real straight_mm;     /* height of the tangent either way */
+  lm_real tangent;         /* of its angle against the tooth's axis */
+} lm_s_tooth;
+
+/* Largest number of joints: B and C, or both ends of the tangent. */
 #define LM_FLANK_JOINTS_MAX 2
 
 typedef struct lm_flank {
@@ -53,7 +64,10 @@ typedef struct lm_flank {
   lm_real high_mm;    /* and at the other end */
   lm_involute involute;
   lm_double_arc arc;
-  lm_real relief_mm; /* tip relief at high_mm; 0: none */
+  lm_s_tooth s;
+  const lm_flank_points *points;
+  lm_real points_shift_mm; /* added to their heights */
+  lm_real relief_mm;       /* tip relief at high_mm; 0: none */
   lm_real relief_from_mm;
   int joints; /* where the curvature jumps, rising parameters */
   lm_real joint_mm[LM_FLANK_JOINTS_MAX];
@@ -62,12 +76,16 @@ typedef struct lm_flank {
 /* The flexspline's flank of a checked drive with its geometry; its tip relief is left out where
  * `relieved` is 0. LM_INCONSISTENT, naming the keys that disagree: "flank.rho_a, flank.rho_f" (arcs
  * that overlap: no common tangent between them), "flank.rho_a, teeth.tooth_height" and
- * "flank.rho_f, teeth.root_clearance" (an arc that ends before tip or root), "flank.rho_a,
+ * "flank.rho_f, teeth.root_clearance" (an arc that ends before tip or root; "flank.kappa" of an S
+ * tooth, "flank.points" of points, LM_NULL where there are none), "flank.rho_a,
  * flank.X_a" and "flank.rho_f, flank.X_f" (tip or root on the straight part), "flank.rho_f,
  * flank.l_f" (teeth that run into each other at the root), "flank.rho_a, flank.l_a" (a tooth
- * without thickness at its tip). */
+ * without thickness at its tip; "flank.s_M" of an S tooth). */
 lm_status lm_make_flank(const lm_drive *drive, const lm_geometry *geometry, int relieved,
                         lm_flank *flank, lm_fault *fault);
+
+/* Whether a gear can have a flank of a kind; `rigid`: the rigid gear, 0: the flexspline. */
+int lm_flank_fits(int kind, int rigid);
 
 /* Position and tangent at a parameter between the ends. */
 lm_flank_foot lm_evaluate_flank(const lm_flank *flank, lm_real parameter_mm);

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lostmotion import structs, units
+from lostmotion import flank_points, structs, units
 from lostmotion.catalogue import WIND_UP_MAX_RAD, Catalogue
 from lostmotion.combined_tolerances import COMBINED, spelled_out
 from lostmotion.core import core, library_effects, value_ranges
@@ -242,7 +242,8 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
         if section not in table:
             raise InputError(file, f"design.{section}", "no such table", f"[design.{section}]")
         keys = structs.FIELDS[section]
-        read = read_keys(file, f"design.{section}", table[section], keys)
+        more = flank_points.KEYS if section == "flank" else ()
+        read = read_keys(file, f"design.{section}", table[section], keys, tables=more)
         values |= {
             structs.field_path(section, key): read[key.name] for key in keys if key.name in read
         }
@@ -255,7 +256,17 @@ def _design(file: str, table: Any, ratio: float, rated: float) -> Design:
         chains["radial_chain"],
         chains["torsion_chain"],
         chains["tolerance"],
+        flank_points.read_points(file, table.get("flank", {})),
     )
+    kind = values.get("teeth.flexspline_flank")
+    if (kind is not None and kind.value == "points") != (design.points is not None):
+        found = "no points" if design.points is None else "points"
+        raise InputError(
+            file,
+            flank_points.PLACE,
+            found,
+            "points, or points_file, and teeth.flexspline_flank = 'points'",
+        )
     generator = values["generator.type"]
     angle = "generator.contact_half_angle_rad"
     if generator.value in ("discs", "rollers", "ring") and angle not in values:

@@ -12,6 +12,7 @@ from lostmotion import units
 from lostmotion.core import Bits, Core, core
 from lostmotion.errors import InputError, LibraryError
 from lostmotion.fits import ToleranceClass, limit_deviations, read_class
+from lostmotion.flank_points import Points, flank_points
 from lostmotion.keys import Key, Kind, TableEntry, as_in_file
 
 MEASURES = ("", "deg", "arcmin", "modules", "pitch diameters", "rim thicknesses", "face widths")
@@ -231,6 +232,8 @@ class Design:
         From the path in `lm_drive` (``teeth.module_mm``) to what the file says.
     radial_chain, torsion_chain, tolerances : sequence of Entry or None
         None where the file says nothing.
+    points : tuple of pairs or None
+        Of a flank of points.
     """
 
     file: str
@@ -240,6 +243,7 @@ class Design:
     radial_chain: Sequence[Entry] | None = None
     torsion_chain: Sequence[Entry] | None = None
     tolerances: Sequence[Entry] | None = None
+    points: Points | None = None
 
 
 def field_path(section: str, key: Key) -> str:
@@ -289,6 +293,8 @@ def _given(design: Design, c: Core, paths: Iterable[str]) -> Any:
             value = key.default if key.kind == "real" else int(key.default)
             _set(drive, field_path(key.section, key), value)
     _set_all(drive, design, paths)
+    if design.points is not None:
+        drive.flank.points = flank_points(design.points, c.bits)
     return drive
 
 
@@ -380,17 +386,21 @@ def without_effect(design: Design, drive: Any) -> list[str]:
 ARC_KEYS = ("rho_a", "l_a", "X_a", "rho_f")
 CENTRE_KEYS = ("l_f", "X_f")
 TANGENT_KEYS = ("delta_L_rad", "h_l")
+S_KEYS = ("kappa", "X_M", "s_M")
 
 
 def _unused_flank_keys(drive: Any) -> dict[str, bool]:
     """Tell which keys of the flanks say nothing of a drive."""
     involute = drive.teeth.flexspline_flank == core().lib.LM_FLANK_INVOLUTE
     generated = drive.teeth.rigid_flank == core().lib.LM_FLANK_CONJUGATE
+    arcs = drive.teeth.flexspline_flank == core().lib.LM_FLANK_DOUBLE_ARC
+    s_tooth = drive.teeth.flexspline_flank == core().lib.LM_FLANK_S_TOOTH
     stated_tangent = drive.flank.delta_L_rad > 0
     hidden = {
-        **dict.fromkeys(ARC_KEYS, involute),
-        **dict.fromkeys(CENTRE_KEYS, involute or stated_tangent),
-        **dict.fromkeys(TANGENT_KEYS, involute or not stated_tangent),
+        **dict.fromkeys(ARC_KEYS, not arcs),
+        **dict.fromkeys(CENTRE_KEYS, not arcs or stated_tangent),
+        **dict.fromkeys(TANGENT_KEYS, not arcs or not stated_tangent),
+        **dict.fromkeys(S_KEYS, not s_tooth),
         "tip_relief_mm": involute and not generated,
         "tip_relief_height": drive.flank.tip_relief_mm == 0,
         "backlash_mm": not generated,
@@ -495,9 +505,11 @@ def _unfit_flank(design: Design, error: LibraryError) -> tuple[str, str]:
     found = design.values[error.key].value
     if error.high == 0:
         return f"'{found}'", "'involute': the teeth of a ring wave generator have no other flanks"
-    gear = "flexspline" if error.key == "teeth.flexspline_flank" else "rigid gear"
-    other = {"flexspline": "double_arc", "rigid gear": "conjugate"}[gear]
-    return f"'{found}'", f"'involute' or '{other}' for the {gear}"
+    rigid = error.key == "teeth.rigid_flank"
+    gear = "rigid gear" if rigid else "flexspline"
+    fits = core().lib.lm_flank_fits
+    others = [f"'{name}'" for kind, name in enumerate(FLANKS) if fits(kind, rigid)]
+    return f"'{found}'", f"{', '.join(others[:-1])} or {others[-1]} for the {gear}"
 
 
 def _no_reach(design: Design, error: LibraryError) -> tuple[str, str]:
@@ -542,6 +554,30 @@ ARC_FAULTS: dict[str, tuple[str, str]] = {
     "flank.rho_f, flank.l_f": (
         "half a tooth of {:.6g} modules at the root",
         "less than {1:.6g} modules, half the pitch there: the teeth run into each other",
+    ),
+    "flank.kappa, teeth.tooth_height": (
+        "an S tooth that reaches {:.6g} modules from its datum point",
+        "more than {0:.6g} modules, where the tip lies",
+    ),
+    "flank.kappa, teeth.root_clearance": (
+        "an S tooth that reaches {:.6g} modules from its datum point",
+        "more than {0:.6g} modules, where the root lies",
+    ),
+    "flank.s_M, teeth.tooth_height": (
+        "half a tooth of {:.6g} modules at the tip",
+        "a tooth that has thickness there",
+    ),
+    "flank.s_M, teeth.root_clearance": (
+        "half a tooth of {:.6g} modules at the root",
+        "less than {1:.6g} modules, half the pitch there: the teeth run into each other",
+    ),
+    "flank.points, teeth.tooth_height": (
+        "points that end at {:.6g} mm from the gear's centre",
+        "the tip at {0:.6g} mm or beyond",
+    ),
+    "flank.points, teeth.root_clearance": (
+        "points that begin at {:.6g} mm from the gear's centre",
+        "the root at {1:.6g} mm or below",
     ),
 }
 """What was found and what was expected of arcs that make no flank, by the keys that disagree."""
