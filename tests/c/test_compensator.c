@@ -1160,6 +1160,8 @@ static void ringing_is_told_in_either_direction(void) {
   parameters.watch.ringing_Hz = 5;
   for (side = -1; side <= 1; side += 2) {
     TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
+    at.torque_Nm = 10;
+    (void)lm_settle_compensator(&joint, &at);
     (void)shake(LM_REAL(15 * side), 2);
     TEST_ASSERT_TRUE(joint.standing & LM_STATE_RINGING);
   }
