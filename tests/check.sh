@@ -248,6 +248,9 @@ step_with "$(has mvn && windows_here)" \
   sh tests/systems/python_on_windows.sh "$venv/bin/python" build-windows-python
 step_with "$(aarch64_here)" "aarch64: all C tests, kill and resume (g++-aarch64-linux-gnu, qemu-user)" \
   elsewhere aarch64 "$(aarch64_here)" -L /usr/aarch64-linux-gnu
+step_with "$([ "$(id -u)" = 0 ] && command -v mmdebstrap)" \
+  "Bare Debian 12 and 13: the wheel and its demo (root, mmdebstrap)" \
+  sh tests/systems/bare_debian.sh "$venv/bin/python" build-debian bookworm trixie
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh
