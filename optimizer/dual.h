@@ -150,8 +150,8 @@ inline lm_dual real_atan2(const lm_dual &y, const lm_dual &x) {
   return lm_dual::chain(y, atan2(y.value(), x.value()), x.value() / square) -
          lm_dual::chain(x, 0.0, y.value() / square);
 }
-/* The root of zero has no derivative; where one is taken (a chain without tolerances) nothing depends
- * on it, so it counts as 0. */
+/* The root of zero has no derivative; where one is taken (a chain without tolerances) nothing
+ * depends on it, so it counts as 0. */
 inline lm_dual real_sqrt(const lm_dual &a) {
   const double root = sqrt(a.value());
   return lm_dual::chain(a, root, root > 0.0 ? 0.5 / root : 0.0);

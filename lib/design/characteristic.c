@@ -304,9 +304,10 @@ typedef struct builder {
   int lobes;
 } builder;
 
-/* What the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and takes off
- * it in the other: the same displacement for all teeth, which each feels along its own radius and
- * across it. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it. */
+/* What the eccentricity of a fixed wave generator adds to the gap of a pair in one lobe and takes
+ * off it in the other: the same displacement for all teeth, which each feels along its own radius
+ * and across it. sense: +1 where a lobe that moves outwards goes into mesh, -1 where it leaves it.
+ */
 static lm_real eccentric_shift(const lm_generator *g, lm_real sense, lm_real angle_rad,
                                const lm_gap *gap, int side) {
   const lm_real direction = g->eccentricity_angle_rad - angle_rad;

@@ -2,8 +2,7 @@
  *
  *   phi(T) = radial gap (8), (9), (9a)          closes first, below about 2 % of rated torque
  *          + side clearance (1)                 staged take-up of the pairs
- *          + radial compliance (2) - (4)        rim and wave generator at the teeth, then radial
- * chain
+ *          + radial compliance (2) - (4)        rim, wave generator, then the radial chain
  *          + torsion (5)                        shafts, cup, and the rim between axial sections
  *          + tooth bending (6), (7)
  * All act one behind the other under the same torque, so their angles add. phi is the ONE-SIDED

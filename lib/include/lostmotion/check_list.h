@@ -50,8 +50,7 @@
         "the same at the root of the rigid gear's tooth")                                          \
   CHECK(RATCHETING, "ratcheting_torque", "Nm", LEAST,                                              \
         "torque at which rim, wave generator and rigid gear give way by the depth of the pairs "   \
-        "that "                                                                                    \
-        "carry; extrapolated from rated torque, an idealisation of this model")                    \
+        "that carry; extrapolated from rated torque, an idealisation of this model")               \
   CHECK(CUP_BUCKLING, "cup_buckling_torque", "Nm", LEAST,                                          \
         "torsional buckling of the cup's wall as a thin cylinder, NASA SP-8007 with its "          \
         "correlation factor")                                                                      \
