@@ -36,8 +36,7 @@ int main(void) {
     measured_rad = command_rad + now.correction_rad;
   }
 
-  /* Emergency stop: the brake holds the motor, the ticks continue, the command follows the output.
-   */
+  /* Emergency stop: the brake holds the motor, ticks continue, the command follows the output. */
   for (int k = 0; k < 500; ++k) {
     now = tick(load_Nm - 5.0f);
     command_rad = measured_rad - now.correction_rad;

@@ -235,10 +235,10 @@ def test_friction_outside_survives_its_file_and_is_refused_where_it_is_too_much(
     )
     made = make_controller(drive, profile="full")
     assert (len(made.outside), len(made.inside)) == (PLAYS, PLAYS)
-    with pytest.raises(InputError, match="operators: found 16, expected at most 8 in the profile"):
+    with pytest.raises(InputError, match="found 16, expected at most 8 in the profile"):
         make_controller(drive)
     base.hysteresis.outside *= 10
-    with pytest.raises(InputError, match="the loop is too wide for the drive"):
+    with pytest.raises(InputError, match="the loop is too wide"):
         build(make_controller(read_drive(fitted_file(base, tmp_path)), profile="full"))
 
 

@@ -211,7 +211,10 @@ def test_friction_that_sits_elsewhere_is_refused(warm: tuple[Campaign, list[Body
     )
     with pytest.raises(InputError, match=expected):
         merge_bodies([one, other], ["a", "b"])
-    with pytest.raises(InputError, match="a: friction: found outside it as well, expected inside"):
+    with pytest.raises(
+        InputError,
+        match="a: friction: found outside it as well, expected in parallel with the spring",
+    ):
         merge_bodies([other, one], ["b", "a"])
 
 

@@ -93,7 +93,7 @@ def test_every_key_of_a_design_stands_in_the_file_and_the_file_means_what_was_ma
     [
         ("size-x", "found 'size-x', expected numbers, as in size-20 ratio-100"),
         ("size-20 size-25", "size: found '20' and '25', expected one size"),
-        ("discs ring", "generator: found 'discs' and 'ring', expected one wave generator"),
+        ("discs ring", "wave generator: found 'discs' and 'ring', expected one wave generator"),
         ("elbow knee", "name: found 'elbow' and 'knee', expected one name"),
         ("size-1", "size: found 1, expected 3 to 200"),
         ("ratio-500", "ratio: found 500, expected 30 to 319"),

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from lostmotion.core import Bits, core
 from lostmotion.errors import InputError
@@ -138,6 +137,8 @@ def flank_points(points: Points, bits: Bits = 64) -> Any:
     c = core(bits)
     made = c.ffi.new("lm_flank_points *")
     x, y = np.array(points).T
+    from scipy.interpolate import CubicSpline  # drives without points do not wait for it
+
     slope = CubicSpline(y, x)(y, 1)
     made.count = len(points)
     for i in range(len(points)):

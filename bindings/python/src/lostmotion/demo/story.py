@@ -293,10 +293,8 @@ def show_demonstration(found: Demonstration, out: TextIO) -> None:
             lead = " " * len(lead)
     print("", file=out)
     show_drives(found.others, out)
-    print(f"\nreport with pictures: {found.report}", file=out)
     print(
-        "drive files, recordings and the parameters for the controller are beside it: "
-        f"{found.report.parent}",
+        f"report with pictures: {found.report}; beside it drive files, recordings, parameters",
         file=out,
     )
     print(NEXT, file=out)

@@ -278,7 +278,7 @@ def parse_words(words: list[str]) -> tuple[float, int, str, str]:
     Returns
     -------
     size, ratio, generator, name
-        20, 100, "discs" and the other words where nothing is reported.
+        Where a word is left out: 20, 100, "discs", and nothing.
 
     Raises
     ------
@@ -289,7 +289,7 @@ def parse_words(words: list[str]) -> tuple[float, int, str, str]:
     for word in words:
         kind, dash, value = word.partition("-")
         if word in GENERATORS:
-            kind, value = "generator", word
+            kind, value = "wave generator", word
         elif kind not in ("size", "ratio") or not dash:
             kind, value = "name", word
         if kind in found:
@@ -304,7 +304,7 @@ def parse_words(words: list[str]) -> tuple[float, int, str, str]:
         raise InputError("new", "size", f"{size:g}", f"{SIZES[0]} to {SIZES[1]}")
     if not RATIOS[0] <= ratio <= RATIOS[1]:
         raise InputError("new", "ratio", f"{ratio}", f"{RATIOS[0]} to {RATIOS[1]}")
-    return size, ratio, found.get("generator", "discs"), found.get("name", "")
+    return size, ratio, found.get("wave generator", "discs"), found.get("name", "")
 
 
 SIZES = (3, 200)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from lostmotion.errors import InputError
 from lostmotion.evidence.noise import whitened_runs
 from lostmotion.fit.model_result import FloatArray, ModelResult
 from lostmotion.results import figures
@@ -25,8 +26,16 @@ class WhitenedResult(ModelResult):
 
     def plot_autocorrelation(self, lags: int = LAGS) -> Any:
         """Draw the autocorrelation of the whitened residual; a Plotly figure."""
-        return figures.autocorrelation(self.whitened(), lags)
+        return figures.autocorrelation(self.some_whitened(), lags)
 
     def plot_normal(self) -> Any:
         """Draw the quantiles of the whitened residual against normal ones; a Plotly figure."""
-        return figures.normal_quantiles(np.concatenate(self.whitened()))
+        return figures.normal_quantiles(np.concatenate(self.some_whitened()))
+
+    def some_whitened(self) -> list[FloatArray]:
+        """`whitened`, or `InputError` where every run is too short."""
+        found = self.whitened()
+        if not found:
+            runs = f"{self.fitted_base().conditions.runs} runs of a few samples"
+            raise InputError("campaign", "residual", runs, "a run long enough to tell its noise")
+        return found

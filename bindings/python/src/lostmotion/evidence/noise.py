@@ -197,5 +197,5 @@ def whitened_runs(residual: FloatArray, time_s: FloatArray, starts: IntArray) ->
     return [
         noise.whiten(residual[a:b, None], run)[:, 0]
         for run, (a, b) in enumerate(pairwise(starts))
-        if b - a > noise.lags
+        if b - a > noise.lags + 1
     ]

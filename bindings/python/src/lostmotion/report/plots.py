@@ -80,20 +80,23 @@ def plots_of(result: WhitenedResult) -> list[Plot]:
             "Each run by itself; a run off the line of equality has another stiffness or gap.",
             result.plot_predicted,
         ),
-        Plot(
-            "autocorrelation",
-            "Autocorrelation of the whitened residual",
-            "The residual after whitening by its autoregression. Bars outside the band (95 %) are "
-            "correlation that the noise model does not have.",
-            result.plot_autocorrelation,
-        ),
-        Plot(
-            "quantiles",
-            "Normal quantiles of the whitened residual",
-            "Noise lies on the line; ends beside it are outliers or an effect that acts rarely.",
-            result.plot_normal,
-        ),
     ]
+    if result.whitened():
+        found += [
+            Plot(
+                "autocorrelation",
+                "Autocorrelation of the whitened residual",
+                "The residual after whitening by its autoregression. Bars outside the band (95 %) "
+                "are correlation that the noise model does not have.",
+                result.plot_autocorrelation,
+            ),
+            Plot(
+                "quantiles",
+                "Normal quantiles of the whitened residual",
+                "Noise lies on the line; ends beside it are outliers, or an effect that is rare.",
+                result.plot_normal,
+            ),
+        ]
     columns = result.fitted_base().conditions.columns
     if "input_angle_rad" in columns:
         found.append(
@@ -140,5 +143,5 @@ def drawing_script() -> str:
     packed = base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
     return (
         f'<script type="text/plain" id="plotly-packed">{packed}</script>'
-        f"<script>{SCRIPT.read_text('utf-8')}</script>"
+        f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>"
     )
