@@ -36,8 +36,8 @@ TEXT_BYTES_MAX = 1 << 24
 writes, a fit with many effects and their covariance, has 0.1 MiB."""
 
 PIPE_BYTES_MAX = 1 << 28
-"""What is read from a pipe or a device, at most: 256 MiB, chosen. They have no size to be requested
-, and ``/dev/zero`` has no end."""
+"""What is read from a pipe or a device, at most: 256 MiB, chosen. They have no size
+to look up, and ``/dev/zero`` has no end."""
 
 
 def read_bytes(path: str | Path, expected: str, most: int | None = None) -> bytes:

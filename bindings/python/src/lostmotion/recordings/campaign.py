@@ -220,7 +220,7 @@ class Campaign:
             raise InputError(self.runs[0].file, "torque_Nm", found, "a torque that varies")
 
     def require_variation(self) -> None:
-        """Refuse a campaign whose torque is at rest, or whose lost motion does in every run.
+        """Refuse a campaign whose torque is at rest, or whose lost motion is in every run.
 
         Raises
         ------
