@@ -337,7 +337,7 @@ NOINLINE static lm_real follow_slowly(lm_compensator *c, lm_real target_rad) {
 static inline void listen(lm_compensator *c, lm_real before_rad_s) {
   c->ticks += 1;
 #if LM_EFFECTS_MAX > 0
-  if (UNLIKELY(c->needs & NEEDS_MORE)) {
+  if (UNLIKELY((c->needs & NEEDS_MORE) != 0)) {
     hear_torque(c);
     return;
   }
