@@ -1,8 +1,7 @@
-/* The library's effects, in the order of their names: the only list of them.
+/* The only list of the library's effects, in alphabetical order.
  *
- * effects.h declares lm_effect_<name> for each and counts them, effects_table.c makes the table. An
- * effect is a file lib/runtime/effects/<name>.c, which says all that is known of it, and a row
- * here.
+ * effects.h declares and counts lm_effect_<name>; effects_table.c makes the table. An effect is a
+ * file lib/runtime/effects/<name>.c, which contains everything about it, and a row here.
  */
 #ifndef LOSTMOTION_EFFECT_LIST_H
 #define LOSTMOTION_EFFECT_LIST_H

@@ -1,7 +1,7 @@
-/* Sine, exponential and their kin for effects: short polynomials, no libm, the same bits on every
- * target, and a finite result for every input, NaN and infinity included.
+/* Elementary functions for effects: short polynomials, no libm, the same bits on every target, and
+ * a finite result for every input, including NaN and infinity.
  *
- * Error bounds, absolute unless said otherwise, against the exact function of the number given
+ * Error bounds, absolute unless stated otherwise, against the exact function of the given number
  * (tests/c/test_elementary.c measures them):
  *
  *                        float      double
@@ -27,7 +27,8 @@ LM_BEGIN_DECLS
 lm_real lm_sine(lm_real angle_rad);
 lm_real lm_cosine(lm_real angle_rad);
 
-/* Both of one angle, the same bits as from the two functions, for little more than one of them. */
+/* Sine and cosine of one angle: the same bits as from the two functions, at little more than the
+ * cost of one. */
 typedef struct lm_sine_cosine {
   lm_real sine;
   lm_real cosine;
@@ -35,13 +36,13 @@ typedef struct lm_sine_cosine {
 
 lm_sine_cosine lm_sine_and_cosine(lm_real angle_rad);
 
-/* e^x; x is held between +-LM_EXPONENT_MAX (NaN counts as the lower end), so the result is
- * positive and finite. */
+/* e^x; x is clipped to +-LM_EXPONENT_MAX (NaN counts as the lower end), so the result is positive
+ * and finite. */
 #define LM_EXPONENT_MAX LM_REAL(87)
 lm_real lm_exponential(lm_real x);
 
-/* Natural logarithm; x is held between LM_LOGARITHM_MIN and the largest finite number (NaN counts
- * as the minimum). */
+/* Natural logarithm; x is clipped between LM_LOGARITHM_MIN and the largest finite number (NaN
+ * counts as the minimum). */
 #define LM_LOGARITHM_MIN LM_REAL(1.2e-38)
 #define LM_LOGARITHM_MAX LM_REAL(3.4e38)
 lm_real lm_logarithm(lm_real x);
@@ -49,12 +50,12 @@ lm_real lm_logarithm(lm_real x);
 /* tanh x; NaN gives -1. */
 lm_real lm_hyperbolic_tangent(lm_real x);
 
-/* 1 - e^-x for x >= 0, exact for small x too: the part of the way that a first-order lag goes in x
- * time constants. NaN gives 1. */
+/* 1 - e^-x for x >= 0, accurate for small x too: step response of a first-order lag after x time
+ * constants. NaN gives 1. */
 lm_real lm_relaxation(lm_real x);
 
-/* x^exponent for x >= 0: 0 for x <= 0 and NaN, whatever the exponent; held between e^-87 and e^87
- * otherwise. */
+/* x^exponent: 0 for x <= 0 and NaN, whatever the exponent; otherwise clipped between e^-87 and
+ * e^87. */
 lm_real lm_power(lm_real x, lm_real exponent);
 
 LM_END_DECLS

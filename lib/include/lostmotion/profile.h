@@ -1,22 +1,23 @@
-/* How large the runtime is built: one profile, or each size on its own.
+/* Size of the runtime: a profile, or each size separately.
  *
- * LM_PROFILE picks the defaults below; any single macro may be set on the compiler's command line,
- * to a plain decimal number, or in a header of the user's own, whose name LM_CONFIG_HEADER holds:
+ * LM_PROFILE selects the defaults below. Each macro may be set to a plain decimal number on the
+ * compiler's command line, or in a user header named by LM_CONFIG_HEADER:
  * -DLM_CONFIG_HEADER='"lostmotion_config.h"'. Every source of the library and of the program must
- * see the same values; a program that does not, does not link (symbols.h).
+ * see the same values; otherwise the program does not link (symbols.h).
  *
  *                        GAP   STANDARD   FULL
  * LM_CURVE_POINTS_MAX     16         33     64   knots of the torsion curve
  * LM_PLAYS_MAX             1          8     16   play operators (memory of the load history)
- * LM_EFFECTS_MAX           0          0     27   secondary effects at work at once
- * LM_EFFECT_MEMORY_MAX     0          0     32   numbers of memory that all effects share
+ * LM_EFFECTS_MAX           0          0     27   active secondary effects
+ * LM_EFFECT_MEMORY_MAX     0          0     32   memory of all active effects, in numbers
  * LM_ENVELOPE              0          1      1   1: operators can follow an envelope (play.h)
  *
- * The standard profile takes a few effects as well: -DLM_EFFECTS_MAX=2 -DLM_EFFECT_MEMORY_MAX=6,
- * say; the numbers of memory are in each effect's file. The desktop library is built full.
+ * The standard profile can hold a few effects as well, for example -DLM_EFFECTS_MAX=2
+ * -DLM_EFFECT_MEMORY_MAX=6; the memory of each effect is stated in its file. The desktop library
+ * uses the full profile.
  *
- * The gap profile has neither curve nor effects: its model is one play driven by the commanded
- * output angle, for controllers that know no torque.
+ * The gap profile has neither curve nor effects: its model is one play operator driven by the
+ * commanded output angle, for controllers without torque information.
  */
 #ifndef LOSTMOTION_PROFILE_H
 #define LOSTMOTION_PROFILE_H
@@ -25,7 +26,7 @@
 #include LM_CONFIG_HEADER
 #endif
 
-#define LM_PROFILE_GAP 1      /* one play, no curve */
+#define LM_PROFILE_GAP 1      /* one operator, no curve */
 #define LM_PROFILE_STANDARD 2 /* 33 knots, 8 operators, no effects */
 #define LM_PROFILE_FULL 3     /* 64 knots, 16 operators, every effect */
 
@@ -64,7 +65,7 @@
 
 #ifndef LM_EFFECTS_MAX
 #if LM_PROFILE == LM_PROFILE_FULL
-#define LM_EFFECTS_MAX 27 /* 0 to 64: effects at work at once */
+#define LM_EFFECTS_MAX 27 /* 0 to 64: active effects */
 #else
 #define LM_EFFECTS_MAX 0
 #endif
@@ -78,7 +79,7 @@
 
 #ifndef LM_EFFECT_MEMORY_MAX
 #if LM_PROFILE == LM_PROFILE_FULL
-#define LM_EFFECT_MEMORY_MAX 32 /* 0 to 256: numbers of memory shared by the effects at work */
+#define LM_EFFECT_MEMORY_MAX 32 /* 0 to 256: memory of all active effects, in numbers */
 #else
 #define LM_EFFECT_MEMORY_MAX 0
 #endif
@@ -91,8 +92,8 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_ENVELOPE 0
 #else
-#define LM_ENVELOPE                                                                 \
-  1 /* 0 or 1: operators can follow an envelope of the torque, as those of a fit do \
+#define LM_ENVELOPE                                                              \
+  1 /* 0 or 1: operators can follow an envelope of the torque, as fitted ones do \
      */
 #endif
 #endif

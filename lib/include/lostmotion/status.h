@@ -1,4 +1,4 @@
-/* What can go wrong, and which input was at fault. */
+/* Error codes, and the input that caused an error. */
 #ifndef LOSTMOTION_STATUS_H
 #define LOSTMOTION_STATUS_H
 
@@ -6,8 +6,8 @@
 
 LM_BEGIN_DECLS
 
-/* Every function that can be given nonsense returns one of these. On anything but LM_OK no output
- * has been written, except the fault (lm_load_parameters fills its struct as it reads). */
+/* Returned by every function that checks its inputs. On an error no output has been written except
+ * the fault (lm_load_parameters fills its struct while it reads). */
 typedef enum lm_status {
   LM_OK = 0,
   LM_NULL = 1,          /* a required pointer is null */
@@ -22,9 +22,9 @@ typedef enum lm_status {
   LM_STATUS_COUNT = 10
 } lm_status;
 
-/* The input that was refused: its name as in the header or drive file, what was found and the
- * range that was expected (low = high = 0 where there is no range). `input` points to constant
- * text and is never freed. */
+/* The input that was refused: its name as in the header or drive file, the value found and the
+ * range expected (low = high = 0 if there is no range). `input` points to constant text and is
+ * never freed. */
 typedef struct lm_fault {
   lm_status status;
   const char *input;
@@ -33,15 +33,16 @@ typedef struct lm_fault {
   lm_real high;
 } lm_fault;
 
-/* One sentence for a status; never null. Values outside the enumeration give "unknown status". */
+/* Returns a sentence that describes a status; never null. Values outside the enumeration give
+ * "unknown status". */
 const char *lm_status_sentence(lm_status status);
 
-/* Fills the caller's fault, if there is one (fault may be null), and hands back the status. */
+/* Fills the caller's fault, which may be null, and returns the status. */
 lm_status lm_refuse(lm_fault *fault, lm_status status, const char *input, lm_real found,
                     lm_real low, lm_real high);
 
-/* LM_OK when low <= value <= high; else refuses: LM_OUT_OF_RANGE, or LM_NOT_FINITE for NaN and
- * infinity. */
+/* Returns LM_OK if low <= value <= high; otherwise fills the fault and returns LM_OUT_OF_RANGE, or
+ * LM_NOT_FINITE for NaN and infinity. */
 lm_status lm_check_range(lm_fault *fault, const char *input, lm_real value, lm_real low,
                          lm_real high);
 

@@ -1,17 +1,18 @@
-/* Symbols that carry the precision and the sizes, so that a program which was compiled with others
- * than its library does not link, where it would hand over structs of another length:
+/* Symbols that contain the precision and the sizes. A program compiled with other values than its
+ * library would pass structs of a different size; with these symbols it does not link:
  *
  *     undefined reference to `lm_start_compensator_3_64_16_27_32_f32'
  *
- * is a program of the profile 3 (full) with 64 knots, 16 operators, 27 effects and 32 numbers of
- * memory; the library's own symbol tells what that was built with. They are the functions that fill
- * a struct of the caller's before any other function reads it. Nothing in the code gets larger.
+ * is a program built with profile 3 (full), 64 knots, 16 operators, 27 effects and 32 numbers of
+ * effect memory; the symbol in the library shows its own configuration. The functions concerned are
+ * those that fill a struct of the caller before any other function reads it. The code does not
+ * grow.
  *
- * Only the symbol in the object file changes, by an assembler label: no name in a source is a
- * macro, so debuggers, C++ and whatever parses the headers see the names as they are written. Where
- * the object format is ELF the library defines the plain symbol too, for dlsym. Compilers without
- * such labels have the plain symbols alone; there lm_check_parameters refuses parameters that were
- * compiled with another precision or other sizes.
+ * Only the symbol in the object file changes, by an assembler label. No name in a source is a
+ * macro, so debuggers, C++ and header parsers see the names as written. In ELF objects the library
+ * also defines the plain symbol, for dlsym. Compilers without such labels use only the plain
+ * symbols; lm_check_parameters then refuses parameters that were compiled with another precision or
+ * other sizes.
  */
 #ifndef LOSTMOTION_SYMBOLS_H
 #define LOSTMOTION_SYMBOLS_H
@@ -20,11 +21,11 @@
 #include "lostmotion/real.h"
 
 #define LM_TEXT_OF(tokens) #tokens
-/* A step between, in which macros become what they stand for. */
+/* Intermediate macro that expands its argument. */
 #define LM_TEXT(tokens) LM_TEXT_OF(tokens)
 
-/* LM_SIZED(name) behind a declaration: its symbol carries profile, sizes and precision.
- * LM_PRECISE(name): the precision. */
+/* LM_SIZED(name) after a declaration: the symbol contains profile, sizes and precision.
+ * LM_PRECISE(name): only the precision. */
 #if defined(__GNUC__) && !defined(LM_REAL_HEADER)
 #define LM_PRECISION_TEXT "_f" LM_TEXT(LM_REAL_BITS)
 #define LM_SIZES_TEXT                                                                             \
