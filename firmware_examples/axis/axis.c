@@ -1,7 +1,7 @@
 #include "axis.h"
 
 static lm_conditions conditions(float torque_Nm) {
-  lm_conditions at = LM_CONDITIONS_UNKNOWN; /* effects that need more: fill it in here */
+  lm_conditions at = LM_CONDITIONS_UNKNOWN; /* fill in here what the effects need */
   at.torque_Nm = torque_Nm;
   return at;
 }
@@ -61,7 +61,7 @@ float axis_tick(axis *a, float torque_Nm, float motor_rad, float wish_rad) {
   a->correction = lm_step_compensator(&a->compensator, &at);
   if (a->state != AXIS_CLOSED && a->state != AXIS_HOMING) {
     a->command_rad = axis_reported(a, motor_rad);
-    return motor_rad; /* braked or off: no error for the position loop */
+    return motor_rad; /* braked or off: no position error */
   }
   a->command_rad = wish_rad;
   return wish_rad - a->zero_rad + a->correction.correction_rad;
