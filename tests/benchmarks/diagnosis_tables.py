@@ -19,25 +19,32 @@ JUDGE_FROM = 10_000
 FLOOR_FACTOR = 1.1
 """After adding, the leave-one-run-out error should be at most this many times the noise floor."""
 
-INTRO = """# How well the diagnosis does
+INTRO = """# Accuracy of the diagnosis
 
-Figures of `tests/benchmarks/bench_diagnosis.py` (its first lines say how to run it) on campaigns of
-the rig in `tests/rig`. The rig shares no formula with the library. It measures one specimen of a
-catalogue drive over some thirty runs, with scatter from run to run, and hides something: one effect
-that leaves half the noise (rms) after a refit of the baseline, a pair (one noise, half of it),
-nothing, or a cause that the library does not have. Developing and judging use seeds apart; the
-seeds below were judged once.
+This page states how often `diagnose` names the right effect. `tests/benchmarks/bench_diagnosis.py`
+writes its figures; the first lines of that file state how to run it.
+
+The campaigns come from the simulator in `tests/rig`, which shares no formula with the library.
+Each one measures one specimen of a catalogue drive in about thirty runs, with scatter from run to
+run. It hides one of these:
+
+- one effect, which causes half the noise (rms) after a refit of the baseline model;
+- a pair of effects, with one noise and half a noise;
+- nothing;
+- a cause that is not in the library.
+
+Development and evaluation use different seeds. Each seed below was evaluated once.
 
 """
 
 
-NULLS = """## Where there is nothing to find
+NULLS = """## False alarms
 
-Every routine that speaks of chance is tried on data in which there is nothing, and its false alarms
+Every routine with a significance level is tested on data without any effect, and its false alarms
 are compared with the level that it states (binomial bounds, `tests/python/test_nulls_*.py`): the F
-test over runs, the sign flips, all gates together over all candidates, paired differences, standard
+test over runs, sign flips, all criteria together over all candidates, paired differences, standard
 errors and intervals, the shares of `compare`, steps, outliers, columns that rise together, stuck
-sensors, and whole diagnoses under coloured, long-tailed and uneven noise."""
+sensors, and whole diagnoses under coloured, long-tailed and non-uniform noise."""
 
 
 def page(rows: list[Record]) -> str:
@@ -55,11 +62,11 @@ def page(rows: list[Record]) -> str:
     parts = [INTRO + "\n".join(seeds_line(diagnosed))]
     if diagnosed:
         parts += [
-            "## What was asked for\n\n" + "\n".join(headline(diagnosed)),
-            "## One effect hidden\n\n" + "\n".join(confusion(diagnosed)),
-            "## A cause that the library does not have, or nothing\n\n"
+            "## Requirements and results\n\n" + "\n".join(headline(diagnosed)),
+            "## One hidden effect\n\n" + "\n".join(confusion(diagnosed)),
+            "## A cause that is not in the library, or nothing\n\n"
             + "\n".join(outside(diagnosed)),
-            "## How it falls off\n\n" + "\n".join(falling_off(diagnosed)),
+            "## Under worse conditions\n\n" + "\n".join(falling_off(diagnosed)),
         ]
     tried = [done for done in rows if done["what"] == "baselines"]
     if tried:
@@ -117,7 +124,7 @@ def seeds_line(rows: list[Record]) -> list[str]:
         largest = max(done["rows"] for done in rows)
         lines.append(
             f"A campaign of up to {largest} rows takes {np.median(cpu):.1f} s of one core "
-            f"(median; {np.max(cpu):.0f} s at most)."
+            f"(median; maximum {np.max(cpu):.0f} s)."
         )
     return lines
 
@@ -152,19 +159,19 @@ def headline(rows: list[Record]) -> list[str]:
         return set(done["truth"]["effects"]) <= set(done["answer"]["effects"])
 
     say("single effect named first", "95 %", single, right)
-    say("... and nothing reported as left over", "", single, explained)
+    say("... and no remainder reported", "", single, explained)
     say(
-        "a wrong effect alone",
+        "only a wrong effect named",
         "at most 1 %",
         single,
         lambda d: wrong_alone(d["truth"], d["answer"]),
     )
-    say("clean ends `complete`", "98 %", of(rows, "clean"), right)
-    say("clean with three times the scatter", "98 %", of(rows, "clean", scattered), right)
-    say("cause outside: `unexplained`, right column", "95 %", of(rows, "outside"), right)
-    say("both of a pair named", "90 %", pair, right)
-    say("... and nothing reported as left over", "", pair, explained)
-    say("aliased plan: truth in the set", "98 %", of(rows, "aliased"), set_holds)
+    say("no effect hidden: `complete`", "98 %", of(rows, "clean"), right)
+    say("the same with three times the scatter", "98 %", of(rows, "clean", scattered), right)
+    say("cause not in the library: `unexplained`, right column", "95 %", of(rows, "outside"), right)
+    say("both effects of a pair named", "90 %", pair, right)
+    say("... and no remainder reported", "", pair, explained)
+    say("aliased plan: hidden effect among those named", "98 %", of(rows, "aliased"), set_holds)
     added = [
         done
         for done in single + pair
@@ -176,7 +183,7 @@ def headline(rows: list[Record]) -> list[str]:
         added,
         lambda d: held_over_floor(d) <= FLOOR_FACTOR,
     )
-    out = table(("asked for", "bar", "reached"), lines)
+    out = table(("requirement", "required", "reached"), lines)
     if added:
         median = np.median([held_over_floor(done) for done in added])
         above = [
@@ -186,7 +193,7 @@ def headline(rows: list[Record]) -> list[str]:
             if held_over_floor(done) > FLOOR_FACTOR
         ]
         over = f"; above {FLOOR_FACTOR}: {', '.join(above)}" if above else ""
-        out += ["", f"That error is {median:.2f} times the floor (median){over}."]
+        out += ["", f"The median of that error is {median:.2f} times the floor{over}."]
     other = Counter(d["judged"] for d in single + pair if not right(d))
     if other:
         out += ["", f"Other answers to single effects and pairs: {in_words(other)}."]
@@ -264,7 +271,7 @@ def outside(rows: list[Record]) -> list[str]:
                 *(verdicts[v] for v in VERDICTS),
             )
         )
-    head = ("hidden", "campaigns", "as asked for", "named")
+    head = ("hidden", "campaigns", "as required", "named")
     return table((*head, *(f"`{v}`" for v in VERDICTS)), lines)
 
 
@@ -288,12 +295,13 @@ def falling_off(rows: list[Record]) -> list[str]:
                 count(rights(clean), len(clean)),
             )
         )
-    head = ("conditions", "single: as asked for", "wrong alone", "other answers", "clean")
+    head = ("conditions", "single: as required", "only a wrong effect", "other answers", "clean")
     return [
-        "As asked for: the effect named first, and where counts were lost their run and second;",
-        "where the effect's column is missing, no name (`unexplained` or `ambiguous`). Clean:",
-        "`complete`, or the event alone where counts were lost. The other rows repeat seeds of the",
-        "first, so that a campaign and its spoilt copy differ by the spoiling alone.",
+        "*As required* means: the effect is named first; with lost encoder counts also their",
+        "run and time; without the effect's column, no effect is named (`unexplained` or",
+        "`ambiguous`). *Clean* campaigns have to end `complete`; with lost counts only that",
+        "event may be named. The other rows repeat seeds of the first row, so a campaign and",
+        "its degraded copy differ only in the condition.",
         "",
         *table(head, lines),
     ]
@@ -338,10 +346,11 @@ def rivals(tried: list[Record], rows: list[Record]) -> list[str]:
             lines.append((kind, tool, len(members), in_words(found)))
     cpu = np.median([done["cpu_s"] for done in tried])
     return [
-        "All get the residual of the fitted baseline, run means out, splits by whole runs; what",
-        "does not explain 2 % of runs left out counts as no claim (`baselines.py`). A column is",
-        "right when the effect depends on it; the lasso gets the tangents of our effects.",
-        f"The three together take {cpu:.0f} s of one core with the baseline fit (median).",
+        "All tools get the residual of the fitted baseline model without run means, and data",
+        "split by whole runs. A claim counts only if it explains 2 % of the runs that were left",
+        "out (`baselines.py`). A column is right if the hidden effect depends on it. The lasso",
+        "gets the tangents of the library's effects. The three other tools together take",
+        f"{cpu:.0f} s of one core with the baseline fit (median).",
         "",
         *table(("hidden", "tool", "campaigns", "first claim"), lines),
     ]
@@ -370,14 +379,15 @@ def next_run(rows: list[Record]) -> list[str]:
     ratio = f"{suggested / repeated:.1f} times as many" if repeated else "the repeat none"
     kinds = Counter(d["suggested"]["run"] for d in rows)
     return [
-        "Campaigns that end `ambiguous` get one more run on the rig: the one that `next` ranks",
-        "first of those offered (`rig/following.py`), or one more of the plan's. Counted is how",
-        "many then end with the hidden effect alone. In the plan `aliased` temperature and wear",
-        "rise together over 21 runs; in `short` 11 runs hold one speed, and the drive is warm when",
-        "it is worn.",
+        "Campaigns that end `ambiguous` get one more run of the simulator: the run that `next`",
+        "ranks first (`rig/following.py`), or a repeated run of the plan. The table counts how",
+        "many then end with only the hidden effect. In the plan `aliased` temperature and wear",
+        "rise together over 21 runs. In the plan `short` 11 runs have one speed, and the drive",
+        "is warm when it is worn.",
         "",
-        *table(("plan", "hidden", "ambiguous", "suggested run", "one more of the same"), lines),
+        *table(("plan", "hidden", "ambiguous", "suggested run", "repeated run"), lines),
         "",
-        f"The suggested run resolves {suggested}, the repeat {repeated}: {ratio}; the bar is 1.5.",
-        f"Suggested: {in_words(kinds)}.",
+        f"The suggested run resolves {suggested} campaigns, the repeated run {repeated}: {ratio} "
+        "(required: 1.5).",
+        f"Suggested runs: {in_words(kinds)}.",
     ]

@@ -483,8 +483,8 @@ class Row:
 
 
 HEAD = """\
-| target | profile | flash | with the rest | linked | parameters | RAM | six axes | .data + .bss \
-| stack | model | ratio | step | ratio | ending | change | symbols |
+| target | profile | flash | all functions | linked | parameters | RAM | six axes | .data + .bss \
+| stack | model | ratio | step | ratio | reduced headroom | change | symbols |
 """
 HEAD += "|" + 17 * " --- |" + "\n"
 
@@ -551,35 +551,53 @@ MODEL_SOFT_MAX, _ = INSTRUCTIONS_MAX["Cortex-M0+", "standard"]
 INTRODUCTION = f"""\
 # What it costs
 
-Made by `tests/firmware/measure.py cost --write`; the tests measure everything again and fail
-where a figure passes its limit.
+This page states flash, RAM, stack and instructions of the runtime on six processors.
+`tests/firmware/measure.py cost --write` writes it. The tests repeat every measurement and fail \
+if a
+figure exceeds its limit.
 
-Instructions, not cycles, are counted in QEMU, from the least to the most of {WINDOWS} steps that
-reverse, jump, rest, leave the limits and the fitted range and bind every limit of the correction,
-at `-O2`. *model* is the curve and the operators (`lm_step_model`), *step* all of
-`lm_step_compensator` with limits and status, *ending* the most of a step where the headroom was
-narrowed in the midst of a motion, *change* the most of as many calls of `lm_change_parameters`,
-which checks what it is given. The stack is what one step overwrites, the compiler's soft-float
-helpers included. Flash is at `-Os`: check of the parameters, start, step, mode and headroom;
-*with the rest* adds settling, the uncertainty, the watch, change of parameters, save and restore;
-*linked* is that with everything that the linker takes from the compiler's and the C library, soft
-float above all. *parameters* is their constant struct, in flash as well; *RAM* one instance; *six
-axes* flash and RAM of a robot, the code linked once. All sizes are in bytes. *symbols* are what
-the objects want from elsewhere.
+QEMU counts instructions, not cycles, at `-O2`, over {WINDOWS} steps. The steps reverse, jump and
+rest, leave the limits and the fitted range, and reach every limit of the correction. Sizes are in
+bytes.
 
-*standard* is the default build, its operators on an envelope of the torque as a fit has them; *no
-envelope* is built with `LM_ENVELOPE=0`, its bands widen with the torque as those of a data sheet
-do; *one effect* has `thermal_gap` at work, *two effects*
-`creep` as well. The full profile is measured without an effect and without an envelope at work.
-Its 64 knots, 16 operators and 32 numbers of effect memory are beyond the limits that the others are
-held to.
+| column | meaning |
+| --- | --- |
+| flash | at `-Os`: check of the parameters, start, step, mode and headroom |
+| all functions | flash with settling, uncertainty, watch, change of parameters, save and restore |
+| linked | all functions with the parts of the compiler's and the C library that they use, mainly \
+soft float |
+| parameters | the constant struct of the parameters, also in flash |
+| RAM | one instance |
+| six axes | flash and RAM of a robot; the code is linked once |
+| stack | bytes that one step overwrites, including the compiler's soft-float functions |
+| model | minimum and maximum instructions of the curve and the operators (`lm_step_model`) |
+| step | the same for `lm_step_compensator`, with limits and status |
+| ratio | maximum over minimum of the column before it |
+| reduced headroom | maximum of a step in which the headroom is reduced during a motion |
+| change | maximum of a call of `lm_change_parameters`, which checks its parameters |
+| symbols | external symbols of the objects |
 
-Limits: model and step on the Cortex-M4F at most {MODEL_MAX} and {STEP_MAX} instructions (one
-effect: {MODEL_EFFECT_MAX} and {STEP_EFFECT_MAX}), model on the Cortex-M0+ at most
-{MODEL_SOFT_MAX}; most over least at most {RATIO_MAX}; flash on the Cortex-M4F at most
-{FLASH_MAX}; RAM at most {RAM_MAX}, stack at most {STACK_MAX} ({STACK_SOFT_MAX} without an FPU),
-both without effects, `.data` and `.bss` none; symbols none on the Cortex-M4F, on the others soft
-float and memcpy.
+| profile | meaning |
+| --- | --- |
+| gap only | the gap profile |
+| standard | the default build; its operators follow an envelope of the torque, as in a fit |
+| no envelope | `LM_ENVELOPE=0`; the bands of the operators widen with the torque, as from a data \
+sheet |
+| one effect, two effects | `thermal_gap`; `thermal_gap` and `creep` |
+| full | 64 knots, 16 operators and 32 values of effect memory, measured without effect and \
+envelope; the limits of size do not apply |
+
+| limited figure | limit |
+| --- | --- |
+| model and step, Cortex-M4F | {MODEL_MAX} and {STEP_MAX} instructions; with one effect \
+{MODEL_EFFECT_MAX} and {STEP_EFFECT_MAX} |
+| model, Cortex-M0+ | {MODEL_SOFT_MAX} instructions |
+| ratio | {RATIO_MAX}; step: only without effects |
+| flash, Cortex-M4F | {FLASH_MAX} |
+| RAM, without effects | {RAM_MAX} |
+| stack, without effects | {STACK_MAX}; {STACK_SOFT_MAX} without an FPU |
+| `.data` and `.bss` | 0 |
+| symbols, without effects | none on the Cortex-M4F; soft float and memcpy on the others |
 
 """
 
