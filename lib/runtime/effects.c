@@ -55,18 +55,12 @@ static lm_real read(const lm_real *column, int64_t k, lm_real missing) {
   return column ? column[k] : missing;
 }
 
+#define READ_OR_ZERO(field, ...) at.field = read(recording->field, k, 0);
+#define READ_OR_USUAL(field, NEED, usual, uses) at.field = read(recording->field, k, usual);
+
 lm_conditions lm_read_conditions(const lm_recording *recording, int64_t k) {
   lm_conditions at;
-  at.torque_Nm = read(recording->torque_Nm, k, 0);
-  at.input_angle_rad = read(recording->input_angle_rad, k, 0);
-  at.output_angle_rad = read(recording->output_angle_rad, k, 0);
-  at.input_velocity_rad_s = read(recording->input_velocity_rad_s, k, 0);
-  at.output_acceleration_rad_s2 = read(recording->output_acceleration_rad_s2, k, 0);
-  at.temperature_C = read(recording->temperature_C, k, LM_REFERENCE_TEMPERATURE_C);
-  at.cycles = read(recording->cycles, k, 0);
-  at.tilt_moment_Nm = read(recording->tilt_moment_Nm, k, 0);
-  at.axial_force_N = read(recording->axial_force_N, k, 0);
-  at.elapsed_s = read(recording->elapsed_s, k, 0);
+  LM_CONDITION_LIST(READ_OR_ZERO, READ_OR_ZERO, READ_OR_USUAL)
   at.elastic_rad = read(recording->elastic_rad, k, 0);
   at.wound_Nm = read(recording->wound_Nm, k, at.torque_Nm);
   return at;

@@ -62,37 +62,27 @@ void lm_settle_model(const lm_parameters *parameters, lm_memory *memory) {
 }
 
 #if LM_EFFECTS_MAX > 0
+#define SKIP(field, ...)
+#define READ_BOUNDED(field, NEED, most)                \
+  if (needs & LM_NEEDS_##NEED) {                       \
+    at->field = judge(given->field, most, 0, &status); \
+  }
+/* What effects can do without is read for them, and not missed. */
+#define READ_FITTED(field, NEED, usual, uses)                             \
+  if (needs & ((LM_NEEDS_##NEED | (uses)) & ~USUAL_NEEDS)) {              \
+    uint32_t told_by = 0;                                                 \
+    at->field = judge_range(given->field, valid->field, usual, &told_by); \
+    if (needs & LM_NEEDS_##NEED) {                                        \
+      status |= told_by;                                                  \
+    }                                                                     \
+  }
+
+/* The conditions that few effects need. */
 static uint32_t read_rare(lm_conditions *at, const lm_parameters *parameters,
                           const lm_conditions *given, uint32_t needs) {
   const lm_validity *valid = &parameters->valid;
   uint32_t status = 0;
-  if (needs & LM_NEEDS_INPUT_ANGLE) {
-    at->input_angle_rad = judge(given->input_angle_rad, LM_ANGLE_MAX_RAD, 0, &status);
-  }
-  if (needs & LM_NEEDS_OUTPUT_ANGLE) {
-    at->output_angle_rad = judge(given->output_angle_rad, LM_ANGLE_MAX_RAD, 0, &status);
-  }
-  if (needs & (LM_NEEDS_INPUT_VELOCITY | LM_USES_INPUT_VELOCITY)) {
-    uint32_t told_by = 0;
-    at->input_velocity_rad_s =
-        judge_range(given->input_velocity_rad_s, valid->input_velocity_rad_s, 0, &told_by);
-    if (needs & LM_NEEDS_INPUT_VELOCITY) {
-      status |= told_by;
-    }
-  }
-  if (needs & LM_NEEDS_OUTPUT_ACCELERATION) {
-    at->output_acceleration_rad_s2 =
-        judge(given->output_acceleration_rad_s2, CONDITION_MAX, 0, &status);
-  }
-  if (needs & LM_NEEDS_CYCLES) {
-    at->cycles = judge_range(given->cycles, valid->cycles, 0, &status);
-  }
-  if (needs & LM_NEEDS_TILT_MOMENT) {
-    at->tilt_moment_Nm = judge(given->tilt_moment_Nm, CONDITION_MAX, 0, &status);
-  }
-  if (needs & LM_NEEDS_AXIAL_FORCE) {
-    at->axial_force_N = judge(given->axial_force_N, CONDITION_MAX, 0, &status);
-  }
+  LM_CONDITION_LIST(SKIP, READ_BOUNDED, READ_FITTED)
   return status;
 }
 

@@ -34,9 +34,6 @@ static inline lm_real believe(lm_real torque_Nm, lm_real before_Nm, lm_real limi
 }
 
 #if LM_EFFECTS_MAX > 0
-/* Beyond this no condition means anything, and products with an effect's values would leave float's
- * range. */
-#define CONDITION_MAX LM_REAL(1e12)
 /* A condition, or `unknown` where it is not told or means nothing. Twice the sum of two angles of
  * LM_ANGLE_MAX_RAD is still one that lm_sine reduces. */
 static inline lm_real judge(lm_real value, lm_real most, lm_real unknown, uint32_t *status) {
@@ -54,7 +51,7 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
   if (value >= range[0] && value <= range[1]) {
     return value;
   }
-  value = judge(value, CONDITION_MAX, unknown, status);
+  value = judge(value, LM_CONDITION_MAX, unknown, status);
   if (value >= range[0] && value <= range[1]) {
     return value;
   }
@@ -66,7 +63,9 @@ static inline lm_real judge_range(lm_real told, const lm_real *range, lm_real un
 }
 
 /* The moment of which nothing is known, as effects see it. */
-#define NOTHING_KNOWN {0, 0, 0, 0, 0, LM_REFERENCE_TEMPERATURE_C, 0, 0, 0, 0, 0, 0}
+#define ZERO_OF(field, ...) 0,
+#define USUAL_OF(field, NEED, usual, uses) usual,
+#define NOTHING_KNOWN {LM_CONDITION_LIST(ZERO_OF, ZERO_OF, USUAL_OF) 0, 0}
 
 /* The conditions that most effects do with, and a bit beside those of LM_NEEDS_: there is an effect
  * that needs another, or that changes torque or bands. */
@@ -129,26 +128,23 @@ uint32_t lm_advance_through_effects(const lm_parameters *parameters, lm_memory *
                                     const lm_conditions *given, lm_conditions *at, uint32_t needs,
                                     lm_progress *progress);
 
+/* One by one: a copy of a constant becomes a call of memset. */
+#define KEEP(field, ...)
+#define START_AT_ZERO(field, ...) at->field = 0;
+#define START_AT_USUAL(field, NEED, usual, uses) at->field = usual;
+#define READ_USUAL_NEED(field, NEED, usual, uses)                                  \
+  if (needs & (LM_NEEDS_##NEED & USUAL_NEEDS)) {                                   \
+    at->field = judge_range(given->field, parameters->valid.field, usual, status); \
+  }
+
 /* The moment as the effects at work see it before the operators have moved. */
 static inline void read_moment(lm_conditions *at, const lm_parameters *parameters,
                                const lm_conditions *given, lm_real input, lm_real elapsed_s,
                                uint32_t needs, uint32_t *status) {
-  const lm_real *range_C = parameters->valid.temperature_C;
-  /* One by one: a copy of a constant becomes a call of memset. */
   at->torque_Nm = input;
-  at->input_angle_rad = 0;
-  at->output_angle_rad = 0;
-  at->input_velocity_rad_s = 0;
-  at->output_acceleration_rad_s2 = 0;
-  at->temperature_C = LM_REFERENCE_TEMPERATURE_C;
-  at->cycles = 0;
-  at->tilt_moment_Nm = 0;
-  at->axial_force_N = 0;
+  LM_CONDITION_LIST(KEEP, START_AT_ZERO, START_AT_USUAL)
   at->elapsed_s = elapsed_s;
-  if (needs & LM_NEEDS_TEMPERATURE) {
-    at->temperature_C =
-        judge_range(given->temperature_C, range_C, LM_REFERENCE_TEMPERATURE_C, status);
-  }
+  LM_CONDITION_LIST(KEEP, KEEP, READ_USUAL_NEED)
 }
 #endif
 

@@ -123,54 +123,33 @@ static const lm_real *needed(uint32_t needs, uint32_t need, const lm_real *colum
   return (needs & need) && column ? &column[from] : NULL;
 }
 
+#define NO_COLUMN(field, ...)
+#define COLUMN_BOUNDED(field, NEED, most) \
+  const lm_real *field = needed(needs, LM_NEEDS_##NEED, recording->field, from);
+#define COLUMN_FITTED(field, NEED, usual, uses) \
+  const lm_real *field = needed(needs, LM_NEEDS_##NEED | (uses), recording->field, from);
+#define FROM_BOUNDED(field, NEED, most)            \
+  if (field) {                                     \
+    at->field = judge(field[k], most, 0, &status); \
+  }
+#define FROM_FITTED(field, NEED, usual, uses)                        \
+  if (field) {                                                       \
+    at->field = judge_range(field[k], valid->field, usual, &status); \
+  }
+
 /* Columns as step_model reads their conditions. */
 static void read_columns(block *b, const lm_parameters *parameters, uint32_t needs,
                          const lm_recording *recording, int64_t from) {
+  LM_CONDITION_LIST(NO_COLUMN, COLUMN_BOUNDED, COLUMN_FITTED)
+  const lm_real *elapsed_s = recording->elapsed_s ? &recording->elapsed_s[from] : NULL;
   const lm_validity *valid = &parameters->valid;
-  const lm_real *input_angle =
-      needed(needs, LM_NEEDS_INPUT_ANGLE, recording->input_angle_rad, from);
-  const lm_real *output_angle =
-      needed(needs, LM_NEEDS_OUTPUT_ANGLE, recording->output_angle_rad, from);
-  const lm_real *velocity = needed(needs, LM_NEEDS_INPUT_VELOCITY | LM_USES_INPUT_VELOCITY,
-                                   recording->input_velocity_rad_s, from);
-  const lm_real *acceleration =
-      needed(needs, LM_NEEDS_OUTPUT_ACCELERATION, recording->output_acceleration_rad_s2, from);
-  const lm_real *temperature = needed(needs, LM_NEEDS_TEMPERATURE, recording->temperature_C, from);
-  const lm_real *cycles = needed(needs, LM_NEEDS_CYCLES, recording->cycles, from);
-  const lm_real *tilt = needed(needs, LM_NEEDS_TILT_MOMENT, recording->tilt_moment_Nm, from);
-  const lm_real *force = needed(needs, LM_NEEDS_AXIAL_FORCE, recording->axial_force_N, from);
-  const lm_real *elapsed = needed(~0u, LM_NEEDS_TIME, recording->elapsed_s, from);
   uint32_t status = 0;
   int32_t k;
   for (k = 0; k < b->rows; ++k) {
     lm_conditions *at = &b->at[k];
-    if (input_angle) {
-      at->input_angle_rad = judge(input_angle[k], LM_ANGLE_MAX_RAD, 0, &status);
-    }
-    if (output_angle) {
-      at->output_angle_rad = judge(output_angle[k], LM_ANGLE_MAX_RAD, 0, &status);
-    }
-    if (velocity) {
-      at->input_velocity_rad_s = judge_range(velocity[k], valid->input_velocity_rad_s, 0, &status);
-    }
-    if (acceleration) {
-      at->output_acceleration_rad_s2 = judge(acceleration[k], CONDITION_MAX, 0, &status);
-    }
-    if (temperature) {
-      at->temperature_C =
-          judge_range(temperature[k], valid->temperature_C, LM_REFERENCE_TEMPERATURE_C, &status);
-    }
-    if (cycles) {
-      at->cycles = judge_range(cycles[k], valid->cycles, 0, &status);
-    }
-    if (tilt) {
-      at->tilt_moment_Nm = judge(tilt[k], CONDITION_MAX, 0, &status);
-    }
-    if (force) {
-      at->axial_force_N = judge(force[k], CONDITION_MAX, 0, &status);
-    }
-    if (elapsed) {
-      at->elapsed_s = take_elapsed(elapsed[k], 0);
+    LM_CONDITION_LIST(NO_COLUMN, FROM_BOUNDED, FROM_FITTED)
+    if (elapsed_s) {
+      at->elapsed_s = take_elapsed(elapsed_s[k], 0);
     }
   }
 }

@@ -186,8 +186,8 @@ def test_header_names_the_conditions_that_the_host_fills_in(
     bought["fit"] = {"values": {"cable.stiffness_Nm_per_rad": 1.0}}
     mine = make_controller(read_drive(write(bought)), profile="full", own={"cable": own})
     assert wanted(mine) == " * Every tick wants torque_Nm, output_angle_rad. */"
-    # The bits are those of effects.h.
-    text = (LIB / "include" / "lostmotion" / "effects.h").read_text()
+    # The bits are in the order of the rows.
+    text = (LIB / "include" / "lostmotion" / "condition_list.h").read_text()
     bits = re.findall(r"#define LM_NEEDS_(\w+) (\d+)u", text)
     assert [int(bit) for _, bit in bits] == [1 << k for k in range(len(NEEDS))]
     for (need, _), field in zip(bits, NEEDS, strict=True):

@@ -22,6 +22,7 @@
 
 #include <stdint.h>
 
+#include "lostmotion/condition_list.h"
 #include "lostmotion/effect_list.h"
 #include "lostmotion/elementary.h"
 #include "lostmotion/profile.h"
@@ -41,35 +42,14 @@ LM_BEGIN_DECLS
 #define LM_EFFECT_VALUES_MAX 6 /* values of one effect */
 #define LM_COUNT_EFFECT(name) +1
 #define LM_EFFECT_COUNT (0 LM_EFFECT_LIST(LM_COUNT_EFFECT)) /* effects of the library */
-#define LM_REFERENCE_TEMPERATURE_C LM_REAL(20)              /* where thermal effects are zero */
-#define LM_ANGLE_MAX_RAD LM_REAL(1600) /* input and output angle: a quarter of LM_TURN_MAX_RAD */
 
-/* Value of a condition that the host does not know. A finite number, so that every compiler accepts
- * it; no sensor returns it. */
-#define LM_UNKNOWN LM_REAL(3e38)
-
-/* Present conditions, as far as the host knows them. Unknown ones stay LM_UNKNOWN, as in
- * LM_CONDITIONS_UNKNOWN. The model replaces them (temperature by the reference temperature, torque
- * by the previous torque, others by zero) and sets LM_STATE_CONDITION_MISSING if an active effect
- * needs them. */
+/* Present conditions, as far as the host knows them: the fields of condition_list.h, in its order.
+ * Unknown ones stay LM_UNKNOWN, as in LM_CONDITIONS_UNKNOWN. The model replaces them (temperature
+ * by the reference temperature, torque by the previous torque, others by zero) and sets
+ * LM_STATE_CONDITION_MISSING if an active effect needs them. */
+#define LM_CONDITION_FIELD(field, ...) lm_real field;
 typedef struct lm_conditions {
-  lm_real torque_Nm;        /* external torque on the output shaft; torque.h says where from */
-  lm_real input_angle_rad;  /* of the wave generator, wrapped to one turn: beyond LM_ANGLE_MAX_RAD
-                             * (254 turns) it counts as unknown, and periodic effects have their
-                             * value at angle zero */
-  lm_real output_angle_rad; /* of the output shaft, wrapped or not; same limit.
-                             * Gap profile: the only input of the model, as commanded and never
-                             * wrapped (model.h; lm_shift_angle for endless rotation) */
-  lm_real input_velocity_rad_s;
-  lm_real output_acceleration_rad_s2;
-  lm_real temperature_C;
-  lm_real cycles; /* load cycles so far */
-  lm_real tilt_moment_Nm;
-  lm_real axial_force_N;
-  lm_real elapsed_s; /* since the previous sample. The compensator replaces 0 or less by the period
-                        of its parameters. Code that calls the model directly must set it if creep
-                        or sensor_lag is active: at 0, creep does not advance and the lagged torque
-                        does not change */
+  LM_CONDITION_LIST(LM_CONDITION_FIELD, LM_CONDITION_FIELD, LM_CONDITION_FIELD)
   lm_real elastic_rad; /* angle of torsion curve and friction at the torque; set by the model */
   lm_real wound_Nm; /* torque minus friction in parallel with the spring; it winds the drive up and
                        closes gaps in the mesh; set by the model */
@@ -77,23 +57,10 @@ typedef struct lm_conditions {
 
 /* Initial value: `lm_conditions at = LM_CONDITIONS_UNKNOWN;`. ({0} would mean zero torque at 0
  * degrees Celsius.) */
-#define LM_CONDITIONS_UNKNOWN                                              \
-  {LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, \
-   LM_UNKNOWN, LM_UNKNOWN, LM_UNKNOWN, 0,          0,          0}
-
-/* Bits of `covariates`: the conditions that an effect requires. The model passes these; all others
- * are zero, the temperature is the reference temperature. */
-#define LM_NEEDS_TORQUE 1u
-#define LM_NEEDS_INPUT_ANGLE 2u
-#define LM_NEEDS_OUTPUT_ANGLE 4u
-#define LM_NEEDS_INPUT_VELOCITY 8u
-#define LM_NEEDS_OUTPUT_ACCELERATION 16u
-#define LM_NEEDS_TEMPERATURE 32u
-#define LM_NEEDS_CYCLES 64u
-#define LM_NEEDS_TILT_MOMENT 128u
-#define LM_NEEDS_AXIAL_FORCE 256u
-#define LM_NEEDS_TIME 512u
-#define LM_USES_INPUT_VELOCITY 1024u /* used if known, not required */
+#define LM_UNKNOWN_OF_STEP(field, NEED, unknown) unknown,
+#define LM_UNKNOWN_OF_OTHERS(field, ...) LM_UNKNOWN,
+#define LM_CONDITIONS_UNKNOWN \
+  {LM_CONDITION_LIST(LM_UNKNOWN_OF_STEP, LM_UNKNOWN_OF_OTHERS, LM_UNKNOWN_OF_OTHERS) 0, 0}
 
 /* Meaning of the number that an effect returns; parameters list effects in this order. */
 typedef enum lm_effect_kind {
@@ -205,18 +172,10 @@ const lm_effect *lm_find_effect(const lm_effect *const *table, int32_t count, ui
 lm_status lm_check_effect(const lm_effect *effect, const lm_real *value, lm_fault *fault);
 
 /* Columns of a recording, each of `count` samples or null where it was not measured. */
+#define LM_CONDITION_COLUMN(field, ...) const lm_real *field;
 typedef struct lm_recording {
   int64_t count;
-  const lm_real *torque_Nm;
-  const lm_real *input_angle_rad;
-  const lm_real *output_angle_rad;
-  const lm_real *input_velocity_rad_s;
-  const lm_real *output_acceleration_rad_s2;
-  const lm_real *temperature_C;
-  const lm_real *cycles;
-  const lm_real *tilt_moment_Nm;
-  const lm_real *axial_force_N;
-  const lm_real *elapsed_s;
+  LM_CONDITION_LIST(LM_CONDITION_COLUMN, LM_CONDITION_COLUMN, LM_CONDITION_COLUMN)
   const lm_real *elastic_rad;
   const lm_real *wound_Nm;
 } lm_recording;
