@@ -89,6 +89,22 @@ def loops(
     return figure
 
 
+def scatter_runs(
+    figure: Any, xs: Sequence[FloatArray], ys: Sequence[FloatArray], labels: Sequence[int | str]
+) -> None:
+    """Add the samples of every run as dots, one trace a run."""
+    total = sum(x.size for x in xs)
+    for x, y, label in zip(xs, ys, labels, strict=True):
+        kept = drawn(x.size, total)
+        figure.add_scattergl(
+            x=single(x[kept]),
+            y=single(y[kept]),
+            name=f"run {label}",
+            mode="markers",
+            marker={"size": 3},
+        )
+
+
 def residuals(
     against: Sequence[FloatArray],
     residual_arcsec: Sequence[FloatArray],
@@ -104,16 +120,7 @@ def residuals(
     """
     go = plotly()
     figure = framed(go, "Residual", axis, "residual, arcsec")
-    total = sum(x.size for x in against)
-    for x, residual, label in zip(against, residual_arcsec, labels, strict=True):
-        kept = drawn(x.size, total)
-        figure.add_scattergl(
-            x=single(x[kept]),
-            y=single(residual[kept]),
-            name=f"run {label}",
-            mode="markers",
-            marker={"size": 3},
-        )
+    scatter_runs(figure, against, residual_arcsec, labels)
     return figure
 
 
@@ -127,16 +134,7 @@ def predicted(
     figure = framed(
         go, "Measured against predicted", "predicted lost motion, arcmin", "measured, arcmin"
     )
-    total = sum(model.size for model in model_arcmin)
-    for model, measured, label in zip(model_arcmin, measured_arcmin, labels, strict=True):
-        kept = drawn(model.size, total)
-        figure.add_scattergl(
-            x=single(model[kept]),
-            y=single(measured[kept]),
-            name=f"run {label}",
-            mode="markers",
-            marker={"size": 3},
-        )
+    scatter_runs(figure, model_arcmin, measured_arcmin, labels)
     ends = [
         min(float(run.min()) for run in model_arcmin),
         max(float(run.max()) for run in model_arcmin),
