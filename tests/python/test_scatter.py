@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -9,10 +11,7 @@ import pytest
 from lostmotion.evidence.contest import Contest
 from lostmotion.evidence.gram import gather
 from lostmotion.evidence.noise import Noise
-
-mixed = pytest.importorskip(
-    "statsmodels.regression.mixed_linear_model", reason="statsmodels is not installed"
-)
+from lostmotion.evidence.scatter import SLOPE_LEAST, RestrictedLikelihood
 
 RUNS, ROWS = 30, 40
 SCATTER = (1.5, 0.6)
@@ -33,6 +32,9 @@ def recordings(seed: int) -> tuple[FloatArray, FloatArray]:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_variances_are_those_of_a_mixed_linear_model(seed: int) -> None:
+    mixed = pytest.importorskip(
+        "statsmodels.regression.mixed_linear_model", reason="statsmodels is not installed"
+    )
     columns, response = recordings(seed)
     groups = np.repeat(np.arange(RUNS), ROWS)
     apart = mixed.MixedLMParams.from_components(fe_params=np.ones(2), cov_re=np.eye(2))
@@ -49,3 +51,33 @@ def test_variances_are_those_of_a_mixed_linear_model(seed: int) -> None:
     np.testing.assert_allclose(fixed / evidence.scale[evidence.fixed], found.fe_params, rtol=1e-3)
     # The truth lies within the scatter of 30 runs.
     np.testing.assert_allclose(np.sqrt(own), SCATTER, rtol=0.35)
+
+
+@pytest.mark.parametrize("seed", [22, 24])
+def test_a_variance_of_nothing_holds_up_no_other(seed: int) -> None:
+    """A third column that does not scatter, from next to the variances that the data speak for."""
+    rng = np.random.default_rng(seed)
+    time = np.tile(np.linspace(-1.0, 2.0, ROWS), RUNS)
+    columns = np.column_stack((np.ones(RUNS * ROWS), time, time**2))
+    own = np.repeat(rng.normal(size=(RUNS, 3)) * (*SCATTER, 0.0), ROWS, axis=0)
+    response = np.sum(columns * (own + (3.0, -2.0, 0.5)), axis=1) + rng.normal(size=time.size)
+    noise = Noise([np.zeros(0)] * RUNS, np.ones(RUNS))
+    starts = np.arange(0, RUNS * ROWS + 1, ROWS)
+    evidence = gather(columns, np.zeros(3), columns, (), response, noise, starts)
+    likelihood = RestrictedLikelihood(evidence, evidence.index())
+    far, _ = likelihood.lowest(np.full(3, 1e-2))
+    near, value = likelihood.lowest(np.array([1.1 * far[0], 0.9 * far[1], 3e-3]))
+    assert np.max(np.abs(likelihood(np.log(near))[1][:2])) < 2 * SLOPE_LEAST
+    assert value <= likelihood(np.log(far))[0] + SLOPE_LEAST
+
+
+def test_innovations_of_all_runs_are_those_of_each() -> None:
+    rng = np.random.default_rng(3)
+    starts = np.array([0, 30, 32, 33, 100])  # runs that are shorter than the memory among them
+    phi = [0.2 * rng.normal(size=count) for count in (3, 0, 2, 3)]
+    noise = Noise(phi, np.array([1.0, 2.0, 3.0, 4.0]))
+    values = rng.normal(size=100)
+    each = [noise.whiten(values[a:b], run) for run, (a, b) in enumerate(pairwise(starts))]
+    together, begins = noise.whiten_runs(values, starts)
+    np.testing.assert_allclose(together, np.concatenate(each), rtol=1e-12)
+    np.testing.assert_array_equal(np.diff([*begins, together.size]), [one.size for one in each])

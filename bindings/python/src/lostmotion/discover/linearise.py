@@ -139,12 +139,13 @@ def misfit(base: BaselineModel, contest: Contest, noise: Noise) -> float:
     variance = contest.null_omega / e.scale[e.scatter] ** 2
     residual = base.residual()
     total = float(np.sum(base.deviations**2 / variance[: len(DEVIATIONS)]))
-    for run, at in enumerate(base.conditions.slices()):
-        columns = np.column_stack((residual[at], np.ones(at.stop - at.start)))
-        white = noise.whiten(columns, run)
-        (square, cross), (_, ones) = white.T @ white
-        total += square - cross**2 / (ones + 1.0 / variance[-1])
-    return 0.5 * total
+    starts = base.conditions.starts
+    white, begins = noise.whiten_runs(residual, starts)
+    level, _ = noise.whiten_runs(np.ones_like(residual), starts)
+    square, cross, ones = (
+        np.add.reduceat(product, begins) for product in (white**2, white * level, level**2)
+    )
+    return 0.5 * (total + float(np.sum(square - cross**2 / (ones + 1.0 / variance[-1]))))
 
 
 def plain_rms(base: BaselineModel) -> float:

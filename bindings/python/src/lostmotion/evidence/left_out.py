@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg.lapack import dposv
 
 from lostmotion.evidence.gram import Evidence
 from lostmotion.evidence.scatter import Reduced
@@ -23,12 +24,33 @@ def log_density(reduced: Reduced, ridge: FloatArray) -> FloatArray:
     rest = total - own
     whole = total[:-1, :-1] + np.diag(ridge)
     others = rest[:, :-1, :-1] + np.diag(ridge)
-    delta = np.linalg.solve(others, rest[:, :-1, -1:])
-    slope = own[:, :-1, -1:] - own[:, :-1, :-1] @ delta
-    error = own[:, -1, -1] - np.sum(delta * (own[:, :-1, -1:] + slope), axis=(1, 2))
-    taken = np.sum(slope * np.linalg.solve(whole, slope), axis=(1, 2))
-    spread = np.linalg.slogdet(whole)[1] - np.linalg.slogdet(others)[1]
+    delta, log_det = solved_apart(others, rest[:, :-1, -1])
+    slope = own[:, :-1, -1] - (own[:, :-1, :-1] @ delta[:, :, None])[:, :, 0]
+    error = own[:, -1, -1] - np.sum(delta * (own[:, :-1, -1] + slope), axis=1)
+    taken = np.sum(slope * np.linalg.solve(whole, slope.T).T, axis=1)
+    spread = np.linalg.slogdet(whole)[1] - log_det
     return np.asarray(-0.5 * (error - taken + reduced.log_det + spread))
+
+
+def solved_apart(normal: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Solve positive definite normal equations of every run, and their log determinants.
+
+    One Cholesky factorization gives both. Where roundoff has left a matrix indefinite it is
+    factored with pivots.
+
+    Parameters
+    ----------
+    normal : ndarray, (runs, n, n)
+    right : ndarray, (runs, n)
+    """
+    solved, log_det = np.empty_like(right), np.empty(right.shape[0])
+    for run, (matrix, side) in enumerate(zip(normal, right, strict=True)):
+        factor, solved[run], failed = dposv(matrix, side)
+        if failed:
+            solved[run], log_det[run] = np.linalg.solve(matrix, side), np.linalg.slogdet(matrix)[1]
+        else:
+            log_det[run] = 2.0 * np.log(np.diag(factor)).sum()
+    return solved, log_det
 
 
 def centred(plain: Evidence) -> FloatArray:

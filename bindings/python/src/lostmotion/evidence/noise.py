@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -46,7 +47,7 @@ class Noise:
     phi: list[FloatArray]
     sigma: FloatArray
 
-    @property
+    @cached_property
     def lags(self) -> int:
         """Rows at the start of each run that the whitening uses up."""
         return max(p.size for p in self.phi)
@@ -69,6 +70,34 @@ class Noise:
                 made -= part
             made /= self.sigma[run]
         return out
+
+    def whiten_runs(
+        self, values: FloatArray, starts: IntArray
+    ) -> tuple[FloatArray, IntArray]:
+        """Innovations of one column over all runs, and where each run begins among them.
+
+        As `whiten` of each run, in as many steps as there are lags whatever the number of runs.
+
+        Parameters
+        ----------
+        values : ndarray
+            One column, the runs end to end.
+        starts : ndarray
+            Offsets of the runs.
+        """
+        rows = np.diff(starts)
+        skipped = np.minimum(self.lags, rows - 1)
+        phi = np.zeros((rows.size, self.lags))
+        for run, own in enumerate(self.phi):
+            reach = min(own.size, int(skipped[run]))
+            phi[run, :reach] = own[:reach]
+        out = values.copy()
+        for k in range(1, self.lags + 1):
+            out[k:] -= np.repeat(phi[:, k - 1], rows)[k:] * values[:-k]
+        out /= np.repeat(self.sigma, rows)
+        place = np.arange(values.size) - np.repeat(starts[:-1], rows)
+        kept = rows - skipped
+        return out[place >= np.repeat(skipped, rows)], np.cumsum(kept) - kept
 
     def spread(self, run: int) -> float:
         """Standard deviation of the noise itself, arc seconds."""

@@ -183,7 +183,10 @@ class RestrictedLikelihood:
         value, slope, curvature = self(x)
         for _ in range(STEPS_MOST):
             free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
-            if not np.any(np.abs(slope[free]) > SLOPE_LEAST):
+            # A variance of next to nothing has neither slope nor curvature: their quotient is a leap
+            # that would shorten the step of all the others with it.
+            free &= np.abs(slope) > SLOPE_LEAST
+            if not free.any():
                 break
             step = np.zeros_like(x)
             inner = curvature[np.ix_(free, free)]
@@ -214,8 +217,9 @@ class RestrictedLikelihood:
         own, _ = without_scatter(self.gram, omega, self.gram)
         information = 0.5 * (np.einsum("rkk->rk", own) ** 2).sum(axis=0)
         idle = (score > 0) & (score > np.sqrt(2.0 * STUCK * information))
-        if idle.any():
-            again, lower, _ = self.descend(np.where(idle, np.maximum(omega, LIFTED), omega))
+        lifted = np.where(idle, np.maximum(omega, LIFTED), omega)
+        if np.any(lifted > omega):
+            again, lower, _ = self.descend(lifted)
             if lower < value:
                 omega, value = again, lower
         return np.asarray(omega, dtype=np.float64), value
