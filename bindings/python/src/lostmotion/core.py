@@ -79,9 +79,13 @@ class Core:
     def record_type(self, kind: Any) -> np.dtype[Any]:
         """Describe a C type to NumPy."""
         if kind.kind == "primitive":
-            return self.real if kind.cname in ("double", "float") else np.dtype(np.intc)
+            if kind.cname in ("double", "float"):
+                return self.real
+            return np.dtype(f"i{self.ffi.sizeof(kind)}")
         if kind.kind == "enum":
             return np.dtype(np.uintc)
+        if kind.kind == "pointer":
+            return np.dtype(np.uintp)
         if kind.kind == "array":
             return np.dtype((self.record_type(kind.item), (kind.length,)))
         fields = kind.fields

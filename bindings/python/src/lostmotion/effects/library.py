@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -52,23 +51,25 @@ class FunctionInC:
         The columns are handed over once: a run is a part of them, not a copy.
         """
         c = core(self.bits)
-        recording = c.ffi.new("lm_recording *")
+        recordings = c.ffi.new("lm_recording[]", len(starts) - 1)
         columns = {
             name: c.pointer(c.array(campaign[name]))
             for name in (*NEEDS, *FILLED_IN)
             if name in campaign
         }
+        table = c.records(recordings, len(starts) - 1)
+        table["count"] = np.diff(starts)
+        begins = c.real.itemsize * np.array(starts[:-1], np.uintp)
+        for name, column in columns.items():
+            table[name] = int(c.ffi.cast("uintptr_t", column)) + begins
         out = c.zeros(starts[-1])
         result = c.pointer(out, write=True)
         state = c.array(memory).copy()
         value, remembered = c.pointer(c.array(values)), c.pointer(state, write=True)
-        for begin, end in pairwise(starts):
+        for run, begin in enumerate(starts[:-1]):
             if fresh:
                 state[:] = 0.0
-            recording.count = end - begin
-            for name, column in columns.items():
-                setattr(recording, name, column + begin)
-            c.lib.lm_run_effect(self.effect, value, remembered, recording, result + begin)
+            c.lib.lm_run_effect(self.effect, value, remembered, recordings + run, result + begin)
         memory[:] = state
         return np.asarray(out, dtype=np.float64)
 

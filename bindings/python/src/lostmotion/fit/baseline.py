@@ -164,12 +164,11 @@ class BaselineModel:
     def at(self) -> Point:
         """Evaluate the model; offsets of the runs are left out."""
         torque, width, plays, wound = self.driven()
-        ramps = self.curve.ramps(wound)
-        backbone = ramps @ self.curve.slopes
+        backbone = self.curve.angle(wound)
         stiffness = stiffness_factor(self.deviations)[self.conditions.run_of]
         slope = stiffness * self.curve.slope_at(wound)
         elastic, angle = self.angles(torque, plays, wound, backbone)
-        return Point(torque, width, plays, wound, ramps, stiffness, slope, backbone, elastic, angle)
+        return Point(torque, width, plays, wound, stiffness, slope, backbone, elastic, angle)
 
     def angle(self) -> FloatArray:
         """Angle of `at` alone, for differences: several times quicker."""
@@ -179,7 +178,7 @@ class BaselineModel:
     def residual(self, point: Point | None = None) -> FloatArray:
         """Measured minus model with the offset of each run taken off, arc seconds."""
         c = self.conditions
-        difference = self.measured - (point or self.at()).angle
+        difference = self.measured - (self.angle() if point is None else point.angle)
         return np.asarray(difference - c.run_mean(difference)[c.run_of])
 
     # --- derivatives -----------------------------------------------------------------------------

@@ -152,12 +152,8 @@ def start_columns(radius_Nm: FloatArray, widening: FloatArray, followed: FloatAr
 
     Over the first run of a session; by states in half widths.
     """
-    out = np.zeros((followed.size, radius_Nm.size))
-    for i in range(radius_Nm.size):
-        one = radius_Nm[i : i + 1], widening[i : i + 1]
-        high = run_plays(one[0], followed, 0.5, one[1])[:, 0]
-        out[:, i] = high - run_plays(one[0], followed, -0.5, one[1])[:, 0]
-    return out
+    high, low = (run_plays(radius_Nm, followed, state, widening) for state in (0.5, -0.5))
+    return high - low
 
 
 def moved_before(

@@ -24,8 +24,6 @@ class Point:
         Differences ``z_i - U`` of the operators, a column each.
     wound : ndarray
         Torque that friction leaves to the torsion curve.
-    ramps : ndarray
-        Derivatives of the torsion curve by its slopes.
     stiffness : ndarray
         Factor of each run on the torsion curve.
     slope : ndarray
@@ -38,7 +36,6 @@ class Point:
     width: FloatArray
     plays: FloatArray
     wound: FloatArray
-    ramps: FloatArray
     stiffness: FloatArray
     slope: FloatArray
     backbone: FloatArray

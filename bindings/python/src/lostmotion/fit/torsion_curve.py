@@ -119,7 +119,7 @@ class TorsionCurve:
         sd = np.maximum(self.prior_slopes, 0.1 * self.mean_slope)
 
         def fill(point: Point, out: FloatArray) -> None:
-            np.multiply(point.ramps, point.stiffness[:, None], out=out)
+            np.multiply(self.ramps(point.wound), point.stiffness[:, None], out=out)
 
         return Block(
             block_names("slope", n),
