@@ -183,8 +183,8 @@ class RestrictedLikelihood:
         value, slope, curvature = self(x)
         for _ in range(STEPS_MOST):
             free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
-            # A variance of next to nothing has neither slope nor curvature: their quotient is a leap
-            # that would shorten the step of all the others with it.
+            # A variance of next to nothing has neither slope nor curvature: their quotient would
+            # be a leap that shortens the step of all the others with it.
             free &= np.abs(slope) > SLOPE_LEAST
             if not free.any():
                 break
