@@ -51,6 +51,12 @@ def test_every_fourth_fault_is_found_and_changes_no_answer() -> None:
     assert not (wrong := print_table(lines)), "\n" + wrong
 
 
+@pytest.mark.parametrize("name", ["input_angle_rad: bit 14 turned"])
+def test_a_fault_that_reading_leaves_in_changes_no_diagnosis(name: str) -> None:
+    line = verdict(name, ("diagnose",))
+    assert not line.wrong, line.line()
+
+
 def test_a_dress_and_a_refusal_go_through_commands_of_their_own_process() -> None:
     lines = [
         verdict("UTF-16 big endian with mark", COMMANDS, alone=True),

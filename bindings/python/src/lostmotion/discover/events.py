@@ -211,8 +211,10 @@ def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
             > rules.EVENT_SCORE_LEAST * spread_of(turned) + rules.LOST_COUNTS_LEAST * noise
         ):
             size = -float(turned[k])
-            stays = abs(float(turned[k : k + EDGE].sum()) + size) <= rules.EVENT_SEEN_SHARE * abs(
-                size
+            # Neither the next steps nor those before undo it: a wild reading leaves and returns.
+            stays = all(
+                abs(float(turned[near].sum()) + size) <= rules.EVENT_SEEN_SHARE * abs(size)
+                for near in (slice(k, k + EDGE), slice(max(k + 1 - EDGE, 0), k + 1))
             )
             if stays and abs(float(moved[k]) - size) <= rules.EVENT_SEEN_SHARE * abs(size):
                 row = int(at.start + k + 1)
