@@ -240,7 +240,7 @@ def confusion(rows: list[Record]) -> list[str]:
                 *(verdicts[v] for v in VERDICTS),
             )
         )
-    head = ("hidden", "campaigns", "drives", "named first", "alone", "another first")
+    head = ("hidden", "campaigns", "drives", "named first", "only it", "another first")
     return table((*head, *(f"`{v}`" for v in VERDICTS)), lines)
 
 
