@@ -169,16 +169,19 @@ class STooth:
 def upper_s_flank(tooth: STooth, points: int) -> NDArray[np.complex128]:
     """Upper flank of the undeformed S tooth [mm] from root to tip, by height along its axis.
 
-    The path is drawn by its angle; the tangent is the steepest line from its start.
+    The path is drawn by its angle, which crowds the points where it bends most; the tangent is the
+    steepest line from its start.
     """
+
+    def path(angle: NDArray[np.float64]) -> NDArray[np.complex128]:
+        height = tooth.kappa * tooth.module_mm * np.sin(angle / 2) ** 2
+        return height - 1j * tooth.module_mm / 4 * (angle - tooth.kappa * np.sin(angle))
+
     angle = np.linspace(1e-4, math.pi, 20 * points)
-    drawn = tooth.module_mm / 4 * (angle - tooth.kappa * np.sin(angle))
-    height = tooth.kappa * tooth.module_mm * np.sin(angle / 2) ** 2
-    end = int(np.argmin(drawn / height))
-    above = np.linspace(tooth.inner_mm, tooth.outer_mm, points) - tooth.datum.real
-    draw = np.where(
-        np.abs(above) < height[end],
-        np.abs(above) * drawn[end] / height[end],
-        CubicSpline(height, drawn)(np.abs(above)),
-    )
-    return tooth.datum + above - 1j * np.sign(above) * draw
+    steepest = angle[int(np.argmin(-path(angle).imag / path(angle).real))]
+    halves = []
+    for reach in (tooth.datum.real - tooth.inner_mm, tooth.outer_mm - tooth.datum.real):
+        end = 2 * math.asin(math.sqrt(reach / (tooth.kappa * tooth.module_mm)))
+        bent = path(np.linspace(steepest, end, points // 3))
+        halves.append(np.concatenate((np.linspace(0, bent[0], points // 6)[1:-1], bent)))
+    return tooth.datum + np.concatenate((-halves[0][::-1], halves[1]))
