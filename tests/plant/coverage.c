@@ -133,9 +133,9 @@ static void wrong_inputs(const lm_parameters *parameters) {
     now = lm_step_compensator(&c, &at);
     period += (now.status & LM_STATE_PERIOD_WRONG) != 0;
   }
-  row("torque NaN or infinite, told by a bit", torque, 3000);
+  row("torque NaN or infinite, reported by a bit", torque, 3000);
   row("torque or temperature NaN or infinite, correction stays in its limits", harmless, 6000);
-  row("ticks left out, `elapsed_s` told", period, 3000);
+  row("ticks skipped, `elapsed_s` set", period, 3000);
 }
 
 static void misused(const lm_parameters *parameters) {
@@ -153,7 +153,7 @@ static void misused(const lm_parameters *parameters) {
       found += run_duty(parameters, 1, wrong[i], 1, seed, &first_s) == 1;
       most_s = fmax(most_s, first_s);
     }
-    snprintf(what, sizeof what, "%s, watched on ordinary duty: faded within %.0f s of lost motion",
+    snprintf(what, sizeof what, "%s, watch during ordinary duty: faded out within %.0f s of lost motion",
              names[i], 10 * ceil(most_s / 10));
     row(what, found, SEEDS);
   }
@@ -190,7 +190,7 @@ static void flipped_bits(const lm_parameters *parameters) {
   row("a bit flipped in a running instance, correction stays within `correction_rad`", within,
       FLIPS);
   /* In steps of 5 %: which bits are drawn depends on the layout of the struct. */
-  printf("| the same, correction right again after half a second of motion | at least %ld %% |\n",
+  printf("| the same, correction valid again after half a second of motion | at least %ld %% |\n",
          back * 20 / FLIPS * 5);
 }
 

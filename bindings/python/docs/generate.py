@@ -184,9 +184,9 @@ def commands_page() -> str:
     lines = [
         "# Commands",
         "",
-        "Exit status: 0 done; 1 the work failed; 2 bad input or usage, with one line on standard "
-        "error that says which file, key or column, what was found and what was expected, and "
-        "nothing written; 130 interrupted. Output files appear whole or not at all.",
+        "Exit status: 0 done; 1 the work failed; 2 bad input or usage; 130 interrupted. For bad "
+        "input, one line on standard error states the file, key or column, what was found and what "
+        "was expected, and nothing is written. Output files are written completely or not at all.",
         "",
     ]
     for action in parser._actions:
@@ -243,12 +243,12 @@ def drive_file_page() -> str:
     lines = [
         "# Drive files",
         "",
-        "TOML with `[drive]` and exactly one of `[catalogue]` (a drive that was bought) and "
-        "`[design]` (one that is being made). The unit is a suffix of the key; any unit of the "
-        "same dimension will do, `rated_torque_mNm` for `rated_torque_Nm`. An unknown key, a wrong "
-        "unit, a wrong type or an impossible value is refused. What a design leaves out gets a "
-        "default in proportion to its size, and `lostmotion predict` lists it. Ranges are in the "
-        "unit of the key unless another is stated.",
+        "A drive file is TOML with `[drive]` and exactly one of `[catalogue]` (a bought drive) and "
+        "`[design]` (a drive that is being designed). The unit is a suffix of the key; any unit of "
+        "the same dimension is accepted, for example `rated_torque_mNm` for `rated_torque_Nm`. An "
+        "unknown key, a wrong unit, a wrong type or an impossible value is refused. Omitted keys "
+        "of a design have defaults in proportion to its size, which `lostmotion predict` lists. "
+        "Ranges are in the unit of the key unless another is stated.",
         "",
         "## [drive]",
         "",
@@ -262,25 +262,25 @@ def drive_file_page() -> str:
         lines += table([*head, "meaning"], design_rows(keys))
     for chain, kinds in drives.CHAINS.items():
         lines += [f"## [[design.{chain}]]", ""]
-        lines += ["Each entry has a `kind`, may have a `name`, and besides:", ""]
+        lines += ["Each entry has a `kind`, optionally a `name`, and these keys:", ""]
         combined = COMBINED_KEYS if chain == "tolerance" else {}
         for kind, keys in {**kinds, **combined}.items():
             lines += [f'`kind = "{kind}"`', "", *table(head, key_rows(keys))]
     lines += [
         "## [columns]",
         "",
-        "A map from the columns of a foreign recording to `NAME_UNIT`; `-NAME_UNIT` turns the sign "
-        "round, `NAME_UNIT/NUMBER` divides (`input_angle_rev/4096`: counts of an encoder). It "
-        "counts in the files that have the column, and one that no file has is refused.",
+        "A map from the columns of recordings to `NAME_UNIT`. `-NAME_UNIT` inverts the sign, "
+        "`NAME_UNIT/NUMBER` divides (`input_angle_rev/4096`: encoder counts). It applies to the "
+        "files that have the column; a column that is in no file is an error.",
         "",
         "## [recordings]",
         "",
-        "How the recordings of this drive are made; the options of a command go before.",
+        "The protocol of the recordings of this drive. Options of a command take precedence.",
         "",
         *table(head, key_rows(drives.RECORDING_KEYS)),
         "## [fit] and [[effect]]",
         "",
-        "What a fit found, and the effects at work with their parameters. Names of effects: "
+        "The results of a fit, and the active effects with their parameters. Names of effects: "
         + ", ".join(f"`{name}`" for name in library())
         + ".",
         "",
@@ -302,14 +302,14 @@ def recordings_page() -> str:
     lines = [
         "# Recordings",
         "",
-        "CSV (`.csv`, `.csv.gz`) or Parquet, one row a sample. Several files or folders make one "
-        "campaign. `run` (integer or text) numbers the uninterrupted recordings of a file; without "
-        "it a file is one run. Needed are time, torque, and either the lost motion or both angles. "
-        "Where one side was locked (`--locked output`, `--locked input`) its angle may be left "
-        "out; with the output locked `motor_torque_Nm`, or `motor_current_A` with a torque "
-        "constant, may stand for the torque. `order`, a running number, may stand for the time. "
-        "A column without a unit needs one by `--map COLUMN=NAME_UNIT`; columns that name nothing "
-        "known are listed and left alone.",
+        "Recordings are CSV (`.csv`, `.csv.gz`) or Parquet files with one row per sample. Several "
+        "files or folders make one campaign. `run` (integer or text) numbers the uninterrupted "
+        "recordings of a file; without it a file is one run. Time, torque, and either the lost "
+        "motion or both angles are required. If one side was locked (`--locked output`, "
+        "`--locked input`), its angle may be omitted. With the output locked, `motor_torque_Nm`, "
+        "or `motor_current_A` with a torque constant, can replace the torque. `order`, a running "
+        "number, can replace the time. `--map COLUMN=NAME_UNIT` gives a unit to a column without "
+        "one. Unknown columns are listed and ignored.",
         "",
         *table(["column", "any unit of", "range in the unit of the name"], rows),
     ]
