@@ -153,8 +153,9 @@ static void misused(const lm_parameters *parameters) {
       found += run_duty(parameters, 1, wrong[i], 1, seed, &first_s) == 1;
       most_s = fmax(most_s, first_s);
     }
-    snprintf(what, sizeof what, "%s, watch during ordinary duty: faded out within %.0f s of lost motion",
-             names[i], 10 * ceil(most_s / 10));
+    snprintf(what, sizeof what,
+             "%s, watch during ordinary duty: faded out within %.0f s of lost motion", names[i],
+             10 * ceil(most_s / 10));
     row(what, found, SEEDS);
   }
 }
