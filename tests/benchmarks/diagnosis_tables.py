@@ -64,8 +64,7 @@ def page(rows: list[Record]) -> str:
         parts += [
             "## Requirements and results\n\n" + "\n".join(headline(diagnosed)),
             "## One hidden effect\n\n" + "\n".join(confusion(diagnosed)),
-            "## A cause that is not in the library, or nothing\n\n"
-            + "\n".join(outside(diagnosed)),
+            "## A cause that is not in the library, or nothing\n\n" + "\n".join(outside(diagnosed)),
             "## Under worse conditions\n\n" + "\n".join(falling_off(diagnosed)),
         ]
     tried = [done for done in rows if done["what"] == "baselines"]
