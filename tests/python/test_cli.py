@@ -120,7 +120,7 @@ def test_predict_shows_checks_that_fail(
     assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
     shown = capsys.readouterr().out
     # As in the answer, but in the unit of the table above it.
-    found = re.search(r"check not kept: smallest_gap (-[0-9.]+) arcmin, limit 0", shown)
+    found = re.search(r"check failed: smallest_gap (-[0-9.]+) arcmin, limit 0", shown)
     assert found is not None
     assert main(["predict", str(write(drawn)), "--torque", "1:2:2", "--json", "-"]) == 0
     checks = {check["name"]: check for check in json.loads(capsys.readouterr().out)["checks"]}
@@ -141,7 +141,7 @@ def test_predict_shows_what_each_tolerance_costs(
     assert ["bore", "generator", "0.500", "0.0", "12.0", "60", "69"] in rows
     assert ["design.generator.floating", "=", "true"] in rows
     assert ["race", "generator", "-0.500", "-4.0", "4.0", "40", "31"] in rows
-    assert re.search(r"check not kept: safety_factor 0\.\d+, limit 1\.5", shown)
+    assert re.search(r"check failed: safety_factor 0\.\d+, limit 1\.5", shown)
 
 
 def test_a_radial_gap_of_no_tolerances_is_no_result(
@@ -223,7 +223,7 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
         (["predict", "{drawn}", "--phase-deg", "x"], ("--phase-deg", "'x'", "a number")),
         (["predict", "{bought}", "--json", "none/a.json"], ("--json", "none/a.json", "not exist")),
         (["predict", "{bought}", "--json", "."], ("--json", "the folder '.'")),
-        (["predict", "{bought}", "--json", "{bought}"], ("--json", "the input", "of its own")),
+        (["predict", "{bought}", "--json", "{bought}"], ("--json", "the input", "a separate file")),
         (
             ["predict", "{bought}", "--json", "a", "--report", "./a"],
             ("--report", "place of --json"),
@@ -242,11 +242,11 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
         ),
         (
             ["fit", "{bought}", "{real}", "-o", "{bought}"],
-            ("--output", "the input", "of its own"),
+            ("--output", "the input", "a separate file"),
         ),
         (
             ["export", "{bought}", "-o", "a.h", "--json", "a.h"],
-            ("--json", "the place of --output, 'a.h'", "of its own"),
+            ("--json", "the file of --output, 'a.h'", "a separate file"),
         ),
         (["compare", "{bought}", ""], ("no such file", "a recording or a folder")),
         (["diagnose", "{bought}", ""], ("no such file", "a recording or a folder")),
@@ -443,7 +443,7 @@ def test_too_little_memory_is_one_line_that_names_the_input(
 
     monkeypatch.setattr(predict_command, "predict", fail)
     assert main(["predict", bought_file]) == 2
-    found = f"lostmotion: {bought_file}: found not enough memory for the work on it, expected "
+    found = f"lostmotion: {bought_file}: found not enough memory to process it, expected "
     error = capsys.readouterr().err
     assert error.startswith(found)
     assert error.count("\n") == 1

@@ -276,13 +276,13 @@ def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own(
     data = campaign(6, gap_per_kelvin=2e-6)
     out = io.StringIO()
     show_comparison(compare(backbone(), data), out)
-    alone = "repeatability  .* arcsec  \\(white noise within runs alone: no run repeats another\\)"
+    alone = "repeatability  .* arcsec  \\(white noise within runs only: no run repeats another\\)"
     assert re.search(alone, out.getvalue())
     for run in data.runs:
         run.columns["temperature"][:] = 22.0
     show_comparison(compare(backbone(), data), out)
     assert (
-        "(white noise within runs, and how far runs that repeat each other differ)"
+        "(white noise within runs and differences between runs that repeat each other)"
         in out.getvalue()
     )
     assert "noise floor" not in out.getvalue()

@@ -77,7 +77,7 @@ def test_the_judge_sees_tracebacks_warnings_and_files_that_were_written(tmp_path
 @pytest.mark.parametrize(
     ("damage", "expected"),
     [
-        ("x = " + "[" * 2000 + "]" * 2000, "too many tables in each other"),
+        ("x = " + "[" * 2000 + "]" * 2000, "tables nested too deeply"),
         ("x = " + "9" * 5000, "digits"),
         ("\ud800", "not UTF-8"),
     ],

@@ -170,10 +170,10 @@ def test_no_size_is_told_where_none_would_be_found(
     assert main(words) == 0
     answer = json.loads(capsys.readouterr().out)
     assert "thermal gap" in report.read_text()
-    assert "no size would be found: 1 run leaves its test" in report.read_text()
+    assert "no size is detectable: 1 run leaves its test" in report.read_text()
     assert answer["smallest_detectable"] == {}
     reasons = answer["not_detectable"]
-    assert reasons["thermal_gap"].startswith("no size would be found: 1 run leaves its test")
+    assert reasons["thermal_gap"].startswith("no size is detectable: 1 run leaves its test")
     assert main(["forecast", str(DRIVE), str(file), "--json", "-"]) == 0
     rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)["effects"]}
     assert not rows["thermal_gap"]["testable"]

@@ -136,7 +136,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ),
     (
         {"fit": {"values": {"play_radius_1_Nm": -1.0, "play_share_1": 0.1}}},
-        ("fit.values.play_radius_1_Nm", "numbers that do not rise", "rising ones"),
+        ("fit.values.play_radius_1_Nm", "numbers that do not rise", "rising numbers"),
     ),
     (
         {"fit": {"values": {"play_envelope_Nm": 1.0}}},

@@ -165,9 +165,9 @@ def test_header_names_the_conditions_that_the_host_fills_in(
     def wanted(controller: Controller) -> str:
         return format_header(controller, "joint_parameters", "joint").splitlines()[2]
 
-    assert wanted(make_controller(read_drive(write(bought)))) == " * Every tick wants torque_Nm. */"
+    assert wanted(make_controller(read_drive(write(bought)))) == " * Every tick needs torque_Nm. */"
     gap = make_controller(read_drive(write(bought)), profile="gap")
-    assert wanted(gap) == " * Every tick wants output_angle_rad. */"
+    assert wanted(gap) == " * Every tick needs output_angle_rad. */"
     bought["effect"] = [
         {"name": "creep", "share": 0.01, "onset_s": 1},
         {"name": "thermal_drift", "drift_rad_per_K": 1e-6},
@@ -175,7 +175,7 @@ def test_header_names_the_conditions_that_the_host_fills_in(
     ]
     full = make_controller(read_drive(write(bought)), profile="full")
     fields = "torque_Nm, input_velocity_rad_s, temperature_C, elapsed_s"
-    assert wanted(full) == f" * Every tick wants {fields}. */"
+    assert wanted(full) == f" * Every tick needs {fields}. */"
     own = formula(
         "cable",
         "-stiffness_Nm_per_rad * output_angle_rad",
@@ -185,7 +185,7 @@ def test_header_names_the_conditions_that_the_host_fills_in(
     bought["effect"] = [{"name": "cable", "stiffness_Nm_per_rad": 1}]
     bought["fit"] = {"values": {"cable.stiffness_Nm_per_rad": 1.0}}
     mine = make_controller(read_drive(write(bought)), profile="full", own={"cable": own})
-    assert wanted(mine) == " * Every tick wants torque_Nm, output_angle_rad. */"
+    assert wanted(mine) == " * Every tick needs torque_Nm, output_angle_rad. */"
     # The bits are in the order of the rows.
     text = (LIB / "include" / "lostmotion" / "condition_list.h").read_text()
     bits = re.findall(r"#define LM_NEEDS_(\w+) (\d+)u", text)
@@ -531,7 +531,7 @@ def test_replay_says_what_it_cannot_use(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["replay", str(tmp_path / "none.bin"), str(log)]) == 2
     assert "no such file" in capsys.readouterr().err
     assert main(["replay", drive, str(log), "--table", str(log)]) == 2
-    assert "a file of its own" in capsys.readouterr().err
+    assert "a separate file" in capsys.readouterr().err
     # Another rate is stated, not refused.
     assert main(["replay", drive, str(log)]) == 0
     assert "step is 10 ms" in capsys.readouterr().out

@@ -47,7 +47,7 @@ def test_what_no_proportion_mends_is_said_in_the_file_and_in_the_answer(
     answer = json.loads(capsys.readouterr().out)
     assert answer["broken_checks"] == ["ratcheting_torque"]  # teeth of 0.8 mm for 40 kNm
     text = (tmp_path / "steep.toml").read_text()
-    assert re.search(r"^# check not kept: ratcheting_torque \S+ Nm, limit \S+$", text, re.M)
+    assert re.search(r"^# check failed: ratcheting_torque \S+ Nm, limit \S+$", text, re.M)
 
 
 def test_rollers_come_closer_until_the_rim_lives() -> None:

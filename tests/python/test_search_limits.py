@@ -32,7 +32,7 @@ def test_contradictory_limits_say_what_would_have_to_give(
     assert "lost_motion_max_arcmin by" in error
     relax = json.loads((tmp_path / "run" / "infeasible.json").read_text())["relax"]
     assert "lost_motion_max_arcmin" in [limit["limit"] for limit in relax]
-    assert "What would have to give" in (tmp_path / "run" / "report.html").read_text()
+    assert "Limits to be relaxed" in (tmp_path / "run" / "report.html").read_text()
     assert not (tmp_path / "run" / "best.toml").exists()
 
 
@@ -140,7 +140,7 @@ def test_search_that_finds_its_first_design_late_has_its_report(
         bests = [row["best"] for row in csv.DictReader(stream)]
     assert bests[0] == ""
     assert float(bests[-1]) > 0
-    assert "How the search came there" in (run / "report.html").read_text()
+    assert "Progress of the search" in (run / "report.html").read_text()
 
 
 def test_what_the_fine_check_finds_is_told(

@@ -139,7 +139,7 @@ def test_a_search_that_was_killed_goes_on_to_the_same_bytes(
     assert left_by(tmp_path / "run") == expected
 
 
-IN_USE = "found a search at work on it, expected one that has ended, or another folder"
+IN_USE = "found a running search, expected a finished search, or another folder"
 
 
 def test_a_second_process_is_refused_and_the_first_loses_nothing(

@@ -132,5 +132,5 @@ def test_a_prediction_beyond_the_fitted_range_is_marked_with_the_factor() -> Non
     far = beyond(fitted, {"torque_Nm": [-16.0, 4.0], "temperature_C": [20.0, 40.0]})
     assert far == {"torque": 1.6, "temperature": None}
     assert in_words(far) == (
-        "1.6 times the fitted range of torque, temperature fitted at one value alone"
+        "1.6 times the fitted range of torque, temperature fitted at one value only"
     )

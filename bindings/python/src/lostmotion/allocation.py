@@ -120,7 +120,7 @@ def cheapest_tolerances(
     if lost(gap_of(finest)) > target * (1 + ROUNDING):
         least = lost(gap_of(finest))
         found = f"{target:.4g} arcmin"
-        expected = f"{least:.4g} arcmin or more, what the finest grades leave"
+        expected = f"{least:.4g} arcmin or more, the value with the finest grades"
         raise InputError(drive.file, "design.tolerance", found, expected)
     module_mm = float(model.drive.teeth.module_mm)
     gap_mm = gap_of(now) if target_arcmin is None else widest_gap(lost, target, module_mm)

@@ -94,7 +94,7 @@ def target_curve(source: Drive, reach_Nm: float) -> tuple[FloatArray, FloatArray
             source.file,
             "",
             "neither [catalogue] nor a fitted torsion curve",
-            "a data sheet's drive file, or one that lostmotion fit wrote with its curve",
+            "the drive file of a data sheet, or a fitted drive file with a torsion curve",
         )
     torque = np.linspace(reach_Nm / POINTS, reach_Nm, POINTS)
     angle = np.interp(torque, curve.torque_Nm, curve.angle_rad)
@@ -132,7 +132,7 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
             source.file,
             "drive.ratio",
             f"{source.ratio:g}",
-            f"the ratio of the drawing, {drawing.ratio:g}: another drive says nothing of this one",
+            f"the ratio of the drawing, {drawing.ratio:g}: both files must describe the same drive",
         )
     torque, target, slopes = target_curve(source, max(drawing.rated_torque_Nm, 1e-9))
     if slopes <= len(names):
@@ -140,7 +140,7 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
             source.file,
             "",
             f"{slopes} slopes below the rated torque of the drawing",
-            f"more than {len(names)}: as many figures as constants leave no misfit to judge",
+            f"more than {len(names)}: with as many slopes as constants no misfit remains",
         )
     given = drawing.document["design"].get("support", {})
     start = np.array([float(given.get(name, 0.0)) or CONSTANTS[name] for name in names])

@@ -149,28 +149,30 @@ class Catalogue:
         lines = [
             "The total is the catalogue's mean curve: slopes K1 up to T1, K2 up to T2, K3 above, "
             "the same for both directions.",
-            "side_clearance is what the curve exceeds its final straight line by, "
-            "phi(T) - T / K3: clearances being taken up.",
+            "side_clearance is the excess of the curve over its final straight line, phi(T) - T / "
+            "K3, while clearances close.",
             f"The straight line T / K3 is split {TORSION_SHARE:.0%} torsion, {RADIAL_SHARE:.0%} "
             f"radial compliance, {TOOTH_SHARE:.0%} tooth bending, as in a reference design "
             "calibrated to size 20, ratio 100.",
         ]
         if self.K1_Nm_per_rad > self.K3_Nm_per_rad:
             lines.append(
-                "K1 is above K3: the teeth are preloaded, and side_clearance is negative, "
-                "the stiffness that the preload adds."
+                "K1 is above K3: the teeth are preloaded, and side_clearance is negative, because "
+                "the preload adds stiffness."
             )
         bound = self.radial_gap_bound(rated_torque_Nm)
         if bound is None:
-            lines.append("radial_gap is 0: a sheet without lost motion does not bound it.")
+            lines.append(
+                "radial_gap is 0: the data sheet states no lost motion that would limit it."
+            )
         else:
             lines.append(
-                "radial_gap is 0: a sheet does not show it. The stated lost motion leaves room "
-                f"for at most {bound / ARCMIN:.3g} arcmin in one direction."
+                "radial_gap is 0: a data sheet does not state it. The stated lost motion allows at "
+                f"most {bound / ARCMIN:.3g} arcmin in one direction."
             )
         lines.append(
-            "Hysteresis and lost motion of a catalogue are guarantees, upper limits: "
-            "the unit at hand is likely to have less."
+            "Hysteresis and lost motion of a catalogue are guaranteed upper limits: an actual unit "
+            "is likely to have less."
         )
         lines.append("Tolerances and engaged teeth cannot be read from a catalogue.")
         return lines

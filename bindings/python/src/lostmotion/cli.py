@@ -93,8 +93,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         largest = max(
             filter(os.path.isfile, input_files(arguments)), key=os.path.getsize, default=""
         )
-        expected = "a smaller input, or --dask where a command has it"
-        full = InputError(largest or "memory", "", "not enough memory for the work on it", expected)
+        expected = "a smaller input, or --dask if the command has it"
+        full = InputError(largest or "memory", "", "not enough memory to process it", expected)
         print(f"lostmotion: {full}", file=sys.stderr)
         return BAD_INPUT if largest else FAILED
     except OSError as error:
@@ -188,11 +188,11 @@ def check_places(arguments: argparse.Namespace) -> None:
         check_place(f"--{option}", file)
         read = is_input(file, inputs, RECORDINGS)
         if read is not None:
-            raise InputError(f"--{option}", "", f"the input '{read}'", "a file of its own")
+            raise InputError(f"--{option}", "", f"the input '{read}'", "a separate file")
         other = is_input(file, taken)
         if other is not None:
-            found = f"the place of --{taken[other]}, '{other}'"
-            raise InputError(f"--{option}", "", found, "a file of its own")
+            found = f"the file of --{taken[other]}, '{other}'"
+            raise InputError(f"--{option}", "", found, "a separate file")
         taken[file] = option
 
 

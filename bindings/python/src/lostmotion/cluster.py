@@ -21,7 +21,7 @@ LOOK_S = 5.0
 
 def no_dask() -> InputError:
     """State that Dask was requested and is not there."""
-    return InputError("--dask", "", "no Dask here", "pip install distributed")
+    return InputError("--dask", "", "no Dask installation", "pip install distributed")
 
 
 def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> None:

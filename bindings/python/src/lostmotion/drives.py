@@ -146,7 +146,7 @@ def read_toml(file: str | Path, expected: str) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise InputError(file, "", "bytes that are not UTF-8", f"TOML ({expected})") from None
     except RecursionError:
-        raise InputError(file, "", "too many tables in each other", f"TOML ({expected})") from None
+        raise InputError(file, "", "tables nested too deeply", f"TOML ({expected})") from None
     except ValueError as error:  # of the format, or a number with thousands of digits
         raise InputError(file, "", str(error), f"TOML ({expected})") from None
 
@@ -224,8 +224,8 @@ def _catalogue(file: str, table: Any, rated_Nm: float) -> Catalogue:
             values[softest].place,
             f"{number[softest]:.6g} Nm/rad, and a drive that winds up by {turned:.3g} rad at "
             f"its rated torque of {rated_Nm:.6g} Nm",
-            f"less than {WIND_UP_MAX_RAD:g} rad; sheets often leave a power of ten to the head "
-            "of the table: 0.81 under '10^4 Nm/rad' is 8100",
+            f"less than {WIND_UP_MAX_RAD:g} rad; data sheets often state a power of ten in the "
+            "table head: 0.81 under '10^4 Nm/rad' is 8100",
         )
     return sheet
 
@@ -459,7 +459,9 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
     )
     for row, key in rising:
         if any(b <= a for a, b in itertools.pairwise([0.0, *row])):
-            raise InputError(file, f"fit.values.{key}", "numbers that do not rise", "rising ones")
+            raise InputError(
+                file, f"fit.values.{key}", "numbers that do not rise", "rising numbers"
+            )
     if (knots or slopes) and len(slopes) != len(knots) + 1:
         found = f"{len(slopes)} slopes and {len(knots)} knots"
         raise InputError(file, "fit.values", found, "one slope more than knots")

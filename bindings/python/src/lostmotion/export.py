@@ -346,8 +346,8 @@ def _backbone(
         fault,
     )
     notes.append(
-        f"{most} of {torque.size} points of the torsion curve are kept; straight lines between "
-        f"them miss it by at most {error[0] / ARCSEC:.2g} arcsec."
+        f"{most} of {torque.size} points of the torsion curve are kept; linear interpolation "
+        f"deviates by at most {error[0] / ARCSEC:.2g} arcsec."
     )
     index = np.array([chosen[i] for i in range(most)])
     return torque[index], angle[index]
@@ -399,7 +399,7 @@ def _friction(
     if drive.catalogue is not None:
         bank = drive.catalogue.plays(drive.rated_torque_Nm)
         if bank is None:
-            notes.append("The sheet states no hysteresis: the model has no friction memory.")
+            notes.append("The data sheet states no hysteresis: the model has none.")
             return [], []
         radius, widening, weight = bank
         total, room = float(np.sum(weight)), PLAYS_SHARE_MAX * least_rad_per_Nm
@@ -416,22 +416,20 @@ def _friction(
             weight = room / total * weight
             width = 2.0 * float(np.dot(weight, radius)) / ARCMIN
             notes.append(
-                "The sheet's hysteresis, an upper limit, is more than its stiffnesses leave room "
-                f"for: the friction memory is {width:.2g} arcmin wide."
+                "The hysteresis of the data sheet, an upper limit, is more than its stiffnesses "
+                f"allow: that of the model is {width:.2g} arcmin wide."
             )
         else:
-            notes.append(
-                "The friction memory is as wide as the sheet's hysteresis, an upper limit."
-            )
+            notes.append("The hysteresis of the model is that of the data sheet, an upper limit.")
         rows = zip(radius, widening, weight, strict=True)
         return [Play(*(float(value) for value in row)) for row in rows], []
     width = _flank_half_width(drive)
     if width <= 0:
-        notes.append("The design has no friction on its flanks: the model has no friction memory.")
+        notes.append("The design has no flank friction: the model has no hysteresis.")
         return [], []
     notes.append(
-        "The friction memory is that of the flanks, in proportion to the torque; bearings and "
-        "seals add to it."
+        "The hysteresis of the model is that of the flanks, in proportion to the torque; "
+        "bearings and seals add to it."
     )
     share = width / len(FLANK_WIDENINGS)
     return [Play(0.0, widening, share / widening) for widening in FLANK_WIDENINGS], []
@@ -495,8 +493,8 @@ def build_macros(effects: Sequence[tuple[str, Sequence[float]]], own: Mapping[st
 
 
 def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
-    """One play as wide as the lost motion that the drive's data state."""
-    notes = ["One play as wide as the lost motion at 4 % of the rated torque; no curve."]
+    """Return one play operator as wide as the lost motion that the drive's data state."""
+    notes = ["One play operator as wide as the lost motion at 4 % of the rated torque; no curve."]
     at = reversal_torque(drive)
     if drive.catalogue is not None and drive.catalogue.lost_motion_rad is not None:
         width = drive.catalogue.lost_motion_rad
@@ -751,9 +749,9 @@ def format_header(controller: Controller, name: str, title: str) -> str:
     title = title.replace("*/", "* /")
     text = [
         f"/* {title}: parameters for its controller, written by lostmotion export {__version__}.",
-        f" * Corrects up to {limits.correction_rad / ARCMIN:.3g} arcmin; made for a call every "
+        f" * Corrects up to {limits.correction_rad / ARCMIN:.3g} arcmin; for one call every "
         f"{limits.period_s * 1e3:.4g} ms.",
-        f" * Every tick wants {', '.join(needed_conditions(controller))}. */",
+        f" * Every tick needs {', '.join(needed_conditions(controller))}. */",
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
@@ -933,7 +931,7 @@ def _own_sources(controller: Controller, folder: Path) -> dict[Path, str]:
     }
     for file, text in made.items():
         if file.exists() and file.read_text(encoding="utf-8") != text:
-            raise InputError(file, "", "a file that exists and is another", "a free name")
+            raise InputError(file, "", "an existing, different file", "an unused name")
     return made
 
 
@@ -953,7 +951,7 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
     for source in answer["sources"]:
         print(f"written: {source}, to be compiled with the library", file=out)
     if "fmi" in answer:
-        binary = answer["binary"] or "none, sources alone"
+        binary = answer["binary"] or "none, sources only"
         print(f"\nFMI {answer['fmi']}, co-simulation; binary: {binary}", file=out)
         print(f"  inputs: {', '.join(answer['inputs'])}", file=out)
         print(f"  outputs: {', '.join(answer['outputs'])}", file=out)
@@ -964,7 +962,7 @@ def show_export(answer: Mapping[str, Any], out: TextIO) -> None:
             print(f"  {name} = {value:.6g}", file=out)
     stated = {name: value for name, value in answer["valid"].items() if np.any(value)}
     if stated:
-        print("\nfitted for:", file=out)
+        print("\nfitted range:", file=out)
         for name, value in stated.items():
             text = " to ".join(f"{end:.6g}" for end in np.atleast_1d(value))
             print(f"  {name} = {text}", file=out)

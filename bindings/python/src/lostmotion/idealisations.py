@@ -10,10 +10,11 @@ def idealisations(model: DesignModel) -> list[str]:
     drive = model.drive
     return [
         (
-            "Planar only, as the drive file asks: the checks see the middle of the face alone, as "
-            "if the flexspline were no cup."
+            "Planar only, as the drive file requests: the checks examine only the middle of the "
+            "face and neglect the coning of the cup."
             if drive.planar_only
-            else "The checks see both edges of the face and its middle; the deflection grows in "
+            else "The checks examine both edges of the face and its middle; the deflection grows "
+            "in "
             "proportion to the distance from the bottom of the cup."
         ),
         (
@@ -24,8 +25,8 @@ def idealisations(model: DesignModel) -> list[str]:
         (
             "The rim rests on a foundation that is equal under all teeth, as the drive file states."
             if drive.support.foundation_N_per_mm2 > 0
-            else "The rim is a thin ring on the supports of the wave generator, which hold in both "
-            "directions; a ball stands on the deformation axis."
+            else "The rim is a thin ring on the supports of the wave generator, which act in both "
+            "directions; one ball is on the deformation axis."
         ),
         (
             "Stresses of flanks and roots are means over the face; the ratcheting torque is "
@@ -35,8 +36,9 @@ def idealisations(model: DesignModel) -> list[str]:
             []
             if is_calibrated(model)
             else [
-                "Uncalibrated (support.ring_factor = 1): makers' torsion curves of sizes 14 to 65 "
-                f"show {CATALOGUE_OVER_MODEL[0]:g} to {CATALOGUE_OVER_MODEL[1]:g} times these "
+                "Uncalibrated (support.ring_factor = 1): torsion curves of manufacturers, sizes 14 "
+                "to 65, have {CATALOGUE_OVER_MODEL[0]:g} to {CATALOGUE_OVER_MODEL[1]:g} times "
+                "these "
                 "angles."
             ]
         ),

@@ -96,8 +96,8 @@ def add_fitted(answer: dict[str, Any], drive: Drive, torque_Nm: npt.ArrayLike) -
     answer["fitted_arcmin"] = numbers(fitted(np.asarray(torque_Nm)) / ARCMIN)
     answer["assumptions"] = [
         *answer["assumptions"],
-        "fitted is the torsion curve that recordings gave, without friction and without the "
-        "effects of the file; all else is what the sheet or the drawing says.",
+        "fitted is the torsion curve fitted to recordings, without friction and without "
+        "effects; all other results follow from the data sheet or the drawing.",
     ]
 
 
@@ -167,8 +167,8 @@ def _design(drive: Drive, torque_Nm: npt.ArrayLike, phase_rad: float) -> dict[st
         ],
         "assumptions": [
             *idealisations(model),
-            "All angles but the reversal lost motion and the free play are one-sided: "
-            "from the torque-free middle, in one direction.",
+            "All angles except the reversal lost motion and the free play are one-sided: from the "
+            "torque-free middle, in one direction.",
             "tolerance_lost_motion is equation (9) in one direction, the radial gap alone; the "
             "objective tolerance_lost_motion of design is the whole reversal lost motion with that "
             "gap, here reversal_lost_motion_by_tolerance.",

@@ -59,7 +59,7 @@ def named_candidates(
         candidate = tangent(effect, base, point, ratio)
         flat = constant_columns(effect, c)
         if candidate.columns.shape[1] == 0 or flat:
-            why = f"constant {', '.join(flat)}" if flat else "it does nothing here"
+            why = f"constant {', '.join(flat)}" if flat else "it has no influence here"
             closed[name] = f"not identifiable with this plan: {why}"
             continue
         out.append(candidate)

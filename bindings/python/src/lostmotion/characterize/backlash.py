@@ -56,9 +56,9 @@ def find_backlash(samples: Samples, slopes: int) -> Backlash:
         Of the curve beyond the step.
     """
     if not samples.two_directions:
-        return Backlash(none("the torque has one direction only: no passage through zero"))
+        return Backlash(none("the torque has one direction only: it does not pass through zero"))
     if samples.readings < FEW_READINGS:
-        return Backlash(none("too few readings to tell a step from the first slope"))
+        return Backlash(none("too few readings to separate a step from the first slope"))
     fits = []
     for share in TAKEUP_SHARES:
         takeup = share * samples.amplitude_Nm
@@ -67,7 +67,7 @@ def find_backlash(samples: Samples, slopes: int) -> Backlash:
             continue
         fits.append(fit_slopes(samples, slopes, takeup))
     if not fits:
-        return Backlash(none("too few samples about zero torque"))
+        return Backlash(none("too few samples near zero torque"))
     best = min(fits, key=lambda fit: float(fit.residual_rad @ fit.residual_rad))
     closes = best.takeup_Nm <= GAP_SHARE * samples.amplitude_Nm
     if not closes:
@@ -81,5 +81,5 @@ def find_backlash(samples: Samples, slopes: int) -> Backlash:
         step, variance = best.step_rad, best.step_variance
         return Backlash(figure(2.0 * step, 4.0 * variance, best.dof), fit=best)
     bound = max(step, 0.0) + float(stats.t.ppf(CONFIDENCE, best.dof)) * np.sqrt(variance)
-    why = "no step of the mean curve about zero" if closes else "a soft first slope, no step"
+    why = "no step of the mean curve near zero" if closes else "a soft first slope, no step"
     return Backlash(none(why), 2.0 * float(bound))

@@ -238,33 +238,34 @@ class Characterization:
         """List the assumptions of the figures and of the drive file, one sentence each."""
         samples, fit = self.figures.samples, self.figures.fit
         lines = [
-            "The torsion curve is the mean of the rising and the falling branch, odd, about the "
-            "middle of each loop.",
+            "The torsion curve is the mean of the rising and the falling branch about the middle "
+            "of each loop, made antisymmetric.",
             {
                 "loops": f"Standard errors are from {samples.loops} loops, leaving out one at a "
-                "time: they hold what differs from loop to loop.",
+                "time: they include the differences between loops.",
                 "pieces of loops": f"Standard errors are from pieces of {samples.loops} "
-                f"loop{'s' * (samples.loops > 1)}: what differs from loop to loop is not in them.",
-                "readings": "Standard errors take the readings for independent, and the width of "
-                "the loop for the same at every torque.",
+                f"loop{'s' * (samples.loops > 1)}: they do not include the differences between "
+                "loops.",
+                "readings": "Standard errors assume independent readings and a loop width that "
+                "does not depend on the torque.",
             }[errors_from(samples)],
         ]
         if self.rated_torque_from == ASSUMED_RATED:
             lines.append(
                 f"The rated torque is not stated: {self.rated_torque_Nm:.4g} N m, the largest "
-                "torque of the loops, stands for it."
+                "torque of the loops, is used instead."
             )
         if self.ratio is None:
             lines.append(
-                f"The ratio is not stated, and these recordings do not tell it: "
-                f"{RATIO_UNKNOWN:g} stands in the drive file, which recordings of the lost motion "
-                "do not use."
+                f"The ratio is not stated and cannot be found from these recordings: "
+                f"{RATIO_UNKNOWN:g} is written to the drive file; recordings of the lost motion do "
+                "not use it."
             )
         elif self.ratio_from == ESTIMATED_RATIO:
             lines.append(
                 f"The ratio is not stated: {abs(self.ratio):.6g} input turns for one output turn, "
-                "by regression over the runs that turn; what of the lost motion grows with the "
-                "turn is in it."
+                "by regression over the runs that turn; lost motion proportional to the rotation "
+                "is included in it."
             )
         if fit is not None and fit.kinks_Nm.size < 2:
             lines.append(
@@ -281,10 +282,10 @@ class Characterization:
         if step is not None:
             lines.append(
                 f"The input angle has steps of {step / ARCMIN:.3g} arcmin at the output: they are "
-                "a large part of the lost motion, and the figures are no better than they."
+                "a large part of the lost motion and limit the accuracy of the figures."
             )
         if not samples.history_known:
-            lines.append("No stretch begins at a tip of a loop: the load history is not known.")
+            lines.append("No section starts at a tip of a loop: the load history is unknown.")
         if fit is not None and self._other_amplitude():
             lines.append(
                 f"The loops swing to {samples.amplitude_Nm:.4g} N m, not to the rated torque of "
@@ -477,9 +478,9 @@ def characterize(
         raise InputError(
             campaign.runs[0].file,
             "lost_motion_rad",
-            f"a mean curve that falls with growing torque ({slope / ARCMIN:.3g} arcmin per N m)",
-            "one that rises; turn a column round with --map COLUMN=-NAME_UNIT, "
-            "or look at the ratio",
+            f"a mean curve that falls with increasing torque ({slope / ARCMIN:.3g} arcmin per N m)",
+            "a rising one; reverse the sign of a column with --map COLUMN=-NAME_UNIT, or check the "
+            "ratio",
         )
     found_name = name or (drive.name if drive is not None else campaign.runs[0].file)
     return Characterization(

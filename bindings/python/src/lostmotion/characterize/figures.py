@@ -105,8 +105,8 @@ def curve_figures(fit: CurveFit) -> dict[str, Estimate]:
         at = stiffness(float(slope), float(fit.covariance[i, i]), fit.dof)
         if fit.shared_rad > 0 and at.interval is not None and np.isinf(at.interval[1]):
             at = none(
-                f"the loops have {fit.shared_rad / ARCMIN:.2g} arcmin rms in common that are no "
-                "function of the torque: beside them the slope is not distinct from zero"
+                f"the loops have {fit.shared_rad / ARCMIN:.2g} arcmin rms in common that does not "
+                "depend on the torque: compared with it the slope does not differ from zero"
             )
         found[f"K{i + 1}"] = at
     for i, kink in enumerate(fit.kinks_Nm):
@@ -186,7 +186,7 @@ def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None)
         )
     found = loop_value(samples, nodes_about(torque_Nm, samples.amplitude_Nm), torque_Nm)
     if found is None:
-        return none(f"too few samples about {torque_Nm:.3g} N m on either side of zero")
+        return none(f"too few samples near {torque_Nm:.3g} N m on either side of zero")
     value, variance, dof = found
     return figure(2.0 * value, 4.0 * variance, dof)
 
@@ -204,6 +204,6 @@ def hysteresis_loss(samples: Samples, fit: CurveFit | None = None) -> Estimate:
         return figure(2.0 * float(fit.half_width_rad[0]), 4.0 * fit.width_variance, fit.dof)
     found = loop_value(samples, np.array(WIDTH_NODES) * samples.amplitude_Nm)
     if found is None:
-        return none("too few samples about zero torque")
+        return none("too few samples near zero torque")
     value, variance, dof = found
     return figure(2.0 * value, 4.0 * variance, dof)

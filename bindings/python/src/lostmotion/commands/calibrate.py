@@ -27,7 +27,7 @@ def run_calibrate(arguments: argparse.Namespace) -> None:
             source.file,
             "",
             f"a curve that does not identify {', '.join(lost)}",
-            "fewer --constants, or a curve that reaches further",
+            "fewer --constants, or a curve up to a higher torque",
         )
     answer = calibration_answer(found, source.name)
     heading = "".join(f"# {line}\n" for line in sentences(answer))

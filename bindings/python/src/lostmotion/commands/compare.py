@@ -73,8 +73,8 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
             print(f"  (beyond: {far})", file=out)
         if answer["least_amplitude_ratio"] < 1.0:
             print(
-                f"  (loops of {answer['least_amplitude_ratio']:.2g} times the least amplitude that "
-                "was fitted)",
+                f"  (loops of {answer['least_amplitude_ratio']:.2g} times the smallest fitted "
+                "amplitude)",
                 file=out,
             )
     else:

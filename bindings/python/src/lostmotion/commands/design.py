@@ -135,7 +135,7 @@ def show_result(result: SearchResult, out: TextIO) -> None:
     )
     print(f"search in {one_line(str(result.folder))}: {state}; combinations: {states}\n", file=out)
     if result.refused:
-        left_out = "evaluations that the model refused or that gave no number were left out"
+        left_out = "evaluations that the model refused or that gave no finite result were skipped"
         print(f"{result.refused} {left_out}\n", file=out)
     if result.best is None:
         print("no feasible design", file=out)
@@ -151,12 +151,12 @@ def show_result(result: SearchResult, out: TextIO) -> None:
     seen = result.certificate or {}
     if seen:
         word = "holds" if seen["holds"] else "does NOT hold"
-        print(f"\nbest.toml {word} on the fine check; what binds:", file=out)
+        print(f"\nbest.toml {word} on the fine check; active limits:", file=out)
         bound = [limit["name"] for limit in seen["limits"] if limit["binds"]]
         print("  " + (", ".join(bound) or "no limit"), file=out)
         at_bounds = at_ends(seen, f"{result.units[0]} of {result.objectives[0]}")
         if at_bounds:
-            print("\nvariables at an end of their range:", file=out)
+            print("\nvariables at a bound of their range:", file=out)
             for told in at_bounds:
                 print(f"  {told}", file=out)
         broken = [limit for limit in seen["limits"] if limit["stated"] and limit["margin"] < 0]
@@ -168,6 +168,6 @@ def show_result(result: SearchResult, out: TextIO) -> None:
             if abs(fine - searched) > APART * abs(fine):
                 print(f"  {name} {fine:.5g} {unit} there, {searched:.5g} in the search", file=out)
     if result.assumed:
-        print("\ntaken by default:", file=out)
+        print("\ndefault values:", file=out)
         for key, value in result.assumed.items():
             print(f"  {key} = {value}", file=out)

@@ -66,7 +66,7 @@ def run_diagnose(arguments: argparse.Namespace) -> None:
     if arguments.report is not None:
         with one_thread():
             section = diagnosis_section(drive, result, recording_files(arguments.data))
-        lead = "Which physical effect the recordings show and the model of the drive lacks."
+        lead = "Which physical effect the recordings show that the model of the drive lacks."
         write_report(
             arguments.report, "Diagnosis of lost motion", lead, [section], arguments.command_line
         )
@@ -313,7 +313,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
         if "." in name and name not in bound:
             print(f"{name:<48} {value:.5g} +- {error:.2g}", file=out)
     for name, value in bound.items():
-        print(f"{name:<48} {value:.5g}, {AT_BOUND}: export asks for --force", file=out)
+        print(f"{name:<48} {value:.5g}, {AT_BOUND}: export requires --force", file=out)
     for name, value in held.items():
         print(f"{name:<48} {value:.5g}, {NOT_FITTED}", file=out)
     for name, one in model.tested.items():
@@ -390,7 +390,7 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     for finding in answer["findings"] or ["no findings"]:
         print(f"  {finding}", file=out)
     if not answer["ratio_known"]:
-        print("the sign of the lost motion was not looked at: state --ratio", file=out)
+        print("the sign of the lost motion was not checked: state --ratio", file=out)
     show_runs_lacking(answer, out)
     elsewhere = [str(label) for label in answer["begin_elsewhere"]]
     if elsewhere:
@@ -414,13 +414,16 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
 def show_runs_lacking(answer: Mapping[str, Any], out: TextIO) -> None:
     """Say it where there are too few runs to name anything."""
     if not answer["enough_runs"]:
-        print(f"fewer than {rules.RUNS_LEAST} runs: diagnose can name no effect", file=out)
+        print(f"fewer than {rules.RUNS_LEAST} runs: diagnose cannot identify an effect", file=out)
 
 
 def show_forecast(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print a forecast."""
     show_runs_lacking(answer, out)
-    print("the smallest size that this plan would find, and what it does to the output:", file=out)
+    print(
+        "smallest size of each effect that this plan would detect, with its error at the output:",
+        file=out,
+    )
     for effect in answer["effects"]:
         if effect["testable"]:
             print(
@@ -441,7 +444,7 @@ def show_next(answer: Mapping[str, Any], out: TextIO) -> None:
     """Print the ranking of runs."""
     print(verdict_sentence(answer["diagnosis"]), file=out)
     print("\nto decide between " + ", ".join(answer["between"]), file=out)
-    print("expected evidence; 1 nat makes one 2.7 times as likely against the other:", file=out)
+    print("expected evidence; 1 nat is a likelihood ratio of 2.7:", file=out)
     for run in answer["runs"]:
         print(
             f"  run {run['run']}: {plain_number(run['separation_nats'])} nats, "

@@ -26,8 +26,8 @@ def run_new(arguments: argparse.Namespace) -> None:
         [
             f"Size {size:g}, ratio {ratio}, {generator}: textbook proportions "
             "(lostmotion new), to be changed.",
-            "A key behind # is left open: it has the value that stands there.",
-            "lostmotion predict says what the drive does and which checks it keeps.",
+            "A key after # is not set: the value shown is its default.",
+            "lostmotion predict prints the torsion curve and the checks of this drive.",
             *said,
         ]
     )
@@ -46,4 +46,4 @@ def broken_check(check: Check) -> str:
     angle = check.unit == "rad"
     unit = "arcmin" if angle else check.unit.strip("-")
     value, limit = (number / (ARCMIN if angle else 1.0) for number in (check.value, check.limit))
-    return f"check not kept: {check.name} {value:.4g} {unit}".rstrip() + f", limit {limit:.4g}"
+    return f"check failed: {check.name} {value:.4g} {unit}".rstrip() + f", limit {limit:.4g}"

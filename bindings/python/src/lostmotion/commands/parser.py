@@ -50,7 +50,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Make the parser of all commands."""
     parser = Parser(
         prog="lostmotion",
-        description="Lost motion in strain-wave gears: predict, compare, find out.",
+        description="Predict, measure and diagnose lost motion in strain-wave gears.",
     )
     parser.add_argument("--version", action=Version)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
@@ -69,10 +69,16 @@ def make_parser() -> argparse.ArgumentParser:
         )
         loudness = added.add_mutually_exclusive_group()
         loudness.add_argument(
-            "-q", "--quiet", action="store_true", help="print errors only, and --json -"
+            "-q",
+            "--quiet",
+            action="store_true",
+            help="print only errors and the output of --json -",
         )
         loudness.add_argument(
-            "-v", "--verbose", action="store_true", help="say what is read, done and written"
+            "-v",
+            "--verbose",
+            action="store_true",
+            help="report the files read, the steps done and the files written",
         )
         return added
 
@@ -127,7 +133,7 @@ def add_prediction(command: Command) -> None:
     added.add_argument(
         "--table",
         metavar="FILE.csv",
-        help="write a row of figures for each drive, or for each value of --sweep",
+        help="write one row of results per drive, or per value of --sweep",
     )
     added.add_argument(
         "--sweep",
@@ -145,14 +151,14 @@ def add_prediction(command: Command) -> None:
     added = command(
         "calibrate",
         "lostmotion.commands.calibrate:run_calibrate",
-        "Support constants with which a drawing has the torsion curve of a sheet or a fit.",
+        "Support constants that give a drawing the torsion curve of a data sheet or a fit.",
         "lostmotion calibrate drive.toml sheet.toml -o calibrated.toml",
     )
     add_drive(added, "drive file with a [design]: the drawing")
     added.add_argument(
         "source",
         metavar="SHEET_OR_FITTED",
-        help="drive file of the same drive with a [catalogue], or as lostmotion fit wrote it",
+        help="drive file of the same drive with a [catalogue], or written by lostmotion fit",
     )
     added.add_argument("-o", "--output", metavar="FILE", required=True, help="a new file")
     added.add_argument(
@@ -164,22 +170,25 @@ def add_prediction(command: Command) -> None:
     added = command(
         "drawing",
         "lostmotion.commands.drawing:run_drawing",
-        "Tooth profiles with root fillets as CSV and DXF in mm, and the table of a gear drawing.",
+        "Tooth profiles with root fillets as CSV and DXF in mm, and the gear data table of a "
+        "drawing.",
         "lostmotion drawing drive.toml -o drawing",
     )
     add_drive(added, "drive file with a [design]")
     added.add_argument("-o", "--output", metavar="FOLDER", required=True, help="a new folder")
-    added.add_argument("--csv-only", action="store_true", help="no DXF, which needs ezdxf")
+    added.add_argument(
+        "--csv-only", action="store_true", help="do not write DXF, which needs ezdxf"
+    )
 
     added = command(
         "clearances",
         "lostmotion.commands.predict:run_clearances",
-        "Side clearances of every tooth, both ways, with contact radius and interference.",
+        "Side clearances of every tooth in both directions, with contact radius and interference.",
         "lostmotion clearances drive.toml --angles-deg -10,0,10,20",
     )
     add_drive(added, "drive file with a [design]")
     add_phase(added)
-    added.add_argument("--angles-deg", metavar="A,B,C", help="angles to place a tooth at")
+    added.add_argument("--angles-deg", metavar="A,B,C", help="angles at which to place a tooth")
 
 
 def add_comparison(command: Command) -> None:
@@ -198,7 +207,7 @@ def add_comparison(command: Command) -> None:
         help="fit to these runs and predict the others (default: each run is left out once)",
     )
     added.add_argument(
-        "--seed", metavar="N", default="1", help="of the permutation tests (default: 1)"
+        "--seed", metavar="N", default="1", help="random seed of the permutation tests (default: 1)"
     )
     add_effects(added)
     add_report(added)
@@ -215,7 +224,8 @@ def add_comparison(command: Command) -> None:
         "--rated-torque-Nm",
         dest="rated_torque",
         metavar="T",
-        help="of which lost motion is stated at 3 and 4 %% (default: of the drive file, or the "
+        help="rated torque; lost motion is given at 3 and 4 %% of it (default: that of the drive "
+        "file, or the "
         "largest torque of the loops)",
     )
     added.add_argument("-o", "--output", metavar="DRIVE.toml", help="drive file to write")
@@ -238,22 +248,23 @@ def add_controller(command: Command) -> None:
     added.add_argument(
         "--fmu",
         choices=("torque", "angles", "compensator"),
-        help="what the FMU is: torque in and output angle out (default), both angles in and torque "
+        help="interface of the FMU: torque in and output angle out (default), both angles in and "
+        "torque "
         "out, or the controller's compensator",
     )
     added.add_argument("--fmi", choices=("2", "3"), help="version of FMI (default: 2)")
     added.add_argument(
-        "--force", action="store_true", help="export a value of an effect that is at its bound"
+        "--force", action="store_true", help="export even if a value of an effect is at its bound"
     )
     added.add_argument(
         "--name",
         default="joint_parameters",
-        help="of the constant in the header (default: joint_parameters)",
+        help="name of the constant in the header (default: joint_parameters)",
     )
     added.add_argument(
         "--profile",
         choices=PROFILES,
-        help="of the controller (default: standard; of an FMU: full)",
+        help="build of the controller's code (default: standard; for an FMU: full)",
     )
     add_effects(added)
     add_settings(added)
@@ -261,12 +272,12 @@ def add_controller(command: Command) -> None:
     added = command(
         "replay",
         "lostmotion.commands.replay:run_replay",
-        "The controller's own code over recorded logs, bit for bit.",
+        "Run the controller's code over recorded logs, bit for bit.",
         "lostmotion replay params.bin log.csv --table ticks.csv",
     )
-    add_drive(added, "drive file, or a blob by export")
+    add_drive(added, "drive file, or a blob written by export")
     add_data(added, "LOG")
-    added.add_argument("--table", metavar="FILE.csv", help="write every tick")
+    added.add_argument("--table", metavar="FILE.csv", help="write one row per tick")
     add_effects(added, "your own effects in C: a shared object compiled with LM_REAL_BITS=32")
     add_settings(added)
 
@@ -311,10 +322,12 @@ def add_discovery(command: Command) -> None:
     added = command(
         "merge",
         "lostmotion.commands.discover:run_merge",
-        "Judge saved evidence of several campaigns together, without their recordings.",
+        "Combine saved evidence of several campaigns, without their recordings.",
         "lostmotion merge january.npz february.npz --json -",
     )
-    added.add_argument("evidence", metavar="EVIDENCE", nargs="+", help="by --save-evidence")
+    added.add_argument(
+        "evidence", metavar="EVIDENCE", nargs="+", help="evidence written by --save-evidence"
+    )
     add_effects(added)
 
     added = command(
@@ -349,7 +362,7 @@ def add_discovery(command: Command) -> None:
     added = command(
         "check",
         "lostmotion.commands.discover:run_check",
-        "Are the recordings sound, and what can this plan separate.",
+        "Whether the recordings are sound, and which effects this plan can separate.",
         "lostmotion check recordings/",
     )
     add_data(added)
@@ -390,15 +403,15 @@ def add_design(command: Command) -> None:
         "Search for a design with little lost motion.",
         "lostmotion design joint.toml -o joint",
     )
-    added.add_argument("spec", metavar="SPEC.toml", help="what may vary and what must hold")
     added.add_argument(
-        "-o", "--output", metavar="RUN", required=True, help="folder of the search and its results"
+        "spec", metavar="SPEC.toml", help="search spec: variables, limits and objectives"
     )
     added.add_argument(
-        "--resume", action="store_true", help="go on with the search that is in the folder"
+        "-o", "--output", metavar="RUN", required=True, help="folder for the search and its results"
     )
+    added.add_argument("--resume", action="store_true", help="continue the search in the folder")
     added.add_argument("--workers", metavar="N", help="threads (default: as the spec says, or all)")
-    added.add_argument("--dask", metavar="tcp://HOST:PORT", help="work on a Dask cluster")
+    added.add_argument("--dask", metavar="tcp://HOST:PORT", help="run on a Dask cluster")
     added.add_argument(
         "--progress",
         choices=PROGRESS,
@@ -411,19 +424,20 @@ def add_workbench(command: Command) -> None:
     added = command(
         "workbench",
         "lostmotion.commands.workbench:run_workbench",
-        "The other commands on a local page.",
+        "The same functions in a local web page.",
         "lostmotion workbench drive.toml recordings/",
     )
     added.add_argument("drive", metavar="DRIVE", nargs="?", help="drive file")
     added.add_argument("data", metavar="DATA", nargs="*", help="recordings, or folders of them")
-    added.add_argument("--port", metavar="N", help="of the page (default: a free one)")
+    added.add_argument("--port", metavar="N", help="port of the page (default: a free one)")
     added.add_argument("--no-browser", action="store_true", help="print the address only")
     added.add_argument(
         "--root",
         action="append",
         default=[],
         metavar="FOLDER",
-        help="where design searches may write; repeat it for several (default: this folder)",
+        help="folder that design searches may write to; repeat the option for several (default: "
+        "this folder)",
     )
     add_map(added)
     add_join(added)
@@ -454,8 +468,8 @@ def add_join(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--join",
         choices=JOINS,
-        help="ROS 2 bags: read topics of other rates at the rows of the slowest of torque and "
-        "angles (default: refused)",
+        help="ROS 2 bags: resample topics of different rates at the times of the slowest of torque "
+        "and angles (default: an error)",
     )
 
 
@@ -473,7 +487,7 @@ def add_dask(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="local",
         metavar="ADDRESS",
-        help="read large Parquet recordings through Dask, here or on the cluster at tcp://...",
+        help="read large Parquet recordings with Dask, locally or on the cluster at tcp://...",
     )
 
 
@@ -507,9 +521,9 @@ def add_map(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="COLUMN=NAME_UNIT",
-        help="what a foreign column is, with its unit; -NAME_UNIT turns its sign round, "
-        "NAME_UNIT/NUMBER divides (counts: input_angle_rev/4096); it counts in the files that have "
-        "the column",
+        help="quantity and unit of a column with another name; -NAME_UNIT reverses its sign, "
+        "NAME_UNIT/NUMBER divides it (counts: input_angle_rev/4096); it applies to the files "
+        "that have the column",
     )
 
 
@@ -518,8 +532,8 @@ def add_protocol(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--locked",
         choices=SIDES,
-        help="the side that was locked, where its angle was not recorded; with the output locked "
-        "motor_torque_Nm or motor_current_A may stand for the torque",
+        help="side that was locked and whose angle was not recorded; with a locked output, "
+        "motor_torque_Nm or motor_current_A may replace the torque",
     )
     parser.add_argument(
         "--torque-constant-Nm-per-A",
@@ -562,7 +576,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         dest="set",
         type="resonance_Hz={}".format,
         metavar="HZ",
-        help="lowest resonance of the joint with its load: how fast the correction may be "
+        help="lowest resonance of the joint with its load; it limits the speed of the correction "
         "(default: 25)",
     )
 
@@ -573,5 +587,5 @@ def add_friction(parser: argparse.ArgumentParser) -> None:
         "--friction",
         choices=FORMS,
         help="in parallel with the spring (inside), in series (outside) or both, of constant width "
-        "or growing with the load; by default by the leave-one-run-out error",
+        "or growing with the load; default: the form with the lowest leave-one-run-out error",
     )

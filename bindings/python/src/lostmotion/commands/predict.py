@@ -67,7 +67,7 @@ def run_predict(arguments: argparse.Namespace) -> None:
     if arguments.report is not None:
         from lostmotion.report import drive_section, write_report
 
-        lead = "What the drive file says that the drive will do."
+        lead = "Behaviour of the drive, predicted from its drive file."
         section = drive_section(drive, phase)
         write_report(
             arguments.report, "Predicted lost motion", lead, [section], arguments.command_line
@@ -91,7 +91,7 @@ def show_sensitivity(rows: list[dict[str, Any]], out: TextIO) -> None:
     """Print what one unit of each dimension does."""
     head = ["dimension", "value", "lost motion arcmin", "stiffness Nm/rad", "1 / safety"]
     keys = ("lost_motion_arcmin", "stiffness_Nm_per_rad", "stress")
-    print("\nchange for one unit of a dimension (a module, a mm):\n", file=out)
+    print("\nchange per unit of a dimension (per module, per mm):\n", file=out)
     show_table(
         head,
         [[r["key"], f"{r['value']:.4g}", *(f"{r[key]:.4g}" for key in keys)] for r in rows],
@@ -132,13 +132,13 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
     )
     tolerance = answer["tolerance_um"]
     if answer["defaults"].get("design.tolerance") == "none":
-        print("no tolerances are stated: the radial gap is as drawn", file=out)
+        print("no tolerances are stated: the radial gap is nominal", file=out)
     elif tolerance["worst_max"] is not None:
         lost = answer["tolerance_lost_motion_arcmin"]
         whole = answer["reversal_lost_motion_by_tolerance_arcmin"]
         for kind in ("worst", "probable"):
             print(
-                f"radial gap by tolerances, {kind}: {tolerance[f'{kind}_min']:.1f} to "
+                f"radial gap from tolerances, {kind}: {tolerance[f'{kind}_min']:.1f} to "
                 f"{tolerance[f'{kind}_max']:.1f} um, alone {lost[f'{kind}_min']:.3f} to "
                 f"{lost[f'{kind}_max']:.3f} arcmin in one direction; reversal lost motion with it "
                 f"up to {whole[kind]:.3f} arcmin",
@@ -150,7 +150,7 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
     failed = [check for check in answer.get("checks", []) if check["margin"] < 0]
     meanings = check_meanings() if failed else {}
     for check in failed:
-        kind = "advice not followed" if check["name"] in ADVICE else "check not kept"
+        kind = "recommendation not met" if check["name"] in ADVICE else "check failed"
         angle = check["unit"] == "rad"
         unit = "arcmin" if angle else check["unit"]
         value, limit, margin = (
@@ -167,7 +167,7 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
     if sensitivity:
         show_sensitivity(answer["sensitivity"], out)
     if answer["defaults"]:
-        print("\ntaken by default:", file=out)
+        print("\ndefault values:", file=out)
         for key, value in answer["defaults"].items():
             print(f"  {key} = {show_default(value)}", file=out)
     if answer["assumptions"]:
@@ -218,7 +218,7 @@ def show_allocation(found: dict[str, Any], out: TextIO) -> None:
 def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
     """Print clearances as a table."""
     name = one_line(answer["drive"])
-    print(f"{name}: side clearance in arcmin, below zero the teeth interfere\n", file=out)
+    print(f"{name}: side clearance in arcmin (negative: interference)\n", file=out)
     rows = [
         [
             str(answer["section"][i]),
@@ -233,4 +233,4 @@ def show_clearances(answer: dict[str, Any], out: TextIO) -> None:
     show_table(["section", "angle deg", "forward", "backward", "contact radius mm"], rows, out)
     apart = answer["overlap"].count(False)
     if apart:
-        print(f"\n{apart} teeth without overlap are left out of this table", file=out)
+        print(f"\n{apart} teeth without overlap are not listed", file=out)

@@ -16,7 +16,7 @@ SHOWN = {
     "worst_lost_motion_arcmin": "worst case",
     "stiffness_at_rated_Nm_per_rad": "stiffness Nm/rad",
     "safety_factor": "safety",
-    "checks_not_kept": "checks not kept",
+    "checks_not_kept": "failed checks",
 }
 """Columns of the printed table; the file and the JSON have all."""
 
@@ -47,7 +47,7 @@ def run_table(arguments: argparse.Namespace) -> None:
         from lostmotion.report.side_by_side import table_section
 
         title = f"Sweep of {answer['swept']}" if answer["swept"] else "Drives side by side"
-        lead = "What the drive files say, without a measurement."
+        lead = "Predicted from the drive files, without measurements."
         section = table_section(answer)
         write_report(arguments.report, title, lead, [section], arguments.command_line)
     deliver(answer, arguments, lambda out: show_rows(answer, out))

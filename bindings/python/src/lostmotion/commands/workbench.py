@@ -14,7 +14,9 @@ PORT_MAX = 65535
 def run_workbench(arguments: argparse.Namespace) -> None:
     """``lostmotion workbench``."""
     if arguments.json is not None:
-        raise InputError("--json", "", f"'{arguments.json}'", "no --json: a page has no answer")
+        raise InputError(
+            "--json", "", f"'{arguments.json}'", "no --json: the workbench writes no JSON answer"
+        )
     port = None if arguments.port is None else whole_number("--port", arguments.port, 0, PORT_MAX)
     if importlib.util.find_spec("nicegui") is None:
         raise LostMotionError("the workbench needs NiceGUI: pip install nicegui")

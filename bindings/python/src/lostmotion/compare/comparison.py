@@ -432,7 +432,7 @@ def runs_to_fit(campaign: Campaign, fit_on: Sequence[int | str] | None) -> npt.N
         [run.torque_Nm for run, chosen in zip(campaign.runs, seen, strict=True) if chosen]
     )
     if np.ptp(torque) == 0:
-        raise InputError("--fit-on", "", "runs of one torque", "runs whose torque varies")
+        raise InputError("--fit-on", "", "runs of constant torque", "runs whose torque varies")
     return seen
 
 

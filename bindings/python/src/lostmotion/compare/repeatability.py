@@ -65,8 +65,8 @@ class Repeatability:
     def parts(self) -> str:
         """Say of what it consists."""
         if self.between_rad is None:
-            return "white noise within runs alone: no run repeats another"
-        return "white noise within runs, and how far runs that repeat each other differ"
+            return "white noise within runs only: no run repeats another"
+        return "white noise within runs and differences between runs that repeat each other"
 
 
 def repeatability_of(c: Conditions, residual: FloatArray) -> Repeatability:

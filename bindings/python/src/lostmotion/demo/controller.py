@@ -165,7 +165,7 @@ def emulate(header: Path, log: Campaign, folder: Path) -> Emulated | str:
     ]  # fmt: skip
     said = run(command)
     if not isinstance(said, str):
-        return f"{COMPILER} cannot build for it"
+        return f"{COMPILER} cannot compile for the target"
     said = run(
         [
             EMULATOR, "-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "none",
@@ -173,11 +173,11 @@ def emulate(header: Path, log: Campaign, folder: Path) -> Emulated | str:
         ]
     )  # fmt: skip
     if not isinstance(said, str):
-        return f"{EMULATOR} does not run it"
+        return f"{EMULATOR} cannot run the program"
     numbers = re.findall(r"^([\d.]+) +([\d.]+)$", said, re.MULTILINE)
     bits = re.search(r"^([0-9a-f]{8})$", said, re.MULTILINE)
     if len(numbers) != len(log.runs) or bits is None:
-        return f"{EMULATOR} printed something else"
+        return f"{EMULATOR} printed unexpected output"
     values = np.array(numbers, dtype=np.float64)
     return Emulated(values[:, 0], values[:, 1], bits[1])
 

@@ -29,11 +29,11 @@ def overview_section(
     ends = (scores.before[worst], plain.after[worst], scores.after[worst])
     facts = [
         (
-            f"{drive.name}: missing in its model",
+            f"{drive.name}: missing effect",
             ", ".join(map(words, last["effects"])) or "nothing",
         ),
         ("error of the model, rms", f"{first['rms_arcsec']:.2f} arcsec"),
-        ("with what was missing", f"{last['rms_arcsec']:.2f} arcsec"),
+        ("with the missing effect", f"{last['rms_arcsec']:.2f} arcsec"),
         ("noise floor", f"{found.noise_floor_arcsec:.2f} arcsec"),
         (
             f"output at {scores.temperature_C[worst]:.0f} °C: uncompensated, baseline, with effect",
@@ -58,9 +58,14 @@ def controller_section(
     if isinstance(emulated, str):
         where = f"Replayed on this machine with the controller's code: {emulated}."
     elif emulated.bits == scores.bits:
-        where = "Run on an emulated Cortex-M4F; it computed the same bits as the replay here."
+        where = (
+            "Run on an emulated Cortex-M4F; it computed the same bits as the replay on this "
+            "machine."
+        )
     else:
-        where = "Run on an emulated Cortex-M4F; its bits are NOT those of the replay here."
+        where = (
+            "Run on an emulated Cortex-M4F; its bits are NOT those of the replay on this machine."
+        )
     rows = [
         (
             str(label),
@@ -84,8 +89,8 @@ def controller_section(
     head = ["run", "°C", "uncompensated", "baseline model", "with effect"] + ["emulated"] * ran
     return Section(
         f"{drive.name}: on its controller",
-        "The exported parameters in the code that a motor controller links, over the recorded "
-        f"torque loops at unusual temperatures. {where}",
+        "The controller's code with the exported parameters, run over the recorded torque "
+        f"loops at unusual temperatures. {where}",
         [("emulated", "Cortex-M4F" if ran else "no"), ("CRC-32 of all bits", scores.bits)],
         [
             Figure(
@@ -159,8 +164,8 @@ def design_section(designs: dict[str, SearchResult] | str) -> Section:
     return Section(
         title,
         "A robot's joint, a large instrument drive with four rollers and a drive with a ring "
-        "wave generator, searched over the same model that predicts and compares. The budgets are "
-        "those of a demonstration.",
+        "wave generator, optimised with the model of predict and compare. The budgets are "
+        "small, as this is a demonstration.",
         [(f"lost motion, {name}", f"{was} to {now} arcmin") for name, was, now, *_ in rows],
         [
             PageTable(
@@ -177,9 +182,9 @@ def design_section(designs: dict[str, SearchResult] | str) -> Section:
                 ),
                 rows,
                 (1, 2, 3, 4, 5, 7),
-                "Lost motion of a reversal over the tolerances, arcmin; stress in shares of the "
-                "fatigue strength. The start has teeth and wave generator of the best drive, "
-                "the textbook's values for the rest, and its smallest gap closed.",
+                "Lost motion of a reversal over the tolerances, arcmin; stress as a share of the "
+                "fatigue strength. The start has the teeth and wave generator of the best drive, "
+                "textbook values otherwise, and its smallest gap closed.",
             ),
             *(
                 front_figure(

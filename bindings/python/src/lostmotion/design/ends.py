@@ -32,7 +32,7 @@ STOPS = {
 }
 """What holds a variable back in practice, by key and end."""
 
-GRADE = {"low": "what the shop can hold, and its price", "high": "interference of the fit"}
+GRADE = {"low": "manufacturing capability and cost", "high": "interference of the fit"}
 """The same for tolerance grades."""
 
 
@@ -51,7 +51,7 @@ def at_ends(certificate: Mapping[str, Any], objective: str) -> list[str]:
         key, side = end["key"], end["end"]
         stop = GRADE[side] if key.endswith(".grade") else STOPS.get((key, side), "")
         price = end["price"]
-        cost = f"one more width of the range would gain {price:.3g} {objective}"
+        cost = f"a range of twice the width would gain about {price:.3g} {objective}"
         lines.append(
             f"{key} = {end['value']:.6g}, {side} end: {cost if price > 0 else 'no gain beyond'}"
             + (f"; in practice: {stop}" if stop else "")

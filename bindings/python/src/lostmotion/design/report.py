@@ -104,10 +104,7 @@ class Context:
 def write_search_report(result: SearchResult, context: Context) -> None:
     """Write ``report.html`` of a search."""
     title = f"Design search: {context.spec.name}"
-    lead = (
-        f"Drives that make {_listed(result)} as good as it can be found within the ranges and "
-        "limits of the spec."
-    )
+    lead = f"Best designs found for {_listed(result)} within the ranges and limits of the spec."
     if result.best is None:
         sections = [_nothing_section(result, context)]
     else:
@@ -160,13 +157,13 @@ def _front_section(result: SearchResult, context: Context) -> Section:
         ),
     ]
     if result.refused:
-        facts.append(("evaluations without a number, left out", str(result.refused)))
+        facts.append(("evaluations without a finite result, skipped", str(result.refused)))
     if not result.finished:
         facts.append(("state", "stopped; --resume goes on"))
     return Section(
         "The trade-off",
-        "Every dot is a drive that no other drive of the search beats in everything. Point at one "
-        "to see it; a click keeps it.",
+        "Every dot is a design that no other design of the search improves in every objective. "
+        "Point at a dot to see the design; click to keep it.",
         facts,
         [Raw(explorer(result, context)), _history_figure(result)],
     )
@@ -319,9 +316,10 @@ def _history_figure(result: SearchResult) -> Figure:
         return drawing.render()
 
     return Figure(
-        "How the search came there",
-        f"The best {name.replace('_', ' ')} after so many evaluations. At the end it may rise "
-        "again: there tolerance grades become whole and gaps are looked at between the angles.",
+        "Progress of the search",
+        f"The best {name.replace('_', ' ')} over the number of evaluations. It may rise at the "
+        "end, where tolerance grades are rounded to whole ones and gaps are also checked "
+        "between the angles.",
         draw,
         FigureData("history", {"evaluations": at, f"best_{unit}": best}),
     )
@@ -342,13 +340,13 @@ def _why_section(result: SearchResult, context: Context, drive: Drive) -> Sectio
     if drive.document["design"].get("tolerance"):
         blocks.append(_shares_figure(result, seen))
     word = "every limit holds" if seen.get("holds") else "NOT every limit holds"
-    facts.append(("looked at once more, finer", word))
+    facts.append(("verified on a finer grid", word))
     facts.append(("distance from a smooth optimum", written(float(seen["optimality_residual"]))))
     return Section(
-        "Why this one",
-        "The best drive beside a textbook's, what binds it, and what its tolerances bring. The "
-        "numbers are those of a finer look that the search did not use: 8 tooth phases, 32 angles "
-        "a tooth, 8 × 2¹⁴ sampled drives.",
+        "Why this design",
+        "The best drive compared with a textbook design, its active limits, and the effect of "
+        "its tolerances. The numbers come from a finer evaluation than that of the search: 8 "
+        "tooth phases, 32 angles per tooth, 8 × 2¹⁴ sampled drives.",
         facts,
         blocks,
     )
@@ -372,7 +370,7 @@ def _gain(result: SearchResult, starts: tuple[Start, ...]) -> list[tuple[str, st
     facts.append(
         (
             "lost motion over the tolerances",
-            ("at least halved" if halved else "not halved: see where it comes from")
+            ("at least halved" if halved else "not halved: see its contributions")
             + (", stress no higher" if now <= was else ", stress higher"),
         )
     )
@@ -402,13 +400,13 @@ def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
         rows.append((variable_name(key, links), *(_number(v) for v in values), ""))
     return PageTable(
         "Textbook start and best",
-        ("", "textbook", "gap closed", "and the best one's grades", "best", "closed to best"),
+        ("", "textbook", "gap closed", "and grades of the best", "best", "closed to best"),
         rows,
         (1, 2, 3, 4, 5),
-        "All have the teeth and the wave generator of the best drive and were measured by the same "
-        "evaluation. A negative margin is a limit that the textbook's drive breaks. Grades without "
-        "a recommendation are IT 7; the column with the best one's grades shows the rest when "
-        "those are paid for.",
+        "All have the teeth and the wave generator of the best drive and were evaluated in the "
+        "same way. A negative margin means that the textbook drive violates the limit. Grades "
+        "without a recommendation are IT 7; the column with the grades of the best drive shows "
+        "the difference that remains with equal grades.",
     )
 
 
@@ -449,9 +447,10 @@ def _parts_table(context: Context, drive: Drive) -> PageTable:
         ("part", "textbook, gap closed", "best", "change"),
         rows,
         (1, 2, 3),
-        f"{share:.0f} % of the rest is elastic: it falls with stiffness, not with clearance. "
-        f"{gap:.0f} % is the mean radial gap of the tolerances: it falls with their grades. A "
-        "drive can fall below neither by the shape of its teeth.",
+        f"{share:.0f} % of the remaining lost motion is elastic: it decreases with stiffness, "
+        "not with clearance. "
+        f"{gap:.0f} % is the mean radial gap from tolerances: it decreases with finer grades. "
+        "The tooth shape reduces neither.",
     )
 
 
@@ -482,11 +481,12 @@ def _limits_table(seen: Mapping[str, Any]) -> PageTable:
         )
     gap = seen["smallest_gap"]
     return PageTable(
-        "Limits, what binds and what it costs",
+        "Limits, margins and prices",
         ("limit", "margin", "unit", "", "price"),
         rows,
         (1, 4),
-        "The price is how much the first objective would fall for one unit of relief. The "
+        "The price is the decrease of the first objective per unit by which the limit is "
+        "relaxed. The "
         f"smallest side clearance, {gap['gap_arcmin']:.4f} arcmin, stands at "
         f"{signs(format(gap['angle_deg'], '.2f'))}° from the deformation axis.",
     )
@@ -497,7 +497,7 @@ def _levels_table(result: SearchResult, seen: Mapping[str, Any]) -> PageTable:
     searched = seen["figures_as_searched"]["tolerance_lost_motion_arcmin"]
     fine = seen["figures"]["tolerance_lost_motion_arcmin"]
     rows = [
-        ("worst case, all links at the end that hurts", f"{lost['worst']:.4f}", ""),
+        ("worst case, all links at their unfavourable limits", f"{lost['worst']:.4f}", ""),
         ("probable, root of the sum of squares", f"{lost['probable']:.4f}", ""),
         (
             "99.73 % of sampled drives stay below",
@@ -549,7 +549,7 @@ def _shares_figure(result: SearchResult, seen: Mapping[str, Any]) -> Figure:
 
     return Figure(
         "What each tolerance contributes to the radial gap",
-        "Share of the width between the limits, worst case, and of the variance, probable.",
+        "Share of the width between the limits (worst case) and of the variance (probable).",
         draw,
         FigureData(
             "tolerance_shares",
@@ -585,10 +585,10 @@ def _combination_lines(folder: Path) -> list[str]:
 
 def _account_section(result: SearchResult, context: Context) -> Section:
     return Section(
-        "Account of the search",
-        "What was looked at and what was taken for granted. Solved: searched to the end. "
-        "Dominated: lost the race against others, which is no proof. Pruned: a limit excludes it. "
-        "Not reached: the budget ended before.",
+        "Summary of the search",
+        "Examined combinations and default values. Solved: searched to convergence. Dominated: "
+        "worse than others in a preliminary search, which is not a proof. Pruned: excluded by "
+        "a limit. Not reached: the budget was used up.",
         [],
         _account(result, context),
     )
@@ -597,12 +597,12 @@ def _account_section(result: SearchResult, context: Context) -> Section:
 def _account(result: SearchResult, context: Context) -> list[Block]:
     lines = _combination_lines(result.folder)
     blocks: list[Block] = [
-        Notes(f"How every combination ended: {len(lines)}", lines, len(lines) > 12)
+        Notes(f"Result of every combination: {len(lines)}", lines, len(lines) > 12)
     ]
     if result.assumed:
         blocks.append(
             Notes(
-                "Taken by default, because the spec does not say it",
+                "Default values that the spec does not state",
                 [f"{key} = {value}" for key, value in result.assumed.items()],
             )
         )
@@ -618,14 +618,14 @@ def _nothing_section(result: SearchResult, context: Context) -> Section:
     if rows:
         blocks.append(
             PageTable(
-                "What would have to give",
+                "Limits to be relaxed",
                 ("limit", "by", "unit"),
                 rows,
                 (1,),
-                "The point met whose broken limits add up to the least, relative to their size: "
-                "all of these together make it a design. It is in nearest.csv, and start_from in "
-                "[search] begins with it. Stresses, clearances and contacts that no limit of the "
-                "spec sets ask for wider ranges or other fixed values instead.",
+                "The evaluated point with the smallest sum of relative violations: relaxing all of "
+                "these limits makes it feasible. It is in nearest.csv; start_from in [search] "
+                "starts from it. Stresses, clearances and contacts that no limit of the spec sets "
+                "require wider ranges or other fixed values instead.",
             )
         )
     blocks += _account(result, context)

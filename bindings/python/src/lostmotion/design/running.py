@@ -114,8 +114,8 @@ class _Run:
             raise InputError(
                 str(self.folder / "journal.bin"),
                 "",
-                "a search at work on it",
-                "one that has ended, or another folder",
+                "a running search",
+                "a finished search, or another folder",
             )
         try:
             self.open()
@@ -138,7 +138,7 @@ class _Run:
         if status == BAD_INPUT:
             match = re.fullmatch(r"(.*): found (.*), expected (.*)", said, re.S)
             if match is None:
-                raise InputError(self.spec.file, "", said, "a search that can be done")
+                raise InputError(self.spec.file, "", said, "a valid search")
             raise InputError(match[1], "", match[2], match[3])
         if status != DONE:
             raise LostMotionError(said)
@@ -278,8 +278,8 @@ class _Run:
             raise
         except Exception as error:
             raise LostMotionError(
-                f"a task was lost by the executor ({type(error).__name__}: {error}); what was done "
-                f"is kept in {self.folder}, and resuming goes on with it"
+                f"a task was lost by the executor ({type(error).__name__}: {error}); the completed "
+                f"work is in {self.folder}; resume the search to continue"
             ) from error
         answer = self.ffi.new("lm_answer *")
         self.ffi.buffer(answer)[: len(data)] = data

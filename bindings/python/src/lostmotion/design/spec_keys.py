@@ -35,9 +35,9 @@ RIVALS = {
 
 NEVER = {
     RIGID_TEETH: "it follows from teeth.flexspline_teeth, two more or two fewer",
-    "generator.floating": "the wave generator of a search floats",
-    "generator.eccentricity": "the wave generator of a search runs true",
-    "generator.eccentricity_angle": "the wave generator of a search runs true",
+    "generator.floating": "a search assumes a floating wave generator",
+    "generator.eccentricity": "a search assumes a wave generator without eccentricity",
+    "generator.eccentricity_angle": "a search assumes a wave generator without eccentricity",
 }
 
 ASSUMED = {"generator.floating": True, "generator.eccentricity": 0}

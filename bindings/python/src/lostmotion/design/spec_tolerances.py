@@ -99,7 +99,9 @@ def read_tolerances(out: Statements, variables: Variables) -> list[ToleranceLink
         if match and int(match[1]) >= len(links):
             expected = f"one of the {len(links)} tables [[design.tolerance]], counted from 0"
             if len(links) > len(entries):
-                expected = f"one of {len(links)} links, counted from 0; a fit and a gear are two"
+                expected = (
+                    f"one of {len(links)} links, counted from 0; a fit and a gear count as two"
+                )
             raise out.refuse(place, f"tolerance {match[1]}", expected)
     return links
 

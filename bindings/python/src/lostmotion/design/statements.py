@@ -86,7 +86,7 @@ class Statements:
             raise self.refuse(self.origins[error.line - 1], refused, "what spec.h allows")
         match = re.fullmatch(r"(\S+): (.*) \(found (\S+), expected (\S+) to (\S+)\)", refused)
         if match is None:
-            raise self.refuse("search", refused, "a search that can be done")
+            raise self.refuse("search", refused, "a valid search")
         key, sentence, found, low, high = match.groups()
         places = {name.replace(".0.", "."): place for name, place in said.items()}
         expected = f"{low} to {high}" if low != high else f"a value that fits ({sentence})"

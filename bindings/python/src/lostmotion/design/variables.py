@@ -101,7 +101,7 @@ class Variables:
         self.said[name] = place
         if table == "range" and name in FIXED_ONLY:
             raise self.out.refuse(
-                place, as_in_file(value), "it in [search.fixed], for it cannot vary"
+                place, as_in_file(value), "it in [search.fixed], because it cannot vary"
             )
         if table == "fixed":
             number = one_value(self.out.file, place, name, scale, value)

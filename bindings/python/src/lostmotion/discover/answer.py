@@ -76,7 +76,9 @@ class Diagnosis(WhitenedResult):
     def fitted_base(self) -> BaselineModel:
         """Give the model with all that was found, fitted for all runs together."""
         if not self.models:
-            raise InputError("diagnosis", "", "no model: it was made of evidence", "recordings")
+            raise InputError(
+                "diagnosis", "", "no model: it was made from saved evidence", "recordings"
+            )
         return self.models[-1]
 
     def errors_by_name(self) -> dict[str, float]:

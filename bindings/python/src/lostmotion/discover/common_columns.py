@@ -161,7 +161,7 @@ def common_candidates(
             if candidate.columns.shape[1]:
                 out.append(candidate)
             else:
-                closed[name] = "not identifiable with this plan: it does nothing here"
+                closed[name] = "not identifiable with this plan: it has no influence here"
     parts = varying_parts(base, point)
     for channel, values in channels(base).items():
         if channel == "run":

@@ -59,7 +59,7 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
             continue
         if needed is None:
             unreachable[name] = (
-                f"no size would be found: {count_runs(contest.runs)} "
+                f"no size is detectable: {count_runs(contest.runs)} "
                 f"{'leaves' if contest.runs == 1 else 'leave'} its test too few degrees of freedom"
             )
             continue

@@ -20,11 +20,12 @@ def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> D
     base = few.base
     c = base.conditions
     error = few.error_arcsec
-    why = f"not testable: {c.rows} readings carry {few.values} values and no effect beside them"
+    why = f"not testable: {c.rows} readings carry {few.values} values but no effect in addition"
     heldout = few.heldout()
     lacking = (
-        f"{c.rows} readings in {count_runs(c.runs)} carry a torsion curve and the width of its "
-        f"loop, and no effect: record the torque loop as a log of {SAMPLES_LEAST} samples or more, "
+        f"{c.rows} readings in {count_runs(c.runs)} determine a torsion curve and the width of "
+        f"its loop, but no effect: record the torque loop as a log of {SAMPLES_LEAST} samples "
+        "or more, "
         f"and repeat it in {rules.RUNS_LEAST} runs or more that vary temperature, angle and "
         "amplitude one at a time."
     )

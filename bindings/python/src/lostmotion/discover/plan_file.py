@@ -53,7 +53,7 @@ def read_plan(
             unknown = np.flatnonzero(~np.isfinite(values))
             if unknown.size:
                 found = f"{values[unknown[0]]} in {read.place(int(unknown[0]))}"
-                expected = "a number: a plan is known in full"
+                expected = "a number: a plan has no missing values"
                 column = chosen[quantity][0] if quantity in chosen else QUANTITIES[quantity].column
                 raise InputError(file, column, found, expected)
         rows = columns["torque"].size

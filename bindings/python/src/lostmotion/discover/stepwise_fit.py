@@ -179,8 +179,8 @@ def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) 
         raise InputError(
             "--add",
             effect.name,
-            "an effect that the baseline model absorbs wholly",
-            "one that these recordings show",
+            "an effect that the baseline model absorbs completely",
+            "an effect that these recordings identify",
         )
     return term_of(alone, result)
 

@@ -37,5 +37,7 @@ class WhitenedResult(ModelResult):
         found = self.whitened()
         if not found:
             runs = f"{self.fitted_base().conditions.runs} runs of a few samples"
-            raise InputError("campaign", "residual", runs, "a run long enough to tell its noise")
+            raise InputError(
+                "campaign", "residual", runs, "a run long enough to estimate its noise"
+            )
         return found

@@ -45,7 +45,10 @@ def write_drawing(
     texts["table.csv"] = csv_table(table)
     blocks: list[Block] = [page_table(table), deviation_table(model)]
     section = Section("Both gears", "Dimensions in mm.", blocks=blocks)
-    lead = "Undeformed, 20 degrees C. The flexspline is measured free, without its generator."
+    lead = (
+        "Undeformed, 20 degrees C. Measurements of the flexspline are in the free state, "
+        "without wave generator."
+    )
     texts["table.html"] = render(f"Drawing of {name}", lead, [section], command)
     drawing = None if csv_only else dxf_of(curves)
     folder.mkdir(parents=True)

@@ -323,7 +323,7 @@ def require_of_controller(own: Effect) -> None:
     words = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     for word in RECORDED_ONLY:
         if word in words:
-            expected = "a formula of conditions: the controller does not know this one"
+            expected = "a formula of conditions: this one is not available on the controller"
             raise InputError(f"effect {own.name}", "formula", word, expected)
     if "input_angle_rad" not in own.needs:
         return
@@ -332,7 +332,7 @@ def require_of_controller(own: Effect) -> None:
     turned = {**at, "input_angle_rad": at["input_angle_rad"] + 2 * np.pi}
     if not np.allclose(own.function(own.typical, turned, memory), here, rtol=1e-6, atol=1e-12):
         found = "not the same after a turn of the input"
-        expected = "a period of one turn: the controller knows that angle within a turn alone"
+        expected = "a period of one turn: the controller knows that angle only within one turn"
         raise InputError(f"effect {own.name}", "formula", found, expected)
 
 

@@ -38,7 +38,9 @@ def load_python(file: str | Path) -> dict[str, Effect]:
     except InputError:
         raise
     except Exception as error:  # the user's own code may raise anything
-        raise InputError(path, "", f"{type(error).__name__}: {error}", "Python that runs") from None
+        raise InputError(
+            path, "", f"{type(error).__name__}: {error}", "Python code that runs"
+        ) from None
     finally:
         sys.dont_write_bytecode = cached
     found = {v.name: v for v in vars(module).values() if isinstance(v, Effect)}
@@ -77,7 +79,7 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
     if found_bits is None:
         raise InputError(path, symbol, "no card", "LM_EFFECT_CARDS not set to 0")
     if found_bits != bits:
-        user = "the controller's, for replay" if bits == 32 else "32 is for replay alone"
+        user = "the controller's, for replay" if bits == 32 else "32 is only for replay"
         raise InputError(
             path, symbol, f"LM_REAL_BITS={found_bits}", f"LM_REAL_BITS={bits} ({user})"
         )
@@ -88,7 +90,9 @@ def load_shared_object(file: str | Path, bits: Bits = 64) -> dict[str, Effect]:
     )
     number = zlib.crc32(found.name.encode())
     if pointer.id != number:
-        expected = f"{number:#x}, the CRC-32 of {found.name}: binary parameters call it by that"
+        expected = (
+            f"{number:#x}, the CRC-32 of {found.name}: binary parameters identify it by that number"
+        )
         raise InputError(path, f"{symbol}.id", f"{int(pointer.id):#x}", expected)
     KEPT.append(handle)
     return {found.name: found}

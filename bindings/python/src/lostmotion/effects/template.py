@@ -18,16 +18,16 @@ lostmotion export DRIVE --effects {name}.py -o params.h
 
 from lostmotion.discover import Value, formula
 
-# What no formula can say is a function: see lostmotion.discover.effect.
+# What a formula cannot express can be a function: see lostmotion.discover.effect.
 {name} = formula(
     "{name}",
     "size_rad_per_K * (temperature_C - 20) * tanh(torque_Nm / closing_Nm)",
     values=[
-        # The result is proportional to a linear value; a shape enters in another way.
+        # The result is proportional to a linear value; a shape enters nonlinearly.
         Value("size_rad_per_K", role="linear", typical=5e-6, low=-1e-3, high=1e-3),
         Value("closing_Nm", role="shape", typical=1.0, low=1e-3, high=1e4),
     ],
-    kind="angle",  # rad on top of the lost motion; "torque": N m; "width": factor on the friction
+    kind="angle",  # rad, added to the lost motion; "torque": N m; "width": factor on the friction
     mechanism="says in one sentence what happens in the drive",
 )
 '''

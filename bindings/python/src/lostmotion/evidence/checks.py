@@ -57,7 +57,7 @@ def check_arrays(file: str | Path, saved: Saved) -> None:
         if values.dtype != np.float64:
             raise refuse(name, f"{values.dtype} values", "float64")
         if not np.all(np.abs(values) <= SIZE_MAX):
-            raise refuse(name, "a value that is no number or too large", "finite numbers")
+            raise refuse(name, "a value that is not a number or too large", "finite numbers")
     gram = saved["white"]
     runs, columns = gram.shape[0] if gram.ndim else 0, gram.shape[-1] if gram.ndim else 0
     if not (0 < runs <= RUNS_MAX and 0 < columns <= COLUMNS_MAX):

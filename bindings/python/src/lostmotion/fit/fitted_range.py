@@ -62,9 +62,9 @@ def beyond(
 
 
 def in_words(factors: Mapping[str, float | None]) -> str:
-    """Say it: ``1.6 times the fitted range of torque, temperature fitted at one value alone``."""
+    """Say it: ``1.6 times the fitted range of torque, temperature fitted at one value only``."""
     return ", ".join(
-        f"{name} fitted at one value alone"
+        f"{name} fitted at one value only"
         if times is None
         else f"{times:.2g} times the fitted range of {name}"
         for name, times in factors.items()

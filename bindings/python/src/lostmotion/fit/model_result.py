@@ -110,7 +110,7 @@ class ModelResult:
             given_as("predict", "data", data, Campaign)
             if base.additives:
                 names = ", ".join(shape.name for shape in base.additives)
-                expected = "effects: a shape without a name predicts its own recordings alone"
+                expected = "effects: an unnamed shape can only predict its own recordings"
                 raise InputError("predict", "", f"{names} in the model", expected)
             base = base.over(Conditions(data))
             for term in base.terms:

@@ -19,7 +19,7 @@ def table_section(answer: SideBySide) -> Section:
     """Say what a table has: every figure, and for a sweep what changes with its key."""
     swept = answer["swept"]
     first = swept or "drive"
-    head = [first, *(words(name) for name in FIGURES), "checks not kept"]
+    head = [first, *(words(name) for name in FIGURES), "failed checks"]
     rows = [
         [
             show_value(row[first]),
