@@ -274,7 +274,7 @@ def test_a_search_is_stopped_and_resumed_with_the_same_end(view: View, tmp_path:
         view.wait(lambda: "Margins" in view.text("#design"), "the design behind a dot")
         view.press("drive file", "#design button")
         view.wait(lambda: list(view.downloads.glob("design_*.toml")), "the download")
-        view.press("Put on the bench")
+        view.press("Load into the workbench")
         view.wait(lambda: view.text(".top .what"), "the drive")
     (drive,) = view.downloads.glob("design_*.toml")
     assert command("predict", drive, "--quiet", folder=tmp_path).returncode == 0

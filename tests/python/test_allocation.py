@@ -85,7 +85,7 @@ def test_predict_prints_the_cheapest_grades(
     assert f"cost {found['cost_then']:.3f} (now {found['cost_now']:.3f})" in shown
     assert "cheapest grades" in report.read_text(encoding="utf-8")
     assert main(["predict", str(file), "--target", "0.1"]) == 2
-    assert "what the finest grades leave" in capsys.readouterr().err
+    assert "the value with the finest grades" in capsys.readouterr().err
 
 
 def test_without_a_grade_there_is_nothing_to_allocate(drawn: dict[str, Any]) -> None:

@@ -153,7 +153,7 @@ def test_a_single_loop_states_larger_errors_and_says_what_is_not_in_them() -> No
     single = characterize(campaign_of(Loop(loops=1), 3), rated_torque_Nm=67.0)
     answer = single.answer()
     assert answer["standard_errors_from"] == "pieces of loops"
-    assert any("not in them" in line for line in answer["assumptions"])
+    assert any("do not include" in line for line in answer["assumptions"])
     for name in ("T1", "K1", "K2", "K3"):
         assert within(single.figures.curve[name], Loop().truth[name], 0.0, 0.95), name
 
@@ -485,7 +485,7 @@ def test_no_stiffness_is_stated_where_all_loops_repeat_what_is_no_torsion_curve(
     figures = characterize(campaign, ratio=273.18).answer()
     stiffness = figures["torsion_curve"]["K1_Nm_per_rad"]
     assert stiffness["value"] is None
-    assert "no function of the torque" in stiffness["reason"]
+    assert "does not depend on the torque" in stiffness["reason"]
     for share in (3, 4):
         low, high = figures[f"lost_motion_{share}_percent_arcmin"]["interval_95"]
         assert low < 0 < high

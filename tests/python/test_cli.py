@@ -110,7 +110,7 @@ def test_predict_shows_what_a_fit_found_beside_the_sheet(
     assert main(["predict", fitted, "--torque", "-40:40:5"]) == 0
     said = capsys.readouterr().out
     assert "torque Nm  fitted" in said
-    assert "fitted is the torsion curve that recordings gave" in said
+    assert "fitted is the torsion curve fitted to recordings" in said
 
 
 def test_predict_shows_checks_that_fail(
@@ -151,7 +151,7 @@ def test_a_radial_gap_of_no_tolerances_is_no_result(
     assert main(["predict", str(write(drawn)), "--torque", "1:2:2"]) == 0
     shown = capsys.readouterr().out
     assert "no tolerances are stated" in shown
-    assert "radial gap by tolerances" not in shown
+    assert "radial gap from tolerances" not in shown
 
 
 def test_clearances_at_stated_angles(capsys: Capture, drawn_file: str) -> None:
@@ -177,7 +177,7 @@ def test_clearances_by_phase_print_a_table(capsys: Capture, drawn_file: str) -> 
     text = capsys.readouterr().out
     assert " -0.90 " in text
     assert " 0.00  " not in text
-    assert "without overlap are left out" in text
+    assert "without overlap are not listed" in text
 
 
 def test_compare_reads_foreign_recordings_by_the_map_of_the_drive(

@@ -214,7 +214,7 @@ def test_a_path_that_no_system_has_is_refused_by_reader_and_writer(tmp_path: Pat
     with pytest.raises(InputError, match=r"too long|no such file"):
         read_campaign(tmp_path / ("n" * 300 + ".csv"))
     os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(InputError, match="something that is no file"):
+    with pytest.raises(InputError, match="neither a file nor a folder"):
         read_campaign(tmp_path / "pipe.csv")
 
 

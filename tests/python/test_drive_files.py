@@ -120,7 +120,7 @@ REFUSED_HEAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"fit": {"values": {"a": "x"}}}, ("fit.values.a", "'x'", "finite number")),
     (
         {"fit": {"values": {"knot_1_Nm": 1.0, "knot_3_Nm": 3.0}}},
-        ("fit.values.knot_3_Nm", "a gap before it", "knot_2_Nm first"),
+        ("fit.values.knot_3_Nm", "a gap in the numbering before it", "knot_2_Nm first"),
     ),
     (
         {"fit": {"values": {"knot_1_Nm": 1.0, "slope_1_rad_per_Nm": 1e-5}}},
@@ -189,7 +189,7 @@ REFUSED_DESIGN: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"design.teeth.deformation": "external"}, ("design.", "found")),
     (
         {"drive.ratio": 99},
-        ("drive.ratio: found 99, expected 100, the flexspline turning the output, or 101",),
+        ("drive.ratio: found 99, expected 100(the flexspline turns the output) or 101",),
     ),
     (
         {"design.teeth.flexspline_shift": -2, "design.teeth.pressure_angle_deg": 10},

@@ -154,7 +154,7 @@ def test_check_needs_no_ratio_to_see_what_encoders_lost(
     assert len(said) == len(columns)
     for name, finding in zip(columns, said, strict=True):
         assert f"{name}_angle_rad" in finding
-        assert "whole turns put back" in finding
+        assert "whole turns restored" in finding
 
 
 @pytest.mark.parametrize("single_in", [False, True])

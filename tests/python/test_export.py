@@ -444,7 +444,7 @@ def test_guarantee_wider_than_the_stiffnesses_bear_is_no_obstacle(
     bought["drive"] |= {"ratio": ratio, "rated_torque_Nm": rated_Nm}
     bought["catalogue"] = sheet | {"hysteresis_arcmin": guaranteed_arcmin}
     made = make_controller(read_drive(write(bought)))
-    assert any("upper limit, is more than its stiffnesses leave room for" in n for n in made.notes)
+    assert any("upper limit, is more than its stiffnesses allow" in n for n in made.notes)
     falling, rising = evaluate(build(made), [rated_Nm, 0, -rated_Nm, 0])[[1, 3]]
     assert 0.3 * guaranteed_arcmin < (falling - rising) / ARCMIN < guaranteed_arcmin
     # Right after a reversal the drive is stiffer than anywhere in its sheet, but yields.

@@ -139,7 +139,7 @@ SAME: dict[str, Dress] = {
     "UTF-16 big-endian": lambda: table().encode("utf-16-be"),
     "UTF-32": lambda: table().encode("utf-32"),
     "Windows-1252": lambda: table([*NAMES[:5], "temperature (°C)"]).encode("cp1252"),
-    "gzip under the name of a text": lambda: gzip.compress(table().encode()),
+    "gzip with the file name of a text": lambda: gzip.compress(table().encode()),
     "gzip of two members": lambda: gzip.compress(table().encode()[:999])
     + gzip.compress(table().encode()[999:]),
     **{
@@ -244,7 +244,7 @@ def test_a_dress_is_read_as_the_clean_copy(tmp_path: Path, clean: Campaign, dres
         ("NULs at the end", "line 82 ('NUL bytes')"),
         ("an open quote", "line 41"),
         ("epoch in ms", "taken for ms since 1970: it begins at 2025-04-17T23:59:55 UTC"),
-        ("times of day over midnight", "past midnight"),
+        ("times of day over midnight", "passes midnight"),
     ],
 )
 def test_what_is_set_aside_is_named_by_its_line(tmp_path: Path, dress: str, says: str) -> None:
@@ -295,7 +295,7 @@ def test_a_mark_that_nothing_decides_is_refused_with_both_readings(
     [
         ("# a\n# b\n\nT;M\n0;1\n1;2\n", r"no such column \(there are T, M; header: line 4\)"),
         ("0,1,2\n1,2,3\n2,3,4\n", "columns are numbered.*--map COLUMN=time_s"),
-        ("PAR1" + "x" * 99, "a Parquet file under the name of a text"),
+        ("PAR1" + "x" * 99, "a Parquet file with the file name of a text"),
         ("PK\x03\x04" + "x" * 99, "a ZIP archive or a spreadsheet"),
         (table([*NAMES[:2], "torque_Nm", "torque_Nm", *NAMES[4:]]), "the column twice"),
         (table(["run", "time_s", "torque_Nm"]), "6 fields in line 2, expected 3, as in the header"),

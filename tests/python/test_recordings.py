@@ -391,7 +391,7 @@ def test_several_recordings_in_one_file_are_told_to_need_a_column(write: Write) 
     text = f"{HEAD}\n" + "".join(f"{i % 10},{i},{i}\n" for i in range(40))
     (finding,) = read_campaign(write(text, "a.csv")).findings
     assert (finding.kind, finding.count) == ("backward_time", 3)
-    assert "a column run has to say so" in str(finding)
+    assert "mark it in a column run" in str(finding)
 
 
 def test_time_stamps_that_repeat_or_go_back_are_counted_and_kept(write: Write) -> None:

@@ -111,7 +111,7 @@ LABELS = {
     "found": (
         "rms, arcsec (grey: noise floor ",
         "+ thermal gap",
-        "with what was added",
+        "with the added effects",
         "residual, arcsec",
         "temperature, °C",
         "added, rising",
@@ -608,7 +608,7 @@ def test_the_verdict_leads_the_page_of_a_diagnosis():
     assert "It depends on torque: ripple of 4.99 N·m" in odd.lead
     assert any(f.title == "The residual depends on torque" for f in figures("unexplained"))
     titles = [block.title for block in found.blocks]
-    assert {"What to do next", "The contest", "Smallest detectable size"} < set(titles)
+    assert {"What to do next", "Candidate effects", "Smallest detectable size"} < set(titles)
     assert not any("depends on" in title for title in titles)
 
 

@@ -154,7 +154,7 @@ def test_predict_passes_what_the_search_certifies(
 ) -> None:
     result, run = shipped
     assert main(["predict", str(run / "best.toml"), "--json", str(run / "prediction.json")]) == 0
-    assert "check not" not in capsys.readouterr().out
+    assert "check failed" not in capsys.readouterr().out
     answer = json.loads((run / "prediction.json").read_text())
     assert answer["checks"] == result.certificate["checks"]
 
@@ -192,7 +192,7 @@ def test_planar_only_is_asked_for_and_said(
     small_spec["search"]["fixed"]["planar_only"] = True
     result = design.search(write_spec(small_spec), tmp_path / "run")
     assert result.certificate["holds"]
-    assert "Planar only, as the drive file asks" in (tmp_path / "run/report.html").read_text()
+    assert "Planar only, as the drive file requests" in (tmp_path / "run/report.html").read_text()
     best = read_toml(tmp_path / "run/best.toml", "a drive file")
     assert best["design"]["planar_only"] is True
     best["design"]["planar_only"] = False

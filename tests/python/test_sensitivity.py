@@ -67,7 +67,7 @@ def test_predict_prints_hints_and_sensitivity(
     assert main(["predict", str(file), "--sensitivity"]) == 0
     out = capsys.readouterr().out
     assert "hint: with teeth." in out
-    assert "change for one unit of a dimension" in out
+    assert "change per unit of a dimension" in out
     assert main(["predict", str(file), "--json", "-"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert {one["key"] for one in answer["sensitivity"]} >= {"teeth.face_width_mm"}

@@ -42,7 +42,9 @@ def test_what_is_certain_is_said_apart_from_what_is_open() -> None:
             {"effects": ["thermal_gap", "wear"], "effect": "wear", "verdict": "ambiguous"},
         ],
     }
-    assert verdict_sentence(answer) == ("Missing: thermal_gap. Confounded beside it: wear, creep.")
+    assert verdict_sentence(answer) == (
+        "Missing: thermal_gap. In addition, confounded: wear, creep."
+    )
 
 
 def fitted_with(data, *terms: Term) -> list[BaselineModel]:

@@ -168,7 +168,7 @@ def test_runs_that_begin_elsewhere_are_told(
     write(data, tmp_path / "cut.csv")
     printed = said(capsys, "check", tmp_path / "cut.csv")
     labels = ", ".join(map(str, sorted({*apart, data.runs[3].label})))
-    assert f"begin at another torque than the run before ended: {labels}" in printed
+    assert f"begin at a torque other than the last of the previous run: {labels}" in printed
 
 
 def test_a_clock_that_no_drive_needs_is_refused(

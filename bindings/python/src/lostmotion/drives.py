@@ -442,7 +442,12 @@ def _whole(file: str, values: Mapping[str, float]) -> None:
         stray = [key for key in values if key.startswith(start) and key not in known]
         if stray:
             wanted = pattern.format(len(row) + 1)
-            raise InputError(file, f"fit.values.{stray[0]}", "a gap before it", f"{wanted} first")
+            raise InputError(
+                file,
+                f"fit.values.{stray[0]}",
+                "a gap in the numbering before it",
+                f"{wanted} first",
+            )
     knots, slopes, radii, widening, shares, outside = rows.values()
     if len(widening) not in (0, len(radii)):
         found = f"{len(radii)} radii of operators, {len(widening)} widenings"

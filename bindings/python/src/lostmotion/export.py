@@ -505,7 +505,9 @@ def _gap_controller(drive: Drive, given: dict[str, float]) -> Controller:
     if "torque_limit" in given:
         raise InputError("--set", "torque_limit_Nm", "it", "nothing: the gap profile has no torque")
     if width <= 0:
-        raise InputError(drive.file, "lost motion", "none", "some: the gap profile makes up for it")
+        raise InputError(
+            drive.file, "lost motion", "none", "a lost motion for the gap profile to compensate"
+        )
     dead_band = given.get("dead_band", DEAD_BAND_SHARE * width)
     empty = np.zeros(0)
     limits, watch = _defaults(given, drive, CORRECTION_SHARE * width, empty, empty)

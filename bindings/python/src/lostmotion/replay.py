@@ -238,7 +238,7 @@ def read_parameters(
         for effect in controller.own.values():
             if effect.controller is None:
                 found = "a formula" if effect.formula else "a Python function"
-                source = "the file that export writes of it" if effect.formula else "one in C"
+                source = "the C file that export writes for it" if effect.formula else "one in C"
                 expected = f"a shared object: compile {source} with LM_REAL_BITS=32"
                 raise InputError("--effects", effect.name, found, expected)
         return build(controller), drive.ratio, drive.columns
@@ -458,7 +458,7 @@ def missing_numbers(run: Run) -> dict[str, int]:
 
 
 NOT_A_NUMBER = {
-    "torque_Nm": "the compensator goes on with the torque before it",
+    "torque_Nm": "the compensator keeps the previous torque",
     "time_s": "each counts as one period",
 }
 """What is done in a tick without the number.
@@ -482,7 +482,7 @@ def notes_on(runs: Sequence[Run], period_s: float) -> list[str]:
         for name, count in missing_numbers(run).items():
             numbers.setdefault(name, {})[run.label] = count
     for name, by_run in numbers.items():
-        done = NOT_A_NUMBER.get(name, "it counts as not known (model.h)")
+        done = NOT_A_NUMBER.get(name, "it counts as unknown (model.h)")
         notes.append(
             f"{name} is not a number in {_ticks(sum(by_run.values()))} ({_runs(by_run)}): {done}."
         )
@@ -520,12 +520,12 @@ def show_replay(result: Replay, out: TextIO) -> None:
     """Print the answer of the command."""
     answer = result.answer()
     print(f"{answer['samples']} ticks, bits {answer['bits_crc32']}\n", file=out)
-    print("rms error of the output, its zero taken where the model fits best:", file=out)
+    print("rms error of the output, with the zero that fits the model best:", file=out)
     for name in ("uncompensated", "compensated"):
         print(f"  {name:14}{answer[f'rms_{name}_arcsec']:9.2f} arcsec", file=out)
     print(f"  {'model alone':14}{answer['rms_model_arcsec']:9.2f} arcsec", file=out)
     print(f"largest correction {answer['largest_correction_arcsec']:.2f} arcsec", file=out)
-    print("\nunknown by the history before the log, at its start and end:", file=out)
+    print("\nuncertainty from the unknown history before the log, at its start and end:", file=out)
     for run in answer["by_run"]:
         start, end = run["unknown_at_start_arcsec"], run["unknown_at_end_arcsec"]
         print(f"  run {run['run']}: {start:.2f} and {end:.2f} arcsec", file=out)

@@ -98,7 +98,7 @@ class Part:
     missing : dict
         Rows without a number, by quantity.
     first, last, turns : dict
-        Of every angle: the first and last reading, and the whole turns put back within the piece;
+        Of every angle: the first and last reading, and the whole turns restored within the piece;
         of the clock the readings alone.
     wraps : dict
         Number of wraps found.
@@ -427,7 +427,7 @@ def join_parts(
             wraps += part.wraps[name]
         if wraps:
             column = QUANTITIES[name].column
-            findings.append(Finding("wrap", file, column, label, wraps, "whole turns put back"))
+            findings.append(Finding("wrap", file, column, label, wraps, "whole turns restored"))
     for name in columns:
         missing = sum(part.missing[name] for part in parts)
         if missing:
@@ -492,7 +492,8 @@ def note_sample(campaign: Campaign) -> None:
                 "all columns",
                 None,
                 recorded,
-                f"{campaign.rows} rows are used: every so many of each run, and where torque turns",
+                f"{campaign.rows} rows are used: every n-th row of each run, and the torque "
+                "reversals",
             )
         )
 

@@ -437,7 +437,7 @@ def _refused(design: Design, error: LibraryError) -> InputError:
     key = error.key.removeprefix("drive.")
     value = design.values.get(key)
     if error.status == core().lib.LM_NO_CONTACT:
-        found, expected = "teeth that cannot touch", "teeth that reach into each other somewhere"
+        found, expected = "teeth that cannot touch", "teeth that overlap at some angle"
         return InputError(design.file, "design", found, expected)
     if error.key == NO_ROOT:
         shifts = " and ".join(f"{design.values[f'teeth.{gear}_shift'].value:g}" for gear in GEARS)
@@ -464,7 +464,7 @@ def _refused(design: Design, error: LibraryError) -> InputError:
 
 def _odd_teeth(design: Design, error: LibraryError) -> tuple[str, str]:
     pair = f"{error.low:.0f} or {error.high:.0f}"
-    return f"{error.found:.0f}", f"an even number, {pair}: a tooth stands the same in both lobes"
+    return f"{error.found:.0f}", f"an even number, {pair}: both lobes need equal tooth positions"
 
 
 def _difference(design: Design, error: LibraryError) -> tuple[str, str]:
@@ -476,8 +476,8 @@ def _other_ratio(design: Design, error: LibraryError) -> tuple[str, str]:
     flexspline, rigid = (design.values[f"teeth.{gear}_teeth"].value for gear in GEARS)
     return (
         f"{error.found:.6g}",
-        f"{flexspline / 2:g}, the flexspline turning the output, or {rigid / 2:g}, the rigid gear "
-        "doing so, of either sign",
+        f"{flexspline / 2:g}(the flexspline turns the output) or {rigid / 2:g}(the rigid gear "
+        "does), of either sign",
     )
 
 

@@ -135,7 +135,10 @@ def show_few(
         explains = f"{100 * share:.2f} %" if share > 0 else "nothing"
         print(f"  (explains {explains} of the variance)", file=out)
         few = f"{samples} sample{'s' if samples > 1 else ''}"
-        print(f"{few} cannot be fitted: at least {SAMPLES_LEAST}; the first line holds", file=out)
+        print(
+            f"{few} cannot be fitted: at least {SAMPLES_LEAST}; only the first line is valid",
+            file=out,
+        )
     else:
         print(
             f"fitted              {shown(answer['rms_arcsec'])}  "
@@ -144,7 +147,7 @@ def show_few(
         )
         print(f"leave-one-out       {shown(answer['heldout_rms_arcsec'])}", file=out)
         print(f"error of a reading  {shown(answer['noise_floor_arcsec'])}", file=out)
-        print("  (standard deviation, by what the values leave)\n", file=out)
+        print("  (standard deviation, from the residual)\n", file=out)
         figures = flat(answer["standard_figures"]["measured"])
         rows = [
             [NAMES[key], *cells(found)]

@@ -57,7 +57,10 @@ def run_design(arguments: argparse.Namespace) -> None:
             )
         except KeyboardInterrupt:
             where = one_line(arguments.output)
-            print(f"\nthe best so far is in {where}; --resume goes on", file=sys.stderr)
+            print(
+                f"\nthe best design so far is in {where}; --resume continues the search",
+                file=sys.stderr,
+            )
             raise
     if not lines or arguments.json is not None:
         deliver(result.answer(), arguments, lambda out: show_result(result, out))
@@ -123,13 +126,13 @@ def relaxations(result: SearchResult) -> list[str]:
         (relax if limit["set_by_spec"] else beyond).append(text)
     texts = ["relax " + ", ".join(relax)] if relax else []
     if beyond:
-        texts.append("wider ranges or other fixed values have to make up for " + ", ".join(beyond))
+        texts.append("wider ranges or other fixed values are needed for " + ", ".join(beyond))
     return texts
 
 
 def show_result(result: SearchResult, out: TextIO) -> None:
     """Print the front and what the certificate says."""
-    state = "finished" if result.finished else "stopped, --resume goes on"
+    state = "finished" if result.finished else "stopped; --resume continues it"
     states = ", ".join(
         f"{n} {name.replace('_', ' ')}" for name, n in result.combinations.items() if n
     )

@@ -396,9 +396,9 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     if elsewhere:
         shown = ", ".join(elsewhere[:RUNS_LISTED]) + (" ..." * (len(elsewhere) > RUNS_LISTED))
         print(
-            f"{len(elsewhere)} of {answer['runs']} runs begin at another torque than the run "
-            f"before ended: {shown}\n  friction is taken to have gone straight there; what else "
-            "was done between looks like a sudden step",
+            f"{len(elsewhere)} of {answer['runs']} runs begin at a torque other than the last of the "
+            f"previous run: {shown}\n  The torque is assumed to have ramped monotonically between "
+            "runs; any other load between them looks like a sudden step.",
             file=out,
         )
     for pair in answer["aliased"]:

@@ -159,7 +159,7 @@ def _front_section(result: SearchResult, context: Context) -> Section:
     if result.refused:
         facts.append(("evaluations without a finite result, skipped", str(result.refused)))
     if not result.finished:
-        facts.append(("state", "stopped; --resume goes on"))
+        facts.append(("state", "stopped; --resume continues it"))
     return Section(
         "The trade-off",
         "Every dot is a design that no other design of the search improves in every objective. "

@@ -315,7 +315,7 @@ def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedMode
     few = None if add else fit_few_readings(base)
     if few is None:
         require_samples(campaign)
-        raise AssertionError("few readings are fewer than a fit needs")
+        raise AssertionError("a campaign of few readings has at least SAMPLES_LEAST samples")
     table = EstimatedValues(*few.table(), [])
     heldout = few.heldout()
     rung = {

@@ -180,7 +180,9 @@ def written_formula(text: str, name: str) -> Effect:
     twice = made.function(2.0 * once, at, memory)
     if not np.allclose(twice, 2.0 * made.function(once, at, memory), rtol=1e-9, atol=0.0):
         found = f"not proportional to {', '.join(names)}"
-        raise InputError(where, "formula", found, "numbers in place of what is not proportional")
+        raise InputError(
+            where, "formula", found, "numbers for all values that do not enter in proportion"
+        )
     return replace(made, in_file=True)
 
 

@@ -48,16 +48,17 @@ def check_asynchronous(campaign: Campaign) -> None:
             if length > max(quickest, 1) and name != "lost_motion":
                 column, other = QUANTITIES[name].column, quickest
                 action = (
-                    f"a new value every {length} rows, of others every {other}: joined by its last "
-                    "value; keep the rows in which it is new, or join by interpolation"
+                    f"a new value every {length} rows, of others every {other}: joined by holding "
+                    "its last value; keep only the rows with a new value, or join by "
+                    "interpolation"
                 )
                 finding = Finding("repeats", run.file, column, run.label, len(run), action)
                 campaign.findings.append(finding)
     lags = [(run, lag) for run in campaign.runs if (lag := lag_of(run)) is not None]
     for run, lag in lags:
         action = (
-            f"follows the speed as if the output's angle were {1e3 * lag:.3g} ms later than the "
-            "input's: join the two on their own time stamps"
+            f"proportional to the speed, as if the output angle were {1e3 * lag:.3g} ms later than "
+            "the input angle: join the two on their own time stamps"
         )
         column = QUANTITIES["lost_motion"].column
         campaign.findings.append(Finding("lag", run.file, column, run.label, len(run), action))

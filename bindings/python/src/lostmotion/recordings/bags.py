@@ -249,7 +249,9 @@ def open_bag(file: Path) -> Iterator[Bag]:
         from lz4.frame import LZ4FrameDecompressor
         from rosbags.rosbag2 import Reader, storage_mcap
     except ImportError:
-        raise InputError(file, "", "a ROS 2 bag, but no rosbags to read it", INSTALL) from None
+        raise InputError(
+            file, "", "a ROS 2 bag, but the package rosbags is not installed", INSTALL
+        ) from None
     zstd: Any = vars(storage_mcap)["zstd"]  # of the standard library or its backport
     names = _storages(file)
     size = sum(name.stat().st_size for name in names)

@@ -230,7 +230,7 @@ class Campaign:
         self.require_torque()
         if all(np.ptp(run.lost_motion_rad) <= STILL_RAD for run in self.runs):
             found = f"a constant {self.runs[0].lost_motion_rad[0]:.6g} rad"
-            expected = "a lost motion that varies, with all digits of its encoder"
+            expected = "a varying lost motion with the full resolution of its encoder"
             raise InputError(self.runs[0].file, "lost_motion_rad", found, expected)
 
     def quantities(self) -> tuple[str, ...]:

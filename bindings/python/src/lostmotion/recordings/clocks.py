@@ -207,7 +207,7 @@ def read_stamps(
         for row in at[over + 1]:
             stamps[row:] += DAY_NS
         if over.size:
-            action = "times of day go past midnight; a day put on"
+            action = "time of day passes midnight; one day added"
             findings.append(Finding("clock", file, column, None, int(over.size), action))
     return stamps, known, findings
 

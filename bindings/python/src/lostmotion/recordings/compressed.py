@@ -53,7 +53,7 @@ def inflate(file: str | Path, packed: bytes, most: int | None = None) -> bytes:
         while packed:
             if found and not packed.startswith(GZIP):
                 if packed.strip(b"\0"):
-                    raise zlib.error("something else behind it")
+                    raise zlib.error("other data after it")
                 break
             member = zlib.decompressobj(AROUND_GZIP)
             while not member.eof:

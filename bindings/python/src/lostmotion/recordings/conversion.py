@@ -265,7 +265,9 @@ def refuse_other_header(
         for label, cell in cells.items():
             if normal(cell) != normal(label):
                 found = f"another header in {rows.place(row)}, with '{shorten(cell)}' in its place"
-                raise InputError(file, label, found, "columns that mean one thing; split the file")
+                raise InputError(
+                    file, label, found, "columns with one meaning each; split the file"
+                )
 
 
 def without_label(rows: Rows, chosen: Chosen) -> npt.NDArray[np.bool_]:

@@ -64,18 +64,18 @@ WHOLE = 0.05
 """How far from a whole number of counts the difference of two readings may be; of more than ten
 counts, in shares of a tenth."""
 
-PUT_BACK = "whole turns put back"
+PUT_BACK = "whole turns restored"
 
 OPEN_ACTION = (
-    "steps above a quarter turn, kept; whole turns may be missing that neither the ratio nor "
-    "the other encoder tells"
+    "steps above a quarter turn, kept; whole turns may be missing that neither the ratio "
+    "nor the other encoder reveals"
 )
 """What is done about an encoder that turns too fast for its samples."""
 
 UNDECIDED_ACTION = (
-    "jumps of the lost motion, kept: either the drive made whole turns of the input between two "
-    "samples, or teeth slipped or a zero moved; if it turned, log the moves or give each part a "
-    "label of its own in the column run"
+    "jumps of the lost motion, kept: the input made whole turns between two samples, teeth "
+    "slipped, or a zero shifted; if the drive turned, record these moves or give each part "
+    "its own label in the column run"
 )
 """What is stated of jumps that have two readings."""
 
@@ -158,7 +158,7 @@ def moduli(angle_rad: FloatArray, stated: Counter | None = None) -> list[Modulus
         size = counts * float(count or 0.0)
         jumped = bool(np.any(np.abs(np.diff(angle_rad)) > 0.5 * size))
         if jumped and held_within(angle_rad, size):
-            action = f"overflows of {name} counts ({size / TURN:.6g} turns each) put back"
+            action = f"overflows of {name} counts ({size / TURN:.6g} turns each) removed"
             counters.append(Modulus(size, action, held=True))
     return [turn, *counters] if turn.held else [*counters, turn]
 
@@ -500,7 +500,7 @@ def bring_together(campaign: Campaign, ratio: float | None) -> None:
         run.columns["lost_motion"] = (
             run.columns["output_angle"] - run.columns["input_angle"] / ratio
         )
-        action = "begins whole turns from the first run, by the output: put back"
+        action = "begins whole turns from the first run, as the output shows: restored"
         campaign.findings.append(
             Finding("wrap", run.file, "input_angle_rad", run.label, abs(lost), action)
         )

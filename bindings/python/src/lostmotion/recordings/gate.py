@@ -206,8 +206,8 @@ def check_encoders(campaign: Campaign, ratio: float | None) -> None:
             raise InputError(
                 run.file,
                 QUANTITIES[quantity].column,
-                f"a reading that stands still for {count} of {len(run)} rows of run {run.label}, "
-                f"in which the {other} angle goes {turned:.3g} rad",
+                f"a constant reading for {count} of {len(run)} rows of run {run.label}, "
+                f"in which the {other} angle moves {turned:.3g} rad",
                 "an encoder that works, or an angle in its own unit; or the recordings without "
                 "this run",
             )
@@ -302,7 +302,7 @@ def contradiction(gate: Gate, stands: Consistency) -> tuple[str, str, bool] | No
             return "input_angle_rad", f"{turns}, {gate.ratio:.6g} by the drive file", True
         return None
     if stands.share <= -SCALE_SHARE:
-        return "lost_motion_rad", "a lost motion that falls with growing torque", True
+        return "lost_motion_rad", "a lost motion that falls with increasing torque", True
     if stands.share >= SCALE_SHARE and not 1 / SCALE_DOUBT < stands.times < SCALE_DOUBT:
         text = (
             f"a lost motion {stands.times:.3g} times the model's, at torques up to "
@@ -330,7 +330,7 @@ def readings(
         )
         yield replace(
             stated,
-            what="the angles are the other way about",
+            what="input and output angle are exchanged",
             paste=" ".join(
                 as_map(chosen, one, to=other)
                 for one, other in (("input_angle", "output_angle"), ("output_angle", "input_angle"))

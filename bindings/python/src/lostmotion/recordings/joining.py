@@ -100,9 +100,7 @@ def join_channels(
             f"{channels[at].topic} {stamps[at][0] * NANO:.3f} to {stamps[at][-1] * NANO:.3f} s"
             for at, *_ in groups
         )
-        expected = (
-            "topics that share some time; --map receive_time=time_s where their clocks differ"
-        )
+        expected = "topics that overlap in time; --map receive_time=time_s if their clocks differ"
         raise InputError(file, "", f"no common time: {spans}", expected)
     note_delays(file, channels, stamps, base, findings)
     kept = time_ns[within]
@@ -157,14 +155,17 @@ def choose_clock(
         raise InputError(file, HEADER_STAMP, found, f"--map {RECEIVE_TIME}=time_s")
     if clock == RECEIVE_TIME or without:
         if without and clock is None and len(without) < len({c.topic for c in channels}):
-            action = f"times of receipt for all: {', '.join(without)} has no stamps in its headers"
+            action = (
+                f"times of receipt used for all topics: {', '.join(without)} has no stamps in "
+                "its headers"
+            )
             findings.append(Finding("clock", str(file), "time_s", None, 1, action))
         return [channel.received_ns for channel in channels]
     ages = [int(np.median(c.received_ns - c.header_ns)) for c in first if c.header_ns is not None]
     age_ns = int(np.median(ages))
     for topic in sorted({c.topic for c in channels if c.header_ns is None}):
         action = (
-            f"no stamps: its times of receipt less {age_ns * 1e-6:.4g} ms, the age of the others"
+            f"no stamps: times of receipt minus {age_ns * 1e-6:.4g} ms, the delay of the others"
         )
         findings.append(Finding("clock", str(file), topic, None, 1, action))
     return [c.received_ns - age_ns if c.header_ns is None else c.header_ns for c in channels]
@@ -194,7 +195,7 @@ def in_order(
             stamp = stamp[order]
             if channel.topic not in counted:
                 counted.add(channel.topic)
-                action = "messages whose stamp goes back, sorted"
+                action = "messages with decreasing stamps, sorted"
                 findings.append(
                     Finding("backward_time", str(file), channel.topic, None, back, action)
                 )
@@ -242,8 +243,8 @@ def note_delays(
         if abs(apart) > JITTER * usual > 0:
             action = (
                 f"stamps {abs(apart) * 1e3:.4g} ms {'older' if apart > 0 else 'younger'} at "
-                f"receipt than those of {rows.topic}: a clock of its own, or a slow way; "
-                f"--map {RECEIVE_TIME}=time_s takes the times of receipt"
+                f"receipt than those of {rows.topic}: a different clock or a slow transmission; "
+                f"--map {RECEIVE_TIME}=time_s uses the times of receipt"
             )
             findings.append(Finding("delay", str(file), topic, None, 1, action))
 

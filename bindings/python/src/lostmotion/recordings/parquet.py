@@ -64,8 +64,8 @@ def open_parquet(file: Path) -> Any:
             "",
             f"{opened.metadata.num_rows} rows of {len(opened.schema_arrow.names)} columns in "
             f"{size} bytes, which would fill {numbers >> 20} MiB of memory",
-            f"at most {INFLATED_LEAST >> 20} MiB, or {INFLATION_MAX} times the file; write what "
-            "was measured only",
+            f"at most {INFLATED_LEAST >> 20} MiB, or {INFLATION_MAX} times the file; write only "
+            "measured columns",
         )
     return opened
 

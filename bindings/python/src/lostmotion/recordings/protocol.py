@@ -41,26 +41,24 @@ REPLACED = (*MOTOR_SIDE, ORDER)
 """Quantities that stand for others and are in no campaign themselves."""
 
 MOTOR_ACTION = (
-    "the torque is that of the motor times the ratio: it holds the friction and cogging of the "
-    "motor and the losses of the gear, so the hysteresis is that of both"
+    "the torque is that of the motor times the ratio: it includes friction and cogging of "
+    "the motor and losses of the gear, so the hysteresis is that of both"
 )
 """What a torque contains that was measured at the motor of a locked output."""
 
 INPUT_ACTION = (
-    "the input counts as locked and was not measured: how far its lock gives way is in the lost "
-    "motion"
+    "the input is assumed locked and was not measured: the compliance of its lock is part "
+    "of the lost motion"
 )
 """What a lost motion contains whose input angle was not measured."""
 
 OUTPUT_ACTION = (
-    "the output counts as locked and was not measured: how far its lock gives way is in the lost "
-    "motion"
+    "the output is assumed locked and was not measured: the compliance of its lock is part "
+    "of the lost motion"
 )
 """What a lost motion contains whose output angle was not measured."""
 
-ORDER_ACTION = (
-    "no time stamps: rows in the stated order; nothing that depends on time or speed is testable"
-)
+ORDER_ACTION = "no time stamps: rows in the given order; effects of time and speed are not testable"
 """What a running number in place of a clock costs."""
 
 
@@ -125,7 +123,7 @@ class Protocol:
                 motor = self.torque_constant_Nm_per_A * numbers["motor_current"]
             if motor is not None:
                 if ratio is None:
-                    expected = "the ratio, which turns the motor's torque into that on the output"
+                    expected = "the ratio, which converts the motor torque to torque on the output"
                     raise InputError(file, "torque_Nm", "no ratio", expected)
                 out["torque"] = -ratio * motor
         if self.locked is not None and "lost_motion" not in numbers:

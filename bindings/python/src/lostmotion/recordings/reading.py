@@ -69,7 +69,8 @@ LABEL_MAX = 200
 """Characters of the label of a run."""
 
 RATIO_EXPECTED = (
-    "the ratio, which a drive file has and a blob has not (in Python ratio=), or lost_motion_rad"
+    "the ratio, which a drive file states and a blob does not (in Python ratio=), or "
+    "lost_motion_rad"
 )
 """What a recording of two angles needs."""
 
@@ -83,9 +84,9 @@ COPY_ROWS_LEAST = 50
 """Samples from which a run that repeats another in every digit is a copy. Chosen: a test by hand
 has up to 30 readings, and those of a coarse gauge may be the same again."""
 
-SINGLE_ACTION = "a run of one sample, left out: no motion can be told from it"
+SINGLE_ACTION = "a run of one sample, left out: it contains no motion"
 
-NEWEST_ACTION = "the newest row stands first; rows turned round"
+NEWEST_ACTION = "rows in order of decreasing time; order reversed"
 
 STEPS_BACK_LEAST = 10
 """Fewest steps of a clock that tell its direction."""
@@ -124,7 +125,7 @@ def recording_files(paths: Iterable[str | Path]) -> list[Path]:
                 raise InputError(path, "", "no recording", "files ending in " + ", ".join(SUFFIXES))
             found.extend(inside)
         elif not regular:
-            what = "something that is no file" if there and str(given) else "no such file"
+            what = "neither a file nor a folder" if there and str(given) else "no such file"
             raise InputError(given, "", what, "a recording or a folder of them")
         elif path.name.lower().endswith(OTHER_SUFFIXES):
             raise InputError(path, "", f"a file '{path.name}'", "a name in " + ", ".join(SUFFIXES))
@@ -333,7 +334,7 @@ def runs_of_blocks(
     if not begin or len(begin) >= RUNS_MAX or not all(time[row] < time[row - 1] for row in begin):
         return codes, [only]
     codes[begin] = 1
-    action = "no column run; the clock starts again behind every blank line: runs numbered from 1"
+    action = "no column run; the clock restarts after every blank line: runs numbered from 1"
     findings.append(Finding("runs", file, "run", None, len(begin) + 1, action))
     return np.cumsum(codes), list(range(1, len(begin) + 2))
 
@@ -408,7 +409,7 @@ def without_copies(runs: list[Run], findings: list[Finding]) -> list[Run]:
         if known is run:
             kept.append(run)
         else:
-            action = f"the same in every digit as run {known.label} of {known.file}; left out"
+            action = f"identical in every digit to run {known.label} of {known.file}; left out"
             findings.append(Finding("runs", run.file, "run", run.label, len(run), action))
     return kept
 

@@ -43,9 +43,9 @@ STUCK_TURN_RAD = 0.2
 FROZEN_MAX = 0.5
 """Largest share of a run that a sensor may have been frozen; of more the run is not judged."""
 
-FROZEN_ACTION = "the reading stood still while the drive moved; rows left out"
+FROZEN_ACTION = "constant reading while the drive moved; rows left out"
 
-ASTRAY_ACTION = "wild values; rows left out"
+ASTRAY_ACTION = "outliers; rows left out"
 
 LOAD_JUMP = 0.25
 """Share of the range of the torque from which a step of it is a jump of the load."""
@@ -53,11 +53,9 @@ LOAD_JUMP = 0.25
 GAP_FACTOR = 10.0
 """A time step this many times the usual one is a gap in the recording, or in one of its columns."""
 
-DUPLICATE_ACTION = "kept in the order of the file"
+DUPLICATE_ACTION = "kept in file order"
 
-BACKWARD_ACTION = (
-    "kept in the order of the file; where another recording begins, a column run has to say so"
-)
+BACKWARD_ACTION = "kept in file order; if another recording begins there, mark it in a column run"
 """What is done about time that goes back, and what it usually is."""
 
 STEP_LEAST_S = 1e-9
@@ -292,7 +290,7 @@ def check_ratio(campaign: Campaign, ratio: float | None) -> None:
     if abs(found / ratio - 1) * float(np.median(swing)) > RATIO_DOUBT_RAD:
         action = (
             f"{found:.4g} input turns for one output turn by the angles, {ratio:.4g} by the ratio: "
-            "look at the ratio, at its sign, and at the units and signs of the two angles"
+            "check the ratio, its sign, and the units and signs of the two angles"
         )
         file = campaign.runs[0].file
         campaign.findings.append(
@@ -319,6 +317,7 @@ def check_sign(campaign: Campaign) -> None:
                 "lost_motion_rad",
                 None,
                 campaign.rows,
-                "falls with growing torque; turn one column round with --map COLUMN=-NAME_UNIT",
+                "falls with increasing torque; reverse the sign of one column with --map "
+                "COLUMN=-NAME_UNIT",
             )
         )

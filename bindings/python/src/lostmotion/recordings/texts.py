@@ -101,7 +101,9 @@ class TextTable:
         if table is None:
             table = self.arrow(columns, True)
         if table is None:
-            raise InputError(self.file, "", "lines that no reader takes apart", "lines of numbers")
+            raise InputError(
+                self.file, "", "lines that cannot be split into fields", "lines of numbers"
+            )
         found = {i: table.column(str(i)) for i in columns}
         return Rows(found, table.num_rows, self.place, list(self.findings), self.blocks())
 

@@ -84,8 +84,8 @@ end at -60 C and 200 C; sensors read -127 or 850 where a wire is open."""
 PLAUSIBLE_SHARE = 0.01
 """Least burst in that range: 2.6 K, more than one step of the coarsest sensors."""
 
-LEFT_OUT = "wild values; rows left out"
-NOT_USED = "wild values; the column is not used for these rows"
+LEFT_OUT = "outliers; rows left out"
+NOT_USED = "outliers; the column is not used for these rows"
 
 CHECKED = ("torque", "input_angle", "output_angle", "lost_motion")
 """Columns that check each other, in which a wild value takes its row with it."""

@@ -100,7 +100,7 @@ def curve_figure(result: Characterization) -> Figure:
     samples = result.figures.samples
     return Figure(
         f"Torque loops of {result.name} and their mean curve",
-        "Means of the loops' samples in cells of torque (grey), every loop about its own middle, "
+        "Samples of the loops averaged in torque bins (grey), each loop about its own middle, "
         "and the mean curve as straight lines (orange).",
         lambda width: draw_curve(result, width),
         FigureData(

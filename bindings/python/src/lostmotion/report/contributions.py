@@ -107,12 +107,11 @@ def contributions_figure(data: Contributions) -> Figure:
     caption = (
         "One-sided deflection φ from the torque-free middle, input locked. The areas are the "
         "contributions, stacked from the axis outward; their sum is the black line. The second "
-        "panel magnifies the part around zero. A reversal at "
-        f"±{written(data.reversal_torque_Nm)} N·m (4 % of the rated torque) loses {lost:.3f} "
-        "arcmin."
+        "panel magnifies the part around zero. The reversal lost motion at "
+        f"±{written(data.reversal_torque_Nm)} N·m (4 % of the rated torque) is {lost:.3f} arcmin."
     )
     if data.catalogue is not None:
-        caption += " Dashed: the slopes of the catalogue, prolonged beyond their own stretch."
+        caption += " Dashed: the slopes of the catalogue, extended beyond their torque ranges."
     return Figure(
         f"Torsion curve of {data.name}",
         signs(caption),

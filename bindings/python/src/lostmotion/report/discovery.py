@@ -58,7 +58,7 @@ def verdict_sentence(answer: Mapping[str, Any]) -> str:
         "complete": "Nothing is missing beyond the noise.",
         "missing-effect": f"Missing: {names}.",
         "ambiguous": open_sentence(answer),
-        "unexplained": (f"Missing: {names}; beside it s" if names else "S")
+        "unexplained": (f"Missing: {names}; in addition, s" if names else "S")
         + "omething systematic remains that no effect of the library explains.",
     }
     return sentence[answer["verdict"]]
@@ -73,7 +73,7 @@ def open_sentence(answer: Mapping[str, Any]) -> str:
     rest = ", ".join(name for name in names if name not in sure)
     if not sure:
         return f"Confounded in these data: {rest}."
-    return f"Missing: {', '.join(sure)}. Confounded beside it: {rest}."
+    return f"Missing: {', '.join(sure)}. In addition, confounded: {rest}."
 
 
 def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path]) -> Section:
@@ -97,7 +97,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
                 "error of the baseline model, rms",
                 f"{with_zeros(answer['ladder'][0]['rms_arcsec'])} arcsec",
             ),
-            ("with what was found, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
+            ("with the effects found, rms", f"{with_zeros(last['rms_arcsec'])} arcsec"),
             (
                 "leave-one-run-out error, rms",
                 f"{with_zeros(last['rms_heldout_arcsec'])} arcsec",
@@ -116,7 +116,7 @@ def diagnosis_section(drive: Drive, found: Diagnosis, files: Sequence[str | Path
     blocks.append(Notes("What to do next", [answer["next_experiment"]]))
     findings = say_findings(c.campaign.findings)
     if answer.get("outliers"):
-        findings.append(f"{answer['outliers']} single wild samples set to their neighbours")
+        findings.append(f"{answer['outliers']} outlying samples replaced by their neighbours")
     if findings:
         blocks.append(Notes("About the data", findings))
     blocks.append(ladder_figure(answer["ladder"], floor, drive.name))
@@ -174,16 +174,16 @@ def _contest(answer: dict[str, Any]) -> PageTable:
             )
         )
     return PageTable(
-        "The contest",
+        "Candidate effects",
         ("effect", "gain, nats", "p", "confounded with", "values"),
         rows,
         (1, 2),
-        "Gain: how much better the effect predicts each run from the others, as the logarithm of a "
-        "likelihood (1 nat is a factor of 2.7), over the baseline; for what was not chosen, over "
-        "the last model. p: permutation test among so many effects. ✓: in the answer. A "
-        "value at its bound would go further, or hardly matters here. What is too small to "
-        "count stands out of the noise, but no model is trusted to be that exact. The JSON answer "
-        "has all effects.",
+        "Gain: logarithm of the likelihood ratio when each run is predicted from the others (1 "
+        "nat is a factor of 2.7), against the baseline model; for effects that were not "
+        "selected, against the last model. p: permutation test, corrected for the number of "
+        "effects. ✓: selected. A value at its bound would exceed it, or has little influence. "
+        "An effect that is too small to count is significant, but smaller than the accuracy "
+        "assumed of any model. The JSON answer has all effects.",
     )
 
 
@@ -298,8 +298,8 @@ def fit_section(drive: Drive, model: FittedModel, files: Sequence[str | Path]) -
                 ("effect", "parameter", "value", "± standard error", ""),
                 of_effects,
                 (2,),
-                "At its bound: these recordings would have the value go further, or it hardly "
-                "matters to them."
+                "At its bound: the best fit is beyond the bound, or the value has little influence "
+                "on these recordings."
                 if bound
                 else "",
             )

@@ -73,10 +73,10 @@ def dots_figure(selection: Selection, labels: Sequence[object], name: str) -> Fi
     """Make the figure of the gain of every run."""
     gains = gains_of(selection)
     return Figure(
-        "What every run says",
-        "Gain of each run in log predictive density (nats) when it is predicted by a fit to the "
-        "others with the candidate in the model: right of zero the run speaks for it. An effect "
-        "that a single run carries is none. Dark: the sum over all runs.",
+        "Evidence by run",
+        "Gain of each run in log predictive density (nats) when it is predicted by a fit to "
+        "the others with the candidate in the model: right of zero the run supports it. An "
+        "effect that only a single run supports is not accepted. Dark: the sum over all runs.",
         lambda width: draw_dots(gains, width, name),
         FigureData(
             "gain_by_run",
@@ -135,9 +135,10 @@ def alike_figure(step: Step, name: str) -> Figure | None:
     pairs = [(i, j) for i in range(len(chosen)) for j in range(i)]
     return Figure(
         "Which effects are confounded in these runs",
-        "Angle in degrees between what two effects add, after the baseline and the scatter between "
-        f"runs have taken their part: 90 is nothing in common, below {rules.TWIN_DEG:g} these runs "
-        "do not separate them, whatever their number. The strongest "
+        "Angle in degrees between the contributions of two effects, after removing what the "
+        "baseline model and the run-to-run scatter absorb: 90 means independent, below "
+        f"{rules.TWIN_DEG:g} runs like these do not separate them, however many there are. The "
+        "strongest "
         f"{len(chosen)} are shown.",
         lambda width: draw_alike([words(n) for n in chosen], angle, width, name),
         FigureData(
@@ -223,8 +224,9 @@ def shape_figure(step: Step, name: str) -> Figure | None:
     label = f"{words(chosen.candidate.covariate)}{', ' + unit if unit else ''}"
     return Figure(
         f"The residual depends on {words(chosen.candidate.covariate)}",
-        f"Of the form “{with_signs(chosen.candidate.shape)}”: the fitted shape (line), the mean of "
-        "residual of the baseline (dots), twice its standard error from the scatter between runs "
+        f"Of the form “{with_signs(chosen.candidate.shape)}”: the fitted shape (line), the "
+        "mean residual of the baseline model (dots), twice its standard error from the "
+        "scatter between runs "
         "(band). Where the shape acts on stiffness, friction or gap, the line is its mean effect "
         "on the lost motion.",
         lambda width: draw_shape(middle, line, mean, half, label, width, name),

@@ -29,8 +29,8 @@ def front_figure(front: Values, names: Sequence[str], units: Sequence[str], name
     hidden = f" {' and '.join(others).capitalize()}: in the CSV." if others else ""
     return Figure(
         f"The front of {name}",
-        "One dot a design: none of them is better than another in every objective. Along the "
-        f"axis {across}, upwards {up}.{hidden}",
+        "One dot per design: none of them is better than another in every objective. "
+        f"Horizontal axis: {across}; vertical axis: {up}.{hidden}",
         lambda width: draw_front(front, names, units, width),
         FigureData(
             "front",

@@ -137,13 +137,14 @@ def gaps_figure(data: Gaps) -> Figure:
         if interfering
         else " No flank interferes (none is below zero)."
     )
-    caption += " Wider gaps are cut off here; the CSV has them all."
+    caption += " Wider gaps are not drawn; the CSV has them all."
     radii = [
         np.where(r > 0, r, np.nan) for r in (table.forward_radius_mm, table.backward_radius_mm)
     ]
     if len(data.forward) > 1:
         caption += (
-            f" One curve an axial section, {len(data.forward)} from the cup's edge of the teeth to "
+            f" One curve per axial section, {len(data.forward)} from the cup's edge of the teeth "
+            "to "
             "the open end."
         )
     return Figure(

@@ -79,7 +79,7 @@ def loops_figure(result: Comparison, name: str) -> Figure:
     left_out = len(result.campaign.runs) - drawn
     caption = (
         "Measured lost motion (grey) and the fitted baseline (orange) against torque, each run "
-        "about its own zero; beneath, measured minus model on the same axis, with the "
+        "about its own zero; below, measured minus model on the same axis, with the "
         f"{REPEATABILITY} of ±{with_zeros(result.noise.floor_rad / unit)} {unit_name} as a grey "
         f"band ({result.noise.parts}). "
         f"rms {with_zeros(result.rms_rad / unit)} {unit_name}, leave-one-run-out "
@@ -203,8 +203,9 @@ def _loop_panels(
 def failures_figure(result: Comparison, name: str) -> Figure:
     """Make the figure of what the residual depends on."""
     caption = (
-        "Share of the residual variance that depends on each recorded quantity, less what chance "
-        "gives; p says how often random signs of whole stretches of the residual do as well. "
+        "Share of the residual variance that depends on each recorded quantity, minus the "
+        "share expected by chance; p is the probability that random signs of whole sections of "
+        "the residual explain as much. "
         "Filled: p below 0.05."
     )
     failures = result.failures

@@ -183,7 +183,7 @@ def map_figure(data: Residuals, covariate: str) -> Figure:
     return Figure(
         f"Residual over torque and {name}",
         "Mean of measured minus model in each cell: orange above the model, blue below. "
-        "Beneath, the mean along the quantity for either sign of the torque; the grey band is the "
+        "Below, the mean along the quantity for either sign of the torque; the grey band is the "
         f"{data.against}.",
         lambda width: draw_map(of, width) + draw_profile(data, covariate, width),
         FigureData(

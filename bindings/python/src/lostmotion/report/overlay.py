@@ -129,17 +129,17 @@ def overlay_figure(
     """Make the figure of the runs in which most was explained."""
     data = Overlay(before, after, floor_arcsec, name)
     caption = "Measured lost motion (grey), the baseline model (orange)"
-    caption += " and the baseline model with what was added (blue)" if data.added else ""
+    caption += " and the baseline model with the added effects (blue)" if data.added else ""
     caption += " against torque, or against the wave generator's angle at constant torque. "
     caption += (
-        f"Beneath each its residual, in arcsec; the grey band is the noise floor, ±"
+        f"Below each, its residual in arcsec; the grey band is the noise floor, ±"
         f"{with_zeros(floor_arcsec)} arcsec. "
     )
     if data.runs > len(data.shown):
         caption += (
-            f"The {len(data.shown)} of {data.runs} runs in which most is "
-            + ("explained; " if data.added else "residual; ")
-            + f"at most {POINTS_SHOWN} samples of each are drawn, the tests use all."
+            f"The {len(data.shown)} of {data.runs} runs with the largest "
+            + ("explained part; " if data.added else "residual; ")
+            + f"at most {POINTS_SHOWN} samples of each are drawn; the tests use all."
         )
     return Figure(
         f"Runs of {name}: measured and modelled",
@@ -171,7 +171,7 @@ def draw_overlay(data: Overlay, width: float) -> str:
 def _key(drawing: Drawing, width: float, added: bool) -> None:
     entries: Sequence[tuple[str, str]] = (("measured", SOFT), ("baseline", BEFORE))
     if added:
-        entries = (*entries, ("with what was added", AFTER))
+        entries = (*entries, ("with the added effects", AFTER))
     x = width - 12.0
     for name, ink in reversed(entries):
         drawing.text(x, 16, name, size=SMALL_SIZE, anchor="end")

@@ -65,19 +65,20 @@ def plots_of(result: WhitenedResult) -> list[Plot]:
         Plot(
             "time",
             "Residual against time",
-            "Drift, steps and warming-up show as a trend within the runs.",
+            "Drift, steps and warm-up appear as a trend within the runs.",
             lambda: result.plot_residuals("time_s"),
         ),
         Plot(
             "fit",
             "Residual against the fit",
-            "A residual that bends over the fitted lost motion is an error of the model's form.",
+            "A residual that curves over the fitted lost motion indicates a wrong form of the "
+            "model.",
             lambda: result.plot_residuals("model_arcmin"),
         ),
         Plot(
             "predicted",
             "Measured against predicted",
-            "Each run by itself; a run off the line of equality has another stiffness or gap.",
+            "By run; a run off the line of equality has a different stiffness or gap.",
             result.plot_predicted,
         ),
     ]
@@ -87,13 +88,13 @@ def plots_of(result: WhitenedResult) -> list[Plot]:
                 "autocorrelation",
                 "Autocorrelation of the whitened residual",
                 "The residual after whitening by its autoregression. Bars outside the band (95 %) "
-                "are correlation that the noise model does not have.",
+                "are correlation that the noise model does not describe.",
                 result.plot_autocorrelation,
             ),
             Plot(
                 "quantiles",
                 "Normal quantiles of the whitened residual",
-                "Noise lies on the line; ends beside it are outliers, or an effect that is rare.",
+                "Gaussian noise lies on the line; deviating ends are outliers or a rare effect.",
                 result.plot_normal,
             ),
         ]
@@ -112,7 +113,7 @@ def plots_of(result: WhitenedResult) -> list[Plot]:
             Plot(
                 "correlations",
                 "Correlations of the estimated parameters",
-                "Near 1 or −1 the recordings determine a combination of two parameters alone.",
+                "Near 1 or −1 the recordings determine only a combination of the two parameters.",
                 result.plot_correlations,
             )
         )

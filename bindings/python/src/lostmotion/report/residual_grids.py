@@ -149,10 +149,11 @@ def grids_figure(
     grids, made = [grids[i] for i in order], [made[i] for i in order]
     scale = max([float(np.nanmax(np.abs(means))) for row in made for means, _ in row] or [1.0])
     caption = (
-        "Mean of what the model leaves, by torque (across) and another quantity (up), for falling "
-        "and rising torque. Orange: more lost motion than the model says, blue: less; the darkest "
-        f"is {angle_text(scale)}. Grey: no more than {CLEAR_T:g} standard errors, where a "
-        f"passage counts once with the {against} of {angle_text(floor_arcsec)}; white: no "
+        "Mean residual over torque (horizontal) and another quantity (vertical), for falling "
+        "and rising torque. Orange: more lost motion than in the model, blue: less; the "
+        f"darkest colour is {angle_text(scale)}. Grey: no more than {CLEAR_T:g} standard "
+        f"errors, where each passage counts once, with the {against} of "
+        f"{angle_text(floor_arcsec)}; white: no "
         "samples."
     )
     rows: dict[str, list[object]] = {

@@ -112,7 +112,7 @@ def _catalogue_section(drive: Drive) -> Section:
     for name, key in (("hysteresis loss", "hysteresis"), ("lost motion", "lost_motion")):
         value = answer["guaranteed_arcmin"][key]
         if value is not None:
-            facts.append((f"{name}, guaranteed by the maker", f"≤ {value:g} arcmin"))
+            facts.append((f"{name}, guaranteed by the manufacturer", f"≤ {value:g} arcmin"))
     return Section(
         drive.name,
         "A bought drive: the catalogue's stiffnesses in reduced form, without geometry.",
@@ -190,7 +190,7 @@ def _design_section(drive: Drive, phase_rad: float) -> Section:
     if answer["defaults"]:
         lines = [f"{key} = {show_default(value)}" for key, value in answer["defaults"].items()]
         section.blocks.append(
-            Notes(f"Taken by default: {len(lines)} values that the file leaves open", lines, True)
+            Notes(f"Default values: {len(lines)} values that the file does not state", lines, True)
         )
     return section
 
@@ -269,7 +269,7 @@ def allocation_table(found: Mapping[str, Any]) -> PageTable:
         for feature in found["features"]
     ]
     return PageTable(
-        "The same lost motion by the cheapest grades",
+        "Cheapest grades for the same lost motion",
         ("feature", "now", "cheapest", "field now, µm", "field, µm", "cost now", "cost"),
         rows,
         (3, 4, 5, 6),
@@ -277,7 +277,7 @@ def allocation_table(found: Mapping[str, Any]) -> PageTable:
         + f"{found['then_arcmin']:.3f} arcmin with these grades, probable limits; cost "
         + f"{found['cost_now']:.2f} now, {found['cost_then']:.2f} then, in units of one feature at "
         + "grade 7: weight times the field at grade 7 over the field (reciprocal cost law). "
-        + "lostmotion predict --target finds those for another lost motion.",
+        + "lostmotion predict --target finds the grades for another lost motion.",
     )
 
 
@@ -339,9 +339,9 @@ def comparison_section(drive: Drive, result: Comparison, files: Sequence[str | P
     runs = len(answer["by_run"])
     section = Section(
         f"{drive.name}: measured against the model",
-        f"{grouped(str(answer['samples']))} samples in {count_runs(runs)}. A torsion curve with a "
-        "free shape, the drive file's as its start, and hysteretic friction, fitted to the "
-        "recordings.",
+        f"{grouped(str(answer['samples']))} samples in {count_runs(runs)}. A torsion curve of "
+        "free form, started from that of the drive file, and hysteretic friction, fitted to "
+        "the recordings.",
         facts,
         [],
         sources_of(drive, files, answer["data_fingerprint"]),

@@ -46,9 +46,9 @@ def sweep_figure(answer: SideBySide) -> Figure:
     """Lost motion, stiffness and safety over the key that is swept."""
     rows = [row for row in answer["rows"] if row[DRAWN[0]] is not None]
     return Figure(
-        f"What {answer['swept']} does",
-        "One curve a figure, over the values of the key; where a curve ends, the library refuses "
-        "the drive.",
+        f"Influence of {answer['swept']}",
+        "One curve per result, over the values of the key; where a curve ends, the drive is "
+        "refused.",
         partial(draw_sweep, answer),
         FigureData(
             "sweep", {name: [row[name] for row in rows] for name in (answer["swept"], *DRAWN)}

@@ -279,14 +279,15 @@ def teeth_figure(
     touches = first_touches(model, loaded, phase_rad)
     factor = ring_factor(mesh)
     caption = (
-        "Both gears to scale, unloaded, in the torque-free middle: close-ups at the deformation "
-        "axis and further round. Dots mark where the pairs that carry at rated torque touch first. "
+        "Both gears to scale, unloaded, in the torque-free middle: close-ups at the "
+        "deformation axis and farther from it. Dots mark where the pairs that carry at rated "
+        "torque touch first. "
         f"The ring shows all {mesh.teeth} and {mesh.rigid_teeth} teeth with radial distances from "
         f"the undeformed neutral line (dashed) enlarged {factor:g} times; darker teeth carry at "
         "rated torque. Root fillets are not drawn."
     )
     if model.sections > 1:
-        caption += f" Drawn is the middle of {model.sections} axial sections."
+        caption += f" The middle one of {model.sections} axial sections is drawn."
     rows = [(t, mesh.place(t.angle_rad)) for t in touches]
     return Figure(
         f"Meshing teeth of {name}",

@@ -33,8 +33,9 @@ def tolerances_figure(data: Tolerances) -> Figure:
     limits, scale = data.limits_um, data.arcmin_per_um
     kinds = ("worst", "probable")
     caption = (
-        "Radial gap on the deformation axis that the tolerances allow (lower axis) and the lost "
-        "motion that it brings in one direction, eq. (9) (upper axis); a reversal sees twice that. "
+        "Radial gap on the deformation axis that the tolerances allow (lower axis) and the "
+        "lost motion that it causes in one direction, eq. (9) (upper axis); the reversal lost "
+        "motion is twice that. "
         "Worst case: all links at their limits, eq. (10), (11). Probable: 99.73 % of all drives, "
         "by the distributions of the links. With every part in the middle of its field the gap is "
         f"{data.mean_um:.2f} µm; that is the drive of the torsion curve above."

@@ -50,7 +50,7 @@ CROSS_VALIDATED = {
 NOISE_FLOOR = "noise floor"
 """What `diagnose` and `fit` set an error against; `compare` has the repeatability instead."""
 
-NOISE_FLOOR_IS = "noise within runs, and the scatter of stiffness, friction and gap between them"
+NOISE_FLOOR_IS = "noise within runs, and run-to-run scatter of stiffness, friction and gap"
 
 
 def words(name: str) -> str:

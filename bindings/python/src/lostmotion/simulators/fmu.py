@@ -123,7 +123,7 @@ def export_fmu(
     if compiler is None:
         notes.append(
             "No C compiler was found: the FMU holds its sources and no binary. Install one, or "
-            "compile the sources where it is to run."
+            "compile the sources on the target machine."
         )
     else:
         made = compile_shared(compiler, sources.texts, sources.units)

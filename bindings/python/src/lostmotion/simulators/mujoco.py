@@ -356,7 +356,7 @@ def simulated_parts(controller: Controller) -> tuple[Controller, dict[str, str]]
         elif effect.kind == lib.LM_EFFECT_TORQUE:
             aside[name] = "acts on the measured torque, not on the drive"
         elif effect.covariates & others:
-            aside[name] = "depends on a quantity that the joint does not hand over"
+            aside[name] = "depends on a quantity that the joint does not provide"
         else:
             kept.append((name, values))
     return (
@@ -475,7 +475,7 @@ def find_bounds(
     compliance = (1.0 - rise * bank.inside_share) * least - rise * bank.outside_rad_per_Nm
     if not compliance > 1e-3 * least:
         found = f"{compliance:.3g} rad/Nm after a reversal"
-        raise InputError(drive.file, "friction", found, "a drive that gives way: a smaller loop")
+        raise InputError(drive.file, "friction", found, "a positive compliance: a narrower loop")
     stiffness = 1.0 / float(compliance)
     if not controller.effects:
         return Bounds(stiffness, 0.0)
@@ -511,5 +511,5 @@ def _look_around(
             turning = max(turning, abs(turned))
     if not least > 0:
         found = "a lost motion that falls with the torque"
-        raise InputError(drive.file, "effect", found, "one that rises: smaller effects")
+        raise InputError(drive.file, "effect", found, "a rising one: smaller effects")
     return least, turning

@@ -118,7 +118,7 @@ def list_variables(controller: Controller, kind: Kind, ratio: float) -> list[Var
 def _fitted(ends: tuple[float, float]) -> str:
     """Describe which range was fitted, where one is stated."""
     low, high = ends
-    return f"; fitted from {low:g} to {high:g}, held at the end beyond" if low or high else ""
+    return f"; fitted from {low:g} to {high:g}, clipped to that range" if low or high else ""
 
 
 def _inputs(controller: Controller, kind: Kind) -> list[Variable]:

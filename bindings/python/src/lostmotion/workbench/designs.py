@@ -150,9 +150,9 @@ class DesignPanel(Panel):
         """Draw into the place."""
         search = self.search
         self.html(
-            "<p>A search spec says what may vary and what must hold. The search runs beside the "
-            "page and writes into its folder as the command does: stop it, close the page, and "
-            "resume it later.</p>"
+            "<p>A search spec states variables, limits and objectives. The search runs in the "
+            "background and writes to its folder as the command does: you can stop it, close the "
+            "page, and resume it later.</p>"
         )
         with ui.element("div").classes("line"):
             wide = "min-width: 250px; flex: 1 1 250px"
@@ -310,7 +310,9 @@ class DesignPanel(Panel):
                     )
                 )
             with ui.element("div").classes("line"):
-                action("Put on the bench", lambda: self.put(one["drive"]), main=True).mark("put")
+                action("Load into the workbench", lambda: self.put(one["drive"]), main=True).mark(
+                    "put"
+                )
                 action("drive file", lambda: self.download(one["drive"])).mark("design-file")
 
     def one_line(self, number: int) -> str:

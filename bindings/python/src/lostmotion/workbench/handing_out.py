@@ -40,9 +40,9 @@ class ExportPanel(Panel):
         if bench.model is not None:
             added = " and ".join(map(words, bench.chosen))
             with_it = f"with {added}" if added else "no effect added"
-            what = f"The drive as it was fitted to the recordings, {with_it}."
+            what = f"The drive as fitted to the recordings, {with_it}."
         else:
-            what = "The drive as its file says: nothing was fitted yet (tick an effect)."
+            what = "The drive as stated in its file: nothing has been fitted yet (tick an effect)."
         self.html(f'<p class="verdict">{escape(what)}</p>')
         with ui.element("div").classes("line"):
             field("settings", self, "settings", "min-width: 230px").mark("settings")

@@ -55,8 +55,8 @@ class DrivePanel(Panel):
                 "beside it you will see where the model fails and which effect is missing."
             )
             self.hint(
-                "Or look around with the example: a joint of a robot, measured at several "
-                "temperatures, with an effect that its data sheet knows nothing of."
+                "Or try the example: a robot joint, measured at several temperatures, with an "
+                "effect that its data sheet does not state."
             )
             action("Load the example", self.example).mark("example")
             return
@@ -105,9 +105,9 @@ class WherePanel(Panel):
                 label="residual against",
                 on_change=lambda event: self.choose(event.value),
             ).props("dense outlined options-dense").style("min-width: 190px").mark("covariate")
-            ui.label(f"What {what} leaves. The colours stay when the model changes.").classes(
-                "soft small"
-            )
+            ui.label(
+                f"Residual of {what}. The colour scale is kept when the model changes."
+            ).classes("soft small")
         of = bin_residuals(data, self.covariate)
         most = self.scales.setdefault(self.covariate, scale_of(of))
         area = (

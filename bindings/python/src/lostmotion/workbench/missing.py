@@ -55,7 +55,7 @@ class EffectsPanel(Panel):
         if model is not None:
             name = self.bench.need_drive().name
             self.figure(ladder_figure(model.ladder, model.noise_floor_arcsec, name))
-        self.html("<h3>Effects: tick to add, and the model is fitted anew</h3>")
+        self.html("<h3>Effects: tick one to add it and refit the model</h3>")
         ui.input("search effects", on_change=lambda event: self.search(event.value)).props(
             "dense outlined stack-label clearable"
         ).mark("search")
@@ -161,8 +161,8 @@ class AlikePanel(Panel):
         if not self.pair:
             self.pair = self.suggestion()
         self.html(
-            "<p>Two effects that do much the same to these recordings: how well does each explain "
-            "them, run by run, and what would separate them?</p>"
+            "<p>Two confounded effects: how well does each explain the recordings, run by run, and "
+            "what would separate them?</p>"
         )
         with ui.element("div").classes("line"):
             for place in (0, 1):
@@ -208,10 +208,10 @@ class AlikePanel(Panel):
                 if rivals.angle_deg < rules.TWIN_DEG
                 else "hard to separate"
                 if rivals.angle_deg < rules.WARN_DEG
-                else "well apart"
+                else "well separated"
             )
             self.html(
-                f'<p class="verdict">{rivals.angle_deg:.0f}° between what the two do here: '
+                f'<p class="verdict">{rivals.angle_deg:.0f}° between their contributions here: '
                 f"{alike}.</p>"
             )
         with ui.element("div").classes("two").props("id=rivals"):
@@ -225,7 +225,7 @@ class AlikePanel(Panel):
                 ]
                 if gain is not None:
                     rows.append(("evidence, nats", signs(f"{gain.sum():.1f}")))
-                    rows.append(("runs for it", f"{int((gain > 0).sum())} of {gain.size}"))
+                    rows.append(("runs in favour", f"{int((gain > 0).sum())} of {gain.size}"))
                 with ui.element("div"):
                     self.html(
                         rows_html(PageTable(words(name), ("", ""), rows, (1,)))
@@ -239,9 +239,8 @@ class AlikePanel(Panel):
             self.html(
                 f'<div class="wide">{draw_dots(gains, WIDE, name)}</div>'
                 f'<div class="narrow">{draw_dots(gains, NARROW, name)}</div>'
-                '<p class="small">What each run says: evidence in nats that the run, predicted by '
-                "the others, gives for the effect. An effect that one run alone carries is no "
-                "effect.</p>"
+                '<p class="small">Evidence by run: gain in nats when the run is predicted from the '
+                "others. An effect that only one run supports is not accepted.</p>"
             )
 
 
@@ -270,8 +269,9 @@ class NextPanel(Panel):
             return
         self.html(f'<p class="verdict">{escape(found.next_experiment)}</p>')
         self.html(
-            "<h3>Runs that you could do</h3><p>A plan is a recording without the measured angle: "
-            "run, time and torque, and what else you would set. Each of its runs is ranked by how "
+            "<h3>Possible runs</h3><p>A plan is a recording without the measured angle: "
+            "run, time and torque, and any other quantity that you would set. Each of its runs is "
+            "ranked by how "
             "well it decides between the effects that are still open.</p>"
         )
         with ui.element("div").classes("line"):
