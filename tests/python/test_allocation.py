@@ -83,7 +83,7 @@ def test_predict_prints_the_cheapest_grades(
     found = json.loads(answer.read_text())["allocation"]
     assert found["then_arcmin"] <= 7
     assert f"cost {found['cost_then']:.3f} (now {found['cost_now']:.3f})" in shown
-    assert "cheapest grades" in report.read_text(encoding="utf-8")
+    assert "Cheapest grades" in report.read_text(encoding="utf-8")
     assert main(["predict", str(file), "--target", "0.1"]) == 2
     assert "the value with the finest grades" in capsys.readouterr().err
 

@@ -226,7 +226,7 @@ def test_a_map_on_the_command_line_goes_before_that_of_the_drive(
         (["predict", "{bought}", "--json", "{bought}"], ("--json", "the input", "a separate file")),
         (
             ["predict", "{bought}", "--json", "a", "--report", "./a"],
-            ("--report", "place of --json"),
+            ("--report", "file of --json"),
         ),
         (["predict", "{bought}", "--torque", "-2e6:1:5"], ("--torque", "-2e6", "1e+06")),
         (["predict", "{bought}", "--torque", "0:5e-324:9"], ("--torque", "MIN below MAX")),

@@ -288,7 +288,7 @@ def test_what_compare_and_diagnose_set_an_error_against_have_names_of_their_own(
     assert "noise floor" not in out.getvalue()
     found = io.StringIO()
     show_diagnosis({**diagnose(None, data, ratio=100, rated_torque_Nm=40).answer()}, found)
-    said = r"noise floor [0-9.]+ arcsec, .*\n\(noise within runs, and the scatter of stiffness, "
+    said = r"noise floor [0-9.]+ arcsec, .*\n\(noise within runs, and run-to-run scatter of "
     assert re.search(said, found.getvalue())
     assert "repeatability" not in found.getvalue()
 
