@@ -192,7 +192,7 @@ def baselines(base: BaselineModel, ratio: float) -> dict[str, list[str]]:
     table = table_of(base)
     return {
         "PySINDy": by_pysindy(table),
-        "lasso on our tangents": by_lasso(table, base, ratio),
+        "lasso on the tangents": by_lasso(table, base, ratio),
         "boosted trees": by_trees(table),
     }
 

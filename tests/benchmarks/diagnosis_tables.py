@@ -192,7 +192,7 @@ def headline(rows: list[Record]) -> list[str]:
             if held_over_floor(done) > FLOOR_FACTOR
         ]
         over = f"; above {FLOOR_FACTOR}: {', '.join(above)}" if above else ""
-        out += ["", f"The median of that error is {median:.2f} times the floor{over}."]
+        out += ["", f"The median leave-one-run-out error is {median:.2f} times the floor{over}."]
     other = Counter(d["judged"] for d in single + pair if not right(d))
     if other:
         out += ["", f"Other answers to single effects and pairs: {in_words(other)}."]
