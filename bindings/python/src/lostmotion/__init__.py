@@ -1,4 +1,4 @@
-"""Lost motion in strain-wave gears: predict it, compare it with measurements, find what is missing.
+"""Predict, measure and diagnose the lost motion of strain-wave gears.
 
     import lostmotion as lm
 
@@ -10,10 +10,9 @@
     print(fitted.fit_report())
     fitted.plot()
 
-Functions take the drive first and the data second. The work is done by the C library `lostmotion`,
-which this package builds and calls in both of its precisions. Nothing is loaded before it is
-requested ; the modules (``lostmotion.drives``, ``lostmotion.export`` ...) hold what is not listed
-here.
+Functions take the drive first and the data second. The C library `lostmotion`, which this package
+contains in both precisions, does the computations. Modules are loaded on first use; functions that
+are not listed here are in the modules (``lostmotion.drives``, ``lostmotion.export`` ...).
 """
 
 from importlib import import_module
@@ -111,12 +110,12 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """List what is meant to be used."""
+    """List the public names."""
     return sorted(__all__)
 
 
 def __getattr__(name: str) -> Any:
-    """Load what somebody requires: modules, names and the version take their time."""
+    """Load modules, names and the version on first use."""
     home = FROM.get(name)
     if home:
         found = getattr(import_module(f"lostmotion.{home}"), name)

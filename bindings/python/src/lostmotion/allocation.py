@@ -1,10 +1,10 @@
-"""The cheapest grades of a tolerance chain that keep a target of the lost motion.
+"""The cheapest grades of a tolerance chain that meet a lost motion target.
 
 A feature costs ``w (T7 / T)^k`` with its field T, that of grade 7 as T7 and k = 1: the reciprocal
 power law of cost and tolerance (Sutherland and Roth, J. Eng. Ind. 97, 1975, 283; Chase and
 Greenwood, Manuf. Rev. 1, 1988, 50), the one that a design search has by default. Grades are whole,
-so the allocation is combinatorial: the most gap for the least cost first, then exchanges of one or
-two features while they save anything.
+so the allocation is combinatorial: a greedy start by gap per cost, then exchanges of one or two
+features as long as they reduce the cost.
 """
 
 from __future__ import annotations
@@ -79,14 +79,14 @@ class Feature:
 def cheapest_tolerances(
     drive: Drive, target_arcmin: float | None = None, level: str = "probable"
 ) -> dict[str, Any]:
-    """Find the cheapest grades with which the reversal lost motion keeps a target.
+    """Find the cheapest grades with which the reversal lost motion meets a target.
 
     Parameters
     ----------
     drive : Drive
         With a design and tolerances.
     target_arcmin : float, optional
-        Of the reversal lost motion at 4 % of the rated torque; by default what it is now.
+        Reversal lost motion at 4 % of the rated torque; by default the present value.
     level : {"probable", "worst"}
         Limits of the radial gap that count.
 
@@ -174,7 +174,7 @@ HALVINGS = 50
 def allocate(
     features: Sequence[Feature], gap_of: Callable[[Sequence[int]], float], gap_mm: float
 ) -> list[int]:
-    """Choose an option for each feature, cheapest in all, with a gap of `gap_mm` at the most."""
+    """Choose the cheapest options of all features with a gap of at most `gap_mm`."""
 
     def cost(where: Sequence[int]) -> float:
         return sum(f.options[i].cost for f, i in zip(features, where, strict=True))
@@ -214,7 +214,7 @@ def allocate(
 def gap_function(
     model: DesignModel, features: Sequence[Feature], level: str
 ) -> Callable[[Sequence[int]], float]:
-    """Return what gives the largest radial gap in mm for an option of each feature."""
+    """Return a function that gives the largest radial gap in mm for one option per feature."""
     c, drive = model.core, model.drive
     count = drive.tolerance_count + 2
     links = c.ffi.new("lm_tolerance_link[]", count)
@@ -243,7 +243,7 @@ def gap_function(
 def features_of(drive: Drive) -> list[Feature]:
     """List the features of [[design.tolerance]] that state a grade, with every grade they may have.
 
-    A fit is spelled out into its hole and its shaft; what states deviations in numbers stays.
+    A fit is expanded into its hole and its shaft; numeric deviations are kept.
     """
     document = copy.deepcopy(drive.document)
     design = document.get("design", {})

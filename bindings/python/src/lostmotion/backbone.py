@@ -1,4 +1,4 @@
-"""What the models of a drive have in common: loss-free torsion curve and play operators."""
+"""Loss-free torsion curve and play operators, common to all models of a drive."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def run_plays(
     Parameters
     ----------
     radius_Nm : ndarray
-        Half widths at no torque.
+        Half widths at zero torque.
     torque_Nm : ndarray
         The recording.
     state : float
-        Where the operators stand before the first sample, in half widths from the torque there.
+        State of the operators before the first sample, in half widths from the torque there.
     widening : ndarray, optional
         Growth of the half widths per torque; by default they do not grow.
     """

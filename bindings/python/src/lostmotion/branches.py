@@ -1,4 +1,4 @@
-"""Branches of a recording: where its torque rises, where it falls, and where it turns round."""
+"""Branches of a recording: rising and falling torque, and reversals."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ on either side of the noise."""
 
 
 def directions(torque: FloatArray, largest: float) -> tuple[IntArray, FloatArray]:
-    """Direction of the torque and how far it has gone since its last reversal.
+    """Direction of the torque and its travel since the last reversal.
 
     Returns
     -------
     direction : ndarray of int
-        1 rising, 0 falling; noise below `REVERSAL_SHARE` of the largest torque does not turn it.
+        1 rising, 0 falling; noise below `REVERSAL_SHARE` of the largest torque is no reversal.
     travel : ndarray
         Torque covered since the last reversal, signed by the direction.
     """

@@ -1,4 +1,4 @@
-"""Support constants of a drawing, so that its torsion curve is that of a sheet or of a fit."""
+"""Calibrate the support constants of a drawing to the torsion curve of a data sheet or a fit."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ FACTOR_MOST = 1e3
 
 @dataclass(frozen=True)
 class Constant:
-    """A calibrated constant and the interval of confidence that the misfit gives it."""
+    """A calibrated constant and its confidence interval from the misfit."""
 
     name: str
     value: float
@@ -56,7 +56,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a calibration found.
+    """Result of a calibration.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Calibration:
     after_rad: FloatArray
 
     def misfit_percent(self, angle_rad: FloatArray) -> float:
-        """Root mean square of what is missing, in % of the angle at the largest torque."""
+        """Root mean square of the misfit, in % of the angle at the largest torque."""
         return float(
             100 * np.sqrt(np.mean((angle_rad - self.target_rad) ** 2)) / self.target_rad[-1]
         )
@@ -109,7 +109,7 @@ def with_constants(drawing: Drive, values: dict[str, float]) -> Drive:
 
 
 def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> Calibration:
-    """Find the support constants with which a drawing has the torsion curve of a source.
+    """Find the support constants that give a drawing the torsion curve of a source.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
     Raises
     ------
     InputError
-        When a file holds something else, or the two are not the same drive.
+        If a file has other contents, or the two are not the same drive.
     """
     if drawing.design is None:
         raise InputError(drawing.file, "design", "no such table", "[design]: the drawing")
@@ -169,11 +169,11 @@ def calibrate(drawing: Drive, source: Drive, names: Sequence[str] = DEFAULT) -> 
 def constants_with_intervals(
     names: Sequence[str], start: FloatArray, found: Any, slopes: int
 ) -> tuple[Constant, ...]:
-    """Give each constant its interval: of the misfit, with as many degrees of freedom as slopes.
+    """Compute the interval of each constant from the misfit, with one degree of freedom per slope.
 
-    Points between two knots of a curve say nothing of their own, so the scatter is that of all
-    points and the freedom that of the slopes. An interval as wide as the range that was searched
-    is none.
+    Points between two knots carry no independent information, so the scatter is that of all points
+    and the degrees of freedom are those of the slopes. An interval as wide as the search range is
+    not reported.
     """
     free = slopes - len(names)
     scatter = float(np.mean(found.fun**2)) * slopes / free

@@ -1,8 +1,8 @@
-"""Modules that can be called as a function of their name.
+"""Modules that are callable as the function of the same name.
 
 ``lostmotion.compare`` is a package and a function: ``lm.compare(drive, campaign)`` compares, and
-``from lostmotion.compare import Comparison`` imports. The import of a package puts it under its
-name, so that a function beside it could not keep that name.
+``from lostmotion.compare import Comparison`` imports. Importing a package binds it to its name, so
+that a function of the same name would be replaced.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class CallableModule(ModuleType):
 
     @property
     def __signature__(self) -> inspect.Signature:
-        """What the function takes."""
+        """Signature of the function."""
         return inspect.signature(self.called)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
@@ -43,5 +43,5 @@ class CallableModule(ModuleType):
 
 
 def make_callable(module: str) -> None:
-    """Make a module callable that is being imported."""
+    """Make a module that is being imported callable."""
     sys.modules[module].__class__ = CallableModule

@@ -1,9 +1,9 @@
-"""A bought drive: the catalogue's figures as a torsion curve in reduced form.
+"""A catalogue drive: data sheet values as a torsion curve in reduced form.
 
-A catalogue gives no geometry. What it gives is the mean curve of torque against angle, three
-stiffnesses and two torques, and what the maker guarantees of hysteresis loss and lost motion. From
-these come the same five contributions as from a drawing, by an apportioning that is stated with
-every answer (`Catalogue.assumptions`): it is an estimate from a reference drive, not a measurement.
+A catalogue states no geometry, but the mean torque-angle curve (three stiffnesses and two torques)
+and guaranteed limits of hysteresis loss and lost motion. The same five contributions as for a
+drawing are estimated from these by a split taken from a reference drive. Every answer states it
+(`Catalogue.assumptions`); it is not a measurement.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ PLAY_WIDENING = 0.5
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What a data sheet says, in SI units (torque N m, stiffness N m/rad, angles rad)."""
+    """Values of a data sheet, in SI units (torque N m, stiffness N m/rad, angles rad)."""
 
     T1_Nm: float
     T2_Nm: float
@@ -64,8 +64,8 @@ class Catalogue:
         Returns
         -------
         torque_Nm, angle_rad : ndarray
-            Rising and odd; beyond T2 the curve is straight, so the outermost knots only set how far
-            the arrays reach (at least 2 T2).
+            Rising and odd; beyond T2 the curve is straight, so the outermost knots only set the
+            range of the arrays (at least 2 T2).
         """
         end = max(2.0 * self.T2_Nm, largest_torque_Nm)
         torque = np.array([self.T1_Nm, self.T2_Nm, end])
@@ -100,7 +100,7 @@ class Catalogue:
         }
 
     def stiffness(self, torque_Nm: npt.ArrayLike) -> FloatArray:
-        """Local stiffness in N m/rad; at a knot that of the stretch above."""
+        """Local stiffness in N m/rad; at a knot, that of the segment above it."""
         size = np.abs(np.asarray(torque_Nm, dtype=np.float64))
         return np.asarray(
             np.where(
@@ -115,10 +115,10 @@ class Catalogue:
         return 2.0 * float(self.angle(torque_Nm))
 
     def radial_gap_bound(self, rated_torque_Nm: float) -> float | None:
-        """Upper bound in rad, per direction, of a radial gap that the sheet would not show.
+        """Upper bound in rad, per direction, of a radial gap that the data sheet does not reveal.
 
-        What the guaranteed lost motion leaves beyond the wind-up at 4 % of the rated torque. None
-        when the sheet states no lost motion.
+        Guaranteed lost motion minus the wind-up at 4 % of the rated torque. None if the data sheet
+        states no lost motion.
         """
         if self.lost_motion_rad is None:
             return None
@@ -126,15 +126,15 @@ class Catalogue:
         return max(0.0, self.lost_motion_rad / 2.0 - wind_up)
 
     def plays(self, rated_torque_Nm: float) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-        """Play operators whose loop after full swings is as wide at zero torque as the sheet says.
+        """Play operators with the loop width at zero torque that the data sheet states.
 
-        At zero torque on the way back from plus or minus the rated torque, every operator stands at
-        its half width, so the loss is ``2 sum(weight * radius)``.
+        After unloading from plus or minus the rated torque to zero, every operator is at its half
+        width, so the loss is ``2 sum(weight * radius)``.
 
         Returns
         -------
         radius_Nm, widening, weight_rad_per_Nm : ndarray
-            None when the sheet states no hysteresis.
+            None if the data sheet states no hysteresis.
         """
         if self.hysteresis_rad is None:
             return None

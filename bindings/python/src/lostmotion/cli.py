@@ -103,9 +103,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def give_up_output(error: OSError) -> int:
-    """Describe what failed: standard output, mostly, but not where its reader has just gone away.
+    """Describe an output error, usually of standard output; not if its reader has closed the pipe.
 
-    What the interpreter still needs to write on its way out goes nowhere.
+    What the interpreter still writes at exit is discarded.
     """
     if error.filename is not None or isinstance(error, FileNotFoundError):
         # Errors of the system, not of an input: inputs are checked when they are opened.
@@ -121,10 +121,10 @@ def give_up_output(error: OSError) -> int:
 
 
 def open_standard_streams() -> None:
-    """Open what the caller closed, so that no file gets the number of a standard stream.
+    """Open standard streams that the caller closed, so that no file gets their numbers.
 
-    What is written to a closed standard output fails, as it should; what would have gone to a
-    closed standard error is lost, and nowhere else. A pipe of Windows gets UTF-8 like every file.
+    Writing to a closed standard output fails, as it should; messages for a closed standard error
+    are lost. Pipes on Windows use UTF-8 like files.
     """
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is not None:
@@ -157,7 +157,8 @@ def join_signed(argv: Sequence[str]) -> list[str]:
 def repeat_options(argv: Sequence[str]) -> list[str]:
     """Put an option before each of several values: ``--add wear creep`` is two ``--add``.
 
-    What follows and is a file is none: ``--add wear recordings`` ends with the recordings.
+    A following word that is a file is not a value: ``--add wear recordings`` ends with the
+    recordings.
     """
     repeated: list[str] = []
     option = ""
@@ -174,7 +175,7 @@ def repeat_options(argv: Sequence[str]) -> list[str]:
 
 
 def check_places(arguments: argparse.Namespace) -> None:
-    """Refuse places that cannot be written to, or that hold an input, before any work."""
+    """Refuse output files that cannot be written or are inputs, before any work."""
     if getattr(arguments, "output", None) == "":  # an unset variable, not the folder at hand
         raise InputError("--output", "", "''", "the name of a file or folder")
     inputs = input_files(arguments)
@@ -197,7 +198,7 @@ def check_places(arguments: argparse.Namespace) -> None:
 
 
 def input_files(arguments: argparse.Namespace) -> list[str]:
-    """Files and folders that a command line names for reading: whatever is none of its places."""
+    """Files and folders that a command line names as inputs."""
     places = {option.replace("-", "_") for option in PLACES}
     found: list[str] = []
     for name, value in vars(arguments).items():
@@ -217,7 +218,7 @@ def is_there(name: str) -> bool:
 
 @contextlib.contextmanager
 def loudness(arguments: argparse.Namespace) -> Iterator[None]:
-    """Let ``--verbose`` show on standard error what the library logs, while a command runs."""
+    """With ``--verbose``, show the log of the library on standard error while a command runs."""
     if not getattr(arguments, "verbose", False):
         yield
         return

@@ -20,12 +20,12 @@ LOOK_S = 5.0
 
 
 def no_dask() -> InputError:
-    """State that Dask was requested and is not there."""
+    """State that Dask was requested and is not installed."""
     return InputError("--dask", "", "no Dask installation", "pip install distributed")
 
 
 def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> None:
-    """Tell each time the last worker has gone: what was passed out would wait silently."""
+    """Report when the last worker is lost: submitted tasks would wait silently."""
     while not ended.wait(LOOK_S):
         try:
             workers = client.scheduler_info()["workers"]
@@ -38,9 +38,9 @@ def _watch(client: Any, address: str, working: bool, ended: threading.Event) -> 
 
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[Any]:
-    """Connect to a cluster; one without workers is stated, and waited for: it may be starting some.
+    """Connect to a cluster; if it has no workers, report this and wait for them.
 
-    Also when the last one goes while there is work.
+    The same if the last worker is lost during work.
 
     Yields
     ------
@@ -49,7 +49,7 @@ def connect(address: str) -> Iterator[Any]:
     Raises
     ------
     InputError
-        Without Dask, or where no scheduler answers.
+        If Dask is not installed or no scheduler answers.
     """
     expected = "the address of a scheduler that answers, as tcp://host:8786"
     if "://" not in address:

@@ -1,6 +1,6 @@
-"""Entries of [[design.tolerance]] that stand for two: a fit (hole, shaft) and the teeth of a gear.
+"""Entries of [[design.tolerance]] that represent two links: a fit (hole, shaft) and gear teeth.
 
-They are spelled out before anything else reads them, so a chain has links and nothing besides.
+They are expanded before any other use, so a chain contains only links.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ def spelled_out(
     Parameters
     ----------
     teeth : mapping
-        [design.teeth], from which a gear's module and number of teeth are taken where it does not
-        state ``module_mm`` and ``nominal_mm``, its reference diameter.
+        [design.teeth], the source of module and number of teeth for a gear that does not state
+        ``module_mm`` and ``nominal_mm``, its reference diameter.
     with_nominal : bool
-        Whether the links of a gear state that diameter: a search prices by it.
+        Whether the links of a gear state that diameter, which a search needs for its costs.
     """
     for index, entry in enumerate(entries):
         at = f"{place}[{index}]"
@@ -104,7 +104,7 @@ def parts_of_gear(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Give run-out and infeed of a gear's teeth, both radial: ISO 1328-1, ISO/TR 10064-2.
 
-    The infeed makes teeth thinner and spaces wider, never the other way: its field opens the gap.
+    The infeed only makes teeth thinner and spaces wider: its field opens the gap.
     """
     read = {key: value.value for key, value in read_keys(file, at, entry, GEAR_KEYS).items()}
     if "tooth_grade" not in read:

@@ -1,4 +1,4 @@
-"""The C library in one of its two precisions: declarations, arrays without copies, errors."""
+"""The C library in one of its two precisions: declarations, zero-copy arrays, errors."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Core:
     bits : int
         64 for double, 32 for float.
     ffi, lib
-        What cffi made of the public headers; names are the same in both precisions.
+        Objects of cffi for the public headers; names are the same in both precisions.
     real : numpy.dtype
         The number type of this build.
     """
@@ -50,7 +50,7 @@ class Core:
         self.real: np.dtype[Any] = np.dtype(np.float64 if bits == 64 else np.float32)
 
     def array(self, values: npt.ArrayLike) -> Array:
-        """Return `values` as an array that the library can read; a copy only where it is none."""
+        """Return `values` as an array that the library can read; copied only if necessary."""
         return np.ascontiguousarray(values, dtype=self.real)
 
     def zeros(self, *shape: int) -> Array:
@@ -58,12 +58,12 @@ class Core:
         return np.zeros(shape, dtype=self.real)
 
     def pointer(self, array: Array, *, write: bool = False) -> Any:
-        """Point at the memory of an array, which stays alive as long as the pointer.
+        """Return a pointer to the memory of an array, which stays alive as long as the pointer.
 
         Raises
         ------
         TypeError
-            When the array has another number type or is not contiguous.
+            If the array has a different number type or is not contiguous.
         """
         if array.dtype != self.real or not array.flags.c_contiguous:
             raise TypeError(f"a contiguous array of {self.real} is needed, not {array.dtype}")
@@ -99,7 +99,7 @@ class Core:
         )
 
     def fault(self) -> Any:
-        """Return a place for the library to state which input it refused."""
+        """Return a struct in which the library reports a refused input."""
         return self.ffi.new("lm_fault *")
 
     def check(self, status: int, fault: Any = None) -> None:
@@ -126,7 +126,7 @@ def library_effects(c: Core) -> dict[str, Any]:
 
 
 def value_ranges(c: Core, effect: Any) -> list[tuple[str, float, float]]:
-    """Name with unit, least and most of every value of an effect of the library, in its order."""
+    """Name with unit and bounds of every value of an effect of the library, in order."""
     names = (c.ffi.string(effect.card.value[i].name).decode() for i in range(effect.value_count))
     bounds = effect.bound[0 : effect.value_count]
     return [

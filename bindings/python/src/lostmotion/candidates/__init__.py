@@ -1,1 +1,1 @@
-"""What competes to be what the baseline model lacks: named effects, and shapes without a name."""
+"""Candidates for what the baseline model lacks: named effects and unnamed shapes."""

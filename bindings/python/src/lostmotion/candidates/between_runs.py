@@ -1,9 +1,9 @@
-"""What runs have of their own: two classes of them, or a part of the baseline that drifts steadily.
+"""Differences between runs: two classes of runs, or a steady drift of a part of the baseline model.
 
-A low polynomial cannot follow what sets in at a threshold, when a few quick runs at the end of a
-channel are all that is beyond it. Every way of parting the runs along a channel is examined; the
-best one competes, and its test pays for all that were examined. A polynomial also spends most of
-its directions on bends that a drift does not have; there are few runs to pay for them.
+A polynomial of low order cannot represent a change at a threshold if only a few runs at the end of
+a channel are beyond it. Therefore every split of the runs along a channel is examined; the best one
+competes, and its test is corrected for the number examined. For a drift, most terms of a polynomial
+are unused curvature, for which a few runs give too few degrees of freedom.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STANDING = 1e-3
 
 
 def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
-    """Quantities that are one number for each run, and their units."""
+    """Quantities with one value per run, and their units."""
     rates = usual_rates(base)[base.conditions.starts[:-1]]
     return {
         "torque_rate": (levels(rates), "Nm/s"),
@@ -40,7 +40,7 @@ def run_channels(base: BaselineModel) -> dict[str, tuple[FloatArray, str]]:
 
 
 def levels(rates: FloatArray) -> FloatArray:
-    """Rates with those that are the same in practice made the same, by their geometric mean."""
+    """Rates, with nearly equal ones replaced by their geometric mean."""
     floored = np.maximum(rates, STANDING * max(float(rates.max(initial=0.0)), 1e-300))
     group = group_within(floored, rules.SAME_RATE)
     sums = np.bincount(group, weights=np.log(floored))
@@ -48,7 +48,7 @@ def levels(rates: FloatArray) -> FloatArray:
 
 
 def partings(values: FloatArray) -> list[tuple[float, Mask]]:
-    """Every threshold between different values, with the runs beyond it."""
+    """All thresholds between different values, each with the runs beyond it."""
     found = np.unique(values)
     out = []
     for below, above in pairwise(found.tolist()):
@@ -59,7 +59,7 @@ def partings(values: FloatArray) -> list[tuple[float, Mask]]:
 
 
 def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
-    """Fall of the quadratic form by each parting of one scattering column."""
+    """Decrease of the quadratic form for each split of one scattering column."""
     e = contest.evidence
     index = np.concatenate((e.fixed, [e.scatter[part]], [e.response])).astype(np.intp)
     matrix = reduce(e, index, contest.null_omega).matrix
@@ -76,12 +76,12 @@ def scan(contest: Contest, part: int, masks: FloatArray) -> FloatArray:
 
 
 def between_runs(base: BaselineModel, contest: Contest) -> list[Candidate]:
-    """All ways in which runs may differ that compete."""
+    """All candidates for differences between runs."""
     return [*run_steps(base, contest), *run_drifts(base)]
 
 
 def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
-    """For each part of the baseline and each channel the parting of the runs that explains most."""
+    """The split of the runs that explains most, for each part of the baseline and channel."""
     c = base.conditions
     tangents = base.run_columns(base.at())
     out: dict[tuple[str, bytes], Candidate] = {}
@@ -125,7 +125,7 @@ def run_steps(base: BaselineModel, contest: Contest) -> list[Candidate]:
 
 
 def run_drifts(base: BaselineModel) -> list[Candidate]:
-    """Each part of the baseline model as it changes by the same from every run to the next."""
+    """Each part of the baseline model with an equal change from run to run."""
     c = base.conditions
     tangents = base.run_columns(base.at())
     along = np.linspace(-1.0, 1.0, c.runs)[c.run_of]

@@ -1,4 +1,4 @@
-"""A candidate: a block of columns that competes to be what the baseline model lacks."""
+"""A candidate: a block of columns that may explain what the baseline model lacks."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ KINDS = ("effect", "shape", "ripple", "run")
 
 @dataclass
 class Candidate:
-    """A block of columns that competes.
+    """A block of columns in the contest.
 
     Attributes
     ----------
     name : str
     named : bool
-        An effect of the library (or the user's), against a shape without a name.
+        Whether it is an effect of the library or the user; otherwise an unnamed shape.
     columns : ndarray
         Arc seconds per unit.
     covariate, shape : str
@@ -38,13 +38,13 @@ class Candidate:
     start_of : list of int
         The start that each column belongs to.
     trials : int
-        How many columns were examined to find these; their test pays for all of them.
+        Number of columns examined to find these; the test is corrected for all of them.
     tests : int
-        How many tests it is the answer of.
+        Number of tests of which it is the result.
     also : list of tuple
-        Other quantities that would give the same columns, and in what shape.
+        Other quantities with the same columns, and their shapes.
     kind : str
-        Of `KINDS`: with which others it shares a part of the level.
+        One of `KINDS`: candidates of a kind share a part of the test level.
     formula : str
         A shape as ``fit --add`` takes it, where it can be written.
     """
@@ -64,13 +64,13 @@ class Candidate:
     formula: str = ""
 
     def __post_init__(self) -> None:
-        """Effects are a kind of their own."""
+        """Set the kind of effects."""
         if self.named:
             self.kind = "effect"
 
     @property
     def hangs_on_load_alone(self) -> bool:
-        """Whether it depends on the torque and its history alone, as the baseline does."""
+        """Whether it depends only on the torque and its history, as the baseline model does."""
         if self.effect is not None:
             return self.effect.needs <= LOAD_NEEDS
         return self.covariate in LOAD_CHANNELS

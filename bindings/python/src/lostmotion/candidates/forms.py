@@ -1,7 +1,7 @@
-"""Forms of effects: how one is linearised, and what a coefficient says of its values.
+"""Forms of effects: how they are linearised, and how coefficients convert to values.
 
-The columns of all starts together stand for the effect in the screening; the joint refit comes
-afterwards. An effect with a form of its own has a file in `own_forms`, under its name.
+In the screening, the columns of all starts together represent the effect; the joint refit follows.
+An effect with its own form has a file of its name in `own_forms`.
 """
 
 from __future__ import annotations
@@ -34,38 +34,38 @@ HALF_A_TOOTH = 0.5
 
 
 class Starts(Protocol):
-    """Values about which columns were taken, and the place of those of each column."""
+    """Values at which columns were linearised, and the start that each column belongs to."""
 
     starts: list[FloatArray]
     start_of: list[int]
 
 
 class Form(Protocol):
-    """How effects of one form are linearised, and what coefficients say of their values."""
+    """How effects of one form are linearised, and how coefficients convert to values."""
 
     def linearise(
         self, effect: Effect, base: BaselineModel, point: Point, ratio: float
     ) -> Tangents:
-        """Take the columns of an effect at a fitted baseline model."""
+        """Compute the columns of an effect at a fitted baseline model."""
         ...
 
     def values(
         self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
     ) -> FloatArray:
-        """Values of the effect that coefficients of the columns of one start stand for."""
+        """Values of the effect for the coefficients of the columns of one start."""
         ...
 
     def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """Whether these coefficients are those of the start, and not of another."""
+        """Whether these coefficients belong to this start and not to another."""
         ...
 
     def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """Whether the effect can have these coefficients at all."""
+        """Whether these coefficients are possible for the effect."""
         ...
 
 
 class Linear:
-    """Values to which the effect is proportional, over starts of the inner ones."""
+    """Linear values, for starts of the inner ones."""
 
     def linearise(
         self, effect: Effect, base: BaselineModel, point: Point, ratio: float
@@ -92,7 +92,7 @@ class Linear:
     def values(
         self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
     ) -> FloatArray:
-        """See `Form`: columns follow the linear values; multiples of earlier ones are gone."""
+        """See `Form`: one column per linear value; multiples of earlier ones were removed."""
         values = of.starts[start].copy()
         linear = effect.indices("linear")
         if of.start_of.count(start) == len(linear):
@@ -102,7 +102,7 @@ class Linear:
         return values
 
     def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """See `Form`: friction and creep take, they never give."""
+        """See `Form`: friction and creep dissipate energy."""
         linear = [effect.values[i] for i in effect.indices("linear")]
         return len(linear) > 1 or bool(linear[0].low < 0.0 or coefficients[0] > 0.0)
 
@@ -112,7 +112,7 @@ class Linear:
 
 
 class Differenced:
-    """Values that all enter in another way: derivatives at nothing."""
+    """Values that all enter nonlinearly: derivatives at zero."""
 
     def linearise(
         self, effect: Effect, base: BaselineModel, point: Point, ratio: float
@@ -143,7 +143,7 @@ class Differenced:
 
 
 class WholeTeeth:
-    """Teeth that slipped, at the threshold that meets them, or from some: whole teeth for each."""
+    """Slipped teeth, at the threshold found or at given starts: whole teeth."""
 
     def linearise(
         self, effect: Effect, base: BaselineModel, point: Point, ratio: float
@@ -161,7 +161,7 @@ class WholeTeeth:
     def values(
         self, effect: Effect, of: Starts, start: int, coefficients: FloatArray
     ) -> FloatArray:
-        """See `Form`: the teeth are whole whatever the coefficient."""
+        """See `Form`: the number of teeth is whole, whatever the coefficient."""
         return of.starts[start].copy()
 
     def right_way(self, effect: Effect, coefficients: FloatArray) -> bool:
@@ -169,7 +169,7 @@ class WholeTeeth:
         return True
 
     def possible(self, effect: Effect, coefficients: FloatArray) -> bool:
-        """See `Form`: there is no part of a tooth."""
+        """See `Form`: there are no fractions of a tooth."""
         return float(np.max(np.abs(coefficients))) >= HALF_A_TOOTH
 
 
@@ -184,7 +184,7 @@ def form_of(effect: Effect) -> Form:
 
 
 def tangents_of(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> Tangents:
-    """Columns of a `resolved` effect that is not in the model yet, no multiples of one another."""
+    """Columns of a `resolved` effect not yet in the model, without multiples."""
     made = form_of(effect).linearise(effect, base, point, ratio)
     kept = distinct(made.columns)
     columns = [made.columns[k] for k in kept]

@@ -1,4 +1,4 @@
-"""Shapes without a name as formulas that ``fit --add`` takes as they are."""
+"""Unnamed shapes as formulas for ``fit --add``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def wave_over_torque(period_Nm: float) -> str:
 
 
 def sum_of_waves(phases: Mapping[str, str], part: str) -> str:
-    """A cosine and a sine of each phase; nothing for parts that no formula has."""
+    """A cosine and a sine of each phase; empty for parts that no formula can express."""
     if part not in OF_PART:
         return ""
     unit, factor = OF_PART[part]
@@ -39,7 +39,7 @@ def sum_of_waves(phases: Mapping[str, str], part: str) -> str:
 
 
 def step(event: Mapping[str, Any]) -> str:
-    """A step at the moment of an event, to the end of its run."""
+    """A step from the time of an event to the end of its run."""
     number, time_s = event["run_number"], event["time_s"]
     return (
         f"step_rad * max(0, 1 - abs(run_number - {number})) "

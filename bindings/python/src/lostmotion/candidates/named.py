@@ -1,4 +1,4 @@
-"""The effects that compete: those that recordings can identify, and why others are not tested."""
+"""The effects in the contest, and the reasons why others are not tested."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lostmotion.fit.point import Point
 
 
 def tangent(effect: Effect, base: BaselineModel, point: Point, ratio: float) -> Candidate:
-    """Make the candidate of an effect that is not in the model yet."""
+    """Make the candidate of an effect that is not yet in the model."""
     effect = resolved(effect, base, ratio)
     made = tangents_of(effect, base, point, ratio)
     rows = base.conditions.rows
@@ -38,7 +38,7 @@ GROWS_ALREADY = "not testable: absorbed by the baseline, whose friction grows wi
 def named_candidates(
     effects: Mapping[str, Effect], base: BaselineModel, point: Point, ratio: float
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """Every effect that these recordings can identify, and why the others are not testable."""
+    """All effects that these recordings can identify, and why others are not testable."""
     c = base.conditions
     present = {term.effect.name for term in base.terms}
     out: list[Candidate] = []

@@ -1,8 +1,7 @@
-"""A ripple over an angle, of any order: bearings and belts make some that are no whole number.
+"""A ripple over an angle of any order; bearings and belts cause non-integer orders.
 
-The spectrum of what the baseline model leaves is examined over all orders that the turning runs
-resolve. The one that stands out most from its neighbours competes, and its test pays for all of
-them.
+The spectrum of the residual is examined over all orders that the turning runs resolve. The order
+that exceeds its neighbours most competes, and its test is corrected for all orders.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ LOWEST = 3.0
 
 
 def ripples(base: BaselineModel) -> list[Candidate]:
-    """Of the first angle that turns, the order that stands out most from its neighbours."""
+    """The most prominent order of the first angle that turns."""
     c = base.conditions
     for channel in ("input_angle", "output_angle"):
         angle = c.columns.get(f"{channel}_rad")
@@ -60,7 +59,7 @@ def turning_runs(c: Conditions, angle_rad: FloatArray) -> list[slice]:
 def strongest_order(
     base: BaselineModel, channel: str, turns: FloatArray, turning: list[slice]
 ) -> list[Candidate]:
-    """Find the order of an angle, in turns, that stands out most; none where none is resolved."""
+    """Find the most prominent order of an angle, in turns; none if no order is resolved."""
     c = base.conditions
     residual = base.residual()
     residual = residual - c.run_mean(residual)[c.run_of]
@@ -100,7 +99,7 @@ def strongest_order(
 
 
 def local_level(power: FloatArray, width: int) -> FloatArray:
-    """Level of a spectrum about each point: medians of pieces, and straight lines between them."""
+    """Local level of a spectrum: medians of pieces, with linear interpolation."""
     pieces = np.array_split(power, max(1, power.size // width))
     middles = np.cumsum([piece.size for piece in pieces]) - 0.5 * np.array([p.size for p in pieces])
     medians = [float(np.median(piece)) for piece in pieces]

@@ -1,7 +1,7 @@
-"""Shapes without a name: a part of the baseline that varies with a recorded quantity in some way.
+"""Unnamed shapes: a part of the baseline model varies with a recorded quantity.
 
-They compete with the named effects. When one wins, the answer is "unexplained", and the shape says
-on what it depends and how.
+They compete with the named effects. If one is selected, the verdict is "unexplained", and the shape
+states the quantity and the form of the dependence.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PARTS = ("lost motion", "stiffness", "friction", "gap")
 
 
 def rank_scale(values: FloatArray) -> FloatArray:
-    """Ranks from -1 to 1; equal values share theirs."""
+    """Ranks from -1 to 1; equal values have equal ranks."""
     unique, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
     if unique.size < 2:
         return np.zeros_like(values)
@@ -50,7 +50,7 @@ def legendre(q: FloatArray) -> list[FloatArray]:
 
 
 def varying_parts(base: BaselineModel, point: Point) -> dict[str, FloatArray]:
-    """What can vary."""
+    """Parts of the baseline model that can vary."""
     run = base.run_columns(point)
     return {
         "lost motion": run[:, 3],
@@ -61,7 +61,7 @@ def varying_parts(base: BaselineModel, point: Point) -> dict[str, FloatArray]:
 
 
 def channels(base: BaselineModel) -> dict[str, FloatArray]:
-    """Quantities on which a part may depend smoothly."""
+    """Quantities with a possible smooth influence on a part."""
     c = base.conditions
     found = {"torque": c.torque}
     for name, column in (
@@ -82,7 +82,7 @@ def channels(base: BaselineModel) -> dict[str, FloatArray]:
 
 
 def usual_rates(base: BaselineModel) -> FloatArray:
-    """How quickly the load changes in each run, N m / s: the median over the run."""
+    """Median loading rate of each run, N m/s."""
     c = base.conditions
     rates = []
     for at in c.slices():
@@ -93,7 +93,7 @@ def usual_rates(base: BaselineModel) -> FloatArray:
 
 
 def smooth_shapes(base: BaselineModel, point: Point) -> list[Candidate]:
-    """Low orders of every part over every channel, and low harmonics over the angles."""
+    """Low-order polynomials of every part over every channel, and low harmonics over the angles."""
     out = []
     parts = varying_parts(base, point)
     for channel, values in channels(base).items():
@@ -176,7 +176,7 @@ FINE = 0.1
 
 
 def finer(base: BaselineModel, coarse: Candidate) -> list[Candidate]:
-    """Scan about a wave that won; none for other shapes."""
+    """Scan near a selected wave; none for other shapes."""
     c = base.conditions
     kind = coarse.name.split()
     span = 2.0 * base.largest
@@ -218,7 +218,7 @@ def finer(base: BaselineModel, coarse: Candidate) -> list[Candidate]:
 
 
 def over_the_output(c: Conditions, order: float) -> list[tuple[str, str]]:
-    """A ripple over the input as one over the output, which the gear binds to it."""
+    """A ripple over the input, converted to one over the output through the gear ratio."""
     output = c.columns.get("output_angle_rad")
     if output is None or np.ptp(output) == 0:
         return []
@@ -227,7 +227,7 @@ def over_the_output(c: Conditions, order: float) -> list[tuple[str, str]]:
 
 
 def with_neighbours(base: BaselineModel, wave: Candidate) -> Candidate:
-    """Widen a wave by its derivatives over the frequency: the rest of it is taken up too."""
+    """Add the derivatives of a wave by its frequency, so that a frequency error is absorbed."""
     c = base.conditions
     x = c.torque / base.largest
     if wave.covariate != "torque":

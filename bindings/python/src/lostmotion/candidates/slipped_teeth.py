@@ -1,8 +1,8 @@
-"""Teeth that slipped: beyond a torque the mesh ratchets, and the lost motion is off by whole teeth.
+"""Slipped teeth: above a torque the mesh ratchets, and the lost motion changes by whole teeth.
 
-A slip is thousands of times the noise, is in one run, and spoils every fit. So it is looked for
-before anything is fitted, in the recordings as they are: a jump by whole teeth that stays, in every
-peak of the load beyond one threshold and in no other.
+A slip is thousands of times larger than the noise, occurs in one run, and ruins every fit.
+Therefore it is searched in the raw recordings before any fit: a permanent jump by whole teeth at
+every load peak above one threshold and at no other.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ BESIDE = 5
 
 
 def jumping_effect(effects: Mapping[str, Effect]) -> Effect | None:
-    """The effect whose angle jumps by whole teeth and stays, where there is one."""
+    """The effect whose angle changes in steps of whole teeth, if there is one."""
     return next((effect for effect in effects.values() if effect.steps), None)
 
 
 def jumps(base: BaselineModel, tooth_arcsec: float) -> list[tuple[int, int]]:
-    """Rows at which the lost motion jumps by whole teeth and stays, and by how many."""
+    """Rows at which the lost motion changes permanently by whole teeth, and by how many."""
     found = []
     for at in base.conditions.slices():
         x = base.measured[at] / tooth_arcsec
@@ -44,21 +44,21 @@ def jumps(base: BaselineModel, tooth_arcsec: float) -> list[tuple[int, int]]:
 
 
 def slipped_teeth(base: BaselineModel, effect: Effect, typical: FloatArray) -> FloatArray | None:
-    """Values of the effect that meets every jump by whole teeth.
+    """Values of the effect that reproduce every jump by whole teeth.
 
     Parameters
     ----------
     base : BaselineModel
     effect : Effect
-        That of a ratcheting mesh.
+        The ratcheting effect.
     typical : ndarray
-        Its values, with the angle of a tooth of this drive.
+        Its values, with the tooth angle of this drive.
 
     Returns
     -------
     ndarray or None
-        None where no teeth slipped, or where no threshold parts the peaks of the load in which they
-        did from those in which they did not.
+        None if no teeth slipped, or if no threshold separates the load peaks with slip from those
+        without.
     """
     (threshold,), (angle,) = effect.indices("fixed"), effect.indices("given")
     slips = jumps(base, float(typical[angle]) / ARCSEC)
@@ -76,7 +76,7 @@ def slipped_teeth(base: BaselineModel, effect: Effect, typical: FloatArray) -> F
 
 
 def slips_of(conditions: Conditions, effect: Effect, values: FloatArray) -> dict[int, float]:
-    """Rows at which the effect lets teeth slip within a run, and by how much, rad."""
+    """Rows at which teeth slip according to the effect within a run, and the angles, rad."""
     angle = effect.run(values, conditions, conditions.torque, np.zeros(conditions.rows))
     step = np.diff(angle, prepend=0.0)
     step[conditions.starts[:-1]] = 0.0

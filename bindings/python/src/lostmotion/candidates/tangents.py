@@ -1,7 +1,7 @@
-"""Tangents of an effect at the fitted baseline model: what it would add to the recordings.
+"""Tangents of an effect at the fitted baseline model: its contribution to the recordings.
 
-Linear values give exact columns. Values that enter otherwise are stepped over a few starts, which
-the effect's card states.
+Linear values give exact columns. Nonlinear values are evaluated at a few starts, which the card of
+the effect states.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SMALL = 0.005
 
 
 def given_values(base: BaselineModel, ratio: float) -> dict[str, float]:
-    """What is known of the drive, by the scales that effects have for it."""
+    """Known values of the drive, by the scales of effects."""
     # Two lobes: the teeth differ by two, the flexspline has 2 |ratio| of them.
     return {
         "ratio": abs(ratio),
@@ -43,7 +43,7 @@ def given_values(base: BaselineModel, ratio: float) -> dict[str, float]:
 
 
 def grid(effect: Effect, index: int, base: BaselineModel) -> list[float]:
-    """Starts of one inner value, as its card states them."""
+    """Starts of one inner value, as stated on the card."""
     value = effect.values[index]
     if value.scale == "times":
         starts = recorded_times(base.conditions)
@@ -62,7 +62,7 @@ def grid(effect: Effect, index: int, base: BaselineModel) -> list[float]:
 
 
 def start_scale(value: Value, base: BaselineModel) -> float:
-    """What the start values of a value are measured by."""
+    """Scale of the start values of a value."""
     if value.scale == "rated_torque":
         return base.rated_torque_Nm
     if value.scale == "largest_torque":
@@ -74,7 +74,7 @@ def start_scale(value: Value, base: BaselineModel) -> float:
 
 
 def recorded_times(c: Conditions) -> list[float]:
-    """Times that recordings resolve, from three samples to a tenth of the longest run."""
+    """Times that the recordings resolve, from three samples to a tenth of the longest run."""
     steps = c.columns["elapsed_s"]
     least = 3.0 * float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
     longest = max(float(np.max(np.diff(c.starts))) * float(np.median(steps)), 10 * least)
@@ -82,17 +82,17 @@ def recorded_times(c: Conditions) -> list[float]:
 
 
 def recorded_speeds(c: Conditions) -> list[float]:
-    """Speeds of the input that recordings resolve, from below the slowest to the fastest."""
+    """Input speeds that the recordings resolve, from below the slowest to the fastest."""
     speed = np.abs(c.columns["input_velocity_rad_s"])
     moving = speed[speed > 0.02 * speed.max()] if speed.max() > 0 else np.ones(1)
     return list(np.geomspace(max(0.3 * np.quantile(moving, 0.1), 1e-3), np.max(moving), 3))
 
 
 def resolved(effect: Effect, base: BaselineModel, ratio: float) -> Effect:
-    """The effect with the bounds of its inner values within what was recorded, and of the drive.
+    """The effect with its inner values bounded by the recordings and by the drive.
 
-    Beyond what the speeds and times of the recordings resolve an effect would follow the noise of a
-    standing drive.
+    Beyond the speeds and times that the recordings resolve, an effect would fit the noise of a
+    drive at rest.
     """
     values = []
     for i, value in enumerate(effect.values):
@@ -132,7 +132,7 @@ class Tangents:
     ----------
     columns : list of ndarray
     starts : list of ndarray
-        Values about which the columns were taken.
+        Values at which the columns were linearised.
     start_of : list of int
         The start that each column belongs to.
     """
@@ -153,7 +153,7 @@ def thresholds(effect: Effect, base: BaselineModel, values: FloatArray) -> list[
 
 
 def at_base(effect: Effect, values: FloatArray, base: BaselineModel, point: Point) -> FloatArray:
-    """What an effect does at a fitted baseline model, in arc seconds where it acts on the angle."""
+    """Contribution of an effect at a fitted baseline model; arc seconds if it acts on the angle."""
     found = effect.run(values, base.conditions, point.torque, point.elastic * ARCSEC, point.wound)
     return found / ARCSEC
 
@@ -161,7 +161,7 @@ def at_base(effect: Effect, values: FloatArray, base: BaselineModel, point: Poin
 def wound_up(
     effect: Effect, base: BaselineModel, unit: FloatArray, index: int, acts: FloatArray
 ) -> FloatArray:
-    """Slope of the angle over a linear value that acts on torque or friction, as `acts` a unit."""
+    """Derivative of the angle by a linear value acting on torque or friction, `acts` per unit."""
     peak = float(np.max(np.abs(acts))) * ARCSEC
     if not np.isfinite(peak) or peak == 0:
         return np.zeros_like(acts)
@@ -181,7 +181,7 @@ def unit_size(effect: Effect, index: int) -> float:
 def difference(
     effect: Effect, index: int, base: BaselineModel, point: Point, values: FloatArray
 ) -> FloatArray:
-    """Derivative at nothing by a value that has no linear form."""
+    """Derivative at zero by a nonlinear value."""
     value = effect.values[index]
     step = 0.05 * abs(value.typical or value.high)
     if value.scale == "sample_time":
@@ -201,7 +201,7 @@ def difference(
 
 
 def slope_of_model(effect: Effect, base: BaselineModel, high: FloatArray, index: int) -> FloatArray:
-    """Slope of the whole model's angle over a value, between the value given and its mirror."""
+    """Derivative of the model's angle by a value, between the given value and its negative."""
     model = base.copy()
     term = Term(effect, high, [index])
     model.terms = [*model.terms, term]
@@ -212,7 +212,7 @@ def slope_of_model(effect: Effect, base: BaselineModel, high: FloatArray, index:
 
 
 def distinct(columns: list[FloatArray]) -> list[int]:
-    """Indices of the columns that are not multiples of one before."""
+    """Indices of the columns that are not multiples of an earlier one."""
     kept: list[int] = []
     units: list[FloatArray] = []
     for i, column in enumerate(columns):

@@ -1,9 +1,9 @@
 """Characterization: standard figures of a drive, and a drive file, from recordings alone.
 
-Stretches of the steady loop are cut out of the recordings (`stretches`); their mean curve becomes
-three straight lines with standard errors (`three_slopes`), lost motion and hysteresis loss by the
-definitions of catalogues (`figures`) and backlash (`backlash`); all together are a
-`Characterization`, with a drive file that every command takes.
+Sections of the steady loop are selected from the recordings (`stretches`). Their mean curve gives
+three straight lines with standard errors (`three_slopes`), lost motion and hysteresis loss by
+catalogue definitions (`figures`), and backlash (`backlash`). The result is a `Characterization`
+with a drive file for all commands.
 """
 
 from lostmotion.callable_module import make_callable

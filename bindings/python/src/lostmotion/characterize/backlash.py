@@ -1,4 +1,4 @@
-"""Backlash: a step of the mean curve about zero torque, or the size above which there is none."""
+"""Backlash: a step of the mean curve at zero torque, or an upper bound."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ that every loop has about zero, not a gap."""
 
 @dataclass(frozen=True)
 class Backlash:
-    """What a loop says of backlash.
+    """Backlash found in a loop.
 
     Attributes
     ----------
     figure : Estimate
-        The step from side to side, in rad; without a value where there is none.
+        The full step, in rad; without a value if there is none.
     none_above_rad : float or None
-        One-sided 95 % bound of the step where there is none.
+        One-sided 95 % bound of the step if none was found.
     fit : CurveFit or None
         The curve with the step.
     """
@@ -47,7 +47,7 @@ class Backlash:
 
 
 def find_backlash(samples: Samples, slopes: int) -> Backlash:
-    """Look for a step about zero in the mean curve of loops.
+    """Search for a step at zero torque in the mean curve of loops.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class StandardFigures:
         In rad, after swings to the tips of the loops.
     backlash : Backlash
     fit : CurveFit or None
-        The curve that the figures are of; None where the loops have none.
+        The fitted curve; None if the loops have none.
     samples : Samples
     """
 
@@ -108,7 +108,7 @@ class StandardFigures:
 
 
 def sheet_figures(sheet: Catalogue, rated_torque_Nm: float) -> dict[str, float | None]:
-    """Figures of a catalogue sheet by the keys of an answer; lost motion is that of its curve."""
+    """Figures of a data sheet by the keys of an answer; lost motion is that of its curve."""
     lost = {
         f"lost_motion_{share * 100:.0f}_percent_arcmin": sheet.reversal_lost_motion(
             share * rated_torque_Nm
@@ -137,9 +137,10 @@ def standard_figures(
     ----------
     campaign : Campaign
     rated_torque_Nm : float
-        Of which lost motion is stated at shares.
+        Rated torque; lost motion is given at shares of it.
     angle_rad : sequence of ndarray, optional
-        Angles in place of the lost motion, one array a run: those of a model at these torques.
+        Angles to use instead of the lost motion, one array per run: those of a model at these
+        torques.
     """
     with one_thread():  # many small matrices
         return _standard_figures(campaign, rated_torque_Nm, angle_rad)
@@ -183,7 +184,7 @@ def _standard_figures(
 
 
 def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Estimate]]:
-    """Fit as many slopes as the loops show, three at most."""
+    """Fit as many slopes as the loops identify, at most three."""
     most = values_carried(samples) if samples.torque_Nm.size else 0
     if most == 0:
         why = none(f"{samples.readings} readings on loops are too few for a slope and a width")
@@ -206,7 +207,7 @@ def torsion_curve(samples: Samples) -> tuple[CurveFit | None, dict[str, Estimate
 
 
 def named_curve(fit: CurveFit, samples: Samples) -> dict[str, Estimate]:
-    """Name the slopes and kinks of a curve, and state why the others are missing."""
+    """Name the slopes and kinks of a curve, and state the reasons why others are missing."""
     found = curve_figures(fit)
     count = fit.slopes_rad_per_Nm.size
     reach = f"up to {samples.amplitude_Nm:.4g} N m"
@@ -216,7 +217,7 @@ def named_curve(fit: CurveFit, samples: Samples) -> dict[str, Estimate]:
 
 @dataclass
 class Characterization:
-    """Result of `characterize`; `answer` gives it ready for JSON, `document` as a drive file."""
+    """Result of `characterize`; `answer` returns it for JSON, `document` as a drive file."""
 
     name: str
     ratio: float | None
@@ -230,7 +231,7 @@ class Characterization:
     protocol: Protocol = FREE
 
     def __repr__(self) -> str:
-        """Describe what came out."""
+        """Summarise the result."""
         loops = self.figures.samples.loops
         return f"<Characterization of {self.name!r}: {loops} loop{'s' * (loops != 1)}>"
 
@@ -294,9 +295,9 @@ class Characterization:
         return lines
 
     def input_step_rad(self) -> float | None:
-        """Usual step of the input's encoder at the output, where it is large; None where it is not.
+        """Resolution of the input encoder at the output if it is coarse, else None.
 
-        Large is `COARSE_SHARE` of the lost motion's swing.
+        Coarse means above `COARSE_SHARE` of the range of the lost motion.
         """
         ratio = self.ratio
         if ratio is None or "input_angle" not in self.campaign.quantities():
@@ -344,12 +345,12 @@ class Characterization:
         }
 
     def document(self, file: str = "drive") -> dict[str, Any]:
-        """Tables of a drive file with these figures, which every command takes.
+        """Tables of a drive file with these figures, for all commands.
 
         Raises
         ------
         InputError
-            When the loops have no curve, or one that no drive has.
+            If the loops have no curve, or an impossible one.
         """
         fit, figures = self.figures.fit, self.figures
         if fit is None:
@@ -439,9 +440,9 @@ def characterize(
     Parameters
     ----------
     campaign : Campaign
-        With loops of the torque, of one amplitude or several: the largest count.
+        With torque loops of one amplitude or several; the largest are used.
     drive : Drive, optional
-        Whose figures are to stand beside these.
+        Drive for comparison with these figures.
     ratio : float, optional
         Signed; only for the drive file.
     ratio_from : str
@@ -460,7 +461,7 @@ def characterize(
     Raises
     ------
     InputError
-        When torque or lost motion are at rest, or the lost motion falls with growing torque.
+        If torque or lost motion is constant, or the lost motion falls with increasing torque.
     """
     given_as("characterize", "campaign", campaign, Campaign)
     campaign.require_variation()

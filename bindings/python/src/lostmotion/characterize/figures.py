@@ -57,7 +57,7 @@ class Estimate:
     reason: str = ""
 
     def answer(self, scale: float = 1.0) -> dict[str, Any]:
-        """Return it ready for JSON, in a unit that is `scale` of its own."""
+        """Return it for JSON, in a unit of `scale` times its own."""
         if self.value is None:
             return {"value": None, "reason": self.reason}
         error, ends = self.standard_error, self.interval
@@ -71,7 +71,7 @@ class Estimate:
 
 
 def none(reason: str) -> Estimate:
-    """Make a figure that the data do not give."""
+    """Make a figure that the data do not determine."""
     return Estimate(None, reason=reason)
 
 
@@ -83,9 +83,9 @@ def figure(value: float, variance: float, dof: float) -> Estimate:
 
 
 def stiffness(slope: float, variance: float, dof: float) -> Estimate:
-    """Make a stiffness from a slope: the interval is that of the slope, turned over.
+    """Make a stiffness from a slope; its interval is the inverted interval of the slope.
 
-    None where the angle does not rise with the torque.
+    None if the angle does not rise with the torque.
     """
     if not slope > 0:
         return none("the angle does not rise with the torque")
@@ -120,7 +120,7 @@ def curve_figures(fit: CurveFit) -> dict[str, Estimate]:
 
 
 def nodes_about(torque_Nm: float, reach_Nm: float) -> FloatArray:
-    """Nodes at zero, at a torque, closer below it for a gap, and beyond as those of the width."""
+    """Nodes at zero and at a torque, closer below it for a gap, and beyond as for the width."""
     near = np.array([0.0, 0.25, 0.5, 1.0, 2.0]) * torque_Nm
     reach_Nm = min(reach_Nm, LOST_MOTION_WINDOW * torque_Nm)
     others = np.linspace(0.0, reach_Nm, WINDOW_NODES)
@@ -132,12 +132,12 @@ def loop_value(
 ) -> tuple[float, float, float] | None:
     """Value of the mean curve at a torque, or of the half width at zero torque.
 
-    The mean curve is straight between nodes here and has no other shape to follow.
+    The mean curve is linear between nodes, without another shape.
 
     Returns
     -------
     value, variance, dof : float
-        None where the samples do not determine it.
+        None if the samples do not determine it.
     """
     width, _ = width_columns(samples)
     nodes = supported(samples, nodes_Nm)
@@ -159,7 +159,7 @@ def loop_value(
 
 
 def determined(design: FloatArray, pick: FloatArray) -> bool:
-    """Whether least squares has one answer for a sum of values with these weights."""
+    """Whether least squares determines the sum of values with these weights."""
     size = column_sizes(design)
     scaled = design / size
     squares, vectors = np.linalg.eigh(scaled.T @ scaled)
@@ -171,7 +171,8 @@ def determined(design: FloatArray, pick: FloatArray) -> bool:
 def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None) -> Estimate:
     """Lost motion of a reversal at plus and minus a torque, in rad.
 
-    Few readings have none about so small a torque: there it is that of the curve's first slope.
+    For few readings, which have none near so small a torque, it follows from the first slope of the
+    curve.
     """
     if not samples.two_directions:
         return none("the torque has one direction only: no middle of the loop on the other side")
@@ -194,7 +195,7 @@ def lost_motion(samples: Samples, torque_Nm: float, fit: CurveFit | None = None)
 def hysteresis_loss(samples: Samples, fit: CurveFit | None = None) -> Estimate:
     """Width of the loop at zero torque, falling branch minus rising one, in rad.
 
-    Few readings have one width for all torques.
+    For few readings the width is the same at all torques.
     """
     if not samples.both_branches:
         return none("one branch only: no width")

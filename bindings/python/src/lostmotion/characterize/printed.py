@@ -1,4 +1,4 @@
-"""Standard figures as they are printed: names, and as many digits as are known."""
+"""Standard figures as printed: names and significant digits."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def flat(answer: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cells(found: Mapping[str, Any]) -> list[str]:
-    """Print a figure: as many digits as its standard error has two of."""
+    """Print a figure to two digits of its standard error."""
     value, error = found["value"], found.get("standard_error")
     if value is None:
         return ["-", "-", "-"]

@@ -1,4 +1,4 @@
-"""Whether the figures of recordings need the ratio of their drive."""
+"""Whether figures from recordings need the ratio of the drive."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ANGLES = {"input_angle", "output_angle"}
 
 
 def needs_ratio(campaign: Campaign, ratio: float) -> bool:
-    """Whether the lost motion was taken from two angles with a ratio, and the input moved."""
+    """Whether the lost motion was computed from two angles and the ratio while the input moved."""
     return any(
         run.columns.keys() >= ANGLES and taken_from_angles(run, ratio) and moved(run, "input_angle")
         for run in campaign.runs
@@ -24,5 +24,5 @@ def taken_from_angles(run: Run, ratio: float) -> bool:
 
 
 def moved(run: Run, quantity: str) -> bool:
-    """Whether an angle was not the same all along."""
+    """Whether an angle was not constant."""
     return bool(np.ptp(run.columns[quantity]) > 0)

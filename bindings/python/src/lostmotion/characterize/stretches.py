@@ -1,8 +1,9 @@
-"""Stretches of the steady loop: where the torque runs from one tip of a loop towards the other.
+"""Sections of the steady loop, from one tip towards the other.
 
-Friction remembers the load history. A stretch that begins at a tip of the loop has a known history,
-whatever came before the tip, and lies on the loop; the first ramp of a recording from rest has not,
-unless the recording before it ended on the same branch. Only stretches of the loop are used.
+Friction is hysteretic: it depends on the load history. A section that starts at a tip of the loop
+has a known history, whatever came before the tip, and lies on the loop. The first ramp of a
+recording has not, unless the previous recording ended on the same branch. Only sections of the loop
+are used.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ equally. Less than 1 % of the amplitude a cell."""
 
 @dataclass(frozen=True)
 class Samples:
-    """Means of the loops' samples in cells of torque, one entry a stretch and cell.
+    """Means of the samples of loops in torque bins, one entry per section and bin.
 
     Attributes
     ----------
@@ -53,27 +54,27 @@ class Samples:
     falling : ndarray
         1 on the branch of falling torque, -1 on that of rising torque.
     loop, stretch : ndarray of int
-        Number of the loop and of the stretch, from 0, in the order of recording.
+        Number of the loop and of the section, from 0, in the order of recording.
     low_Nm, high_Nm : float
         Tips of the loops.
     loops, runs : int
         Loops and runs that are used.
     left_out : int
-        Samples in runs of other amplitudes, or on stretches whose load history is not known.
+        Samples in runs of other amplitudes, or in sections with unknown load history.
     rate_Nm_per_s : float or None
         Median rate of the torque; None without a clock.
     readings : int
-        Samples that went into the means.
+        Number of samples in the means.
     cell_Nm : float
         Width of the cells.
     resolution_rad : float
-        Step of the readings of the angle; 0 where it does not show.
+        Resolution of the angle readings; 0 if it is not visible.
     rows : ndarray of int
-        Rows of the campaign on these stretches, in their order.
+        Rows of the campaign in these sections, in order.
     history_known : bool
-        False where no stretch begins at a tip, and ramps from rest are used.
+        False if no section starts at a tip, so that ramps from rest are used.
     width_reach_Nm : float
-        Torque beyond which only the branch that leads to a tip is there.
+        Torque beyond which only the branch towards a tip is present.
     """
 
     torque_Nm: FloatArray
@@ -95,12 +96,12 @@ class Samples:
     width_reach_Nm: float = np.inf
 
     def without_transitions(self, torque_Nm: float) -> Samples:
-        """Return the samples without those that lead back from a tip to a torque."""
+        """Return the samples without those between a tip and a torque on the way back."""
         leads_back = self.falling * self.torque_Nm > torque_Nm
         return replace(self._rows(~leads_back), width_reach_Nm=torque_Nm)
 
     def beyond(self, torque_Nm: float) -> Samples:
-        """Return the samples from a torque on, on either side."""
+        """Return the samples above a torque, on either side."""
         return self._rows(np.abs(self.torque_Nm) >= torque_Nm)
 
     def _rows(self, kept: npt.NDArray[np.bool_]) -> Samples:
@@ -115,7 +116,7 @@ class Samples:
 
     @property
     def two_directions(self) -> bool:
-        """Whether the loops go to either side of zero."""
+        """Whether the loops reach both sides of zero."""
         low, high = self.low_Nm, self.high_Nm
         return min(high, -low) > ONE_DIRECTION * max(high, -low)
 
@@ -126,7 +127,7 @@ class Samples:
 
     @property
     def amplitude_Nm(self) -> float:
-        """Torque that is reached on every side to which the loops go."""
+        """Torque reached on every side of the loops."""
         if self.two_directions:
             return min(self.high_Nm, -self.low_Nm)
         return max(self.high_Nm, -self.low_Nm)
@@ -134,7 +135,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows of a run from one turn of the torque to the next: on which branch, and in which loop."""
+    """Rows of a run from one torque reversal to the next, with branch and loop."""
 
     run: int
     rows: slice
@@ -155,7 +156,7 @@ def collect(
     angle_rad : sequence of ndarray, optional
         Angles in place of the lost motion, one array a run: those of a model at these torques.
     window_Nm : float, optional
-        Torque on either side of zero to which the samples and their cells are confined.
+        Range of torque on either side of zero for the samples and bins.
     """
     low, high = tips(campaign.runs)
     moves = high > low  # a torque that is at rest makes no loop
@@ -205,7 +206,7 @@ def collect(
 def loop_stretches(
     campaign: Campaign, low_Nm: float, high_Nm: float, *, any_history: bool = False
 ) -> list[Stretch]:
-    """Find the stretches of the loops between two tips.
+    """Find the sections of the loops between two tips.
 
     Parameters
     ----------
@@ -213,7 +214,7 @@ def loop_stretches(
     low_Nm, high_Nm : float
         Tips, from `tips`.
     any_history : bool
-        Also those that begin elsewhere.
+        Include sections that start elsewhere.
     """
     slack = TIP_SHARE * 0.5 * (high_Nm - low_Nm)
     used: list[Stretch] = []
@@ -263,7 +264,7 @@ def tips(runs: Sequence[Run]) -> tuple[float, float]:
 
 
 def stretches(torque_Nm: FloatArray, largest_Nm: float) -> list[tuple[slice, float]]:
-    """Cut a run where the torque turns round: rows from tip to tip, and 1 where it falls."""
+    """Split a run at the torque reversals: rows from tip to tip, and 1 for falling torque."""
     smallest = max(REVERSAL_SHARE * largest_Nm, NOISE_TURN * torque_noise(torque_Nm))
     rising, _ = directions(torque_Nm, smallest / REVERSAL_SHARE)
     noticed = np.flatnonzero(np.diff(rising)) + 1
@@ -287,7 +288,7 @@ def stretches(torque_Nm: FloatArray, largest_Nm: float) -> list[tuple[slice, flo
 
 
 def torque_noise(torque_Nm: FloatArray) -> float:
-    """White noise of a torque from its second differences; 0 for few readings, which have none."""
+    """White noise of a torque from its second differences; 0 for few readings."""
     if torque_Nm.size < FEW_READINGS:
         return 0.0
     return float(1.4826 * np.median(np.abs(np.diff(torque_Nm, 2))) / np.sqrt(6.0))
@@ -298,7 +299,7 @@ STEP_SLACK = 0.05
 
 
 def reading_step(angle_rad: FloatArray) -> float:
-    """Step to which readings were rounded; 0 where their differences are no multiples of one."""
+    """Resolution of readings; 0 if their differences are not multiples of one step."""
     steps = np.diff(np.unique(angle_rad))
     if steps.size == 0:
         return 0.0
@@ -310,7 +311,7 @@ def reading_step(angle_rad: FloatArray) -> float:
 def cell_means(
     torque_Nm: FloatArray, angle_rad: FloatArray, width_Nm: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Means of torque and angle in cells of torque; samples as they are where they are few."""
+    """Means of torque and angle in torque bins; unchanged samples if there are few."""
     if torque_Nm.size <= CELLS:
         return torque_Nm, angle_rad
     cell = np.floor(torque_Nm / width_Nm).astype(np.intp)
@@ -320,7 +321,7 @@ def cell_means(
 
 
 def loading_rate(run: Run, rows: slice) -> list[float]:
-    """Mean size of the torque's rate over a stretch; nothing where the clock is at rest."""
+    """Mean torque rate over a section; none if the clock is constant."""
     time, torque = run.time_s[rows], run.torque_Nm[rows]
     span = float(time[-1] - time[0]) if time.size > 1 else 0.0
     return [abs(float(torque[-1] - torque[0])) / span] if span > 0 else []

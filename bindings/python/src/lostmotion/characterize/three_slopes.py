@@ -5,16 +5,15 @@ The angle of a loop at a torque is
     angle = offset + f(T) + s W(|T|),      s = 1 on the falling branch, -1 on the rising one,
 
 with the mean curve ``f``, odd and made of slopes 1/K1 up to T1, 1/K2 up to T2 and 1/K3 above, and
-half the width of the loop ``W``, even, straight between nodes. Both are estimated together: a
-branch that was recorded on one side of zero only does not shift the mean curve. Torques count
-equally (`stretches.cell_means`), and every loop has an offset of its own. With a dead zone ``f``
-has a step about zero besides.
+half the width of the loop ``W``, even, straight between nodes. Both are estimated together, so that
+a branch recorded on only one side of zero does not shift the mean curve. Torques have equal weight
+(`stretches.cell_means`), and every loop has its own offset. With backlash, ``f`` also has a step at
+zero.
 
-Samples of a loop are not independent: noise of sensors is coloured, and what differs from loop to
-loop is common to all samples of one. The covariance is therefore that of the delete-one-block
-jackknife, linearised at the estimate. Blocks are whole loops where there are enough of them, and
-pieces of stretches otherwise. Readings by hand are taken one at a time: there the covariance is
-that of independent readings.
+Samples of a loop are not independent: sensor noise is coloured, and differences between loops are
+common to all samples of a loop. Therefore the covariance is that of the delete-one-block jackknife,
+linearised at the estimate. Blocks are whole loops if there are enough of them, otherwise parts of
+sections. Manual readings are treated as independent.
 """
 
 from __future__ import annotations
@@ -91,20 +90,20 @@ class CurveFit:
     Attributes
     ----------
     kinks_Nm : ndarray
-        Torques at which the slope changes, rising; at most two.
+        Torques at which the slope changes, in rising order; at most two.
     slopes_rad_per_Nm : ndarray
         One more than kinks.
     step_rad, takeup_Nm : float
-        Step of the curve on either side of zero, and the torque at which it is complete; 0 without.
+        Step of the curve on either side of zero, and the torque at which it is complete; 0 if none.
     half_width_rad : ndarray
-        At `nodes_Nm`; empty where only one branch was recorded.
+        At `nodes_Nm`; empty if only one branch was recorded.
     covariance : ndarray
         Of slopes, kinks, the step where there is one, and half widths, in this order.
     dof, kink_dof : float
-        Degrees of freedom of figures, and of changes of slope, which draw on all blocks.
+        Degrees of freedom of figures, and of changes of slope, which use all blocks.
     residual_rad : ndarray
     kink_intervals_Nm : list of tuple
-        Of kinks between few readings, by their profile likelihood; else empty.
+        Intervals of kinks from the profile likelihood, for few readings; otherwise empty.
     """
 
     kinks_Nm: FloatArray
@@ -123,16 +122,16 @@ class CurveFit:
 
     @property
     def rms_rad(self) -> float:
-        """What the lines and the width leave of the loop."""
+        """Residual of the loop after the lines and the width."""
         return float(np.sqrt(np.mean(self.residual_rad**2)))
 
     @property
     def critical(self) -> float:
-        """Size of t from which a kink or a step is one, at these degrees of freedom."""
+        """Critical value of t for a kink or a step at these degrees of freedom."""
         return float(stats.t.isf(stats.norm.sf(np.sqrt(KINK_WALD)), self.kink_dof))
 
     def kinks_shown(self) -> bool:
-        """Whether every change of slope is larger than chance makes one."""
+        """Whether every change of slope is significant."""
         c = self.covariance
         for i in range(self.kinks_Nm.size):
             change = self.slopes_rad_per_Nm[i + 1] - self.slopes_rad_per_Nm[i]
@@ -163,7 +162,7 @@ class CurveFit:
 
 
 def curve_columns(torque_Nm: FloatArray, kinks_Nm: FloatArray) -> FloatArray:
-    """Columns of the slopes: how much of a torque lies in each stretch, with its sign."""
+    """Columns of the slopes: signed part of a torque in each segment."""
     size = np.abs(torque_Nm)
     ends = np.concatenate(([0.0], kinks_Nm, [np.inf]))
     parts = [np.clip(size, a, b) - a for a, b in pairwise(ends)]
@@ -185,12 +184,12 @@ def step_column(torque_Nm: FloatArray, takeup_Nm: float) -> FloatArray:
 
 
 def hats(values: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Columns of a function that is straight between nodes; constant beyond them."""
+    """Columns of a function that is linear between nodes and constant beyond them."""
     return np.column_stack([np.interp(values, nodes, row) for row in np.eye(nodes.size)])
 
 
 def supported(samples: Samples, nodes: FloatArray) -> FloatArray:
-    """Nodes between which there are samples enough for a straight line; the first one stays."""
+    """Nodes with enough samples between them for a straight line; the first one is kept."""
     size = np.abs(samples.torque_Nm)
     level = np.floor(size / samples.cell_Nm)
     branches = [
@@ -224,7 +223,7 @@ def width_columns(samples: Samples) -> tuple[FloatArray, FloatArray]:
 
 
 def without_loop_means(columns: FloatArray, loop: IntArray) -> FloatArray:
-    """Take the mean of each loop off: every loop has an offset of its own."""
+    """Subtract the mean of each loop: every loop has its own offset."""
     count = np.maximum(np.bincount(loop), 1)
     out = np.empty_like(columns)
     for i, column in enumerate(columns.T):
@@ -233,7 +232,7 @@ def without_loop_means(columns: FloatArray, loop: IntArray) -> FloatArray:
 
 
 def least_squares(columns: FloatArray, values: FloatArray) -> FloatArray:
-    """Least squares with columns of very different sizes; the shortest answer where it is open."""
+    """Least squares for columns of different norms; minimum norm if it is not unique."""
     size = column_sizes(columns)
     return np.asarray(np.linalg.lstsq(columns / size, values, rcond=1e-9)[0] / size)
 
@@ -245,7 +244,7 @@ def column_sizes(columns: FloatArray) -> FloatArray:
 
 
 def blocks_of(samples: Samples) -> IntArray:
-    """Blocks of the jackknife: loops, or pieces of them where they are few."""
+    """Blocks of the jackknife: loops, or parts of them if there are few."""
     if samples.loops >= LOOPS_LEAST:
         return samples.loop
     # A piece on one side of zero leaves the other side to tell the middle of the loop.
@@ -259,14 +258,14 @@ def blocks_of(samples: Samples) -> IntArray:
 
 
 def errors_from(samples: Samples) -> str:
-    """Describe what the standard errors are estimated from."""
+    """State what the standard errors are estimated from."""
     if samples.readings < FEW_READINGS:
         return "readings"
     return "loops" if samples.loops >= LOOPS_LEAST else "pieces of loops"
 
 
 def shared_rms(samples: Samples, residual: FloatArray) -> float:
-    """Rms of what all loops have in common at a torque and branch, less what noise makes of it."""
+    """Rms of the residual common to all loops at a torque and branch, corrected for noise."""
     cell = np.floor(samples.torque_Nm / samples.cell_Nm).astype(np.intp)
     _, place = np.unique(2 * cell + (samples.falling > 0), return_inverse=True)
     count = np.bincount(place)
@@ -280,14 +279,14 @@ def shared_rms(samples: Samples, residual: FloatArray) -> float:
 
 
 def is_shared(samples: Samples, residual: FloatArray, fitted: FloatArray) -> bool:
-    """Whether what the loops have in common is a large part of what was fitted to them."""
+    """Whether the residual common to all loops is a large part of the fitted values."""
     if samples.readings < FEW_READINGS or samples.loops < LOOPS_LEAST:
         return False
     return shared_rms(samples, residual) ** 2 > SHARED_SHARE * float(np.var(fitted))
 
 
 def shared_blocks(samples: Samples) -> IntArray:
-    """Pieces of the branches on either side of zero, those of all loops together."""
+    """Parts of the branches on either side of zero, for all loops together."""
     half = 2 * (samples.falling > 0) + (samples.torque_Nm > 0)
     blocks = np.zeros(half.size, dtype=np.intp)
     for i in range(4):
@@ -302,10 +301,10 @@ def covariance_of(
 ) -> tuple[FloatArray, float]:
     """Covariance of least squares and its degrees of freedom.
 
-    Of few readings that of independent errors of one size, at least what rounding makes; otherwise
-    by leaving out one block at a time, linearised. Where the loops have much in common that was not
-    fitted, leaving out a loop does not show it: there that of leaving out a piece of all loops is
-    added, with the degrees of freedom of four quarters.
+    For few readings, that of independent errors of equal size, at least the rounding; otherwise by
+    leaving out one block at a time, linearised. A residual common to all loops does not appear when
+    a loop is left out; if it is large, the covariance of leaving out a part of all loops is added,
+    with the degrees of freedom of four quarters.
     """
     scale = column_sizes(design)
     scaled = design / scale
@@ -367,13 +366,13 @@ def free_loop(samples: Samples, width: FloatArray) -> FreeLoop:
 
 
 def developed(samples: Samples) -> Samples:
-    """Leave out the transitions behind the tips, where the loop is not developed.
+    """Leave out the transitions after the tips, where the loop is not fully developed.
 
-    Behind a tip the drive sticks until friction has turned round, and the middle of the loop bends
-    towards the branch that led to the tip. Where the loop has its usual width outside of these
+    After a tip the drive sticks until friction has reversed, and the middle of the loop bends
+    towards the branch that led to the tip. If the loop has constant width outside these
     transitions, the curve at the tips is that of the branch that leads there, half that width
-    apart. A transition begins where the width is significantly below the usual one: the rest
-    of it would bend the curve. Where a loop closes gradually all of it is as it is.
+    apart. A transition begins where the width is significantly below the usual one; the rest of it
+    would bend the curve. A loop that closes gradually is used as it is.
     """
     width, nodes = width_columns(samples)
     if nodes.size < WIDTH_NODES_LEAST:
@@ -393,20 +392,20 @@ def developed(samples: Samples) -> Samples:
 
 
 def slopes_have_room(kinks: FloatArray) -> bool:
-    """Whether every slope has a stretch of torque of its own; kinks over the amplitude."""
+    """Whether every slope has its own range of torque; kinks as shares of the amplitude."""
     return bool(np.all(np.diff([0.0, *kinks, 1.0]) >= KINK_APART - 1e-9))
 
 
 @cache
 def kink_choices(count: int) -> IntArray:
-    """Places on the grid of so many kinks, one row a choice."""
+    """Grid positions of a number of kinks, one row per choice."""
     return np.array(
         [k for k in combinations(range(KINKS.size), count) if slopes_have_room(KINKS[list(k)])]
     )
 
 
 class KinkSearch:
-    """Where the kinks of a curve lie, everything linear removed: offsets, widths, slopes."""
+    """Search for the kinks of a curve; all linear parameters are eliminated."""
 
     def __init__(self, samples: Samples, width: FloatArray, takeup_Nm: float) -> None:
         self.reach_Nm = samples.amplitude_Nm
@@ -440,7 +439,7 @@ class KinkSearch:
         return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
     def hinges(self, kinks_Nm: FloatArray) -> FloatArray:
-        """Columns that turn up at each torque, and the straight line."""
+        """Hinge columns at each torque, and the straight line."""
         size, sign = np.abs(self.torque), np.sign(self.torque)
         starts = np.concatenate(([0.0], kinks_Nm))
         return self.rest(sign[:, None] * np.maximum(size[:, None] - starts, 0.0)) / self.reach_Nm
@@ -453,12 +452,12 @@ class KinkSearch:
 
     @cached_property
     def grid(self) -> tuple[FloatArray, FloatArray]:
-        """Products of the columns of all kinks of the grid, with each other and with the angle."""
+        """Products of the columns of all grid kinks, with each other and with the angle."""
         columns = self.hinges(KINKS * self.reach_Nm)
         return columns.T @ columns, columns.T @ self.target
 
     def errors(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """Kinks of the grid, one row a choice of so many, and the sum of squares with them."""
+        """Choices of grid kinks, one per row, and their sums of squares."""
         chosen = kink_choices(count)
         index = np.column_stack((np.zeros(len(chosen), dtype=np.intp), chosen + 1))
         products, across = self.grid
@@ -469,7 +468,7 @@ class KinkSearch:
         return KINKS[chosen], float(self.target @ self.target) - explained
 
     def best(self, count: int) -> FloatArray:
-        """Torques of so many kinks with the least error, by a grid and a simplex from its best."""
+        """Torques of the kinks with the least error, by a grid and a simplex search."""
         if count == 0:
             return np.zeros(0)
         choices, squares = self.errors(count)
@@ -489,7 +488,8 @@ class KinkSearch:
     ) -> list[tuple[float, float]]:
         """Intervals of kinks by their profile likelihood, on the grid and rounded outwards.
 
-        Between readings that are far apart a kink is not where a straight line would put its error.
+        Between readings that are far apart the error of a kink is not described by a linear
+        estimate.
 
         Parameters
         ----------
@@ -516,7 +516,7 @@ class KinkSearch:
 
 
 def fit_slopes(samples: Samples, slopes: int, takeup_Nm: float = 0.0) -> CurveFit:
-    """Fit a curve of one to three slopes to the loops, with a step about zero or without.
+    """Fit a curve of one to three slopes to the loops, with or without a step at zero.
 
     Parameters
     ----------
@@ -562,7 +562,7 @@ sum of squares is tested, for a kink between readings has no error of a straight
 
 
 def falls_enough(samples: Samples, fewer: CurveFit, more: CurveFit) -> bool:
-    """Whether one more slope lowers the error of few readings by more than chance would."""
+    """Whether another slope significantly lowers the error of few readings."""
     before, after = (float(fit.residual_rad @ fit.residual_rad) for fit in (fewer, more))
     variance = max(after / more.dof, samples.resolution_rad**2 / 12.0)
     limit = float(stats.f.isf(stats.chi2.sf(FEW_KINK_WALD, 2), 2, more.dof))
@@ -570,7 +570,7 @@ def falls_enough(samples: Samples, fewer: CurveFit, more: CurveFit) -> bool:
 
 
 def left_out(samples: Samples, fit: CurveFit) -> FloatArray:
-    """Residual of every sample under a fit without it, in rad; the fit is linearised."""
+    """Residual of every sample for a linearised fit without it, in rad."""
     width, _ = width_columns(samples)
     torque = samples.torque_Nm
     offsets = np.eye(int(samples.loop.max()) + 1)[samples.loop]
@@ -584,7 +584,7 @@ def left_out(samples: Samples, fit: CurveFit) -> FloatArray:
 
 
 def values_carried(samples: Samples) -> int:
-    """Most slopes that the readings carry: three, fewer where they are few."""
+    """Largest number of slopes that the readings determine: three, or fewer for few readings."""
     if samples.readings >= FEW_READINGS:
         return 3
     flat = int(np.unique(samples.loop).size) + int(samples.both_branches)

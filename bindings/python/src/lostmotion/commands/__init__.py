@@ -1,1 +1,1 @@
-"""The commands: what each is called and takes, and what runs it, imported when it is called."""
+"""The commands: names, arguments, and functions that are imported on use."""

@@ -65,7 +65,7 @@ def calibration_answer(found: Calibration, source: str) -> dict[str, Any]:
 
 
 def sentences(answer: dict[str, Any]) -> list[str]:
-    """Describe where the constants are from; they stand at the head of the file."""
+    """Describe the source of the constants, for the head of the file."""
     return [
         f"Calibrated to {answer['source']} up to {answer['reach_Nm']:.4g} Nm (lostmotion "
         "calibrate).",

@@ -68,7 +68,7 @@ def run_characterize(arguments: argparse.Namespace) -> None:
 
 
 def split_drive(data: list[str]) -> tuple[Drive | None, list[str]]:
-    """Take the drive file, if there is one, out of what is to be read."""
+    """Separate the drive file, if there is one, from the recordings."""
     files = [name for name in data if name.lower().endswith(".toml")]
     paths = [name for name in data if name not in files]
     if len(files) > 1:
@@ -87,7 +87,7 @@ def read_with_ratio(
     join: Join | None,
     dask: str | None,
 ) -> tuple[Campaign, float | None, str]:
-    """Read recordings with the ratio that is stated, in the drive file, or told by their turns."""
+    """Read recordings with the ratio stated, from the drive file, or from turning runs."""
 
     def read(ratio: float) -> Campaign:
         return read_or_sample(

@@ -124,7 +124,7 @@ def show_comparison(result: Comparison, out: TextIO) -> None:
 def show_few(
     result: Comparison, answer: dict[str, Any], scale: float, unit: str, out: TextIO
 ) -> None:
-    """Print a comparison of few readings: the values that they carry, with their intervals."""
+    """Print a comparison of few readings: the values that they determine, with intervals."""
 
     def shown(arcsec: float) -> str:
         return f"{plain_number(arcsec * scale, 2)} {unit}"

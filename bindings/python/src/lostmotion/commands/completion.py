@@ -1,4 +1,4 @@
-"""The command ``lostmotion completion``: a shell reads its script once, so TAB starts no Python."""
+"""The command ``lostmotion completion``: a script that the shell reads once."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def print_line(seen: dict[str, Any]) -> None:
 
 
 def relaxations(result: SearchResult) -> list[str]:
-    """Describe which limits would have to give, and by how much; empty where that is not known."""
+    """List the limits to relax and by how much; empty if unknown."""
     relax: list[str] = []
     beyond: list[str] = []
     for limit in (result.infeasible or {}).get("relax", []):

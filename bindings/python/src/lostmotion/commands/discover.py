@@ -90,7 +90,7 @@ def run_merge(arguments: argparse.Namespace) -> None:
 
 
 def diagnosis_of(arguments: argparse.Namespace) -> tuple[Drive, Diagnosis, list[str]]:
-    """Diagnose what the arguments name."""
+    """Diagnose the recordings that the arguments name."""
     effects = effects_of(arguments)
     drive, campaign, backbone = read_inputs(arguments)
     with Progress("diagnosing", quiet=arguments.quiet) as bar:
@@ -187,8 +187,8 @@ def input_angles(campaign: Campaign) -> list[npt.NDArray[np.float64]]:
 def in_doubt(finding: Finding, campaign: Campaign, ratio: float | None) -> bool:
     """Whether a finding needs a ratio that was not stated.
 
-    A ratio that is estimated from the angles takes the sign of the lost motion out of them. Without
-    one, an output that is at rest while the input turns may be locked.
+    A ratio estimated from the angles removes the sign of the lost motion. Without a ratio, an
+    output that is at rest while the input turns may be locked.
     """
     if finding.kind in ("sign", "ratio"):
         return True
@@ -325,7 +325,7 @@ def show_fit(model: FittedModel, file: str, out: TextIO) -> None:
 
 
 def show_conditions(rung: Mapping[str, Any], indent: str, out: TextIO) -> None:
-    """Print what is known of a rung beside its errors: by condition, gain, what it makes worse."""
+    """Print details of a rung: errors by condition, gain, settings with a larger error."""
     by = rung.get("heldout_by_condition", {})
     if by:
         parts = [
@@ -385,7 +385,7 @@ def show_effects(effects: list[Effect], out: TextIO, *, whole: bool) -> None:
 
 
 def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
-    """Print the faults of recordings, and what they cannot identify."""
+    """Print the faults of recordings and the effects that they cannot identify."""
     print(f"{count_runs(answer['runs'])}, {answer['samples']} samples", file=out)
     for finding in answer["findings"] or ["no findings"]:
         print(f"  {finding}", file=out)
@@ -396,9 +396,9 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
     if elsewhere:
         shown = ", ".join(elsewhere[:RUNS_LISTED]) + (" ..." * (len(elsewhere) > RUNS_LISTED))
         print(
-            f"{len(elsewhere)} of {answer['runs']} runs begin at a torque other than the last of the "
-            f"previous run: {shown}\n  The torque is assumed to have ramped monotonically between "
-            "runs; any other load between them looks like a sudden step.",
+            f"{len(elsewhere)} of {answer['runs']} runs begin at a torque other than the last of "
+            f"the previous run: {shown}\n  The torque is assumed to have ramped monotonically "
+            "between runs; any other load between them looks like a sudden step.",
             file=out,
         )
     for pair in answer["aliased"]:
@@ -412,7 +412,7 @@ def show_check(answer: Mapping[str, Any], out: TextIO) -> None:
 
 
 def show_runs_lacking(answer: Mapping[str, Any], out: TextIO) -> None:
-    """Say it where there are too few runs to name anything."""
+    """Say so if there are too few runs to identify an effect."""
     if not answer["enough_runs"]:
         print(f"fewer than {rules.RUNS_LEAST} runs: diagnose cannot identify an effect", file=out)
 

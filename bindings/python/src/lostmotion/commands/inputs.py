@@ -1,4 +1,4 @@
-"""What the commands over recordings read: a drive, its recordings, its torsion curve."""
+"""Inputs of the commands for recordings: drive, recordings, torsion curve."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TORQUE_CONSTANT_MAX = 1e3
 
 
 def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Protocol:
-    """Read which side was locked: as the options say, else as a drive file does."""
+    """Read which side was locked, from the options or the drive file."""
     constant = stated.torque_constant_Nm_per_A
     if arguments.torque_constant is not None:
         option = "--torque-constant-Nm-per-A"
@@ -30,7 +30,7 @@ def protocol_of(arguments: argparse.Namespace, stated: Protocol = FREE) -> Proto
 
 
 def read_inputs(arguments: argparse.Namespace) -> tuple[Drive, Campaign, Backbone]:
-    """Read the drive and the recordings that the arguments name, and hold one against the other."""
+    """Read the drive and the recordings that the arguments name, and check their consistency."""
     drive = read_drive(arguments.drive)
     mapping = {**drive.columns, **parse_map(arguments.map)}
     protocol = protocol_of(arguments, drive.protocol)

@@ -42,7 +42,7 @@ def run_new(arguments: argparse.Namespace) -> None:
 
 
 def broken_check(check: Check) -> str:
-    """State that a check is not kept, in the unit that a designer reads."""
+    """State that a check failed, in the unit for display."""
     angle = check.unit == "rad"
     unit = "arcmin" if angle else check.unit.strip("-")
     value, limit = (number / (ARCMIN if angle else 1.0) for number in (check.value, check.limit))

@@ -1,7 +1,7 @@
-"""What every command is called and takes.
+"""Names and arguments of all commands.
 
-Nothing is imported here that a command works with: what runs it is named, and imported when it is
-called, so that help and complaints come at once.
+Functions of commands are named here and imported on use, so that help and usage errors appear at
+once.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Command = Callable[[str, str, str, str], argparse.ArgumentParser]
 
 
 class Version(argparse._VersionAction):
-    """The option that prints the version, which is looked up only then."""
+    """The option that prints the version, which is determined only on use."""
 
     def __call__(self, *called: Any) -> NoReturn:
         """Print it and leave."""
@@ -39,10 +39,10 @@ class Version(argparse._VersionAction):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaint is one line."""
+    """A parser whose error message is one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Print one line and leave with the status for bad usage."""
+        """Print one line and exit with the status for bad usage."""
         self.exit(BAD_INPUT, f"{self.prog}: {one_line(message)}; see {self.prog} --help\n")
 
 
@@ -93,7 +93,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def add_prediction(command: Command) -> None:
-    """Add what is stated of a drive by its file alone."""
+    """Add the commands for a drive file alone."""
     added = command(
         "new",
         "lostmotion.commands.new:run_new",
@@ -192,7 +192,7 @@ def add_prediction(command: Command) -> None:
 
 
 def add_comparison(command: Command) -> None:
-    """Add what is stated of recordings without asking what is missing."""
+    """Add the commands for recordings except those of the diagnosis."""
     added = command(
         "compare",
         "lostmotion.commands.compare:run_compare",
@@ -234,7 +234,7 @@ def add_comparison(command: Command) -> None:
 
 
 def add_controller(command: Command) -> None:
-    """Add what is for the controller."""
+    """Add the commands for the controller."""
     added = command(
         "export",
         "lostmotion.commands.export:run_export",
@@ -456,7 +456,7 @@ def add_data(
     metavar: str = "DATA",
     what: str = "recordings, or folders of them",
 ) -> None:
-    """Add recordings, and the options that state how they are to be read."""
+    """Add recordings and the options for reading them."""
     parser.add_argument("data", metavar=metavar, nargs="+", help=what)
     add_map(parser)
     add_join(parser)
@@ -515,7 +515,7 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 
 
 def add_map(parser: argparse.ArgumentParser) -> None:
-    """Add the option that reads foreign column names."""
+    """Add the option that maps column names."""
     parser.add_argument(
         "--map",
         action="append",
@@ -528,7 +528,7 @@ def add_map(parser: argparse.ArgumentParser) -> None:
 
 
 def add_protocol(parser: argparse.ArgumentParser) -> None:
-    """Add the options that state which side was locked, and what the motor's current means."""
+    """Add the options for the locked side and the torque constant of the motor."""
     parser.add_argument(
         "--locked",
         choices=SIDES,
@@ -544,7 +544,7 @@ def add_protocol(parser: argparse.ArgumentParser) -> None:
 
 
 def add_ratio(parser: argparse.ArgumentParser) -> None:
-    """Add the option that states the ratio where no drive file does."""
+    """Add the option for the ratio if there is no drive file."""
     parser.add_argument(
         "--ratio",
         help="input turns for one output turn, signed, where only the two angles were recorded",
@@ -562,7 +562,7 @@ def add_phase(parser: argparse.ArgumentParser) -> None:
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Add the option that states what a drive file does not say of the controller."""
+    """Add the option for controller settings that a drive file does not contain."""
     parser.add_argument(
         "--set",
         action="append",

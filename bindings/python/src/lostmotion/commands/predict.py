@@ -88,7 +88,7 @@ def run_clearances(arguments: argparse.Namespace) -> None:
 
 
 def show_sensitivity(rows: list[dict[str, Any]], out: TextIO) -> None:
-    """Print what one unit of each dimension does."""
+    """Print the sensitivity to each dimension."""
     head = ["dimension", "value", "lost motion arcmin", "stiffness Nm/rad", "1 / safety"]
     keys = ("lost_motion_arcmin", "stiffness_Nm_per_rad", "stress")
     print("\nchange per unit of a dimension (per module, per mm):\n", file=out)
@@ -177,7 +177,7 @@ def show_prediction(answer: dict[str, Any], out: TextIO, sensitivity: bool = Fal
 
 
 def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:
-    """Print what each tolerance takes of the limits."""
+    """Print the share of each tolerance in the limits."""
     if not budget:
         return
     head = ["tolerance", "zone", "influence", "lower um", "upper um", "worst %", "probable %"]
@@ -199,7 +199,7 @@ def show_budget(budget: list[dict[str, Any]], out: TextIO) -> None:
 
 
 def show_allocation(found: dict[str, Any], out: TextIO) -> None:
-    """Print the cheapest grades that keep a target."""
+    """Print the cheapest grades that meet a target."""
     print(
         f"\ncheapest grades for a reversal lost motion of {found['target_arcmin']:.3f} arcmin, "
         f"{found['level']}: {found['then_arcmin']:.3f} arcmin (now {found['now_arcmin']:.3f}), "

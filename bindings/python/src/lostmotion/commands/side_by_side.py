@@ -1,4 +1,4 @@
-"""``lostmotion predict`` of several drives, or of one whose dimension is swept: a table."""
+"""``lostmotion predict`` for several drives, or for values of one dimension: a table."""
 
 from __future__ import annotations
 

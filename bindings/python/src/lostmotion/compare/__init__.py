@@ -1,9 +1,9 @@
 """Model against measurement: how well the baseline model fits, and where it fails.
 
-The baseline model of `lostmotion.fit`, the one that `diagnose` starts from, is fitted to a
-campaign, cross-validated (`comparison`), and set against the repeatability
-of the recordings (`repeatability`). The residual is then tested against every recorded quantity:
-how much of it depends on that quantity (`failures`), and could that be chance (`chance`)?
+The baseline model of `lostmotion.fit`, from which `diagnose` also starts, is fitted to a campaign,
+cross-validated (`comparison`), and compared with the repeatability of the recordings
+(`repeatability`). The dependence of the residual on every recorded quantity is then quantified
+(`failures`) and tested (`chance`).
 """
 
 from lostmotion.callable_module import make_callable

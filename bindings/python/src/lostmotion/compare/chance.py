@@ -1,4 +1,4 @@
-"""Chance: what a pattern in the residual explains beyond what random signs of blocks would."""
+"""Permutation tests: share of the residual explained beyond random signs of blocks."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ def variance_explained(
     generator: np.random.Generator,
     covariate: FloatArray | None = None,
 ) -> tuple[float, float]:
-    """Share of the variance that cells explain beyond chance, and its p.
+    """Share of the variance that cells explain beyond chance, and its p-value.
 
-    A cell explains its mean, or, with a covariate, what grows with it in proportion.
+    A cell explains its mean or, with a covariate, the part proportional to it.
 
-    Chance is what remains when whole blocks of the residual get random signs: their inner
-    correlation stays, their agreement with each other goes.
+    The share expected by chance follows from random signs of whole blocks of the residual, which
+    keep the correlation within blocks but not between them.
 
     Returns
     -------
     share : float
         0 to 1.
     p : float
-        The pattern as measured counts as one of the patterns.
+        The measured pattern counts as one of the patterns.
     """
     _, cells = np.unique(cells, return_inverse=True)
     _, blocks = np.unique(blocks, return_inverse=True)
@@ -59,7 +59,7 @@ def variance_explained(
 
 
 def random_signs(blocks: int, generator: np.random.Generator) -> FloatArray:
-    """Patterns of signs of blocks, all of them where they are few; the first is as measured."""
+    """Sign patterns of blocks, all of them if there are few; the first is the measured one."""
     if blocks <= FULL_FLIPS_BLOCKS:
         patterns = (np.arange(2 ** (blocks - 1))[:, None] >> np.arange(blocks)) & 1
     else:
@@ -69,17 +69,17 @@ def random_signs(blocks: int, generator: np.random.Generator) -> FloatArray:
 
 
 def chance_of(statistics: FloatArray) -> float:
-    """How often random signs give as much as was measured."""
+    """Fraction of random sign patterns that give at least the measured value."""
     return float(np.mean(statistics >= statistics[0] * (1 - 1e-12)))
 
 
 def beyond_chance(observed: float, chance: float) -> float:
-    """Share of what chance leaves."""
+    """Share beyond what is expected by chance."""
     return max(0.0, float((observed - chance) / (1.0 - chance))) if chance < 1 else 0.0
 
 
 def common_part(residual: FloatArray, runs: IntArray, bins: IntArray) -> FloatArray:
-    """What a zero of each run and a curve that all runs share explain, sample by sample."""
+    """Part of each sample explained by an offset per run and a curve common to all runs."""
     (many, few), cells = np.unique((runs, bins), axis=1, return_inverse=True)
     cells = np.ravel(cells)
     size = np.bincount(cells)
@@ -95,12 +95,12 @@ def explained_apart(
     blocks: IntArray,
     generator: np.random.Generator,
 ) -> tuple[float, float]:
-    """Share of the variance by which runs differ beyond chance, and its p.
+    """Share of the variance between runs beyond chance, and its p-value.
 
-    The zero of a run is its encoder's and arbitrary, and what all runs have in common depends on
-    the torque: neither is a difference between runs. What counts is how the means of a run in
-    ranges of torque differ from those of the others beyond a constant, against what the blocks of a
-    run differ from each other. `residual` is without `common_part`.
+    The zero of a run is arbitrary, and what all runs have in common depends on the torque: neither
+    is a difference between runs. The means of a run in ranges of torque are compared with those of
+    the other runs apart from a constant, relative to the differences between blocks of a run.
+    `residual` is without `common_part`.
     """
     total = float(np.sum(residual**2))
     if total == 0:
@@ -128,16 +128,16 @@ def explained_apart(
 def without_groups(
     scaled: FloatArray, size: npt.NDArray[Any], many: IntArray, few: IntArray
 ) -> FloatArray:
-    """Take off what a constant for each group of cells explains.
+    """Subtract the part that a constant for each group of cells explains.
 
     Parameters
     ----------
     scaled : ndarray
-        Rows of sums of the cells, over the roots of their `size`.
+        Rows of cell sums divided by the square roots of `size`.
     size : ndarray
         Samples of each cell.
     many, few : ndarray
-        The two groups of each cell: of one kind that has many, and of one that has few.
+        The two groups of each cell: one of a kind with many groups, one of a kind with few.
     """
     root = np.sqrt(size)
     groups = (few[:, None] == np.unique(few)) * root[:, None]

@@ -41,7 +41,7 @@ IntArray = npt.NDArray[np.intp]
 
 @dataclass
 class Comparison(WhitenedResult):
-    """Result of `compare`. Angles in rad; `answer` gives the JSON answer in arc seconds.
+    """Result of `compare`. Angles in rad; `answer` returns the JSON answer in arc seconds.
 
     Attributes
     ----------
@@ -56,15 +56,15 @@ class Comparison(WhitenedResult):
     seen : ndarray of bool
         Runs that were fitted.
     frictions : dict
-        Fitted and leave-one-run-out error of every form that was tried.
+        Fitted and leave-one-run-out error of every form tried.
     few : FewReadings or None
-        The values of few readings, in place of a fit to a log.
+        The values from few readings, instead of a fit to a log.
     rated_torque_Nm : float
-        Of the drive, or the largest torque of the recordings where there is none.
+        Of the drive, or the largest torque of the recordings if there is no drive.
     events : list of Event
-        Steps of the lost motion inside a run: slips, lost counts, zeros that moved.
+        Steps of the lost motion within a run: slips, lost counts, shifted zeros.
     outliers : int
-        Single wild samples that were set to what their neighbours say.
+        Number of single outlying samples that were replaced by their neighbours.
     """
 
     campaign: Campaign
@@ -87,7 +87,7 @@ class Comparison(WhitenedResult):
     outliers: int = 0
 
     def __repr__(self) -> str:
-        """Describe what came out; the residuals fill screens."""
+        """Summarise the result without the residuals."""
         return (
             f"<Comparison of {self.campaign!r}: rms {self.rms_rad / ARCSEC:.3g} arcsec, "
             f"cross-validated {self.heldout_rms_rad / ARCSEC:.3g}>"
@@ -129,7 +129,7 @@ class Comparison(WhitenedResult):
         return rms_of(self.heldout_rad[unseen] if unseen.any() else self.heldout_rad)
 
     def beyond_fitted_range(self) -> dict[str, float | None]:
-        """How far the predicted runs go beyond the fitted ones, see `fit.fitted_range.beyond`."""
+        """Extrapolation beyond the fitted runs, see `fit.fitted_range.beyond`."""
         fitted = self.seen[self.run_of]
         if fitted.all():
             return {}
@@ -145,7 +145,7 @@ class Comparison(WhitenedResult):
 
     @cached_property
     def standard_figures(self) -> dict[str, StandardFigures]:
-        """Standard figures of the measured and of the modelled loops, found in the same way."""
+        """Standard figures of the measured and of the modelled loops, by the same method."""
         model = self.measured_rad - self.residual_rad
         return {
             name: standard_figures(
@@ -194,7 +194,7 @@ class Comparison(WhitenedResult):
 
     @property
     def invertible(self) -> bool:
-        """Whether the angle never falls with rising torque while every play sticks."""
+        """Whether the angle never falls with rising torque while every operator sticks."""
         base = self.base
         outside = 0.0 if base.hysteresis.outside is None else float(base.hysteresis.outside.sum())
         stuck = 1.0 - base.hysteresis.rise * float(base.hysteresis.shares.sum())
@@ -256,28 +256,28 @@ def compare(
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
-    """Fit the baseline model to a campaign and say where it fails.
+    """Fit the baseline model to a campaign and find where it fails.
 
     Parameters
     ----------
     drive : Drive or Backbone
-        The drive, with the numbers and effects of a fit where its file has them; or its loss-free
-        torsion curve alone.
+        The drive, with the values and effects of a fit if its file has them; or only its loss-free
+        torsion curve.
     campaign : Campaign
         The recordings.
     base : BaselineModel, optional
-        A baseline model over this campaign that was made elsewhere.
+        An existing baseline model for this campaign.
     effects : mapping, optional
-        Those that may be missing, and in which the effects of the drive's file are looked up; by
-        default those of the library.
+        Effects that may be missing, also used to look up the effects of the drive file; by default
+        those of the library.
     fit_on : sequence of run labels, optional
-        Fit to these runs only and predict the others; by default all are fitted, and each is left
-        out once.
+        Fit only these runs and predict the others; by default all are fitted, and each is left out
+        once.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis; by default by the leave-one-run-out error
+        Form of the hysteresis; by default the one with the lowest leave-one-run-out error
         (`discover.baseline_form`).
     seed : int
-        Of the random signs of the permutation tests.
+        Seed of the random signs of the permutation tests.
     progress : callable, optional
         Called with steps done and steps in all.
 
@@ -288,7 +288,7 @@ def compare(
     Raises
     ------
     InputError
-        When the torque of the recordings does not vary, or a run to fit on does not exist.
+        If the torque of the recordings does not vary, or a run to be fitted does not exist.
     """
     given_as("compare", "drive", drive, Drive, Backbone)
     given_as("compare", "campaign", campaign, Campaign)
@@ -383,7 +383,7 @@ def _compare_few(
     effects: Mapping[str, Effect],
     rated_Nm: float | None,
 ) -> Comparison:
-    """Compare few readings: as many values as they carry, each reading left out once."""
+    """Compare few readings: as many values as they determine, each reading left out once."""
     c = base.conditions
     few = fit_few_readings(base) if seen.all() else None
     residual = base.residual() if few is not None else stands

@@ -33,10 +33,10 @@ class Failure:
     ----------
     covariate : str
     share : float
-        Share of the residual variance that bins of the covariate explain, less what random signs
-        explain.
+        Share of the residual variance that bins of the covariate explain, minus the share for
+        random signs.
     p : float
-        How often random signs of whole blocks of the residual explain as much.
+        Fraction of random sign patterns of whole blocks that explain as much.
     """
 
     covariate: str
@@ -106,7 +106,7 @@ def _branches(c: Conditions) -> tuple[list[IntArray], list[FloatArray]]:
 
 
 def quantile_bins(values: FloatArray, bins: int) -> IntArray:
-    """Number the bins of equal count that values fall into; few distinct values keep their own."""
+    """Assign values to bins of equal count; few distinct values get one bin each."""
     levels = np.unique(values)
     if levels.size <= bins:
         return np.searchsorted(levels, values).astype(np.intp)

@@ -1,4 +1,4 @@
-"""Loops of a recording: time under load, stretches between reversals, width at zero torque."""
+"""Loops of a recording: time under load, sections between reversals, width at zero torque."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ WIDTH_SAMPLES = 5
 def zero_widths(torque_Nm: FloatArray, angles: FloatArray) -> FloatArray | None:
     """Width of a loop where its torque is zero, for each column of angles.
 
-    On either branch a straight line through the samples about zero is read at zero.
+    On each branch, a straight line through the samples near zero is evaluated at zero.
 
     Returns
     -------
     ndarray or None
-        The falling branch minus the rising one; None where a branch does not pass through zero.
+        Falling branch minus rising branch; None if a branch does not pass through zero.
     """
     largest = float(np.max(np.abs(torque_Nm)))
     if largest == 0:
@@ -50,7 +50,7 @@ def zero_widths(torque_Nm: FloatArray, angles: FloatArray) -> FloatArray | None:
 
 
 def time_under_load(c: Conditions) -> FloatArray:
-    """Seconds since the drive was last unloaded; 0 where it is, or since the start of the run."""
+    """Seconds since the drive was last unloaded or since the start of the run; 0 while unloaded."""
     loaded = np.abs(c.torque) > LOADED_SHARE * float(np.max(np.abs(c.torque)))
     rest = np.where(loaded, -np.inf, c.time_s)
     rest[c.starts[:-1]] = c.time_s[c.starts[:-1]]
@@ -61,7 +61,7 @@ def time_under_load(c: Conditions) -> FloatArray:
 
 
 def branch_blocks(starts: IntArray, direction: IntArray) -> IntArray:
-    """Number the stretches between reversals; long ones are cut until there are enough."""
+    """Number the sections between reversals; long ones are split until there are enough."""
     change = np.diff(direction, prepend=direction[0]) != 0
     change[starts[1:-1]] = True
     blocks = np.cumsum(change)

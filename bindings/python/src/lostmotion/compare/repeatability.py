@@ -1,4 +1,4 @@
-"""Repeatability: what no model can explain, by the recordings alone."""
+"""Repeatability: what no model can explain, from the recordings alone."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ REPEAT_SLACK = {
 class Repeatability:
     """The repeatability of the recordings and its parts, in rad.
 
-    The noise floor of `lostmotion.discover` is another: there the model states what scatters
-    between runs. The JSON answers of both name it ``noise_floor_arcsec``.
+    It differs from the noise floor of `lostmotion.discover`, which uses the scatter between runs in
+    the model. The JSON answers of both name it ``noise_floor_arcsec``.
 
     Attributes
     ----------
     within_rad : float
         White noise within runs, from second differences of the residual.
     between_rad : float or None
-        Scatter between runs that repeat each other; None where none does.
+        Scatter between runs that repeat each other; None if there are none.
     """
 
     within_rad: float
@@ -63,19 +63,19 @@ class Repeatability:
 
     @property
     def parts(self) -> str:
-        """Say of what it consists."""
+        """Describe its parts."""
         if self.between_rad is None:
             return "white noise within runs only: no run repeats another"
         return "white noise within runs and differences between runs that repeat each other"
 
 
 def repeatability_of(c: Conditions, residual: FloatArray) -> Repeatability:
-    """Estimate what no model can explain, by the recordings alone.
+    """Estimate what no model can explain, from the recordings alone.
 
     Within runs: white noise, from second differences of the residual, at least the rounding of the
     encoder. Between runs: where runs repeat the same torque path under the same conditions, the
-    scatter of their residuals at the same place of the path. Runs at another temperature, angle or
-    number of cycles are no repeats: what differs between them may be what the model lacks.
+    scatter of their residuals at the same point of the path. Runs at a different temperature, angle
+    or number of cycles are not repeats: their differences may be what the model lacks.
     """
     second = np.concatenate(
         [np.diff(residual[a:b], 2) for a, b in zip(c.starts[:-1], c.starts[1:], strict=True)]
@@ -120,7 +120,7 @@ def repeatability_of(c: Conditions, residual: FloatArray) -> Repeatability:
 
 
 def _extremes(c: Conditions) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Least and largest of each recorded quantity in each run, and the slack of a repeat."""
+    """Range of each recorded quantity in each run, and the tolerance for a repeat."""
     names = [n for n in c.campaign.quantities() if n not in ("run", "time", "lost_motion")]
     values = [[run.columns[name] for name in names] for run in c.campaign.runs]
     # A quantity that is not known in a run is the same wherever it is not known.

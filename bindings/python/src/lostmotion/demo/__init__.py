@@ -1,4 +1,4 @@
-"""The demonstration: one story from a recorded campaign to the controller, and one report."""
+"""The demonstration: from a recorded campaign to the controller, with a report."""
 
 from lostmotion.demo.story import Demonstration, demonstrate, show_demonstration
 

@@ -1,7 +1,7 @@
-"""The exported parameters on a controller: an emulated Cortex-M4F, or replayed on this machine.
+"""The exported parameters on a controller: on an emulated Cortex-M4F or replayed on this machine.
 
-The same ticks go to both. The emulated controller prints the check sum of every bit that it
-computed, which must be that of the replay.
+Both receive the same ticks. The emulated controller prints the checksum of all computed bits, which
+must equal that of the replay.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Scores:
 
 @dataclass(frozen=True)
 class Emulated:
-    """What the emulated controller printed: per run, and its check sum."""
+    """Output of the emulated controller: results by run, and the checksum."""
 
     before: FloatArray
     after: FloatArray
@@ -88,7 +88,7 @@ class Emulated:
 
 
 def make_log(campaign: Campaign) -> Campaign:
-    """Take the torque loops at unusual temperatures, at the controller's own period."""
+    """Select the torque loops at unusual temperatures, with the period of the controller."""
     means = np.array([float(np.mean(run.columns["temperature"])) for run in campaign.runs])
     swings = np.array([float(np.ptp(run.torque_Nm)) for run in campaign.runs])
     usual = float(np.median(means))
@@ -144,7 +144,7 @@ def emulate(header: Path, log: Campaign, folder: Path) -> Emulated | str:
     Returns
     -------
     Emulated or str
-        Why there is none, in a few words.
+        The reason if there is none.
     """
     missing = missing_tools()
     if missing:
@@ -198,7 +198,7 @@ def run(command: list[Any]) -> str | None:
 
 
 def log_text(log: Campaign) -> str:
-    """Write a log as C: the bits of what the controller receives, and the measured lost motion."""
+    """Write a log as C: bits of the controller's inputs, and the measured lost motion."""
     from lostmotion.replay import conditions
 
     lines = []

@@ -1,4 +1,4 @@
-"""The other drives of the demonstration: bought, drawn and measured ones."""
+"""The other drives of the demonstration: from data sheets, drawings and recordings."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ RECORDING = "base_onyx_runin5.csv"
 
 @dataclass
 class OtherDrives:
-    """What was found of them.
+    """Results of the other drives.
 
     Attributes
     ----------
     drives : list of (Drive, dict)
         Each with its prediction at the rated torque.
     smallest_gap_arcmin : list of float or None
-        One a drive; a bought one has none.
+        One per drive; None for a catalogue drive.
     """
 
     drives: list[tuple[Drive, Prediction]]

@@ -16,7 +16,7 @@ def input_names() -> list[str]:
 
 
 def copy_inputs(folder: Path) -> None:
-    """Copy drive files, recordings and specs to where the reader can look at and change them."""
+    """Copy drive files, recordings and specs to a folder in which the user can edit them."""
     source = find_inputs()
     for name in input_names():
         target = folder / name

@@ -1,4 +1,4 @@
-"""The pages of the demonstration's report that no command writes alone."""
+"""The sections of the demonstration's report that no single command writes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def overview_section(
     scores: Scores,
     designs: dict[str, SearchResult] | str,
 ) -> Section:
-    """Give the story in a few numbers."""
+    """Summarise the case study in a few numbers."""
     first, last = found.ladder[0], found.ladder[-1]
     worst = int(np.argmax(plain.after))
     ends = (scores.before[worst], plain.after[worst], scores.after[worst])
@@ -140,7 +140,7 @@ def draw_scores(plain: Scores, scores: Scores, width: float) -> str:
 
 
 def design_section(designs: dict[str, SearchResult] | str) -> Section:
-    """Show what the searches found beside where a textbook starts, and their fronts."""
+    """Show the results of the searches compared with textbook designs, and their fronts."""
     title = "Three design searches"
     if isinstance(designs, str):
         return Section(title, f"Left out: {designs}.")

@@ -1,4 +1,4 @@
-"""The case study: where the model of a joint fails, why, and how its controller compensates it."""
+"""The case study: where and why the model of a joint fails, and the compensation."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ STEPS = 8
 
 @dataclass
 class Demonstration:
-    """What the demonstration found.
+    """Results of the demonstration.
 
     Attributes
     ----------
@@ -74,9 +74,9 @@ class Demonstration:
         The controller over the log, with the parameters of the fitted baseline model and with the
         effect.
     emulated : Emulated or str
-        What the emulated controller said, or why there is none.
+        Output of the emulated controller, or the reason why there is none.
     designs : dict of str to SearchResult, or str
-        Of each spec, or why there is none.
+        Result of each spec, or the reason why there is none.
     """
 
     drive: Drive
@@ -214,7 +214,7 @@ def to_the_controller(
 
 
 def search_designs(folder: Path) -> dict[str, SearchResult] | str:
-    """Search each spec with a budget that fits; why not, where the package has no search."""
+    """Search each spec with a small budget; returns the reason if the package has no search."""
     found = {}
     try:
         with tempfile.TemporaryDirectory(prefix="lostmotion-") as place:
@@ -236,12 +236,12 @@ def search_designs(folder: Path) -> dict[str, SearchResult] | str:
 
 
 def without_folder(found: SearchResult) -> dict[str, Any]:
-    """Answer of a search whose folder is gone."""
+    """Answer of a search without its temporary folder."""
     return {key: value for key, value in found.answer().items() if key != "folder"}
 
 
 def show_demonstration(found: Demonstration, out: TextIO) -> None:
-    """Print the story in a few lines, and then a line a drive."""
+    """Print a summary in a few lines, then one line per drive."""
     answer = found.comparison.answer()
     print(f"1 recorded   {answer['samples']} samples in {len(answer['by_run'])} runs", file=out)
     if answer["where_it_fails"]:

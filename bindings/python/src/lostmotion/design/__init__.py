@@ -1,7 +1,7 @@
 """The design search: from a spec to drives with the least lost motion.
 
 The search is the C library of the folder ``optimizer``, bound as ``lostmotion._search``; a package
-that was built without NLopt has everything but this.
+that was built without NLopt lacks only the search.
 """
 
 from lostmotion.callable_module import make_callable

@@ -1,4 +1,4 @@
-"""Tolerances of a drive that a search found, as its spec states them: fits, classes and grades."""
+"""Tolerances of a design found by a search, in the form of its spec: fits, classes and grades."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def kept_tolerances(
 def kept_link(
     link: ToleranceLink, grade: float, numbers: Mapping[str, Any], design: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Give one entry: by its grade where a drive file can say it so, else by its deviations."""
+    """Return one entry, by its grade if a drive file can express it so, else by its deviations."""
     entry = dict(link.kept)
     if link.deviations_mm is not None:
         entry["lower_mm"], entry["upper_mm"] = link.deviations_mm

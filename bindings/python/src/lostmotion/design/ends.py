@@ -1,7 +1,7 @@
-"""Variables of a design at an end of their range: what the end costs, and what stops them.
+"""Variables of a design at a bound of their range: price and practical limits.
 
-A search pushes a variable to its end where no check holds it back. The price is the fall of the
-first objective for one more width of the range, to first order.
+A search moves a variable to its bound if no check prevents it. The price is the decrease of the
+first objective if the range were twice as wide, to first order.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ GRADE = {"low": "manufacturing capability and cost", "high": "interference of th
 
 
 def at_ends(certificate: Mapping[str, Any], objective: str) -> list[str]:
-    """Describe which variables are at an end, what it costs, and what limits them in practice.
+    """List the variables at a bound, the price, and what limits them in practice.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The optimizer's C library: whether it is there, and what it calls things."""
+"""The optimizer's C library: availability and names."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def c_string(cdata: Any) -> str:
 
 @cache
 def figures() -> tuple[tuple[str, str], ...]:
-    """Names and units of what is computed of a design, by `lm_figure`.
+    """Names and units of the computed figures of a design, by `lm_figure`.
 
-    The third one is a stiffness here and a compliance inside the search.
+    The third is a stiffness here but a compliance in the search.
     """
     _, lib = engine()
     found = [
@@ -61,7 +61,7 @@ def figures() -> tuple[tuple[str, str], ...]:
 
 
 def figure_value(figure: int, value: float) -> float:
-    """Turn a figure of the search into the one of `figures`."""
+    """Convert a figure of the search to that of `figures`."""
     _, lib = engine()
     return ARCMIN_PER_RAD / value if figure == lib.LM_FIGURE_COMPLIANCE else value
 
@@ -75,7 +75,7 @@ def limit_names() -> tuple[str, ...]:
 
 @cache
 def keys() -> dict[str, int]:
-    """The dotted keys that can be fixed, varied or chosen, with the unit the search counts in."""
+    """The dotted keys that can be fixed, varied or chosen, with the units of the search."""
     ffi, lib = engine()
     text = ffi.new("char[]", lib.LM_KEY_NAME_MAX)
     found = {}

@@ -1,4 +1,4 @@
-"""What a spec leaves open, with the value that the search took."""
+"""Keys that a spec does not state, with the values that the search used."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def left_open(
     problem : cdata
         ``lm_problem *``.
     said : mapping
-        What the spec states or its reading has assumed, by dotted key.
+        Values stated or assumed when the spec was read, by dotted key.
     values : mapping or None
-        Keys of a design as the search counts them; 0 where the model takes its own default.
+        Keys of a design in units of the search; 0 if the model uses its default.
     design : mapping or None
-        [design] of that design's drive file, from which such a default is taken.
+        [design] of the drive file of that design, the source of such defaults.
     """
     found: dict[str, Any] = {}
     heads = {

@@ -1,4 +1,4 @@
-"""Progress of a search: recorded while it works, reported in the thread of its caller."""
+"""Progress of a search: recorded while it runs, reported in the thread of the caller."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FRONT_SHOWN = 500
 
 
 class ProgressReports:
-    """Snapshots of a search, and who is informed of them.
+    """Snapshots of a search, and the callback that receives them.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class ProgressReports:
         self.best: dict[str, Any] | None = None
 
     def snapshot(self) -> None:
-        """Note where the search stands; nothing else may touch the search meanwhile."""
+        """Record the state of the search; nothing else may access the search meanwhile."""
         ffi, lib = self.ffi, self.lib
         p = ffi.new("lm_progress *")
         lib.lm_read_progress(self.search, p)
@@ -71,7 +71,7 @@ class ProgressReports:
         }
 
     def show(self) -> None:
-        """Hand the last snapshot on, in the thread of the caller."""
+        """Report the last snapshot, in the thread of the caller."""
         seen, self.seen = self.seen, None
         if self.tell is None or seen is None:
             return

@@ -1,4 +1,4 @@
-"""The report of a search: the trade-off to point at, the best drive, and why it is the best."""
+"""The report of a search: an interactive trade-off, the best drive, and why it is the best."""
 
 from __future__ import annotations
 
@@ -81,13 +81,13 @@ SHORTENED = 1e-9
 
 @dataclass(frozen=True)
 class Context:
-    """What a report needs besides the result.
+    """Further inputs of a report.
 
     Attributes
     ----------
     starts : tuple of Start
-        Textbook start unchanged, with its smallest gap closed, and with the best one's grades
-        too; nothing where the model refuses it.
+        Textbook start unchanged, with its smallest gap closed, and also with the grades of the best
+        design; empty if the model refuses it.
     torque_Nm : float
         Of the reversal.
     """
@@ -170,7 +170,7 @@ def _front_section(result: SearchResult, context: Context) -> Section:
 
 
 def explorer(result: SearchResult, context: Context) -> str:
-    """Return the part of the page that shows the front and the design that is pointed at."""
+    """Return the part of the page that shows the front and the selected design."""
     step = max(1, -(-len(result.front) // PICTURES_MAX))
     designs = []
     for i, one in enumerate(result.front):
@@ -270,7 +270,7 @@ def _values(drive: Mapping[str, Any]) -> list[tuple[str, Any]]:
 
 
 def _links(drive: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Tolerances of a drive file's tables, one a link; none where the model refuses the drive."""
+    """Tolerances of a drive file, one per link; empty if the model refuses the drive."""
     if "tolerance" not in drive["design"]:
         return []
     try:
@@ -411,7 +411,7 @@ def _start_table(result: SearchResult, starts: tuple[Start, ...]) -> PageTable:
 
 
 def variable_name(key: str, links: Sequence[str]) -> str:
-    """Name what a key of the search varies: of which part, what, and its unit."""
+    """Name a variable of the search: part, quantity and unit."""
     part, _, name = key.rpartition(".")
     if part.startswith("tolerance."):
         place = int(part.partition(".")[2])
@@ -460,7 +460,7 @@ def margin_unit(name: str) -> str:
 
 
 def limit_name(name: str) -> str:
-    """Name a limit without the unit that its value has in the spec: the margin has its own."""
+    """Name a limit without the unit of its value in the spec; its margin has a different one."""
     return words(split_unit(name)[0])
 
 

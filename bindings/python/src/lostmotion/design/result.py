@@ -1,4 +1,4 @@
-"""What a search leaves: designs, their numbers, and how sure they are."""
+"""Results of a search: designs, figures and certificates."""
 
 from __future__ import annotations
 
@@ -25,38 +25,37 @@ else:
 
 @dataclass
 class SearchResult:
-    """The end of a search, or how far it came.
+    """The result of a search, finished or not.
 
     Attributes
     ----------
     best : dict or None
         Drive file of the design with the best first objective; None when there is none.
     front : list of dict
-        Designs none of which is better than another in every objective, the best in the first
-        one first. Each has ``objectives`` (list, in the order of `objectives`), ``figures`` (all
-        that was computed, by name), ``margins`` (by limit; below zero it is broken),
-        ``variables`` (by dotted key), ``drive`` (a drive file's tables), ``verified`` (whole
-        grades, checked between the angles).
+        Pareto-optimal designs, in the order of the first objective, best first. Each has
+        ``objectives`` (list, in the order of `objectives`), ``figures`` (all that was computed, by
+        name), ``margins`` (by limit; below zero it is broken), ``variables`` (by dotted key),
+        ``drive`` (a drive file's tables), ``verified`` (whole grades, checked between the angles).
     objectives, units : tuple of str
-        What was made small, or large where `larger_is_better` says so.
+        Objectives that were minimised, or maximised if `larger_is_better`.
     larger_is_better : tuple of bool
     finished : bool
         False when it was stopped; ``resume`` continues.
     certificate : dict or None
-        The best design examined once more, finer: ``holds``, ``limit_names``, ``checks``,
+        The best design, evaluated again on a finer grid: ``holds``, ``limit_names``, ``checks``,
         ``lost_motion_arcmin`` and so on.
     infeasible : dict or None
-        When no design exists: which limits to relax, and by how much.
+        If no design exists: the limits to relax, and by how much.
     note : str
-        One line that a user should read, or nothing.
+        One line for the user, or empty.
     combinations : dict
-        How many ended how.
+        Numbers of combinations by result.
     refused : int
-        Evaluations that the model refused or that gave no number; they were left out.
+        Evaluations that the model refused or without a finite result; they were skipped.
     folder : Path
     start : dict
-        Figures of the textbook's drive with the teeth and the wave generator of the best one, its
-        smallest gap closed; empty when there is none.
+        Figures of the textbook drive with the teeth and the wave generator of the best one and its
+        smallest gap closed; empty if there is none.
     """
 
     best: dict[str, Any] | None
@@ -75,7 +74,7 @@ class SearchResult:
     start: dict[str, float] = field(default_factory=dict)
 
     def to_dataframe(self) -> Any:
-        """Give a pandas data frame, a row a design of the front: objectives and variables."""
+        """Return a pandas data frame with one row per design of the front."""
         rows = [
             {
                 **dict(zip(self.objectives, one["objectives"], strict=True)),
@@ -88,7 +87,7 @@ class SearchResult:
         return data_frame({name: [row.get(name) for row in rows] for name in names})
 
     def plot(self) -> Any:
-        """Draw the front over the first two objectives; a Plotly figure."""
+        """Plot the front over the first two objectives (Plotly figure)."""
         axes = [f"{n}, {u}" for n, u in zip(self.objectives, self.units, strict=True)]
         places = [one["objectives"] for one in self.front]
         x = [place[0] for place in places]
@@ -97,7 +96,7 @@ class SearchResult:
         return points(x, [place[1] for place in places], "Front", (axes[0], axes[1]))
 
     def answer(self) -> dict[str, Any]:
-        """Return the result as JSON can hold it."""
+        """Return the result for JSON."""
         return {
             "schema": "lostmotion.design/1",
             "folder": str(self.folder),
@@ -118,7 +117,7 @@ class SearchResult:
 
 
 def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
-    """How far a limit of ``infeasible.json`` must give, and in which unit a reader counts it.
+    """Required relaxation of a limit of ``infeasible.json``, and its unit for display.
 
     Shares become percent.
     """
@@ -127,13 +126,13 @@ def relaxation(limit: Mapping[str, Any]) -> tuple[float, str]:
 
 
 def rounded_up(by: float) -> str:
-    """Write four digits, the last one up: relaxed by what is reported, a limit holds."""
+    """Write four digits, rounded up, so that a limit relaxed by the printed amount is satisfied."""
     unit = 10.0 ** (math.floor(math.log10(by)) - 3)
     return f"{math.ceil(by / unit - 1e-9) * unit:.4g}"
 
 
 class Designs:
-    """Reads designs of one search: from the optimizer's structs to drive files and numbers."""
+    """Converts designs of one search from the optimizer's structs to drive files and numbers."""
 
     def __init__(self, problem: Any, spec: Spec) -> None:
         self.ffi, self.lib = engine()
@@ -157,20 +156,20 @@ class Designs:
         return c_string(text)
 
     def values(self, combination: int, unit: Any) -> dict[str, float]:
-        """Values of all keys at a point, 0 where the model's default stands."""
+        """Values of all keys at a point; 0 where the default of the model applies."""
         value = self.ffi.new("double[]", self.lib.LM_KEY_COUNT)
         self.lib.lm_point_values(self.problem, combination, unit, value)
         return {self.key_name(i): value[i] for i in range(self.lib.LM_KEY_COUNT)}
 
     def varied(self, combination: int, unit: Any) -> dict[str, float]:
-        """Values of what has a range, by dotted key of the search."""
+        """Values of the variables with a range, by dotted key of the search."""
         value = self.ffi.new("double[]", self.lib.LM_KEY_COUNT)
         self.lib.lm_point_values(self.problem, combination, unit, value)
         ranged = [self.problem.range[i].key for i in range(self.problem.range_count)]
         return {self.key_name(key): value[key] for key in ranged}
 
     def objectives(self, found: Any) -> list[float]:
-        """Objectives of an `lm_solution` as `figures` counts them."""
+        """Objectives of an `lm_solution` in the units of `figures`."""
         return [figure_value(f, found.objective[i]) for i, f in enumerate(self.spec.objectives)]
 
     def drive(self, combination: int, unit: Any, name: str = "") -> dict[str, Any]:
@@ -197,7 +196,7 @@ class Designs:
         return document
 
     def measure(self, combination: int, unit: Any) -> tuple[dict[str, float], dict[str, float]]:
-        """Figures and margins of a point as the search sees them; ValueError when it has none."""
+        """Figures and margins of a point as in the search; ValueError if it has none."""
         lib = self.lib
         status = lib.lm_evaluate_point(
             self.problem,

@@ -57,13 +57,13 @@ def search(
     run_folder : path
         Gets ``best.toml``, ``front.csv``, ``history.csv``, ``report.html`` and the journal.
     resume : bool
-        Go on with the search that is there; the result is the same as if it had never stopped.
+        Continue the search in the folder; the result is the same as without the interruption.
     workers : int, optional
-        Threads; without it what the spec says, else one for each core.
+        Number of threads; by default that of the spec, else one per core.
     executor : optional
         Anything with ``submit(function, *arguments)`` that returns a future: an executor of
-        `concurrent.futures`, a Dask client. It does the tasks in place of threads; the result has
-        the same bytes.
+        `concurrent.futures`, a Dask client. It runs the tasks instead of threads; the result is
+        identical.
     progress : callable, optional
         Called about five times a second, and once at the end, in the thread of the caller, with a
         dict: ``stage``, ``evaluations``, ``budget``, ``done_share`` (of all work, with the
@@ -73,7 +73,7 @@ def search(
         ``front`` (a list of objectives for each design), ``seconds``, ``seconds_left`` (None while
         unknown).
     stop : threading.Event, optional
-        When it is set, the search saves the best so far and returns a result that is not finished.
+        When it is set, the search saves its state and returns an unfinished result.
     command : str, optional
         Command line that requested it, for the report.
 
@@ -88,7 +88,7 @@ def search(
     LostMotionError
         The work failed, or the package has no search.
     KeyboardInterrupt
-        After the best so far was saved.
+        After the state was saved.
     """
     spec = read_spec(spec_path)
     with _Run(spec, Path(run_folder), resume, command) as run:
@@ -96,7 +96,7 @@ def search(
 
 
 class _Run:
-    """A search that is under way."""
+    """A running search."""
 
     def __init__(self, spec: Spec, folder: Path, resume: bool, command: str | None) -> None:
         self.ffi, self.lib = engine()
@@ -186,7 +186,7 @@ class _Run:
         return result
 
     def in_thread(self, call: Callable[[], int], each: Callable[[], None]) -> int:
-        """Make a long call of the library while `each` runs here from time to time."""
+        """Make a long call of the library while `each` runs periodically in this thread."""
         done: list[int] = []
         thread = threading.Thread(target=lambda: done.append(call()), name="lostmotion search")
         thread.start()
@@ -203,7 +203,7 @@ class _Run:
         return done[0]
 
     def work_here(self, workers: int, stop: threading.Event | None) -> int:
-        """Do all tasks with threads of the library."""
+        """Run all tasks with threads of the library."""
         hook = self.ffi.new_handle(self.progress.snapshot)
 
         def call() -> int:
@@ -222,7 +222,7 @@ class _Run:
         return status
 
     def work_by(self, executor: Any, stop: threading.Event | None) -> int:
-        """Hand all tasks to an executor."""
+        """Submit all tasks to an executor."""
         ffi, lib = self.ffi, self.lib
         tasks = ffi.new("const lm_task **")
         while True:
@@ -240,7 +240,7 @@ class _Run:
     def do_batch(
         self, executor: Any, waiting: dict[int, bytes], stop: threading.Event | None
     ) -> bool:
-        """Do one batch of tasks; False when it was stopped."""
+        """Run one batch of tasks; False if it was stopped."""
         mark = build_mark()
         answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
         futures = {}
@@ -298,7 +298,7 @@ class _Run:
         return status
 
     def left_open(self, best: Any, document: dict[str, Any] | None) -> dict[str, Any]:
-        """What the spec does not state, with the values of the best design where there is one."""
+        """Keys that the spec does not state, with the values of the best design if there is one."""
         designs = self.designs
         there = document is not None
         values = designs.values(best.combination, best.unit) if there else None
@@ -351,14 +351,14 @@ class _Run:
 
 
 def submit(executor: Any, text: str, task: bytes, mark: tuple[str, int, int]) -> Any:
-    """Hand a task to an executor; a Dask cluster may lose workers over it."""
+    """Submit a task to an executor; a Dask cluster may lose workers while it runs."""
     if type(executor).__module__.split(".")[0] == "distributed":
         return executor.submit(do_task, text, task, mark, retries=RETRIES, pure=False)
     return executor.submit(do_task, text, task, mark)
 
 
 def _register() -> None:
-    """Let the library call back; the handle is a function without arguments."""
+    """Register a callback for the library; the handle is a function without arguments."""
     try:
         ffi, _ = engine()
     except LostMotionError:

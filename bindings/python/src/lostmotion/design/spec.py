@@ -1,4 +1,4 @@
-"""Search specs: TOML that states what may vary and what must hold, stated to the optimizer."""
+"""Search specs: TOML files with variables, limits and objectives, translated for the optimizer."""
 
 from __future__ import annotations
 
@@ -72,17 +72,17 @@ class Spec:
     name : str
         Of the drives that the search finds.
     text : str
-        What the optimizer reads.
+        Text for the optimizer.
     objectives : tuple of int
         By `lm_figure`.
     workers, dask
         As the file says; None where it does not.
     assumed : dict
-        What the file leaves open, by dotted key, and what was taken for it.
+        Default values of keys that the file does not state, by dotted key.
     links : list of ToleranceLink
-        The tolerances, a fit and a gear being two.
+        The tolerances; a fit and a gear count as two links.
     said : dict
-        What the file states or leaves to a value that is assumed, by dotted key.
+        Keys that the file states or for which a value is assumed, by dotted key.
     start : dict
         [search.start], in the units of the search.
     document : dict
@@ -114,7 +114,7 @@ def read_spec(file: str | Path) -> Spec:
 
 
 def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
-    """Understand the tables of a search spec; `file` is for messages."""
+    """Parse the tables of a search spec; `file` is for messages."""
     document = with_calibration(document, file)
     out = Statements(file, document)
     for section in document:
@@ -161,9 +161,9 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
 
 
 def with_calibration(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:
-    """Fix the support constants of the drive file that `calibrated_from` names beside the spec.
+    """Fix the support constants of the drive file that `calibrated_from` names.
 
-    Where the spec states one itself, that one stays.
+    Constants stated in the spec take precedence.
     """
     search = document.get("search")
     if not isinstance(search, Mapping) or not isinstance(search.get("calibrated_from"), str):
@@ -223,7 +223,7 @@ def state_head(out: Statements, head: Mapping[str, TableEntry]) -> None:
 def ratio_window(
     out: Statements, drive: Mapping[str, TableEntry]
 ) -> tuple[tuple[float, float] | None, int]:
-    """Window of the ratio's size, None where any will do, and its sign."""
+    """Range of the magnitude of the ratio, None if unrestricted, and its sign."""
     ratio: tuple[float, float] | None = None
     sign = 1
     if "ratio" in drive:
@@ -237,7 +237,7 @@ def ratio_window(
 
 
 def read_ratio(out: Statements, value: Any) -> tuple[tuple[float, float], int]:
-    """Window of the ratio's size, and its sign."""
+    """Range of the magnitude of the ratio, and its sign."""
     fewest, most = tooth_counts()
     window = f"between {fewest // 2} and {most // 2 + 1} turns"
     expected = f"[lowest, highest], both of one sign, {window}"
@@ -250,7 +250,7 @@ def read_ratio(out: Statements, value: Any) -> tuple[tuple[float, float], int]:
 def state_rated_torque(
     out: Statements, drive: Mapping[str, TableEntry], variables: Variables
 ) -> float:
-    """State the rated torque, N m: the file's, or that of the size."""
+    """State the rated torque, N m: from the file, or from the size."""
     if "rated_torque" in drive:
         rated = float(drive["rated_torque"].value)
     else:

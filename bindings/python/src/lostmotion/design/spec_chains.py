@@ -1,4 +1,4 @@
-"""Radial and torsion chains of a search spec, as numbers that every drive of the search has."""
+"""Radial and torsion chains of a search spec, as values common to all drives of the search."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from lostmotion.structs import GENERATORS, make_drive
 
 
 def state_chains(out: Statements, variables: Variables, sign: int, rated_Nm: float) -> None:
-    """Members of the chains, as numbers of the drive in the middle of the ranges."""
+    """Members of the chains, as values of the drive in the middle of the ranges."""
     design = out.document.get("design", {})
     chains = {n: design[n] for n in ("radial_chain", "torsion_chain") if n in design}
     if not chains:

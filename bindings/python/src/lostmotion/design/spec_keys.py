@@ -1,4 +1,4 @@
-"""Keys and limits of a search: the name that the optimizer has for each, its unit, its values."""
+"""Keys and limits of a search: their names, units and values in the optimizer."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def tooth_counts() -> tuple[int, int]:
 
 
 def find_key(file: str, table: str, written: str) -> tuple[str, float]:
-    """Name of a key as the search counts it, and its unit in the file's unit."""
+    """Name of a key in the search, and its unit in the unit of the file."""
     place = f"search.{table}.{written}"
     if re.fullmatch(r"tolerance\.\d+\.(it_)?grade", written):
         return written.replace("it_grade", "grade"), 1.0
@@ -95,7 +95,7 @@ def find_key(file: str, table: str, written: str) -> tuple[str, float]:
 
 
 def find_limit(file: str, place: str, written: str, names: Sequence[str]) -> tuple[str, float]:
-    """Name of a limit, and the file's unit in the limit's own."""
+    """Name of a limit, and the unit of the file in that of the limit."""
     base, suffix = split_limit(written)
     unit = units.parse_unit(suffix)
     for name in names:
@@ -114,13 +114,13 @@ def find_limit(file: str, place: str, written: str, names: Sequence[str]) -> tup
 
 
 def split_limit(name: str) -> tuple[str, str]:
-    """Split a limit into what it limits and its unit; "min" is no minute there."""
+    """Split a limit into quantity and unit; "min" does not mean minutes there."""
     match = re.fullmatch(r"(.*_(?:min|max))_(.*)", name)
     return (match[1], match[2]) if match else (name, "")
 
 
 def read_value(file: str, place: str, name: str, scale: float, value: Any) -> float:
-    """Read a number, or a name that stands for one, in the unit of the search."""
+    """Read a number, or a name that represents one, in the unit of the search."""
     if name in NAMED:
         names = NAMED[name]
         if value not in names:
@@ -139,7 +139,7 @@ def read_value(file: str, place: str, name: str, scale: float, value: Any) -> fl
 
 
 def one_value(file: str, place: str, name: str, scale: float, value: Any) -> float:
-    """Read a value that is not the end of a range."""
+    """Read a value that is not a bound of a range."""
     number = read_value(file, place, name, scale, value)
     if name in WHOLE and number % WHOLE[name][1] != 0:
         raise InputError(file, place, as_in_file(value), WHOLE[name][0])
@@ -147,7 +147,7 @@ def one_value(file: str, place: str, name: str, scale: float, value: Any) -> flo
 
 
 def word(name: str, value: float) -> object:
-    """Write a value as the optimizer reads it."""
+    """Write a value for the optimizer."""
     if name in NAMED:
         return NAMED[name][int(value)]
     return int(value) if value == int(value) and abs(value) < 1e9 else value

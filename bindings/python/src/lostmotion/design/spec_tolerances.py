@@ -1,4 +1,4 @@
-"""Tolerances of a search spec, as links that the optimizer can price and vary."""
+"""Tolerances of a search spec, as links with costs and variables for the optimizer."""
 
 from __future__ import annotations
 
@@ -46,24 +46,24 @@ KEPT = ("kind", "name", "zone", "distribution", "influence", "diameter", "cost_w
 
 @dataclass(frozen=True)
 class ToleranceLink:
-    """One link as a spec states it, in mm.
+    """One link of a spec, in mm.
 
     Attributes
     ----------
     index : int
-        Of the entry of the spec that it comes from.
+        Index of its entry in the spec.
     kept : dict
-        What goes into a drive file as it is.
+        Keys that are copied unchanged to a drive file.
     nominal_mm : float
         0: the pitch diameter of the flexspline.
     offset_mm : float
         Fundamental deviation as a number.
     letter : str
-        Of the tolerance class; empty where there is none.
+        Letter of the tolerance class; empty if none.
     deviations_mm : tuple of float or None
-        Where the spec states both.
+        Both deviations, if the spec states them.
     placed : bool
-        Whether the spec states the position of the field, which a drive file cannot.
+        Whether the spec states the position of the field, which a drive file cannot express.
     """
 
     index: int
@@ -76,7 +76,7 @@ class ToleranceLink:
 
 
 def read_tolerances(out: Statements, variables: Variables) -> list[ToleranceLink]:
-    """State the tolerances of a spec; returns its links, a fit and a gear being two."""
+    """State the tolerances of a spec; returns its links (two for a fit and for a gear)."""
     design = out.document.get("design", {})
     known = ("tolerance", "radial_chain", "torsion_chain")
     if not isinstance(design, Mapping):
@@ -188,7 +188,7 @@ def state_tolerance(
 
 
 def read_feature_class(out: Statements, feature: Entry) -> ToleranceClass:
-    """Read the tolerance class of a hole or a shaft that states nothing besides its grade."""
+    """Read the tolerance class of a hole or a shaft that states only its grade in addition."""
     stated = feature.values["tolerance_class"]
     beside = ("lower", "upper", "fundamental_deviation", "position")
     others = [name for name in beside if name in feature.values]
@@ -212,9 +212,9 @@ def grades_of(out: Statements, variables: Variables, grade: str) -> list[int]:
 def place_class(
     out: Statements, stated: TableEntry, letter: str, nominal: float, grades: Sequence[int]
 ) -> tuple[float, float]:
-    """Offset in mm and position in fields of a letter that hold for all its grades.
+    """Offset in mm and position in fields of a letter, valid for all its grades.
 
-    One end of the field stands still, or its middle.
+    One end of the field is constant, or its middle.
     """
     try:
         found = [limit_deviations(ToleranceClass(letter, grade), nominal) for grade in grades]

@@ -1,4 +1,4 @@
-"""Where a designer would start without a search: textbook values for the variables of a spec."""
+"""Start without a search: textbook values for the variables of a spec."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class Start:
 def starts_of(designs: Designs, spec: Spec, combination: int, best: Any) -> tuple[Start, ...]:
     """Textbook start of a combination, in three forms.
 
-    As it stands, with its smallest gap closed, and with the tolerance grades of the best design
-    too. What [search.start] says goes first; a variable that neither it nor a book names is taken
-    in the middle of its range. Nothing when the model refuses it.
+    Unchanged, with its smallest gap closed, and also with the tolerance grades of the best design.
+    Values of [search.start] take precedence; a variable without a textbook value is set to the
+    middle of its range. Empty if the model refuses it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Beginning a search with the designs that an earlier one left."""
+"""Start a search from the designs of an earlier one."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ ROUNDING = 1e-9
 
 
 def begin_with(out: Statements, folder: str) -> None:
-    """Begin with the front of an earlier search, as far as it lies in this one's ranges.
+    """Start with the front of an earlier search, as far as it is within the ranges of this one.
 
-    Where that search found nothing, with the design that came nearest.
+    If that search found no design, start with the nearest point.
     """
     place = "search.start_from"
     front = Path(out.file).parent / folder / FRONT
@@ -58,7 +58,7 @@ def begin_with(out: Statements, folder: str) -> None:
 def read_front(
     out: Statements, place: str, front: Path
 ) -> tuple[Sequence[str], list[dict[str, Any]]]:
-    """Columns and rows of the designs that a search left."""
+    """Columns and rows of the designs of a search."""
     expected = f"the folder of a search, with its {FRONT}"
     try:
         found = "no file" if not front.is_file() else ""

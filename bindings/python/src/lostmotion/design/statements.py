@@ -1,7 +1,7 @@
-"""Statements for the optimizer, each with the key of the spec that it came from.
+"""Statements for the optimizer, each with its key in the spec.
 
-The optimizer reads one statement a line (``optimizer/spec.h``) and checks the whole. What it
-refuses is stated in the words of the file.
+The optimizer reads one statement per line (``optimizer/spec.h``) and checks them. Its errors are
+reported in terms of the file.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lostmotion.keys import as_in_file
 
 
 class Statements:
-    """What is said to the optimizer, and what was assumed where the file is silent.
+    """Statements for the optimizer, and values assumed for keys that the file does not state.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Statements:
     document : mapping
         Tables of the file.
     lines, origins : list of str
-        Statements, and the key that each came from.
+        Statements, and the key of each.
     assumed : dict
         By dotted key.
     """
@@ -48,11 +48,11 @@ class Statements:
         self.origins.append(origin)
 
     def assume(self, key: str, value: Any) -> None:
-        """Note what was taken where the file is silent."""
+        """Record a value assumed for a key that the file does not state."""
         self.assumed[key] = value
 
     def table(self, name: str) -> Mapping[str, Any]:
-        """Return a table of [search]; an empty one where there is none."""
+        """Return a table of [search]; empty if there is none."""
         table = self.document["search"].get(name, {})
         if not isinstance(table, Mapping):
             raise self.refuse(f"search.{name}", as_in_file(table), f"a table [search.{name}]")
@@ -64,7 +64,7 @@ class Statements:
         return "\n".join(self.lines) + "\n"
 
     def check(self, said: Mapping[str, str]) -> None:
-        """Let the optimizer read the text.
+        """Let the optimizer parse the text.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
-"""One task of a search as bytes, so that any executor can do it anywhere.
+"""One task of a search as bytes, so that any executor can run it.
 
-The answer depends on the spec and the task alone. Worker and client must have the same build of the
-package, which the sizes of the structs and the version say.
+The answer depends only on the spec and the task. Worker and client must have the same build of the
+package, identified by version and struct sizes.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ def prepared(text: str) -> Any:
 
 
 def build_mark() -> tuple[str, int, int]:
-    """What client and worker must have in common."""
+    """Identification of the build, which must be equal on client and worker."""
     ffi, _ = engine()
     return __version__, ffi.sizeof("lm_task"), ffi.sizeof("lm_answer")
 
 
 def do_task(text: str, task: bytes, mark: tuple[str, int, int]) -> bytes:
-    """Do a task.
+    """Run a task.
 
     Parameters
     ----------
     text : str
-        The spec as the optimizer reads it.
+        Spec in the format of the optimizer.
     task : bytes
         An `lm_task`.
     mark : tuple
@@ -46,7 +46,7 @@ def do_task(text: str, task: bytes, mark: tuple[str, int, int]) -> bytes:
     Returns
     -------
     bytes
-        The `lm_answer`, without the places of its list that hold nothing.
+        The `lm_answer`, without unused entries of its list.
     """
     if tuple(mark) != build_mark():
         raise LostMotionError(

@@ -1,14 +1,14 @@
-"""A drive of textbook proportions: where a designer starts, and a drive file with every key.
+"""A drive of textbook proportions: start of a design, and a drive file with every key.
 
 Internal teeth deformed outwards: Ivanov's recommendations, x1 = 3 + 0.01 z1, w0/m = 0.89 + 8e-5 z1,
 x2 = x1 - 1 + (w0/m)(1 + 5e-5 z1 w0/m), engagement depth 4 w0/m - 2.48 - (4.6 - 4 w0/m) 1e-4 z1.
 A ring wave generator about internal teeth: x = 3 and 3.05, w0/m = 0.95, depth 1.2, the published
-reference of that kind. What the books leave open has the values of `USUAL`.
+reference of that kind. Values not given in the books are those of `USUAL`.
 
-The books are planar. In a cup the deflection grows towards the open end, so teeth that clear each
-other in the middle interfere at the edges of the face: `textbook_drive` reduces the engagement
-depth, opens the shift and thins the rim until the checks are kept at both edges, as far as they
-can be.
+The books use a planar model. In a cup the deflection grows towards the open end, so teeth with
+clearance in the middle interfere at the edges of the face: `textbook_drive` reduces the engagement
+depth, increases the shift and reduces the rim thickness until the checks pass at both edges, as far
+as possible.
 """
 
 from __future__ import annotations
@@ -116,28 +116,28 @@ def textbook_drive(
     name: str = "",
     rated_torque_Nm: float | None = None,
 ) -> tuple[dict[str, Any], list[Check]]:
-    """Return the document of a drive of textbook proportions, and the checks that it breaks.
+    """Return the document of a drive of textbook proportions, and the checks that fail.
 
     Parameters
     ----------
     size : float
         As in catalogues: the pitch diameter is 2.5 mm times it.
     ratio : int
-        Input turns for one output turn, the flexspline (or with a ring the rigid gear) turning the
-        output.
+        Input turns for one output turn; the flexspline is the output, or with a ring the rigid
+        gear.
     generator : str
         One of `GENERATORS`.
     name : str
         Of the drive.
     rated_torque_Nm : float, optional
-        By default that of catalogues, by the cube of the diameter.
+        By default the catalogue value for the cube of the diameter.
 
     Returns
     -------
     document : dict
         Tables of a drive file.
     broken : list of Check
-        Those that no change of engagement depth, shift and rim thickness mends.
+        Checks that no change of engagement depth, shift and rim thickness satisfies.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def textbook_drive(
 
 
 def _mend(document: dict[str, Any]) -> None:
-    """Change depth, shift, rim, cup and rollers until form radius, gaps and fatigue are kept."""
+    """Change depth, shift, rim, cup and rollers until form radius, gaps and fatigue pass."""
     design = document["design"]
     teeth, rim = design["teeth"], design["flexspline"]
     shift = "flexspline_shift" if teeth["deformation"] == "external" else "rigid_shift"
@@ -221,7 +221,7 @@ def _mend(document: dict[str, Any]) -> None:
 
 
 def _nearest(margin: Callable[[float], float], start: float, end: float) -> None:
-    """Leave a value as near to `start` as keeps the check; `end` where none does."""
+    """Return the value nearest to `start` that passes the check; `end` if none does."""
     if margin(start) >= 0:
         return
     kept, broken = end, start
@@ -234,9 +234,9 @@ def _nearest(margin: Callable[[float], float], start: float, end: float) -> None
 
 
 def annotated_drive_file(document: dict[str, Any], heading: str) -> str:
-    """Write a drive file in which every key of a design stands with its range and its meaning.
+    """Write a drive file with every key of a design, its range and its meaning.
 
-    Keys that the document leaves open stand as comments, with what they are taken to be.
+    Keys that the document does not state are comments with their default values.
     """
     drive = parse_drive(document)
     taken = design_model(drive).defaults()
@@ -258,7 +258,7 @@ def annotated_drive_file(document: dict[str, Any], heading: str) -> str:
 
 
 def _allowed(key: DesignKey) -> str:
-    """Describe what a key may be."""
+    """Describe the permitted values of a key."""
     if key.kind == "choice":
         return "one of " + ", ".join(key.choices)
     return "true or false" if key.kind == "switch" else key.range
@@ -278,12 +278,12 @@ def parse_words(words: list[str]) -> tuple[float, int, str, str]:
     Returns
     -------
     size, ratio, generator, name
-        Where a word is left out: 20, 100, "discs", and nothing.
+        Defaults for missing words: 20, 100, "discs", and an empty name.
 
     Raises
     ------
     InputError
-        For a word twice, or a size or ratio that is no number.
+        For a repeated word, or a size or ratio that is not a number.
     """
     found: dict[str, str] = {}
     for word in words:

@@ -1,4 +1,4 @@
-"""Variables of a search: what of a design is fixed, what varies between which ends."""
+"""Variables of a search: fixed values, ranges and choices of a design."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ CHOICE = "{choose = [..]}"
 
 
 class Variables:
-    """What the drives of a search have in common, and where they differ.
+    """Common and varied values of the drives of a search.
 
     Parameters
     ----------
     out : Statements
     ratio : tuple of float or None
-        Window of the ratio's size; None where any will do.
+        Range of the magnitude of the ratio; None if unrestricted.
     turns : bool
         Whether the rigid gear is the output.
 
     Attributes
     ----------
     values : dict
-        Of one drive of the search, from which others are derived, by dotted key.
+        Values of one drive of the search, from which others are derived, by dotted key.
     said : dict
         Place in the file of each dotted key.
     """
@@ -81,7 +81,7 @@ class Variables:
         return self.values[MODULE] * self.values[TEETH]
 
     def read(self) -> None:
-        """Read [search.fixed] and [search.range], and state what they leave open."""
+        """Read [search.fixed] and [search.range], and state defaults for the rest."""
         self.check_turning()
         for name in ("fixed", "range"):
             for key, value in self.out.table(name).items():
@@ -149,7 +149,7 @@ class Variables:
         self.out.say(place, kind, name, word(name, low), word(name, high))
 
     def teeth_in_window(self, place: str, numbers: Sequence[float]) -> list[float]:
-        """Keep the numbers of teeth whose ratio lies in the window."""
+        """Keep the numbers of teeth whose ratio is in the range."""
         if self.ratio is None:
             kept = list(numbers)
         else:
@@ -161,7 +161,7 @@ class Variables:
         return kept
 
     def turning(self, teeth: float) -> float:
-        """Teeth of the gear that is the output."""
+        """Number of teeth of the output gear."""
         external = self.external()
         return teeth + (-2 if external else 2) if self.turns else teeth
 
@@ -177,14 +177,14 @@ class Variables:
         return self.deformations() == ["external"]
 
     def check_turning(self) -> None:
-        """Refuse a window of ratios where the same teeth have two of them."""
+        """Refuse a range of ratios in which the same teeth have two ratios."""
         if self.turns and self.ratio is not None and len(self.deformations()) > 1:
             place = f"search.range.{DEFORMATION}"
             expected = "one: where the rigid gear turns, its teeth and the ratio follow from it"
             raise self.out.refuse(place, "both deformations and a ratio", expected)
 
     def fill_open(self) -> None:
-        """State what the file leaves open and the search cannot do without."""
+        """State defaults that the search requires and the file does not state."""
         if MODULE not in self.values:
             expected = "it in [search.fixed] or [search.range]"
             raise self.out.refuse(f"search.fixed.{MODULE}", "nothing", expected)
@@ -222,14 +222,14 @@ class Variables:
             self.values[DEFLECTION_MODULES] = 1.0
 
     def is_assumed(self, written: str, value: Any) -> bool:
-        """Whether a fixed value is one that every drive of a search has."""
+        """Whether a fixed value is the one assumed for all drives of a search."""
         if written == RIGID_TEETH:
             return True
         base = units.split_unit(written)[0]
         return base in ASSUMED and value is not None and value == ASSUMED[base]
 
     def check_rigid_teeth(self) -> None:
-        """Refuse a number of teeth of the rigid gear that the flexspline's does not give."""
+        """Refuse a number of rigid gear teeth that does not match the flexspline."""
         found = self.out.table("fixed").get(RIGID_TEETH)
         if found is None:
             return
@@ -242,7 +242,7 @@ class Variables:
 
 
 def is_pair(value: Any) -> bool:
-    """Whether a value of the file is two finite numbers."""
+    """Whether a value of the file is a pair of finite numbers."""
     return (
         isinstance(value, list)
         and len(value) == 2

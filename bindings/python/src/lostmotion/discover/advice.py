@@ -35,14 +35,14 @@ def advise(
     at_bound: Mapping[str, Sequence[str]],
     harmful: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> str:
-    """Describe what to do next, of recordings that can be repeated.
+    """Recommend the next step for recordings that can be repeated.
 
     Parameters
     ----------
     at_bound : mapping
-        Estimated values that stand at a bound, by effect: such an effect is not recommended.
+        Estimated values at a bound, by effect: such an effect is not recommended.
     harmful : mapping
-        What `ladder.harms` says of effects: one that makes a prediction worse is not, either.
+        Result of `ladder.harms`: an effect that makes a prediction worse is not recommended either.
     """
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: repeat the plan."
@@ -91,7 +91,7 @@ def why_not(at_bound: Sequence[str] | None, harmful: Sequence[Mapping[str, Any]]
 
 
 def advise_merged(found: Conclusion, runs: int, alone: Sequence[Mapping[str, Any]]) -> str:
-    """Describe what to do next, of evidence; `alone` is what each campaign said by itself."""
+    """Recommend the next step for merged evidence; `alone` has the result of each campaign."""
     if runs < rules.RUNS_LEAST:
         return f"{too_few(runs)}: add evidence."
     if found.odd is not None:

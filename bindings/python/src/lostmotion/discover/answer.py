@@ -1,4 +1,4 @@
-"""The answer of a diagnosis: its parts, ready for JSON."""
+"""The answer of a diagnosis: its parts, for JSON."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass
 class Diagnosis(WhitenedResult):
-    """The answer of `diagnose`; `answer` gives it ready for JSON."""
+    """The result of `diagnose`; `answer` returns it for JSON."""
 
     verdict: str
     effects: list[str]
@@ -64,7 +64,7 @@ class Diagnosis(WhitenedResult):
     """
 
     def __repr__(self) -> str:
-        """Describe what came out; what it was found with fills screens."""
+        """Summarise the result without the underlying data."""
         names = f" {', '.join(self.effects)}" if self.effects else ""
         first, last = self.ladder[0], self.ladder[-1]
         return (
@@ -74,7 +74,7 @@ class Diagnosis(WhitenedResult):
         )
 
     def fitted_base(self) -> BaselineModel:
-        """Give the model with all that was found, fitted for all runs together."""
+        """Return the model with all effects found, fitted to all runs together."""
         if not self.models:
             raise InputError(
                 "diagnosis", "", "no model: it was made from saved evidence", "recordings"
@@ -82,7 +82,7 @@ class Diagnosis(WhitenedResult):
         return self.models[-1]
 
     def errors_by_name(self) -> dict[str, float]:
-        """Standard errors of the values of effects that were found, by the names of these."""
+        """Standard errors of the values of the effects found, by name."""
         return {
             f"{candidate['name']}.{name}": error
             for candidate in self.candidates
@@ -91,11 +91,11 @@ class Diagnosis(WhitenedResult):
         }
 
     def plot_ladder(self) -> Any:
-        """Draw how the error falls with each effect; a Plotly figure."""
+        """Plot the error after each effect (Plotly figure)."""
         return figures.ladder(self.ladder, self.noise_floor_arcsec)
 
     def answer(self) -> dict[str, Any]:
-        """Return the answer, ready for JSON."""
+        """Return the answer for JSON."""
         return {
             "schema": "lostmotion.diagnosis/1",
             "verdict": self.verdict,
@@ -112,12 +112,12 @@ class Diagnosis(WhitenedResult):
 
 
 def shapes_of(base: BaselineModel) -> list[Additive]:
-    """Shapes without a name in a baseline model, events left out."""
+    """Unnamed shapes in a baseline model, without events."""
     return [added for added in base.additives if not added.name.startswith(EVENT_NAME)]
 
 
 def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -> dict[str, Any]:
-    """Make the entry of teeth that slipped among the candidates."""
+    """Make the candidate entry of slipped teeth."""
     term = settled.base.terms[place]
     contest, name = contest_of_term(settled, place)
     result = contest.test(name)
@@ -128,7 +128,7 @@ def of_slip(settled: Settled, place: int, rung: Mapping[str, Any], step: Step) -
 
 
 def told_slips(base: BaselineModel, place: int, within: float) -> list[dict[str, Any]]:
-    """Say in which runs and at which moments teeth slipped."""
+    """List runs and times at which teeth slipped."""
     c, term = base.conditions, base.terms[place]
     found = []
     for row, size_rad in slips_of(c, term.effect, term.values).items():
@@ -139,7 +139,7 @@ def told_slips(base: BaselineModel, place: int, within: float) -> list[dict[str,
 
 
 def make_ladder(models: Sequence[BaselineModel], found: Conclusion) -> list[dict[str, Any]]:
-    """Errors of the baseline model and after each term, and the verdict on each effect."""
+    """Errors of the baseline model and after each term, with the verdict on each effect."""
     ladder = told(
         make_rungs(models),
         [
@@ -187,7 +187,7 @@ def entry(
     effect : Effect
     values : ndarray
     heldout_rms_arcsec : float
-        Leave-one-run-out error of the model with it, or of the last one.
+        Leave-one-run-out error of the model with it, or of the last model.
     gain : float
         Leave-one-run-out gain, nats.
     p : float
@@ -219,7 +219,7 @@ def list_candidates(
 ) -> list[dict[str, Any]]:
     """List every effect: strongest first, then those that are not testable.
 
-    Those that were found have the values of the stepwise fit, as `fit` prints them.
+    The effects found have the values of the stepwise fit, as printed by `fit`.
     """
     out: list[dict[str, Any]] = []
     present = {term.effect.name: term for term in stepwise.model.terms}
@@ -286,13 +286,13 @@ def list_candidates(
 
 
 def not_fitted(effect: Effect) -> list[str]:
-    """Names of the values that a fit leaves as they are, but for those that are given."""
+    """Names of the values that a fit does not change, except those that are given."""
     free = effect.free()
     return [v.name for i, v in enumerate(effect.values) if v.role != "given" and i not in free]
 
 
 def plausible(effect: Effect, values: FloatArray) -> bool:
-    """Whether the values are such as drives have: within bounds, and not far beyond typical."""
+    """Whether the values are plausible: within bounds, and not far beyond typical values."""
     if effect.against_its_name(values) is not None:
         return False
     for value, x in zip(effect.values, values, strict=True):

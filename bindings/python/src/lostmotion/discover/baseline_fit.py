@@ -36,7 +36,7 @@ class BaselineFit:
 
     @property
     def base(self) -> BaselineModel:
-        """In the form that was chosen."""
+        """Baseline model in the chosen form."""
         return self.chosen.base
 
 
@@ -48,9 +48,9 @@ def fit_baseline(
     *,
     rows: npt.NDArray[np.bool_] | None = None,
 ) -> BaselineFit:
-    """Fit a baseline model: outliers are set aside, and its form is chosen.
+    """Fit a baseline model: set outliers aside and choose its form.
 
-    `compare`, `diagnose` and `fit` begin with it, so that they have the same baseline model.
+    `compare`, `diagnose` and `fit` start with it, so that they have the same baseline model.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def fit_baseline(
     ratio : float
         Of the drive.
     form : str, optional
-        To be used, whatever the runs say.
+        Form to be used instead of choosing one.
     rows : ndarray of bool, optional
         Samples that are fitted, whole runs.
     """
@@ -76,10 +76,10 @@ def finish_baseline(
     *,
     rows: npt.NDArray[np.bool_] | None = None,
 ) -> BaselineFit:
-    """Do what `fit_baseline` does behind the first fit.
+    """Complete `fit_baseline` after the first fit.
 
-    Where runs are only predicted nothing of them is set aside, and fewer than `rules.RUNS_LEAST`
-    others do not identify one more form, as they do not identify an effect.
+    In runs that are only predicted no outliers are set aside. Fewer than `rules.RUNS_LEAST` other
+    runs do not identify another form, as they do not identify an effect.
     """
     outliers = clean_outliers(base) if rows is None else 0
     if outliers:
@@ -93,12 +93,12 @@ def finish_baseline(
 def form_beside_effects(
     fitted: BaselineFit, found: BaselineModel, effects: Mapping[str, Effect], ratio: float
 ) -> BaselineModel | None:
-    """Choose the form again, beside the effects that were found or added.
+    """Choose the form again, with the effects found or added in the model.
 
     Returns
     -------
     BaselineModel or None
-        The baseline model in that form; None where it keeps its form, or that was stated.
+        The baseline model in that form; None if its form is kept or was stated.
     """
     if len(fitted.chosen.tried) < 2:
         return None

@@ -1,19 +1,18 @@
 """The form of the baseline model, chosen before anything is named.
 
-Every form of the hysteresis (`lostmotion.friction`) predicts runs that it has not been fitted to;
-one that consists of others is tried where one of these helps. A richer form than operators of
-constant width in parallel with the spring is taken where
+Every form of the hysteresis (`lostmotion.friction`) is cross-validated by runs; a combination of
+forms is tried if one of its parts lowers the error. A richer form than operators of constant width
+in parallel with the spring is selected if
 
-- runs confirm it (`gates.told_apart`, of their errors as they are left out one by one): fewer than
-  `rules.RUNS_LEAST` confirm nothing, and no form is tried;
-- it is what the error comes from: of the residual above the measurement noise it takes at least
-  `rules.FORM_EXPLAINS`. What takes less may be an effect that is missing, whose form the operators
-  resemble, and is left to the contest;
-- no effect of the library that is hysteresis itself does as well beside constant width.
+- runs confirm it (`gates.told_apart`, of their leave-one-run-out errors): with fewer than
+`rules.RUNS_LEAST` runs no form is tried;
+- it explains at least `rules.FORM_EXPLAINS` of the residual above the measurement noise. A form
+that explains less may imitate a missing effect and is left to the contest;
+- no hysteresis effect of the library does as well in addition to constant width.
 
-Of the forms that do, the one with the fewest values is taken that none of the others beats by
-`rules.SHAPE_AFTER_NAMED` of the noise. What an effect does that is missing hides how much of the
-rest is the form's: the form is chosen again beside what a selection has found (`form_beside`).
+Of these forms, the one with the fewest values is selected that no other beats by
+`rules.SHAPE_AFTER_NAMED` of the noise. A missing effect hides how much of the residual is due to
+the form: the form is chosen again with the effects found in the model (`form_beside`).
 """
 
 from __future__ import annotations
@@ -58,13 +57,13 @@ class Tried:
 
     @property
     def mean_square(self) -> float:
-        """Of the runs left out one by one, arc seconds squared."""
+        """Leave-one-run-out mean square, arc seconds squared."""
         return float(self.by_run.sum())
 
 
 @dataclass
 class ChosenForm:
-    """The form that was chosen, and how the others did."""
+    """The chosen form, and the errors of the others."""
 
     base: BaselineModel
     form: Friction
@@ -74,14 +73,14 @@ class ChosenForm:
 def tried(
     base: BaselineModel, rows: npt.NDArray[np.bool_] | None = None, refits: bool = False
 ) -> Tried:
-    """Predict every run by a fit to the others; with a single run its halves.
+    """Predict every run by a fit to the others; a single run by halves.
 
     Parameters
     ----------
     rows : ndarray of bool, optional
-        Samples that were fitted; runs outside them are predicted, and do not judge.
+        Samples that were fitted; runs outside are predicted and not used for the choice.
     refits : bool
-        See `held_out_residual`; forms are compared without.
+        See `held_out_residual`; forms are compared without refits.
     """
     c = base.conditions
     starts = c.starts if c.runs > 1 else np.array([0, c.rows // 2, c.rows])
@@ -94,7 +93,7 @@ def tried(
 
 
 def better(one: Tried, other: Tried) -> bool:
-    """Whether the runs confirm that the one predicts better than the other."""
+    """Whether the runs show that the first predicts significantly better than the second."""
     seen = other.by_run > 0
     return told_apart(other.by_run[seen], one.by_run[seen])
 
@@ -113,7 +112,7 @@ def choose_form(
     Parameters
     ----------
     base : BaselineModel
-        Fitted. One that has more than friction in parallel or in series alone (of a fitted drive
+        Fitted. A model with more than friction in parallel or in series alone (from a fitted drive
         file) keeps its form.
     effects : mapping
         That may be missing.
@@ -124,8 +123,8 @@ def choose_form(
     rows : ndarray of bool, optional
         Samples that were fitted, whole runs.
     rival : Tried, optional
-        Several effects that explain the same without another form: it must not predict better. By
-        default one effect that is hysteresis, which must predict worse.
+        Several effects that explain the same without another form; they must not predict better. By
+        default one hysteresis effect, which must predict worse.
     """
     given = friction_form(base)
     if form is not None or len(PARTS[given]) > 1:
@@ -178,7 +177,7 @@ def hysteresis_effect(
     ratio: float,
     rows: npt.NDArray[np.bool_] | None,
 ) -> Tried | None:
-    """Fit the effects that are hysteresis themselves, each from all its starts: the best."""
+    """Fit the hysteresis effects, each from all its starts; returns the best."""
     best: Tried | None = None
     for effect in effects.values():
         if not effect.is_hysteresis:
@@ -196,14 +195,15 @@ def hysteresis_effect(
 def form_beside(
     base: BaselineModel, found: BaselineModel, effects: Mapping[str, Effect], ratio: float
 ) -> Friction:
-    """Choose the form beside the effects that were found.
+    """Choose the form with the effects found in the model.
 
-    Effects of the torque alone may have stood in for the form: all of them together are its rival.
+    Effects that depend on the torque alone may have imitated the form: all of them together are its
+    rival.
 
     Parameters
     ----------
     base : BaselineModel
-        With operators of constant width in parallel, as it was fitted before anything was found.
+        With operators of constant width in parallel, as fitted before any effect was found.
     found : BaselineModel
         With the effects.
     """

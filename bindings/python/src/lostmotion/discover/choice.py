@@ -1,4 +1,4 @@
-"""The choice of a round: which candidate is missing most, or none, and what could be it instead."""
+"""The choice of a round: the strongest missing candidate, or none, and its rivals."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Step:
         Of every candidate, strongest first.
     selected : Contender or None
     contenders : list of Contender
-        What was tried in the model.
+        Candidates that were tried in the model.
     rivals : list of str
-        Effects that these data do not tell from the selected one.
+        Effects that these data do not separate from the selected one.
     least_arcsec : float
-        Least size of an effect that counted.
+        Least size at which an effect counts.
     """
 
     round: ContestRound
@@ -44,7 +44,7 @@ class Step:
 def choose(
     model: GrowingModel, current: ContestRound, results: list[Result], limits: LeastSizes
 ) -> Step:
-    """Find the candidate that is missing most, or none."""
+    """Find the strongest missing candidate, or none."""
     paid = paid_by_kind(current)
     contenders, rejected = try_shortlist(model, current, results, limits, paid)
     confirmed = [c for c in contenders if c.passes]
@@ -88,13 +88,13 @@ def try_shortlist(
     limits: LeastSizes,
     paid: Mapping[str, int],
 ) -> tuple[list[Contender], set[str]]:
-    """Try the shortlist in the model, and the reserve behind it as long as nothing passes.
+    """Try the shortlist in the model, then the reserve until one passes.
 
     Returns
     -------
     contenders : list of Contender
     rejected : set of str
-        Candidates that did not pass, and must not hide the weaker ones behind them.
+        Candidates that did not pass, so that they do not hide weaker ones.
     """
     passed = find_leads(current, results, paid, limits)
     shortlist = strongest(passed)
@@ -126,7 +126,7 @@ def try_shortlist(
 
 
 def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) -> Contender | None:
-    """Put a candidate into the model, and state whether it passes there; `count` tests are paid."""
+    """Put a candidate into the model, and return whether it passes, corrected for `count` tests."""
     contender = model.with_candidate(lead)
     if contender is None:
         return None
@@ -145,7 +145,7 @@ def try_lead(model: GrowingModel, lead: Lead, limits: LeastSizes, count: int) ->
 
 
 def best_starts(contenders: list[Contender]) -> list[Contender]:
-    """Of several starts of a candidate the one that came to most, those that pass first."""
+    """Of several starts of a candidate, the one that explains most; passing starts first."""
     best: dict[str, Contender] = {}
     for contender in contenders:
         rank = (contender.passes, contender.gain)
@@ -158,13 +158,13 @@ def best_starts(contenders: list[Contender]) -> list[Contender]:
 def of_use(
     model: GrowingModel, confirmed: list[Contender]
 ) -> tuple[list[Contender], list[Contender]]:
-    """Remove effects that would be named beside those in the model, and are of no use there.
+    """Remove effects that do not improve the prediction beyond those in the model.
 
-    The residual of an effect whose form is not exact can be spelled out by another one
-    within the runs that it is fitted to. The leave-one-run-out error decides: it has to
-    fall as by an effect of the least size. The one that would be selected is asked, then the next
-    one, until one is of use. Shapes state that a residual remains, not what it is: they are asked
-    where an effect was of no use, for they may be the same remainder without its name.
+    Another effect can imitate the residual of an effect of inexact form within the fitted runs.
+    Therefore the leave-one-run-out error must fall at least as by an effect of the least size. The
+    strongest effect is tested first, then the next one, until one improves the prediction. Shapes
+    are tested only after an effect has failed, because they may be the same residual without a
+    name.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def of_use(
 
 
 def simplest(contenders: list[Contender]) -> Contender | None:
-    """Find the one that gains most, or one with fewer values that does next to as well."""
+    """Find the one with the largest gain, or one with fewer values that is nearly as good."""
     best = max(contenders, key=lambda c: c.gain, default=None)
     if best is None:
         return None
@@ -192,7 +192,7 @@ def simplest(contenders: list[Contender]) -> Contender | None:
 
 
 def free_count(contender: Contender) -> int:
-    """Number of values that the fit of a candidate may move."""
+    """Number of values that the fit of a candidate estimates."""
     effect = contender.candidate.effect
     return contender.candidate.columns.shape[1] if effect is None else len(effect.free())
 
@@ -200,7 +200,7 @@ def free_count(contender: Contender) -> int:
 def effect_or_shape(
     current: ContestRound, effect: Contender | None, shape: Contender | None
 ) -> Contender | None:
-    """Decide between an effect and a shape: a clearly better one, unless it contains the effect."""
+    """Choose between effect and shape: a clearly better shape, unless it contains the effect."""
     if effect is None or shape is None or effect.gain >= rules.NAMED_SHARE * shape.gain:
         return effect or shape
     if shape.name in current.candidates:
@@ -217,7 +217,7 @@ def rivals(
     contenders: Sequence[Contender],
     selected: Contender,
 ) -> list[Result]:
-    """Named effects that these data do not tell from the selected one."""
+    """Named effects that these data do not separate from the selected one."""
     own = {c.name: c for c in contenders}
     out = []
     for result in results:

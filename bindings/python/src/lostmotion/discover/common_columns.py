@@ -1,10 +1,10 @@
-"""Gathering the evidence of a campaign on columns that mean the same in every campaign.
+"""Collect the evidence of a campaign in columns with the same meaning in every campaign.
 
-All columns are measured by the drive's rated torque and by fixed units here, not by the range of
-the recordings. Each campaign is linearised at its own baseline model, as it was fitted beside what
-the diagnosis found: fitted without, it would bend to what is missing, and its derivatives with it.
-Where the operators stood before a campaign is its own matter and is removed, and so are the
-sudden steps that were found in it.
+All columns are scaled by the rated torque of the drive and by fixed units, not by the range of the
+recordings. Each campaign is linearised at its own baseline model, fitted together with the effects
+found: without them, the baseline model and its derivatives would be biased by what is missing. The
+initial states of the operators belong to one campaign and are removed, as are the sudden steps
+found in it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ UNITS = {
 
 
 def common_base(base: BaselineModel, steps: int) -> BaselineModel:
-    """Put a baseline on the grid of the rated torque, its first sudden steps off the data."""
+    """Put a baseline model on the grid of the rated torque, without its first sudden steps."""
     other = base.copy()
     for step in other.additives[:steps]:
         other.measured = other.measured - step.columns @ step.coefficients
@@ -134,7 +134,7 @@ def gather_body(diagnosis: Diagnosis, effects: Mapping[str, Effect], ratio: floa
 
 
 def named_apart(event: Mapping[str, Any]) -> dict[str, Any]:
-    """An event by the name of its run: the number of that is another one in merged evidence."""
+    """An event by the label of its run, because run numbers change in merged evidence."""
     rest = {key: value for key, value in event.items() if key != "run_number"}
     return {**rest, "run": str(event["run"])}
 
@@ -142,9 +142,9 @@ def named_apart(event: Mapping[str, Any]) -> dict[str, Any]:
 def common_candidates(
     base: BaselineModel, effects: Mapping[str, Effect], ratio: float
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """Effects and shapes whose columns mean the same in every campaign.
+    """Effects and shapes whose columns have the same meaning in every campaign.
 
-    An effect stays in when its column is constant here: another campaign may have another value.
+    An effect is kept if its column is constant here: another campaign may have another value.
     """
     point = base.at()
     c = base.conditions
@@ -192,9 +192,9 @@ def common_candidates(
 
 
 def without_start(evidence: Evidence, places: Sequence[slice]) -> Evidence:
-    """Take the columns of the start states out of every run: they belong to one campaign.
+    """Remove the columns of the start states from every run: they belong to one campaign.
 
-    Those of the first session stay as zeros, the others go: every campaign has the same columns.
+    Those of the first session are kept as zeros, so that every campaign has the same columns.
     """
     s = np.concatenate([evidence.fixed[at] for at in places])
     prior = np.concatenate([evidence.precision[at] for at in places])

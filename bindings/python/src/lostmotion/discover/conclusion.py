@@ -1,4 +1,4 @@
-"""What the rounds of a selection come to: the verdict, the names, and what no effect explains."""
+"""Conclusion from the rounds of a selection: verdict, effects, and the unexplained part."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class Conclusion:
     ----------
     verdict : str
     shown : list of str
-        Effects that it shows.
+        Effects that the answer lists.
     names, rivals : list of str
-        Effects that are missing, and those that do as well as one of them.
+        Missing effects, and effects that explain the data as well as one of them.
     by_effect : dict
         Verdict, confidence and rivals of each effect that is missing, by its name.
     depends_on : list of dict
-        On what that depends which no effect explains.
+        Dependences of the unexplained part.
     odd : OddRuns or None
-        Runs that stand apart.
+        Outlier runs.
     unnamed : float
-        Mean square of what no effect explains, arc seconds squared.
+        Mean square of the unexplained part, arc seconds squared.
     """
 
     verdict: str
@@ -50,13 +50,13 @@ class Conclusion:
     def add_odd_runs(
         self, odd: OddRuns, size: float, least: float, labels: Sequence[int | str]
     ) -> None:
-        """State that runs stand apart, where what they do is large enough.
+        """Report outlier runs if their deviation is large enough.
 
         Parameters
         ----------
         odd : OddRuns
         size, least : float
-            What they do, and what counts, arc seconds.
+            Their size and the least size that counts, arc seconds.
         labels : sequence
             Of all runs.
         """
@@ -86,13 +86,12 @@ def conclude_rounds(
     ----------
     steps : sequence of Step
     taken : int
-        How many of them have changed the model: only these count; what a last one found beyond is
-        left over.
+        Number of rounds that changed the model; what a further round found is left over.
     runs : int
     present, names : sequence of str
-        Effects in the model, and those of them that are missing from the drive file.
+        Effects in the model, and those of them that the drive file does not have.
     nameless : bool
-        Whether the model has shapes without a name, or the recordings have sudden events.
+        Whether the model has unnamed shapes, or the recordings have sudden events.
     within : float
         Noise within runs, arc seconds.
     """
@@ -110,7 +109,7 @@ def conclude_rounds(
 
 
 def is_named(step: Step) -> bool:
-    """Whether a round has selected an effect that has a name."""
+    """Whether a round has selected a named effect."""
     return step.selected is not None and step.selected.candidate.named
 
 
@@ -128,10 +127,10 @@ def rung_of(step: Step, present: Sequence[str]) -> tuple[str, dict[str, Any], fl
 
 
 def minor_doubts(rungs: Sequence[tuple[str, dict[str, Any], float]], within: float) -> list[str]:
-    """Effects with rivals that are too small beside a certain one to make the answer doubtful.
+    """Effects with rivals that are too small to make the answer ambiguous.
 
-    As for a shape beside a named effect (`rules.SHAPE_AFTER_NAMED`): the certain one explains the
-    misfit, only not in every detail.
+    As for a shape after a named effect (`rules.SHAPE_AFTER_NAMED`): the certain effect explains the
+    misfit, except for details.
     """
     if not any(said["verdict"] == "missing-effect" for _, said, _ in rungs):
         return []
@@ -140,16 +139,16 @@ def minor_doubts(rungs: Sequence[tuple[str, dict[str, Any], float]], within: flo
 
 
 def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tuple[str, list[str]]:
-    """Decide the verdict, and the effects that it shows.
+    """Decide the verdict and the effects that it lists.
 
     Parameters
     ----------
     runs : int
         Runs that were judged.
     names, rivals : list of str
-        Effects that were found, and those that do as well as one of them.
+        Effects found, and effects that explain the data as well as one of them.
     nameless : bool
-        Whether a shape or an event without a name was found, too.
+        Whether an unnamed shape or an event was also found.
     """
     if runs < rules.RUNS_LEAST:
         return ("unexplained" if names or nameless else INCONCLUSIVE), []
@@ -161,7 +160,7 @@ def decide(runs: int, names: list[str], rivals: list[str], nameless: bool) -> tu
 
 
 def describe(step: Step) -> list[dict[str, Any]]:
-    """Say on what a shape without a name depends; on several things, where these are confounded."""
+    """Describe the dependence of an unnamed shape; several quantities if these are confounded."""
     if step.selected is None or step.selected.candidate.named:
         return []
     candidate, result = step.selected.candidate, step.selected.result

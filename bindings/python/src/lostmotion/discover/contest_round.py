@@ -1,4 +1,4 @@
-"""A round of the contest: the evidence of all candidates over a baseline model that is settled."""
+"""A round of the contest: the evidence of all candidates at a linearised baseline model."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ IntArray = npt.NDArray[np.intp]
 
 
 class Projector:
-    """What a model's columns leave of other columns, in plain arc seconds."""
+    """Residual of columns after projection on those of a model, unwhitened arc seconds."""
 
     def __init__(self, fixed: FloatArray) -> None:
         fixed = fixed - fixed.mean(axis=0)
@@ -40,7 +40,7 @@ class Projector:
         self.normal = self.fixed.T @ self.fixed + 1e-9 * np.eye(norm.size)
 
     def size(self, column: FloatArray) -> float:
-        """Root mean square of the rest of a column."""
+        """Root mean square of the residual of a column."""
         column = column - column.mean()
         taken = self.fixed @ np.linalg.solve(self.normal, self.fixed.T @ column)
         return float(np.sqrt(np.mean((column - taken) ** 2)))
@@ -48,18 +48,18 @@ class Projector:
 
 @dataclass
 class ContestRound(ABC):
-    """All candidates over a baseline model, with their evidence.
+    """All candidates at a baseline model, with their evidence.
 
     Attributes
     ----------
     contest : Contest
     candidates : dict
     closed : dict
-        From the name of an effect that is not testable to the reason.
+        Reasons of effects that are not testable, by name.
     form_arcsec : float
-        What the form of the baseline model is wrong by at best (`rules.FORM_SHARE`).
+        Least form error of the baseline model (`rules.FORM_SHARE`).
     judged : dict
-        Results of the blocks that were judged, by their places.
+        Results of the blocks that were tested, by their places.
     """
 
     contest: Contest
@@ -68,7 +68,7 @@ class ContestRound(ABC):
     form_arcsec: float
 
     def __post_init__(self) -> None:
-        """Each start of an effect is a block of its own, too."""
+        """Each start of an effect is also a separate block."""
         self.judged: dict[bytes, Result | None] = {}
         blocks = self.contest.evidence.blocks
         for candidate in self.candidates.values():
@@ -78,13 +78,13 @@ class ContestRound(ABC):
                 blocks[f"{candidate.name}#{start}"] = places[chosen]
 
     def unscaled(self, result: Result) -> FloatArray:
-        """Coefficients of the block that was judged, per unit of its columns."""
+        """Coefficients of the tested block, per unit of its columns."""
         evidence = self.contest.evidence
         return np.asarray(result.coefficients / evidence.scale[evidence.blocks[result.block]])
 
     @abstractmethod
     def size_of(self, result: Result) -> float:
-        """Root mean square, arc seconds, of what a candidate explains beside the model."""
+        """Root mean square, arc seconds, of what a candidate explains in addition to the model."""
 
     @abstractmethod
     def effects_within(self) -> list[tuple[Effect, IntArray]]:
@@ -93,13 +93,13 @@ class ContestRound(ABC):
 
 @dataclass
 class RecordedRound(ContestRound):
-    """A round over recordings: the columns themselves are at hand."""
+    """A round over recordings, with access to the columns."""
 
     settled: Settled
 
     @cached_property
     def projector(self) -> Projector:
-        """What the model, with all that is in it, leaves of other columns."""
+        """Projector on the complement of all columns of the model."""
         base = self.settled.base
         return Projector(base.fixed_columns(base.at()))
 
@@ -118,21 +118,21 @@ class RecordedRound(ContestRound):
 
 
 def swing_by_run(base: BaselineModel, point: Point) -> FloatArray:
-    """Root mean square of the baseline in every run about its mean there, arc seconds."""
+    """Root mean square of the baseline model in every run about its mean, arc seconds."""
     c = base.conditions
     swing = point.angle - c.run_mean(point.angle)[c.run_of]
     return np.asarray(np.sqrt(c.run_mean(swing**2)))
 
 
 def form_size(swing: FloatArray, rows: FloatArray) -> float:
-    """Least error of form of a baseline, from its swing in runs of so many samples."""
+    """Least form error of a baseline model, from its rms in runs of given lengths."""
     return rules.FORM_SHARE * float(np.sqrt(np.average(swing**2, weights=rows)))
 
 
 def make_candidates(
     base: BaselineModel, effects: Mapping[str, Effect], ratio: float, waves: Sequence[Candidate]
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """Named effects and shapes at the fitted baseline; the waves depend on the plan alone."""
+    """Named effects and shapes at the fitted baseline model; the waves depend only on the plan."""
     point = base.at()
     named, closed = named_candidates(effects, base, point, ratio)
     return [*named, *shapes.smooth_shapes(base, point), *waves, *ripples(base)], closed

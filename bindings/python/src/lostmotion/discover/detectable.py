@@ -1,4 +1,4 @@
-"""The smallest size of each effect that recordings, or a plan, would show."""
+"""The smallest detectable size of each effect for recordings or a plan."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ function of scipy (Boost) gives no number, and no drive an effect."""
 
 
 def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, Any], dict[str, str]]:
-    """Smallest size of each effect that would be found with probability `rules.POWER`.
+    """Smallest size of each effect that is detected with probability `rules.POWER`.
 
     Parameters
     ----------
@@ -36,10 +36,9 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
     Returns
     -------
     sizes : dict
-        From the name of an effect to the size; effects that the baseline model absorbs are left
-        out.
+        Sizes by effect, without effects that the baseline model absorbs.
     unreachable : dict
-        From the name of an effect that no size would show to the reason.
+        Reasons for effects that no size makes detectable, by effect.
     """
     out: dict[str, Any] = {}
     unreachable: dict[str, str] = {}
@@ -95,7 +94,7 @@ def detectable(contest_round: ContestRound, within: float) -> tuple[dict[str, An
 def noncentrality(rank: int, freedom: int, alpha: float) -> float | None:
     """Noncentrality at which the F test at level alpha has the wanted power.
 
-    None where no size has it: without a degree of freedom there is no test, and with one left a
+    None if no size reaches it: without a degree of freedom there is no test, and with only one a
     small alpha requires more than `NONCENTRALITY_MAX`.
     """
     if freedom < 1:

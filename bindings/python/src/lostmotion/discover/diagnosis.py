@@ -1,4 +1,4 @@
-"""The diagnosis: which effect is missing, which are confounded, and the residual."""
+"""The diagnosis: missing effects, confounded effects, and the residual."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ PIECES = 12
 
 
 def count_pieces(tick: Callable[[int, int], None]) -> Callable[[str], None]:
-    """Make a progress bar's ``tick(done, of)`` what `diagnose` calls with each piece of work."""
+    """Convert the ``tick(done, of)`` of a progress bar to the callback of `diagnose`."""
     done = 0
 
     def piece(_: str) -> None:
@@ -88,28 +88,28 @@ def diagnose(
     friction: Friction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Find the effects that a campaign's recordings show and the baseline model lacks.
+    """Find the effects that the recordings of a campaign show but the baseline model lacks.
 
     Parameters
     ----------
     drive : Drive or None
-        The drive; what its file says of a fit and of effects is in the model. None: `ratio` and
-        `rated_torque_Nm` state what is needed of it.
+        The drive; a fit and effects in its file become part of the model. None: `ratio` and
+        `rated_torque_Nm` must be given.
     campaign : Campaign
         Runs in the order in which they were made.
     ratio, rated_torque_Nm : float, optional
-        Of the drive, where none is given.
+        Ratio and rated torque if no drive is given.
     backbone : Backbone, optional
-        What the drive file says of the torsion curve: the start and a weak prior.
+        Torsion curve of the drive file, used as start and weak prior.
     effects : mapping, optional
         The effects that may be missing; by default those of the library.
     base : BaselineModel, optional
-        A baseline model made elsewhere, with terms in it already (of a fitted drive file).
+        An existing baseline model, possibly with terms (from a fitted drive file).
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
         Form of the hysteresis, see `lostmotion.friction`; by default by the leave-one-run-out
         error.
     progress : callable, optional
-        Called with the name of each piece of work when it is done.
+        Called with the name of each completed step.
 
     Returns
     -------
@@ -174,9 +174,9 @@ def _diagnose(
 
 @dataclass
 class Selected:
-    """A selection, the baseline model that it began with, and the outliers set aside for it.
+    """A selection, its initial baseline model, and the outliers set aside for it.
 
-    `stepwise` has the effects that it found, as `fit` would add them.
+    `stepwise` has the effects found, added as by `fit`.
     """
 
     base: BaselineModel
@@ -193,7 +193,7 @@ def select_with(
     friction: Friction | None,
     progress: Callable[[str], None] | None,
 ) -> Selected:
-    """Select beside the steps of early events: outliers first, then the form, then effects."""
+    """Select with early events in the model: outliers, then the form, then effects."""
     plain = with_steps(start, early)
     if early:
         plain.fit(steps=REFIT_STEPS)
@@ -212,7 +212,7 @@ def select_with(
 
 
 def add_found(selection: Selection, effects: Mapping[str, Effect], ratio: float) -> StepwiseFit:
-    """Add what a selection has found to the model that it began with, as `fit` does."""
+    """Add the effects of a selection to its initial model, as `fit` does."""
     base = selection.began_with
     found = [term.effect for term in selection.settled[-1].base.terms[len(base.terms) :]]
     return fit_stepwise(base, found, effects, ratio, selection.first)
@@ -221,10 +221,9 @@ def add_found(selection: Selection, effects: Mapping[str, Effect], ratio: float)
 def beside_what_was_found(
     selection: Selection, start: BaselineModel, early: list[Event]
 ) -> list[Event]:
-    """Keep the early events that are steps beside the effects, too, their own steps removed.
+    """Keep only the early events that remain steps when the effects are in the model.
 
-    What an effect does where the motion turns round looks like a step to a baseline model without
-    it.
+    An effect at a reversal looks like a step to a baseline model without it.
     """
     if not early:
         return early
@@ -238,16 +237,16 @@ def beside_what_was_found(
 
 
 def new_events(selection: Selection, base: BaselineModel, known: list[Event]) -> list[Event]:
-    """Find events that are not known yet beside what was selected."""
+    """Find further events with the selected effects in the model."""
     noise = selection.noise
     found = find_events(selection.settled[-1].base, noise, noise_rms(noise, base))
     return [event for event in found if all(event.row != other.row for other in known)]
 
 
 def put_in_slips(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> int:
-    """Put slipped teeth into a baseline before it is fitted; returns how many effects that took.
+    """Add slipped teeth to an unfitted baseline model; returns the number of effects added.
 
-    They would spoil every fit, and no unit of evidence shows them: they are in one run.
+    They would ruin every fit, and evidence by run cannot show them, as they occur in one run.
     """
     effect = jumping_effect(effects)
     if effect is None or any(term.effect.steps for term in base.terms):
@@ -268,9 +267,9 @@ def conclude(
     effects: Mapping[str, Effect],
     slipped: int = 0,
 ) -> Diagnosis:
-    """Turn a selection into an answer.
+    """Convert a selection to an answer.
 
-    The last `slipped` effects of the first baseline model were put in by `put_in_slips`.
+    `put_in_slips` added the last `slipped` effects of the first baseline model.
     """
     steps = selection.steps
     final = selection.settled[-1]
@@ -345,7 +344,7 @@ def conclude(
 
 
 def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
-    """Estimated values that a bound has stopped, by effect."""
+    """Estimated values that are limited by a bound, by effect."""
     return {
         term.effect.name: term.effect.stopped_at_bound(term.values, term.free)
         for term in base.terms
@@ -353,7 +352,7 @@ def estimated_at_bound(base: BaselineModel) -> dict[str, list[str]]:
 
 
 def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
-    """Root mean square over all samples, arc seconds, of what outlier runs do."""
+    """Root mean square over all samples, arc seconds, of the deviations of outlier runs."""
     columns = base.run_columns(base.at())[:, odd.place]
     slices = base.conditions.slices()
     total = 0.0
@@ -364,7 +363,7 @@ def size_of_odd(base: BaselineModel, odd: OddRuns) -> float:
 
 
 def without_slips(base: BaselineModel, place: int) -> BaselineModel:
-    """Refit a baseline model without the teeth that slipped."""
+    """Refit a baseline model without slipped teeth."""
     plain = base.copy()
     del plain.terms[place]
     plain.fit(steps=REFIT_STEPS)

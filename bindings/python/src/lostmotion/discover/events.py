@@ -1,4 +1,4 @@
-"""Sudden changes: a step of the lost motion at one moment, a slip or a remount or a lost count."""
+"""Sudden changes: steps of the lost motion from a slip, a remount or lost counts."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Event:
     score: float
 
     def told(self, labels: Sequence[int | str]) -> dict[str, Any]:
-        """Say it in the words of an answer."""
+        """Return the entry for the answer."""
         return {
             "run": labels[self.run],
             "run_number": self.run + 1,
@@ -60,14 +60,14 @@ class Event:
 
 
 def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
-    """Say of an event that was stated what an answer says of everything that is unexplained.
+    """Return the entry of an event in the unexplained part of the answer.
 
     Parameters
     ----------
     event : mapping
         From `Event.told`.
     rows : int
-        Samples among which it was sought.
+        Number of samples searched.
     """
     return {
         "covariate": "time",
@@ -81,7 +81,7 @@ def dependence(event: Mapping[str, Any], rows: int) -> dict[str, Any]:
 def scan_run(
     base: BaselineModel, noise: Noise, run: int, columns: FloatArray, response: FloatArray
 ) -> Event:
-    """Find the likeliest step of one run, with the run's own baseline model parameters free."""
+    """Find the most likely step of one run, with the deviations of the run free."""
     c = base.conditions
     at = c.slices()[run]
     white = noise.whiten(columns[at], run)
@@ -113,7 +113,7 @@ def scan_run(
 
 
 def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
-    """Whether the residual lies otherwise before a row than from it on, without its outliers."""
+    """Whether the residual without outliers differs before and after a row."""
     reach = int(np.clip(rules.EVENT_SEEN_ROWS * (spread / size) ** 2, 2 * EDGE, residual.size))
     before, behind = residual[max(row - reach, 0) : row], residual[row : row + reach]
     change = float(np.median(behind) - np.median(before))
@@ -123,7 +123,7 @@ def seen(residual: FloatArray, row: int, size: float, spread: float) -> bool:
 def scores(
     white: FloatArray, y: FloatArray, noise: Noise, run: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Score and size of a step at every sample beside whitened columns, and what these leave."""
+    """Score and size of a step at every sample together with whitened columns, and the residual."""
     phi, sigma = noise.phi[run], noise.sigma[run]
     n = y.size
     # A step that starts at row k is (1 - phi_1 - ... - phi_j) at row k + j after whitening.
@@ -159,7 +159,7 @@ def scores(
 
 
 def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list[Event]:
-    """Find steps that stand out of the noise and of what the other runs show."""
+    """Find steps that are significant against the noise and the other runs."""
     found: list[Event] = []
     fixed, _, scatter, _ = columns_of(base, base.at())
     # Each run has its own stiffness, friction, gap and offset here, and its own curve.
@@ -181,20 +181,20 @@ def find_events(base: BaselineModel, noise: Noise, within_arcsec: float) -> list
 
 
 def early_events(base: BaselineModel) -> list[Event]:
-    """Find the steps that a fitted baseline model leaves, before anything else is put into it.
+    """Find the steps in the residual of a fitted baseline model before anything is added.
 
-    A form of the hysteresis with more values, or rows that are set aside as outliers, would take
-    part of a step up, and the noise of its run the rest.
+    A richer form of the hysteresis, rows set aside as outliers, and the noise estimate of the run
+    would otherwise absorb a step.
     """
     noise = estimate_noise(base, ())
     return find_events(base, noise, noise_rms(noise, base))
 
 
 def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
-    """Find where the input's encoder jumps and the lost motion with it: counts that were lost.
+    """Find lost counts: jumps of the input encoder together with the lost motion.
 
-    They are told from what the drive does by the encoder's own reading, before anything is fitted:
-    a shape over the angle, which jumps with it, could make the same step.
+    They are identified from the encoder reading before any fit, because a shape over the angle,
+    which jumps too, could produce the same step.
     """
     c = base.conditions
     angle = c.columns.get("input_angle_rad")
@@ -224,14 +224,14 @@ def lost_counts(base: BaselineModel, ratio: float) -> list[Event]:
 
 
 def sudden(values: FloatArray) -> FloatArray:
-    """Change from each sample to the next beyond what it is about there."""
+    """Change from each sample to the next, minus the local trend."""
     step = np.diff(values)
     about = sliding_window_view(np.pad(step, 2, "edge"), 5)
     return np.asarray(step - np.median(about, axis=1))
 
 
 def spread_of(values: FloatArray) -> float:
-    """Standard deviation of most values, whatever the others are."""
+    """Robust standard deviation."""
     return 1.4826 * float(np.median(np.abs(values)))
 
 
@@ -247,14 +247,14 @@ def with_steps(base: BaselineModel, events: Sequence[Event]) -> BaselineModel:
 
 
 def step_columns(base: BaselineModel, event: Event) -> FloatArray:
-    """A step from the moment of an event to the end of its run, and what later runs keep of it.
+    """A step from the time of an event to the end of its run, and a step of all later runs.
 
-    A slip stays unless the sensor is set to zero again; apart, the two leave that open.
+    A slip persists unless the sensor is zeroed again; two separate columns allow for both.
 
     Returns
     -------
     ndarray
-        Zeros and ones, (rows, 2), or (rows, 1) where no run is later.
+        Zeros and ones, (rows, 2), or (rows, 1) if there is no later run.
     """
     c = base.conditions
     end = int(c.starts[event.run + 1])

@@ -1,6 +1,6 @@
-"""The model of a selection on evidence alone: candidates are confirmed by one linear step.
+"""The model of a selection on saved evidence: candidates are confirmed by one linear step.
 
-It grows by taking columns of the Gram matrices into the model; nothing is linearised anew.
+Columns of the Gram matrices are added to the model; nothing is linearised again.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ SIZE_RIDGE = 1e-9
 
 @dataclass
 class EvidenceRound(ContestRound):
-    """A round on evidence alone.
+    """A round on saved evidence.
 
     Attributes
     ----------
     plain : Evidence
-        Of the same columns, not whitened.
+        The same columns, not whitened.
     taken : list of Contender
         Candidates in the model.
     rows : float
@@ -50,7 +50,7 @@ class EvidenceRound(ContestRound):
     rows: float
 
     def size_of(self, result: Result) -> float:
-        """See `ContestRound`; the mean over all samples is taken off, as from columns."""
+        """See `ContestRound`; the mean over all samples is subtracted, as for columns."""
         block = self.contest.evidence.blocks[result.block]
         own = self.unscaled(result) * self.plain.scale[block]
         gram, ones = self.plain.total, self.plain.scatter[-1]
@@ -64,7 +64,7 @@ class EvidenceRound(ContestRound):
         return float(np.sqrt(max(left, 0.0) / self.rows))
 
     def effects_within(self) -> list[tuple[Effect, IntArray]]:
-        """See `ContestRound`; of what the drive file brought along the places are not known."""
+        """See `ContestRound`; the places of effects from the drive file are not known."""
         return [
             (one.candidate.effect, places_of(self.plain, one))
             for one in self.taken
@@ -73,21 +73,21 @@ class EvidenceRound(ContestRound):
 
 
 class EvidenceModel(GrowingModel):
-    """A baseline model in Gram matrices, and what is added to it.
+    """A baseline model in Gram matrices, and the candidates added to it.
 
     Parameters
     ----------
     body : Body
-        Evidence of a campaign, or of several.
+        Evidence of one or several campaigns.
     effects : mapping
         Effects by name.
 
     Attributes
     ----------
     taken : list of Contender
-        What was taken into the model and stayed, in order.
+        Candidates added to the model and kept, in order.
     trail : list of list of Contender
-        The same at first, and after each round.
+        The same at the start and after each round.
     """
 
     def __init__(self, body: Body, effects: Mapping[str, Effect]) -> None:
@@ -101,7 +101,7 @@ class EvidenceModel(GrowingModel):
         self.trail: list[list[Contender]] = [[]]
 
     def round_with(self, taken: Sequence[Contender]) -> EvidenceRound:
-        """A round beside a model with some candidates in it."""
+        """A round at a model with some candidates in it."""
         names = {one.name for one in taken}
         left = [c for c in self.candidates if c.name not in names]
         white = with_columns(
@@ -126,7 +126,7 @@ class EvidenceModel(GrowingModel):
         return current, judge_all(current)
 
     def with_candidate(self, lead: Lead) -> Contender:
-        """See `GrowingModel`: as the contest has judged it."""
+        """See `GrowingModel`: from the result of the contest."""
         result = lead.result
         return Contender(result, lead.candidate, None, result.gain, result.gain_by_run)
 
@@ -165,16 +165,16 @@ class EvidenceModel(GrowingModel):
         self.trail.append(self.taken)
 
     def beside(self, one: Contender, others: Sequence[Contender]) -> Result | None:
-        """Judge a candidate with others in the model."""
+        """Test a candidate with others in the model."""
         return judge(self.round_with(others), one.result.block)
 
     def substitutes(
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
     ) -> list[str]:
-        """See `GrowingModel`: those beside which what was selected is not needed.
+        """See `GrowingModel`: those that make the selected candidate unnecessary.
 
-        Without a refit in the recordings the gain of an effect that is far from its tangent falls
-        behind, and others come close to it that explain something else.
+        Without a refit to recordings, the gain of an effect far from its tangent is underestimated,
+        and other effects seem close to it.
         """
         count = paid_by_kind(current)["effect"]
         names = []
@@ -193,7 +193,7 @@ class EvidenceModel(GrowingModel):
 
 
 def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
-    """Effects and shapes of evidence; each column is one row, its root mean square."""
+    """Effects and shapes of saved evidence; each column is one row with its root mean square."""
     for k in body.about["candidates"]:
         if k["name"] in effects and not fits(effects[k["name"]], k):
             found = "values that are not those of this effect"
@@ -219,7 +219,7 @@ def candidates_of(body: Body, effects: Mapping[str, Effect]) -> list[Candidate]:
 
 
 def fits(effect: Effect, told: Mapping[str, Any]) -> bool:
-    """Whether evidence of a candidate can be of an effect: its values, and the columns of each."""
+    """Whether evidence of a candidate matches an effect: its values, and the columns of each."""
     counts = [told["start_of"].count(start) for start in range(len(told["starts"]))]
     most = max(len(effect.indices("linear")), len(effect.inner()))
     return all(len(start) == len(effect.values) for start in told["starts"]) and all(
@@ -228,7 +228,7 @@ def fits(effect: Effect, told: Mapping[str, Any]) -> bool:
 
 
 def places_of(evidence: Evidence, one: Contender) -> IntArray:
-    """Places of the columns that a candidate brings into the model: all, or those of a start."""
+    """Places of the columns that a candidate adds to the model: all, or those of a start."""
     name, _, start = one.result.block.partition("#")
     block = evidence.blocks[name]
     if not start:
@@ -237,7 +237,7 @@ def places_of(evidence: Evidence, one: Contender) -> IntArray:
 
 
 def with_columns(white: Evidence, taken: Sequence[IntArray], names: Sequence[str]) -> Evidence:
-    """Evidence with some columns in the baseline model, and the blocks of some names."""
+    """Evidence with some columns moved to the baseline model, and the blocks of some names."""
     return replace(
         white,
         fixed=np.concatenate((white.fixed, *taken)).astype(np.intp),

@@ -1,4 +1,4 @@
-"""What few readings can tell of a missing effect: nothing, and what would."""
+"""Diagnosis of few readings: inconclusive, with a recommendation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lostmotion.fit.few_readings import FewReadings
 
 
 def few_readings_diagnosis(few: FewReadings, effects: Mapping[str, Effect]) -> Diagnosis:
-    """State that few readings are inconclusive, what they do tell, and what is lacking."""
+    """Return the inconclusive diagnosis of few readings."""
     base = few.base
     c = base.conditions
     error = few.error_arcsec

@@ -1,6 +1,6 @@
-"""Fit with effects added: how the error falls from the baseline to the last effect.
+"""Fit with effects added: errors from the baseline model to the last effect.
 
-The result is written into the drive file as ``[fit]`` (values, standard errors, covariance, data
+The result is written to the drive file as ``[fit]`` (values, standard errors, covariance, data
 fingerprint) and ``[[effect]]`` tables, and read back by `fit.drive_file.restore`.
 """
 
@@ -79,7 +79,7 @@ class FittedModel(WhitenedResult):
     table : EstimatedValues
         Values in the units of the drive file, with their covariance.
     tested : dict
-        Of each effect whether these recordings show it beside the others.
+        Significance of each effect beside the others.
     """
 
     base: BaselineModel
@@ -101,7 +101,7 @@ class FittedModel(WhitenedResult):
 
     @property
     def standard_errors(self) -> FloatArray:
-        """Standard errors; 0 for what was chosen and not estimated."""
+        """Standard errors; 0 for values that were not estimated."""
         return self.table.standard_errors
 
     @property
@@ -115,7 +115,7 @@ class FittedModel(WhitenedResult):
         return self.table.inseparable
 
     def __repr__(self) -> str:
-        """Describe what came out; the samples it was fitted to fill screens."""
+        """Summarise the result without the samples."""
         names = ", ".join(term.effect.name for term in self.base.terms)
         first, last = self.ladder[0], self.ladder[-1]
         return (
@@ -133,17 +133,17 @@ class FittedModel(WhitenedResult):
         return dict(zip(self.names, map(float, self.standard_errors), strict=True))
 
     def plot_correlations(self) -> Any:
-        """Draw the correlations of the estimated parameters; a Plotly figure."""
+        """Plot the correlations of the estimated parameters (Plotly figure)."""
         estimated = [i for i, error in enumerate(self.standard_errors) if error > 0]
         covariance = self.covariance[np.ix_(estimated, estimated)]
         return figures.correlations([self.names[i] for i in estimated], covariance)
 
     def plot_ladder(self) -> Any:
-        """Draw how the error falls with each effect; a Plotly figure."""
+        """Plot the error after each effect (Plotly figure)."""
         return figures.ladder(self.ladder, self.noise_floor_arcsec)
 
     def answer(self) -> dict[str, Any]:
-        """Return the answer of ``fit``, ready for JSON."""
+        """Return the answer of ``fit`` for JSON."""
         return {
             "schema": "lostmotion.fit/1",
             "ladder": self.ladder,
@@ -161,7 +161,7 @@ class FittedModel(WhitenedResult):
         }
 
     def at_bound(self) -> dict[str, float]:
-        """Values of effects that stand at a bound, as `names` has them, also those not fitted."""
+        """Values of effects at a bound, named as in `names`, including those not fitted."""
         return {
             f"{table['name']}.{name}": table[name]
             for term, table in ((term, effect_table(term)) for term in self.base.terms)
@@ -169,7 +169,7 @@ class FittedModel(WhitenedResult):
         }
 
     def not_fitted(self) -> dict[str, float]:
-        """Values of effects that the fit left as they are, by name as in `names`."""
+        """Values of effects that the fit did not change, by name as in `names`."""
         return {
             f"{table['name']}.{name}": table[name]
             for term, table in ((term, effect_table(term)) for term in self.base.terms)
@@ -222,15 +222,15 @@ def fit_model(
     drive : Drive
     campaign : Campaign
     backbone : Backbone, optional
-        What the drive says of the torsion curve; by default made of its file.
+        Torsion curve of the drive; by default from its file.
     add : str or sequence of str
         Effects to add, in this order: names, or formulas such as
         ``"size_rad * cos(2*pi*0.43*input_turns)"``, see `effects.formula.written_formula`.
     effects : mapping, optional
         Effects by name; by default those of the library.
     friction : {"inside", "outside", "inside+load", "both", "both+load"}, optional
-        Form of the hysteresis, see `lostmotion.friction`. By default as in a file that was fitted
-        already, else by the leave-one-run-out error (`baseline_form`).
+        Form of the hysteresis, see `lostmotion.friction`. By default that of a fitted drive file,
+        else the form with the lowest leave-one-run-out error (`baseline_form`).
     """
     given_as("fit_model", "drive", drive, Drive)
     given_as("fit_model", "campaign", campaign, Campaign)
@@ -267,7 +267,7 @@ def fit_model(
 def effects_to_add(
     add: Sequence[str], effects: Mapping[str, Effect], base: BaselineModel
 ) -> list[Effect]:
-    """Effects by their names, and those that are written as a formula."""
+    """Effects by name or formula."""
     taken = {term.effect.name for term in base.terms}
     numbers = (n for n in count(1) if f"formula_{n}" not in taken)
     return [
@@ -279,7 +279,7 @@ def effects_to_add(
 
 
 def significance(settled: Settled) -> dict[str, Significance]:
-    """Test every effect of a model that has free values."""
+    """Test every effect of a model that has estimated values."""
     found = {}
     for place, term in enumerate(settled.base.terms):
         if term.free:
@@ -291,7 +291,7 @@ def significance(settled: Settled) -> dict[str, Significance]:
 
 
 def require_addable(base: BaselineModel, add: Sequence[Effect]) -> None:
-    """Refuse effects that the recordings cannot show, or that are in the model already."""
+    """Refuse effects that are not testable with these recordings or are already in the model."""
     present = {term.effect.name for term in base.terms}
     for effect in add:
         require(effect, base.conditions)
@@ -310,7 +310,7 @@ def ladder_of_fit(models: Sequence[BaselineModel]) -> list[dict[str, Any]]:
 
 
 def few_readings_model(base: BaselineModel, add: Sequence[Effect]) -> FittedModel:
-    """Fit as many values as few readings carry; they carry no effect."""
+    """Fit as many values as few readings determine; they do not identify an effect."""
     campaign = base.conditions.campaign
     few = None if add else fit_few_readings(base)
     if few is None:

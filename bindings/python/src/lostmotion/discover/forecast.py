@@ -1,4 +1,4 @@
-"""Before measuring: which effects a plan would find, and which it could not separate."""
+"""Before measuring: the effects that a plan would detect, and those it could not separate."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ USUAL_SCATTER = (0.003, 0.02, 0.2, 2.0)
 
 
 def usual_noise(runs: int) -> Noise:
-    """Noise of a rig that was not measured yet."""
+    """Typical noise of a test bench before any measurement."""
     phi = np.array(USUAL_PHI)
     sigma = USUAL_NOISE_ARCSEC * np.sqrt(1.0 - float(phi @ phi))
     return Noise([phi] * runs, np.full(runs, sigma))
@@ -46,7 +46,7 @@ def forecast(
     backbone: Backbone | None,
     effects: Mapping[str, Effect],
 ) -> dict[str, Any]:
-    """Describe which effects a plan would find, how small, and which it could not separate."""
+    """Forecast which effects a plan would detect, their smallest sizes, and open pairs."""
     require_plan(campaign)
     base = BaselineModel(Conditions(campaign), drive.rated_torque_Nm, backbone)
     base.curve.mean_slope = float(np.mean(base.curve.prior_slopes))

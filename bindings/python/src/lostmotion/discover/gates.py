@@ -1,4 +1,4 @@
-"""Judging: the gates that a candidate must pass, its size, and whether two are confounded."""
+"""Tests that a candidate must pass, its size, and whether two candidates are confounded."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def judge_all(contest_round: ContestRound) -> list[Result]:
-    """Judge every candidate; a failed one never stops the others."""
+    """Test every candidate; a failure does not stop the others."""
     results = []
     for name, candidate in contest_round.candidates.items():
         result = judge(contest_round, name)
@@ -50,19 +50,19 @@ def judge_all(contest_round: ContestRound) -> list[Result]:
 
 
 def possible(contest_round: ContestRound, effect: Effect, alone: Sequence[Result]) -> bool:
-    """Whether an effect can have the values that explain most, by its starts judged alone."""
+    """Whether the values that explain most are possible for an effect, from its single starts."""
     own = leading(effect, alone)
     return form_of(effect).possible(effect, contest_round.unscaled(own))
 
 
 def leading(effect: Effect, alone: Sequence[Result]) -> Result:
-    """Of the starts of an effect, judged alone, the one that explains most the right way round."""
+    """Of the single starts of an effect, the one that explains most with the right sign."""
     form = form_of(effect)
     return max(alone, key=lambda own: (form.right_way(effect, own.coefficients), own.wald))
 
 
 def judge(contest_round: ContestRound, block: str) -> Result | None:
-    """Judge one block, once in a round; None where it cannot be seen."""
+    """Test one block, once per round; None if it is not visible."""
     places = contest_round.contest.evidence.blocks[block].tobytes()
     if places not in contest_round.judged:
         try:
@@ -74,9 +74,9 @@ def judge(contest_round: ContestRound, block: str) -> Result | None:
 
 
 def accepted(result: Result, count: int) -> bool:
-    """All three gates; where the plan lets few runs show it, the F test makes up for the flips.
+    """Whether all three tests pass; the F test compensates a sign-flip test of few runs.
 
-    `count` is how many tests the candidate pays for (`paid_by_kind`).
+    The level is corrected for `count` tests (`paid_by_kind`).
     """
     share = rules.FLIP_LEVEL / result.flip_limit
     spread = result.flip_p <= rules.FLIP_LEVEL and result.p * count <= rules.P_LIMIT
@@ -94,20 +94,20 @@ def count_tests(contest_round: ContestRound) -> Counter[str]:
 
 
 def paid_by_kind(contest_round: ContestRound) -> dict[str, int]:
-    """For each kind of candidate how many tests one of them pays for."""
+    """Number of tests for which one candidate of each kind is corrected."""
     made = count_tests(contest_round)
     return {kind: len(made) * max(made[kind], 1) for kind in KINDS}
 
 
 def family_p(contest_round: ContestRound, candidate: Candidate, result: Result) -> float:
-    """Chance that any candidate does as well where there is nothing."""
+    """Probability that any candidate does as well if nothing is missing."""
     return min(1.0, result.p * paid_by_kind(contest_round)[candidate.kind])
 
 
 def large_enough(contest_round: ContestRound, result: Result, size: float, least: float) -> bool:
     """Whether a size counts.
 
-    What depends on the load alone must stand out from the baseline's form.
+    A candidate that depends only on the load must exceed the form error of the baseline model.
     """
     if contest_round.candidates[result.name].hangs_on_load_alone:
         least = max(least, contest_round.form_arcsec)
@@ -137,5 +137,5 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
 
 
 def told_apart(a: FloatArray, b: FloatArray) -> bool:
-    """Whether the runs tell the first of two candidates from the second."""
+    """Whether the runs separate the first of two candidates from the second."""
     return paired_t(a, b) >= rules.PAIRED_T or signed_rank(a, b) >= rules.SIGNED_RANK

@@ -1,7 +1,7 @@
-"""The model that a selection adds to, round by round: what a selection asks of it.
+"""The model to which a selection adds candidates, round by round.
 
-Evidence alone answers by one linear step (`one_step.EvidenceModel`). Recordings answer by refits
-(`refits.RecordedModel`); what only refits can do stands here: the methods that are not abstract.
+Saved evidence uses one linear step (`evidence_model.EvidenceModel`), recordings use refits
+(`recorded_model.RecordedModel`). The methods that are not abstract are needed only for refits.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass
 class Lead:
-    """A candidate on the shortlist, and the round that it starts from."""
+    """A candidate on the shortlist, and the round from which it starts."""
 
     round: ContestRound
     result: Result
@@ -71,7 +71,7 @@ class GrowingModel(ABC):
     within : float
         Noise within runs, arc seconds.
     given : dict
-        Effects that the model had at the start, with their sizes in arc seconds.
+        Initial effects of the model, with their sizes in arc seconds.
     """
 
     runs: int
@@ -80,15 +80,15 @@ class GrowingModel(ABC):
 
     @abstractmethod
     def compete(self) -> tuple[ContestRound, list[Result]]:
-        """Judge every candidate beside the model as it is, strongest first."""
+        """Test every candidate against the present model, strongest first."""
 
     @abstractmethod
     def with_candidate(self, lead: Lead) -> Contender | None:
-        """The model with a candidate; None where it leads to numbers that say nothing."""
+        """The model with a candidate; None if the result is not finite."""
 
     @abstractmethod
     def passes_gates(self, contender: Contender, count: int) -> bool:
-        """Whether an effect passes the gates in the model with it; `count` tests are paid for."""
+        """Whether an effect passes the tests in the model with it, corrected for `count` tests."""
 
     @abstractmethod
     def size_within(self, contender: Contender) -> float:
@@ -96,38 +96,38 @@ class GrowingModel(ABC):
 
     @abstractmethod
     def fall_of_error(self, contender: Contender) -> float:
-        """Root mean square, arc seconds, by which it lowers the error of all runs together.
+        """Root mean square, arc seconds, of the decrease of the common error of all runs.
 
-        Where runs differ by what has no exact form in the library, their own stiffness and gap
-        absorb most of it, and the effect beside them looks small.
+        If runs differ by an effect of inexact form, their own stiffness and gap absorb most of it,
+        and the effect seems small.
         """
 
     @abstractmethod
     def fall_of_left_out(self, contender: Contender) -> float:
-        """Fall of the leave-one-run-out mean square by a candidate, arc seconds squared."""
+        """Decrease of the leave-one-run-out mean square by a candidate, arc seconds squared."""
 
     @abstractmethod
     def take(self, contender: Contender, count: int) -> None:
-        """Take a candidate into the model; effects that it makes idle are dropped."""
+        """Add a candidate to the model; effects that become superfluous are dropped."""
 
     @abstractmethod
     def substitutes(
         self, current: ContestRound, chosen: Contender, rivals: Sequence[Result]
     ) -> list[str]:
-        """Names of the rivals that could are in the model instead of what was chosen."""
+        """Names of rivals that could replace the selected candidate."""
 
     # --- what only refits can do -----------------------------------------------------------------
 
     def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
-        """Add leads of a model in which all runs are equal; `count` tests are paid for."""
+        """Add leads from a model in which all runs are equal, corrected for `count` tests."""
         return leads
 
     def unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]
     ) -> list[Lead]:
-        """Leads that are worth a refit whatever their tangents say."""
+        """Leads that need a refit, whatever their tangents indicate."""
         return []
 
     def sharpened(self, current: ContestRound, shape: Contender) -> Contender | None:
-        """A shape with its frequency found more closely."""
+        """A shape with a refined frequency."""
         return None

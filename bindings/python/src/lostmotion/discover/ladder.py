@@ -1,8 +1,8 @@
 """The ladder: the error of the baseline model and after each effect, by run and by condition.
 
-Every rung is cross-validated twice: runs are left out one by one, and all runs of one setting of a
-condition together (`measured_conditions`). An effect may lower the error of runs that resemble the
-others and make the prediction of another amplitude worse: it is not recommended then.
+Every rung is cross-validated twice: leaving out single runs, and leaving out all runs of one
+setting of a condition (`measured_conditions`). An effect that lowers the error of similar runs but
+makes the prediction of another amplitude worse is not recommended.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class Rung:
     rms_arcsec : float
         Of the fit to all runs.
     left_out : ndarray
-        Residual of every sample under a fit to the other runs.
+        Residual of every sample for a fit to the other runs.
     by_setting : dict
-        Mean square of every run under a fit to the runs of other settings, by setting.
+        Mean square of every run for a fit to the runs of other settings, by setting.
     sure : set
-        Settings without which the other runs show the effect that is new on this rung.
+        Settings without which the other runs still identify the new effect of this rung.
     """
 
     model: BaselineModel
@@ -88,13 +88,13 @@ class Rung:
 
 
 def beyond_others(c: Conditions, setting: Setting) -> dict[str, float | None]:
-    """How far a setting is beyond the runs of the others, in times their range."""
+    """Extrapolation of a setting beyond the runs of the others, in multiples of their range."""
     mine = np.isin(c.run_of, setting.runs)
     return beyond(fitted_ranges(c, ~mine), fitted_ranges(c, mine))
 
 
 def make_rungs(models: Sequence[BaselineModel]) -> list[Rung]:
-    """Cross-validate models of which each has something more than the one before."""
+    """Cross-validate a sequence of models, each with more than the previous one."""
     if not models:
         return []
     settings = settings_of(models[0].conditions) if models[0].conditions.runs > 2 else {}
@@ -129,10 +129,10 @@ def mean_square(residual: FloatArray) -> float:
 
 
 def shown_without(left: LeftOut, setting: Setting) -> bool:
-    """Whether the runs of other settings show the newest effect by themselves.
+    """Whether the runs of other settings alone identify the newest effect.
 
-    By Wald's statistic of its values that scale it, with the covariance of what each run says of
-    them (the sandwich over runs: the noise within a run is coloured).
+    Wald test of its scaling values with the sandwich covariance over runs, because the noise within
+    a run is coloured.
     """
     base = left.base
     term = base.terms[-1]
@@ -159,7 +159,7 @@ def shown_without(left: LeftOut, setting: Setting) -> bool:
 
 
 def harms(before: Rung, after: Rung) -> list[dict[str, Any]]:
-    """Settings that an effect predicts worse, though the other runs show it by themselves."""
+    """Settings that an effect predicts worse although the other runs identify it."""
     found = []
     for one, squares in after.by_setting.items():
         if one not in after.sure:
@@ -179,10 +179,10 @@ def harms(before: Rung, after: Rung) -> list[dict[str, Any]]:
 
 
 def gain(before: Rung, after: Rung) -> tuple[float, list[float]]:
-    """Fall of the leave-one-run-out error, arc seconds, with its interval of 95 %.
+    """Decrease of the leave-one-run-out error, arc seconds, with its 95 % interval.
 
-    Of these runs as they are: what the effect explains is known, and the residual beside it is by
-    chance, equal within a run and independent between runs.
+    Conditional on these runs: the explained part is fixed, and the residual is random, constant
+    within a run and independent between runs.
     """
     was, now = before.heldout_rms_arcsec, after.heldout_rms_arcsec
     explained = before.left_out - after.left_out
@@ -195,7 +195,7 @@ def gain(before: Rung, after: Rung) -> tuple[float, list[float]]:
 
 
 def told(rungs: Sequence[Rung], names: Sequence[list[str]]) -> list[dict[str, Any]]:
-    """Say every rung in the words of an answer, under the names of what it has.
+    """Return the answer entry of every rung, with the names of its effects.
 
     Parameters
     ----------

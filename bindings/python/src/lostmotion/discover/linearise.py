@@ -1,7 +1,7 @@
-"""The baseline model linearised where each run really is, and brought to where the data want it.
+"""Linearisation of the baseline model at the deviations of each run, and its optimum.
 
-The model is linearised at each run's own deviations (FOCE): hysteresis operators and friction are
-not smooth, so a kink that run-to-run scatter moves cannot be followed from the mean.
+The model is linearised at the deviations of each run (FOCE): hysteresis operators are not smooth,
+so a kink that is shifted by run-to-run scatter cannot be represented from the mean.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ PLAIN_STEPS = 8
 
 @dataclass
 class Settled:
-    """A baseline model at its own deviations, with the evidence of its columns alone."""
+    """A baseline model at its deviations, with the evidence of only its columns."""
 
     base: BaselineModel
     contest: Contest
@@ -69,9 +69,9 @@ def columns_of(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Fixed columns with those common to all runs, their precision, scattering columns, residual.
 
-    The residual has the deviations of the runs put back, so that the scattering columns explain
-    them anew. Scatter is about a mean: that of stiffness and gap is in the torsion curve, that of
-    the friction's half widths and of the offset comes last of the fixed columns.
+    The deviations of the runs are added back to the residual, so that the scattering columns
+    explain them again. Scatter is relative to a mean: for stiffness and gap it is in the torsion
+    curve, for the half widths and the offset it is the last of the fixed columns.
     """
     fixed = base.fixed_columns(point)
     precision = np.append(base.precision(), np.zeros(COMMON))
@@ -94,10 +94,11 @@ def noise_rms(noise: Noise, base: BaselineModel) -> float:
 
 
 def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
-    """Bring baseline and deviations to where the data with scatter and coloured noise want them.
+    """Optimise baseline model and deviations for data with scatter and coloured noise.
 
-    Penalised Gauss-Newton steps (FOCE): each is shortened until the misfit falls, and the model is
-    linearised anew where it leads, with new variances, as long as the restricted likelihood rises.
+    Penalised Gauss-Newton steps (FOCE): each step is shortened until the misfit decreases; the
+    model is linearised again at the new point, with new variances, as long as the restricted
+    likelihood increases.
     """
     current = base.copy()
     current.noise_arcsec = noise_rms(noise, base)
@@ -119,7 +120,7 @@ def settle(base: BaselineModel, noise: Noise, rounds: int = ROUNDS) -> Settled:
 
 
 def move(current: BaselineModel, contest: Contest, noise: Noise) -> BaselineModel | None:
-    """Move a model by as much of a Gauss-Newton step as lowers its misfit; None where none does."""
+    """Move a model by the part of a Gauss-Newton step that lowers its misfit, if any."""
     step, own = bounded_step(current, contest)
     before = misfit(current, contest, noise)
     for share, own_share in MOVES:
@@ -133,7 +134,7 @@ def move(current: BaselineModel, contest: Contest, noise: Noise) -> BaselineMode
 def misfit(base: BaselineModel, contest: Contest, noise: Noise) -> float:
     """Minus the log likelihood of a model at its deviations, and of these, nats and a constant.
 
-    At the variances of a contest; the offset of each run is where it fits best.
+    At the variances of a contest; the offset of each run has its best value.
     """
     e = contest.evidence
     variance = contest.null_omega / e.scale[e.scatter] ** 2
@@ -154,9 +155,9 @@ def plain_rms(base: BaselineModel) -> float:
 
 
 def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -> Contest:
-    """Gather the evidence of the baseline model alone, linearised where it stands.
+    """Collect the evidence of the baseline model alone, linearised at its present point.
 
-    Its variances are looked for from those of a contest that is `near`.
+    The search for its variances starts from those of a contest that is `near`.
     """
     fixed, precision, scatter, response = columns_of(base, base.at())
     evidence = gather(fixed, precision, scatter, (), response, noise, base.conditions.starts)
@@ -168,7 +169,7 @@ def contest_at(base: BaselineModel, noise: Noise, near: Contest | None = None) -
 
 
 def bounded_step(base: BaselineModel, contest: Contest) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Newton step within the bounds of the baseline, and the deviations that go with it."""
+    """Gauss-Newton step within the bounds of the baseline model, and its deviations."""
     evidence = contest.evidence
     index = evidence.index()
     matrix = contest.null.matrix.sum(axis=0)
@@ -199,9 +200,9 @@ def take_step(
     scale : ndarray
         Of the columns.
     delta, own : ndarray
-        The step of the fixed columns, and the deviations, scaled.
+        Step of the fixed columns, and deviations, scaled.
     share, own_share : float
-        How much of the way parameters and deviations go.
+        Fractions of the step for parameters and deviations.
     """
     x, low, high = base.vector()
     step = delta / scale[: delta.size]
@@ -218,9 +219,9 @@ def take_step(
 
 
 def plain_of(settled: Settled) -> BaselineModel:
-    """The baseline model fitted with every run equal.
+    """The baseline model fitted with equal runs.
 
-    Where the deviations have not absorbed anything yet.
+    For a model whose deviations have not yet absorbed anything.
     """
     base = settled.base.copy()
     base.deviations[:] = 0.0

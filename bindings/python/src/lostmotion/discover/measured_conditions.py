@@ -1,7 +1,7 @@
 """Conditions of runs: amplitude, temperature, speed, position, direction of the load.
 
-A model that was fitted under some conditions predicts the others: runs of one condition are left
-out together.
+A model fitted under some conditions predicts the others: runs of one condition are left out
+together.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ class Setting:
     ----------
     condition : str
     low, high : float
-        Least and greatest of the runs, in `unit`.
+        Range of the runs, in `unit`.
     unit : str
     runs : tuple of int
     name : str
-        What it is, where numbers do not say it.
+        Name, if numbers do not describe it.
     """
 
     condition: str
@@ -55,7 +55,7 @@ class Setting:
     name: str = ""
 
     def __str__(self) -> str:
-        """Describe which it is: ``amplitude 5 to 7 Nm``."""
+        """Describe the setting: ``amplitude 5 to 7 Nm``."""
         if self.name:
             return f"{self.condition} {self.name}"
         low, high = plain_number(self.low, 3), plain_number(self.high, 3)
@@ -64,7 +64,7 @@ class Setting:
 
 
 def settings_of(c: Conditions) -> dict[str, list[Setting]]:
-    """Settings that the others can predict: they have at least half of the samples."""
+    """Settings that the others can predict: the others have at least half of the samples."""
     rows = np.diff(c.starts)
     predicted = {
         condition: [one for one in settings if 2 * rows[list(one.runs)].sum() <= c.rows]
@@ -74,7 +74,7 @@ def settings_of(c: Conditions) -> dict[str, list[Setting]]:
 
 
 def every_setting(c: Conditions) -> dict[str, list[Setting]]:
-    """Settings of every condition of which these runs have several."""
+    """Settings of every condition that varies between these runs."""
     found = {}
     for condition, values, unit in values_by_run(c):
         groups = part_by_value(values)
@@ -115,7 +115,7 @@ def values_by_run(c: Conditions) -> Iterator[tuple[str, FloatArray, str]]:
 
 
 def part_by_value(values: FloatArray) -> list[IntArray]:
-    """Part runs into settings: where a gap parts them, else into three of like number."""
+    """Divide runs into settings: at gaps, else into three groups of similar size."""
     order = np.argsort(values, kind="stable")
     spread = np.diff(values[order])
     whole = float(np.ptp(values))
@@ -128,7 +128,7 @@ def part_by_value(values: FloatArray) -> list[IntArray]:
 
 
 def load_directions(c: Conditions) -> list[Setting]:
-    """Runs that load one direction alone, the other alone, or both."""
+    """Runs with load in one direction, in the other, or in both."""
     starts = c.starts[:-1]
     most, least = np.maximum.reduceat(c.torque, starts), np.minimum.reduceat(c.torque, starts)
     size = ONE_SIDED * np.maximum(most, -least)

@@ -1,4 +1,4 @@
-"""The measurement noise: what the largest linear model leaves."""
+"""The measurement noise: the residual of the largest linear model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CALM_RIDGE = 1e-7
 def leftover(
     base: BaselineModel, point: Point, blocks: Sequence[FloatArray]
 ) -> tuple[FloatArray, int]:
-    """Residual of the largest linear model, which tells the noise from any effect."""
+    """Residual of the largest linear model, which separates the noise from any effect."""
     fixed, _, scatter, _ = columns_of(base, point)
     residual = base.residual(point)
     parts = [fixed, scatter[:, :3], *blocks]
@@ -43,7 +43,7 @@ def leftover(
 
 
 def estimate_noise(base: BaselineModel, blocks: Sequence[FloatArray]) -> Noise:
-    """Noise model from what the largest model leaves."""
+    """Estimate the noise model from the residual of the largest model."""
     rest, columns = leftover(base, base.at(), blocks)
     c = base.conditions
     return fit_noise(rest, c.time_s, c.starts, columns)

@@ -1,4 +1,4 @@
-"""The answer of ``merge``: a diagnosis made of evidence."""
+"""The answer of ``merge``: a diagnosis from saved evidence."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from lostmotion.fit.deviations import DEVIATIONS
 
 
 def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
-    """Judge evidence as `diagnose` judges recordings.
+    """Diagnose saved evidence as `diagnose` does with recordings.
 
     Returns
     -------
     dict
-        The answer of ``merge``, ready for JSON.
+        The answer of ``merge`` for JSON.
     """
     model = EvidenceModel(body, effects)
     steps = select(model)
@@ -89,14 +89,14 @@ def judge_body(body: Body, effects: Mapping[str, Effect]) -> dict[str, Any]:
 def rung(
     taken: Sequence[Contender], errors: tuple[float, float], found: Conclusion
 ) -> dict[str, Any]:
-    """Make a rung of the ladder, with the verdict on the effect that is new there."""
+    """Make a rung of the ladder, with the verdict on its new effect."""
     names = [one.name for one in taken]
     said = {"effect": names[-1], **found.by_effect.get(names[-1], {})} if names else {}
     return {"effects": names, "rms_arcsec": errors[0], "rms_heldout_arcsec": errors[1], **said}
 
 
 def squares_by_run(body: Body) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Squares and products of the columns that scatter, of each run about its mean, unscaled."""
+    """Squares and products of the scattering columns of each run about its mean, unscaled."""
     known = body.plain.scatter[: len(DEVIATIONS)]
     scale = body.plain.scale[known]
     return np.asarray(centred(body.plain)[:, known[:, None], known] * np.outer(scale, scale))
@@ -114,10 +114,10 @@ def candidates_of_evidence(
     ladder: Sequence[Mapping[str, Any]],
     shown: Sequence[str],
 ) -> list[dict[str, Any]]:
-    """List every effect: those that were found first, then by evidence.
+    """List every effect: those found first, then by evidence.
 
-    Sizes are those of one step, with standard errors under noise and scatter; those of effects that
-    were found are estimated together.
+    Sizes are from one linear step, with standard errors from noise and scatter; effects found are
+    estimated together.
     """
     found: dict[str, dict[str, Any]] = {}
     taken = {one.name: one for one in model.taken}
@@ -149,7 +149,7 @@ def candidates_of_evidence(
 
 
 def estimate(current: ContestRound, result: Result) -> tuple[dict[str, float], dict[str, float]]:
-    """Values of an effect by the one step, and the standard errors of those that it estimates."""
+    """Values of an effect from one linear step, and the standard errors of the estimated ones."""
     candidate = current.candidates[result.name]
     effect = candidate.effect
     assert effect is not None

@@ -95,7 +95,7 @@ def next_runs(
 
 
 def open_pairs(selection: Selection, names: Sequence[str]) -> list[tuple[str, str]]:
-    """Pairs of effects that recordings leave open: what was found with each rival, else all."""
+    """Pairs of effects still open: each effect found with each rival, else all pairs."""
     found = [
         (step.selected.result.name, rival)
         for step in selection.steps

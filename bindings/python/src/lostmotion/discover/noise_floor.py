@@ -1,4 +1,4 @@
-"""The noise floor: noise within runs and the scatter between them."""
+"""The noise floor: noise within runs and run-to-run scatter."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def scatter_of(contest: Contest) -> FloatArray:
 
 
 def noise_floor(settled: Settled, within: float) -> float:
-    """Noise within runs and scatter between them, as one rms in arc seconds.
+    """Noise within runs and run-to-run scatter, as one rms in arc seconds.
 
-    Every run counts with the deviations that it has, not with those that its like might have: one
-    outlier run may have little that they act on. What all deviations have in common is no scatter:
-    a fit to all runs takes it into its curve. It is not measured against the error of the model.
+    Every run counts with its own deviations, not with those expected of similar runs, because an
+    outlier run may have little effect. A deviation common to all runs is not scatter: a fit to all
+    runs includes it in its curve. The error of the model is not used.
 
     Parameters
     ----------

@@ -1,9 +1,8 @@
-"""Runs that stand apart: their stiffness, friction or gap is none that scatter makes.
+"""Outlier runs: their stiffness, friction or gap differs by more than run-to-run scatter.
 
-A cause that no column records (an oven that nobody noted) acts between runs, and shows as scatter
-that a few runs have and the others do not. One number for each run and part, its deviation over the
-spread of deviations like it, is compared with the others by the generalised extreme Studentised
-deviate test (Rosner 1983), which finds several that would hide each other.
+An unrecorded cause (for example heating) acts between runs and appears as a deviation of only a few
+runs. For each part, the standardised deviations of all runs are compared by the generalised extreme
+Studentised deviate test (Rosner 1983), which finds several outliers that would mask each other.
 """
 
 from __future__ import annotations
@@ -30,14 +29,14 @@ RUN_NEEDS = {"temperature_C", "cycles"}
 
 @dataclass
 class OddRuns:
-    """Runs that stand apart in one part of the baseline model.
+    """Outlier runs in one part of the baseline model.
 
     Attributes
     ----------
     part : str
     runs : list of int
     deviations : list of float
-        Of these runs: stiffness and friction relative, gap in arc seconds.
+        Deviations of these runs: stiffness and friction relative, gap in arc seconds.
     p : float
         Of the test, over all parts.
     """
@@ -53,7 +52,7 @@ class OddRuns:
         return DEVIATIONS.index(self.part)
 
     def told(self, labels: Sequence[int | str], rms_arcsec: float) -> dict[str, Any]:
-        """Say it in the words of an answer."""
+        """Return the entry for the answer."""
         names = [str(labels[run]) for run in self.runs]
         one = "run" if len(names) == 1 else "runs"
         some = " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0]
@@ -66,13 +65,13 @@ class OddRuns:
 
 
 def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
-    """Find the runs that stand apart most, where any do.
+    """Find the strongest outlier runs, if there are any.
 
     Parameters
     ----------
     contest : Contest
     load : ndarray
-        Of each run, in any unit: what the baseline model does in it.
+        Load of each run in the baseline model, in any unit.
     """
     e = contest.evidence
     index, omega = e.index(), contest.null_omega
@@ -95,15 +94,16 @@ def find_odd_runs(contest: Contest, load: FloatArray) -> OddRuns | None:
 
 
 def leaning(values: FloatArray, odd: Sequence[int]) -> Mask:
-    """Which values lean to the side of those that stand apart; none where these are on both."""
+    """Values on the side of the outliers; none if there are outliers on both sides."""
     off = (values - np.median(values)) * np.sign(values[list(odd)].mean())
     return np.asarray((off >= rules.ODD_RUNS_LEANS) & bool(np.all(off[list(odd)] > 0)))
 
 
 def parted_by(load: FloatArray, odd: Sequence[int], leans: Mask) -> bool:
-    """Whether runs that stand apart are just those of one load.
+    """Whether the outlier runs are exactly those of one load.
 
-    No other run is between them; or no other load is near, and those that have it lean as they do.
+    No other run is between them; or no other load is near, and all runs of that load deviate to the
+    same side.
     """
     own, others = load[list(odd)], np.delete(load, list(odd))
     between = (others >= own.min()) & (others <= own.max())
@@ -117,7 +117,7 @@ def parted_by(load: FloatArray, odd: Sequence[int], leans: Mask) -> bool:
 
 
 def share_told(contest: Contest) -> FloatArray:
-    """Share of each deviation's variance that the recordings of its run tell."""
+    """Share of the variance of each deviation that the recordings of its run determine."""
     e = contest.evidence
     gram = e.gram[:, e.scatter[:, None], e.scatter]
     kept, _ = without_scatter(gram, contest.null_omega, np.eye(e.scatter.size))
@@ -125,14 +125,14 @@ def share_told(contest: Contest) -> FloatArray:
 
 
 def apart(values: FloatArray, level: float) -> tuple[list[int], float]:
-    """Places of the values that stand apart, and the least p of the test.
+    """Places of the outliers, and the least p of the test.
 
     Parameters
     ----------
     values : ndarray
-        Independent and normal, but for the few.
+        Independent and normal, except for the outliers.
     level : float
-        Chance of any where there are none.
+        Probability of a false outlier.
     """
     if values.size < rules.ODD_RUNS_TESTED_LEAST:
         return [], 1.0

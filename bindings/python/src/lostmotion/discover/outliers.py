@@ -1,4 +1,4 @@
-"""Outliers: single samples far off their neighbours, set to what these say."""
+"""Outliers: single samples far from their neighbours, replaced by interpolation."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ JUMP_REACH = 2
 
 
 def clean_outliers(base: BaselineModel) -> int:
-    """Set single wild samples to what their neighbours say; returns their number.
+    """Replace single outlying samples by their neighbours; returns their number.
 
-    They are counted and reported. Rows stay in place, because the noise within a run is coloured.
+    They are counted and reported. Rows are kept, because the noise within a run is coloured.
     """
     residual = base.residual()
     found = np.zeros(residual.size, dtype=bool)
@@ -64,9 +64,10 @@ def clean_outliers(base: BaselineModel) -> int:
 
 
 def jumping(torque_Nm: FloatArray) -> npt.NDArray[np.bool_]:
-    """Samples about which the load changes far quicker than usual in the run, or turns round.
+    """Samples at which the load changes much faster than usual in the run, or reverses.
 
-    What is measured there tells most of lags and of creep, and no model without them meets it.
+    These samples carry most information on lag and creep, and no model without these effects fits
+    them.
     """
     change = np.abs(np.diff(torque_Nm, prepend=torque_Nm[0]))
     bend = np.pad(np.abs(np.diff(torque_Nm, n=2)), 1)

@@ -24,14 +24,14 @@ def read_plan(
     mapping: Mapping[str, str] | None = None,
     protocol: Protocol = FREE,
 ) -> Campaign:
-    """Read planned runs: like recordings, but what will be measured may be left out.
+    """Read planned runs: like recordings, but measured columns may be missing.
 
-    Of a protocol with a locked side the torque may be that of the motor, as in its recordings.
+    With a locked side the torque may be that of the motor, as in recordings.
 
     Raises
     ------
     InputError
-        As for recordings; time and torque must be there.
+        As for recordings; time and torque are required.
     """
     runs: list[Run] = []
     for file in recording_files(paths):

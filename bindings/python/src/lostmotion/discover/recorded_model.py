@@ -35,20 +35,20 @@ from lostmotion.fit.held_out import held_out_rms
 
 @dataclass
 class Selection:
-    """What a selection over recordings came to.
+    """Result of a selection over recordings.
 
     Attributes
     ----------
     steps : list of Step
     settled : list of Settled
-        The model at first, and after each candidate that was taken.
+        The model at the start, and after each selected candidate.
     noise : Noise
     given_arcsec : float
-        Largest size of an effect that the model brought along.
+        Largest size of an initial effect of the model.
     began_with : BaselineModel
-        Fitted for all runs together, before any of them had deviations.
+        Fitted to all runs together, before deviations.
     first : Settled
-        The noise beside it as it was estimated first, and the deviations of the runs under that.
+        First estimate of the noise for it, and the deviations of the runs for that noise.
     """
 
     steps: list[Step]
@@ -66,7 +66,7 @@ def select_recorded(
     *,
     progress: Callable[[str], None] | None = None,
 ) -> Selection:
-    """Run the selection over recordings, from a fitted baseline model."""
+    """Select effects for recordings, starting from a fitted baseline model."""
     say = progress or (lambda _: None)
     model = RecordedModel(base, effects, ratio)
     say("noise")
@@ -76,7 +76,7 @@ def select_recorded(
 
 
 class RecordedModel(GrowingModel):
-    """A baseline model over recordings, and what is added to it.
+    """A baseline model for recordings, and the candidates added to it.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class RecordedModel(GrowingModel):
     ----------
     noise : Noise
     settled : list of Settled
-        The model at first, and after each candidate that was taken.
+        The model at the start, and after each selected candidate.
     """
 
     def __init__(self, base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> None:
@@ -117,15 +117,15 @@ class RecordedModel(GrowingModel):
 
     @property
     def now(self) -> Settled:
-        """The model as it is."""
+        """The present model."""
         return self.settled[-1]
 
     def candidates(self, base: BaselineModel) -> tuple[list[Candidate], dict[str, str]]:
-        """Named effects and shapes beside a model, and why other effects are not testable."""
+        """Named effects and shapes for a model, and why other effects are not testable."""
         return make_candidates(base, self.effects, self.ratio, self.waves)
 
     def compete(self) -> tuple[RecordedRound, list[Result]]:
-        """See `GrowingModel`; the noise is estimated anew, and the model settled under it."""
+        """See `GrowingModel`; the noise is estimated again, and the model linearised for it."""
         base = self.now.base
         candidates, closed = self.candidates(base)
         self.fitted = {}
@@ -149,7 +149,7 @@ class RecordedModel(GrowingModel):
     def calmer_noise(
         self, settled: Settled, effects: list[Candidate], closed: dict[str, str]
     ) -> Noise | None:
-        """Noise of the largest model about the fit of a strong effect, where it is calmer."""
+        """Noise of the largest model at the fit of a strong effect, if it is lower."""
         best: Noise | None = None
         least = rules.CALMER * noise_rms(settled.noise, settled.base)
         current = make_round(settled, effects, closed)
@@ -168,12 +168,12 @@ class RecordedModel(GrowingModel):
         return best
 
     def with_candidate(self, lead: Lead) -> Contender | None:
-        """See `GrowingModel`: a refit of all."""
+        """See `GrowingModel`: a joint refit."""
         assert isinstance(lead.round, RecordedRound)
         return refit(lead.round, lead.result, self.now, self.fitted.get(lead.name))
 
     def passes_gates(self, contender: Contender, count: int) -> bool:
-        """See `GrowingModel`: linearised where the model with it is."""
+        """See `GrowingModel`: linearised at the model with it."""
         assert contender.settled is not None
         place = len(contender.settled.base.terms) - 1
         return term_passes(contender.settled, place, count)
@@ -181,9 +181,9 @@ class RecordedModel(GrowingModel):
     def size_within(self, contender: Contender) -> float:
         """See `GrowingModel`.
 
-        By its tangent there, as long as that is no more than was to be explained: a load that is
-        off by more than a kink is wide has a tangent that continues beyond the kink, ten times as
-        far as the effect. What it takes from the error of all runs together counts then.
+        From its tangent, as long as that does not exceed what was to be explained: if the load is
+        wrong by more than the width of a kink, the tangent continues beyond the kink and
+        overestimates the effect tenfold. Then the decrease of the common error of all runs counts.
         """
         base = model_of(contender)
         size = term_size(base, len(base.terms) - 1)
@@ -200,7 +200,7 @@ class RecordedModel(GrowingModel):
         return before_rms**2 - held_out_rms(after) ** 2
 
     def alike(self) -> tuple[BaselineModel, float]:
-        """The model as it is, fitted for all runs together, and its leave-one-run-out rms."""
+        """The present model fitted to all runs together, and its leave-one-run-out rms."""
         if self.fitted_alike is None or self.fitted_alike[0] is not self.now:
             known = self.began_with if self.fitted_alike is None else self.fitted_alike[1]
             base = without_deviations(self.now.base, known)
@@ -208,21 +208,21 @@ class RecordedModel(GrowingModel):
         return self.fitted_alike[1:]
 
     def take(self, contender: Contender, count: int) -> None:
-        """See `GrowingModel`; what the drive file brought along stays."""
+        """See `GrowingModel`; effects of the drive file are kept."""
         assert contender.settled is not None
         self.settled.append(without_idle(contender.settled, self.given_terms, count))
 
     def substitutes(
         self, current: ContestRound, selected: Contender, rivals: Sequence[Result]
     ) -> list[str]:
-        """See `GrowingModel`: all of them; the strongest were compared by their refits."""
+        """See `GrowingModel`: all of them; the strongest were compared by refits."""
         return [result.name for result in rivals]
 
     def more_starts(self, leads: list[Lead], count: int) -> list[Lead]:
-        """Add the strongest effects of the model without deviations; they start from there.
+        """Add the strongest effects of the model without deviations, with starts from there.
 
-        Whether they pass, and how large they are, is judged later, where the model with them is:
-        this only finds them. One that was found already gets a second start.
+        Their significance and size are tested later in the model with them; this only finds them.
+        An effect found before gets a second start.
         """
         settled = self.now
         if float(np.max(np.abs(settled.base.deviations[:, :2]))) < rules.STRAYED:
@@ -240,10 +240,10 @@ class RecordedModel(GrowingModel):
     def unjudged(
         self, current: ContestRound, results: list[Result], leads: list[Lead]
     ) -> list[Lead]:
-        """Effects that move the load by the same everywhere.
+        """Effects that shift the load by a constant.
 
-        They move every kink, and a model that was fitted without them is blurred there: the tangent
-        on it says next to nothing of a load that is off by more than a kink is wide.
+        They shift every kink, and a model fitted without them is smeared there: its tangent is of
+        little use if the load is wrong by more than the width of a kink.
         """
         known = {lead.name for lead in leads}
         found = []
@@ -268,16 +268,16 @@ def model_of(contender: Contender) -> BaselineModel:
 
 
 def fall_of_error(base: BaselineModel, with_effect: BaselineModel) -> float:
-    """Root mean square, arc seconds, by which an effect lowers the error of all runs together."""
+    """Root mean square, arc seconds, of the decrease of the common error by an effect."""
     before = without_deviations(base)
     after = without_deviations(with_effect, before)
     return float(np.sqrt(max(0.0, plain_rms(before) ** 2 - plain_rms(after) ** 2)))
 
 
 def without_idle(settled: Settled, given: int, count: int) -> Settled:
-    """Drop the effects that no longer pass the gates beside the newest, all fitted together.
+    """Drop the effects that no longer pass the tests with the newest in the model.
 
-    Those that were `given` with the baseline model stay.
+    Effects `given` with the baseline model are kept.
     """
     for place in range(len(settled.base.terms) - 2, given - 1, -1):
         if not term_passes(settled, place, count):

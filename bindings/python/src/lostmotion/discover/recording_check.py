@@ -25,9 +25,10 @@ ALIASED = 0.9
 
 
 def begin_elsewhere(campaign: Campaign) -> list[int | str]:
-    """Name the runs whose torque does not begin where the run before ended.
+    """List the runs whose torque does not begin where the previous run ended.
 
-    Friction remembers what lay between; the model takes it that the torque went straight there.
+    Friction depends on the load history between runs; the model assumes that the torque ramped
+    monotonically.
     """
     least = ELSEWHERE * campaign.largest_torque_Nm
     return [
@@ -38,7 +39,7 @@ def begin_elsewhere(campaign: Campaign) -> list[int | str]:
 
 
 def ranks(values: FloatArray) -> FloatArray:
-    """Rank of each value; equal ones share theirs."""
+    """Rank of each value; equal values have equal ranks."""
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     return np.asarray((np.cumsum(counts) - 0.5 * (counts - 1))[place], dtype=np.float64)
 
@@ -49,7 +50,7 @@ def rank_correlation(a: FloatArray, b: FloatArray) -> float:
 
 
 def check(campaign: Campaign, effects: Mapping[str, Effect]) -> dict[str, Any]:
-    """Describe whether recordings are sound, and what this plan separates or confounds."""
+    """Check whether recordings are sound, and what this plan separates or confounds."""
     conditions = Conditions(campaign)
     columns = dict(conditions.columns)
     columns.pop("elapsed_s", None)

@@ -1,4 +1,4 @@
-"""Refits: a candidate becomes part of a baseline model, which is then fitted whole."""
+"""Refits: a candidate is added to a baseline model, and all parameters are fitted together."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ APART_STEPS, APART_TOLERANCE = 20, 1e-7
 
 
 def best_start(current: ContestRound, result: Result) -> tuple[int, Result]:
-    """Find the start of an effect that explains most, judged alone.
+    """Find the single start of an effect that explains most.
 
-    Where none can be judged alone, it is the first, with its own part of what all say together.
+    If none can be tested alone, it is the first, with its part of the joint result.
     """
     candidate = current.candidates[result.name]
     assert candidate.effect is not None
@@ -94,7 +94,7 @@ def put_in(
 
 
 def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None:
-    """Move a baseline model and the deviations of its runs to where a hypothesis needs them."""
+    """Move a baseline model and the deviations of its runs to the optimum of a hypothesis."""
     evidence = current.contest.evidence
     delta = np.concatenate((result.fixed_step, result.coefficients))
     own = deviations(evidence, evidence.index(result.block), result.omega, delta)
@@ -103,7 +103,7 @@ def step_to(base: BaselineModel, current: RecordedRound, result: Result) -> None
 
 
 def hold_to_name(term: Term) -> bool:
-    """Fix at zero a value that turns an effect into another one; return whether there was one."""
+    """Fix at zero a value that makes an effect equal to another; return whether there was one."""
     wrong = term.effect.against_its_name(term.values)
     if wrong is None:
         return False
@@ -120,21 +120,21 @@ def refit(
 ) -> Contender | None:
     """Fit baseline and candidate together, from the deviations that this hypothesis predicts.
 
-    A step that leads astray, or to much less than the contest has promised, is not taken: the fit
-    then starts from where the baseline model stands.
+    A step to a worse point, or with much less gain than in the contest, is not used: the fit then
+    starts from the baseline model.
 
     Parameters
     ----------
     reference : Settled, optional
-        Against which the gain counts, where the round is that of a baseline model without
-        deviations: then they stay at nothing until the candidate has had its fit.
+        Reference of the gain if the round uses a baseline model without deviations; these then
+        remain zero until the candidate was fitted.
     fitted : BaselineModel, optional
-        A fit with the candidate that is at hand.
+        An existing fit with the candidate.
 
     Returns
     -------
     Contender or None
-        None where a fit with the candidate leads to numbers that no evidence can be made of.
+        None if the fit with the candidate is not finite.
     """
     try:
         return _refit(current, result, reference, fitted)
@@ -174,8 +174,7 @@ def fit_with(current: RecordedRound, result: Result) -> tuple[BaselineModel, boo
     -------
     model : BaselineModel
     stepped : bool
-        False where that step led astray, and the fit has started from where the baseline model
-        stands.
+        False if that step led to a worse point, and the fit started from the baseline model.
     """
     settled = current.settled
     base = settled.base.copy()
@@ -194,9 +193,9 @@ def fit_with(current: RecordedRound, result: Result) -> tuple[BaselineModel, boo
 def fit_from_base(
     current: RecordedRound, result: Result, tolerance: float | None = None
 ) -> BaselineModel:
-    """Fit baseline and candidate together from where the baseline model stands.
+    """Fit baseline model and candidate together, starting from the baseline model.
 
-    The deviations stay.
+    The deviations are kept.
     """
     settled = current.settled
     base = settled.base.copy()
@@ -210,24 +209,24 @@ def fit_from_base(
 
 
 def start_of(current: RecordedRound, result: Result) -> tuple[int, Result]:
-    """Start of a candidate that explains most; a shape has one."""
+    """Start of a candidate that explains most; a shape has one start."""
     shape = current.candidates[result.name].effect is None
     return (0, result) if shape else best_start(current, result)
 
 
 def close_enough(base: BaselineModel) -> float:
-    """Relative fall of the cost that is worth `FIT_NATS`: what follows steps on from there."""
+    """Relative decrease of the cost equivalent to `FIT_NATS`; later steps continue from there."""
     return 2.0 * FIT_NATS / base.conditions.rows
 
 
 def without_deviations(base: BaselineModel, before: BaselineModel | None = None) -> BaselineModel:
-    """Refit a baseline model for all runs together, as a drive file would hold it.
+    """Refit a baseline model to all runs together, as for a drive file.
 
     Parameters
     ----------
     before : BaselineModel, optional
-        The same of the model that this one has grown from. Where the deviations of the runs have
-        led the fit astray to a larger error, it starts there instead.
+        The same for the model that this one extends. If the deviations of the runs led the fit to a
+        larger error, it starts there instead.
     """
     plain = base.copy()
     plain.deviations[:] = 0.0
@@ -251,7 +250,7 @@ def without_deviations(base: BaselineModel, before: BaselineModel | None = None)
 
 
 def grown_from(base: BaselineModel, before: BaselineModel) -> bool:
-    """Whether a model is another one with something added."""
+    """Whether a model extends another one."""
     names = [term.effect.name for term in before.terms]
     shapes = [shape.name for shape in before.additives]
     return (
@@ -261,13 +260,13 @@ def grown_from(base: BaselineModel, before: BaselineModel) -> bool:
 
 
 def refitted(base: BaselineModel, noise: Noise) -> Settled:
-    """Fit a baseline model with its terms as they are, and settle it."""
+    """Fit a baseline model with its present terms, and linearise it."""
     base.fit(noise=float(np.median(noise.sigma)), steps=REFIT_STEPS)
     return settle(base, noise)
 
 
 def sharpen(current: RecordedRound, winner: Contender) -> Contender | None:
-    """Find the frequency of a winning wave more closely, and refit it."""
+    """Refine the frequency of a selected wave, and refit it."""
     fine = shape_room.finer(current.settled.base, winner.candidate)
     if not fine:
         return None

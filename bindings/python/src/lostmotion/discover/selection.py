@@ -1,4 +1,4 @@
-"""Forward and backward selection of effects and shapes: one for recordings and for evidence."""
+"""Forward and backward selection of effects and shapes, for recordings and for saved evidence."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from lostmotion.discover.shortlist import least_sizes
 
 
 def select(model: GrowingModel, say: Callable[[str], None] = lambda _: None) -> list[Step]:
-    """Take into a model what is missing most, round by round.
+    """Add the strongest missing candidate to a model, round by round.
 
     Parameters
     ----------
     model : GrowingModel
-        Grows by what is selected.
+        Model to which the selected candidates are added.
     say : callable
         Called with the name of each piece of work when it is done.
 
     Returns
     -------
     list of Step
-        One a round. The last has selected nothing, or what it selected was not taken any more: the
-        model is as large as the runs allow, or a second shape without a name would come in.
+        One step per round. The last selected nothing, or its selection was not added: the model is
+        as large as the runs allow, or a second unnamed shape would be added.
     """
     most = max(1, min(rules.TERMS_MAX, model.runs // rules.RUNS_PER_TERM))
     steps: list[Step] = []

@@ -1,4 +1,4 @@
-"""The shortlist of a round: which candidates are tried in the model first."""
+"""The shortlist of a round: candidates that are tried in the model first."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class LeastSizes:
     Attributes
     ----------
     effect, shape : float
-        Of an effect and of a shape without a name, arc seconds.
+        Least sizes of an effect and of an unnamed shape, arc seconds.
     kept : mapping
         Effects that are in the model, with their sizes.
     """
@@ -36,19 +36,19 @@ class LeastSizes:
 
 
 def least_sizes(within: float, kept: Mapping[str, float], largest: float) -> LeastSizes:
-    """Least sizes beside a noise within runs and effects of which the largest has a size."""
+    """Least sizes for a noise within runs and the size of the largest effect."""
     effect = least_size(within, largest)
     shape = max(effect, rules.SHAPE_AFTER_NAMED * within) if kept else effect
     return LeastSizes(effect, shape, kept)
 
 
 def least_size(within: float, largest: float) -> float:
-    """Least size of what is called missing, beside effects of which the largest has this size."""
+    """Least size that is reported as missing, for the size of the largest effect."""
     return max(rules.SIZE_LEAST * within, rules.LEFTOVER_SHARE * largest)
 
 
 def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str, float]) -> float:
-    """Least size of an effect beside those that are in the model.
+    """Least size of an effect in addition to those in the model.
 
     The residual of an effect of inexact form resembles the effects confounded with it.
     """
@@ -72,7 +72,7 @@ def least_beside(contest_round: ContestRound, result: Result, kept: Mapping[str,
 def find_leads(
     contest_round: ContestRound, results: list[Result], paid: Mapping[str, int], limits: LeastSizes
 ) -> list[Lead]:
-    """Find those that pass all gates beside the model as it is, strongest first."""
+    """Find the candidates that pass all tests with the present model, strongest first."""
     passed = []
     for result in results:
         candidate = contest_round.candidates[result.name]
@@ -89,7 +89,7 @@ def find_leads(
 
 
 def strongest(leads: list[Lead]) -> list[Lead]:
-    """Find the leads whose gain is near the greatest: they are tried first."""
+    """Find the leads with nearly the largest gain, which are tried first."""
     if not leads:
         return []
     near = [lead for lead in leads if lead.result.gain >= rules.REFIT_SHARE * leads[0].result.gain]

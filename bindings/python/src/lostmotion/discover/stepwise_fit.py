@@ -1,8 +1,8 @@
 """The stepwise fit: the baseline model, then each effect on top, all refitted at each rung.
 
-It is the one refit behind `diagnose` and `fit`: the same recordings, form and effects give the same
-numbers in both. All runs are equal in it, as a drive file holds them; standard errors count the
-coloured noise within runs and the scatter between them.
+`diagnose` and `fit` share it: the same recordings, form and effects give the same numbers in both.
+All runs are equal in it, as in a drive file; standard errors include the coloured noise within runs
+and the run-to-run scatter.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class EstimatedValues:
     names : list of str
     values : ndarray
     covariance : ndarray
-        Under scatter and noise; nothing for what was chosen and not estimated.
+        Covariance from scatter and noise; zero for values that were not estimated.
     inseparable : list of list of str
         Pairs that these recordings do not separate.
     """
@@ -59,11 +59,11 @@ class EstimatedValues:
 
     @property
     def standard_errors(self) -> FloatArray:
-        """Of every value; nothing for what was not estimated."""
+        """Standard error of every value; zero if it was not estimated."""
         return np.asarray(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
 
     def error_of(self, effect: Effect) -> dict[str, float]:
-        """Standard errors of the values of an effect that were estimated, by their names."""
+        """Standard errors of the estimated values of an effect, by name."""
         errors = dict(zip(self.names, map(float, self.standard_errors), strict=True))
         keys = {value.name: f"{effect.name}.{value.name}" for value in effect.values}
         return {name: errors[key] for name, key in keys.items() if errors.get(key, 0.0) > 0.0}
@@ -77,7 +77,7 @@ class StepwiseFit:
     ----------
     models : list of BaselineModel
     first : Settled
-        The first of them at the deviations of its runs, with the evidence of its columns.
+        The first model at the deviations of its runs, with the evidence of its columns.
     effects : mapping
         That may be missing.
     ratio : float
@@ -91,7 +91,7 @@ class StepwiseFit:
 
     @cached_property
     def settled(self) -> Settled:
-        """The last model at the deviations of its runs; its noise is estimated beside it."""
+        """The last model at the deviations of its runs, with its own noise estimate."""
         if len(self.models) == 1:
             return self.first
         return measure_noise(self.model, self.effects, self.ratio)
@@ -108,7 +108,7 @@ class StepwiseFit:
 
     @cached_property
     def floor_arcsec(self) -> float:
-        """Noise within runs and scatter between them."""
+        """Noise within runs and run-to-run scatter."""
         return noise_floor(self.settled, self.within_arcsec)
 
     @cached_property
@@ -125,7 +125,7 @@ def fit_stepwise(
     known: Settled | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> StepwiseFit:
-    """Add effects to a fitted baseline model, in their order.
+    """Add effects to a fitted baseline model, in order.
 
     Parameters
     ----------
@@ -133,13 +133,13 @@ def fit_stepwise(
         Fitted, in the form that was chosen.
     add : sequence of Effect
     effects : mapping
-        That may be missing: what none of them explains is noise.
+        Effects that may be missing: what none of them explains is noise.
     ratio : float
         Of the drive.
     known : Settled, optional
-        What `measure_noise` gives for the baseline model, where it is at hand.
+        Result of `measure_noise` for the baseline model, if available.
     progress : callable, optional
-        Called with the number of each effect when its turn comes.
+        Called with the number of each effect before it is fitted.
     """
     first = known or measure_noise(base, effects, ratio)
     models = [base]
@@ -150,10 +150,10 @@ def fit_stepwise(
 
 
 def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> BaselineModel:
-    """Refit a model with an effect more.
+    """Refit a model with one more effect.
 
-    The runs have their own deviations on the way: what they scatter by would hold the effect back,
-    and a fit in which all runs are equal goes through kinks slowly.
+    During the fit the runs have their own deviations: otherwise run-to-run scatter biases the
+    effect, and convergence through kinks is slow.
     """
     model = base.copy()
     model.noise_arcsec = noise_rms(noise, base)
@@ -163,13 +163,13 @@ def with_effect(base: BaselineModel, noise: Noise, effect: Effect, ratio: float)
 
 
 def measure_noise(base: BaselineModel, effects: Mapping[str, Effect], ratio: float) -> Settled:
-    """Estimate the noise beside a model, and the deviations of the runs under it."""
+    """Estimate the noise for a model, and the deviations of the runs for that noise."""
     candidates, _ = make_candidates(base, effects, ratio, shapes.waves(base))
     return settle(base, estimate_noise(base, [c.columns for c in candidates]))
 
 
 def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) -> Term:
-    """Start an effect where the linearised evidence points."""
+    """Start an effect at the values that the linearised evidence suggests."""
     candidate = tangent(effect, base, base.at(), ratio)
     if candidate.columns.shape[1] == 0:
         return Term(effect, start_values(effect, given_values(base, ratio)), effect.free())
@@ -186,7 +186,7 @@ def first_term(base: BaselineModel, noise: Noise, effect: Effect, ratio: float) 
 
 
 def table_of(base: BaselineModel, settled: Settled) -> EstimatedValues:
-    """Values in the units of the drive file, with the covariance under scatter and noise."""
+    """Values in the units of the drive file, with the covariance from scatter and noise."""
     contest = settled.contest
     evidence = contest.evidence
     index = evidence.index()

@@ -16,10 +16,10 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def contest_of_term(settled: Settled, place: int) -> tuple[Contest, str]:
-    """Evidence for a term that is in the model, linearised where the model with it stands.
+    """Evidence for a term in the model, linearised at that model.
 
-    What the term does is put back into the residual; its free values are the block of that name, or
-    all that it does where it has none.
+    The contribution of the term is added back to the residual; the block of its name has its
+    estimated values, or its whole contribution if it has none.
     """
     base = settled.base
     point = base.at()
@@ -46,9 +46,10 @@ def term_places(base: BaselineModel, place: int) -> npt.NDArray[np.intp]:
 
 
 def term_angle(base: BaselineModel, place: int, fixed: FloatArray) -> FloatArray:
-    """What a term adds to the model, arc seconds, as far as it scales with its values (Euler).
+    """Contribution of a term, arc seconds, as far as it scales with its values (Euler).
 
-    One without free values, as a tooth that has slipped, adds what the model lacks without it.
+    A term without estimated values, such as slipped teeth, contributes what the model lacks without
+    it.
     """
     term = base.terms[place]
     if not term.free:
@@ -62,14 +63,14 @@ def term_angle(base: BaselineModel, place: int, fixed: FloatArray) -> FloatArray
 
 
 def term_size(base: BaselineModel, place: int) -> float:
-    """Root mean square, arc seconds, of what the rest of the model leaves of a term."""
+    """Root mean square, arc seconds, of what the rest of the model cannot absorb of a term."""
     fixed = base.fixed_columns(base.at())
     rest = Projector(np.delete(fixed, term_places(base, place), axis=1))
     return rest.size(term_angle(base, place, fixed))
 
 
 def term_passes(settled: Settled, place: int, count: int) -> bool:
-    """Whether a term of a model passes the gates beside the others."""
+    """Whether a term of a model passes the tests with the others present."""
     contest, name = contest_of_term(settled, place)
     try:
         result = contest.test(name)

@@ -1,4 +1,4 @@
-"""Results that whiten their residual by its own noise: autocorrelation and quantiles of it."""
+"""Results with a residual whitened by its own noise: autocorrelation and quantiles."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ LAGS = 50
 
 
 class WhitenedResult(ModelResult):
-    """A result whose residual can be tested for being noise."""
+    """A result whose residual can be tested for whiteness."""
 
     def whitened(self) -> list[FloatArray]:
-        """Residual of each run, whitened: independent and of unit variance where it is noise."""
+        """Whitened residual of each run: independent and of unit variance if it is noise."""
         base = self.fitted_base()
         c = base.conditions
         return whitened_runs(base.residual(), c.time_s, c.starts)
 
     def plot_autocorrelation(self, lags: int = LAGS) -> Any:
-        """Draw the autocorrelation of the whitened residual; a Plotly figure."""
+        """Plot the autocorrelation of the whitened residual (Plotly figure)."""
         return figures.autocorrelation(self.some_whitened(), lags)
 
     def plot_normal(self) -> Any:
-        """Draw the quantiles of the whitened residual against normal ones; a Plotly figure."""
+        """Plot the quantiles of the whitened residual against normal ones (Plotly figure)."""
         return figures.normal_quantiles(np.concatenate(self.some_whitened()))
 
     def some_whitened(self) -> list[FloatArray]:
-        """`whitened`, or `InputError` where every run is too short."""
+        """`whitened`, or `InputError` if every run is too short."""
         found = self.whitened()
         if not found:
             runs = f"{self.fitted_base().conditions.runs} runs of a few samples"

@@ -71,9 +71,7 @@ class Noise:
             made /= self.sigma[run]
         return out
 
-    def whiten_runs(
-        self, values: FloatArray, starts: IntArray
-    ) -> tuple[FloatArray, IntArray]:
+    def whiten_runs(self, values: FloatArray, starts: IntArray) -> tuple[FloatArray, IntArray]:
         """Innovations of one column over all runs, and where each run begins among them.
 
         As `whiten` of each run, in as many steps as there are lags whatever the number of runs.

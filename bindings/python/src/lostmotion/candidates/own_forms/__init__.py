@@ -1,4 +1,4 @@
-"""Effects whose values are neither linear nor small: a file for each, by its name."""
+"""Effects whose values are neither linear nor small: one file each, under its name."""
 
 from __future__ import annotations
 

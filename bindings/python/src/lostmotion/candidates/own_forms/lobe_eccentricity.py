@@ -1,4 +1,4 @@
-"""Two lobes that do not run true: run-out in four directions beside the plain first order."""
+"""Eccentric lobes: run-out in four directions in addition to the first order."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ contact, over the run-out; the torque that this takes, over rated torque."""
 
 
 class Lobes:
-    """Two lobes: run-out in four directions beside the plain first order.
+    """Eccentric lobes: run-out in four directions in addition to the first order.
 
-    The run-out is no linear value. One lobe leads and the other lags: a size below nothing is that
-    of lobes a quarter turn on, which have a start of their own.
+    The run-out is not a linear value. One lobe leads and the other lags: a negative size is that of
+    lobes turned by a quarter turn, which have a separate start.
     """
 
     def linearise(
@@ -54,7 +54,7 @@ class Lobes:
     def values(
         self, effect: Effect, of: Tangents, start: int, coefficients: FloatArray
     ) -> FloatArray:
-        """See `Form`: run-out and compliance together, so the shape over the torque stays."""
+        """See `Form`: run-out and compliance change together; the shape over the torque is kept."""
         values = of.starts[start].copy()
         runout = np.hypot(values[2], values[3])
         size = coefficients[0]
