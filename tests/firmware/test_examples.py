@@ -160,7 +160,7 @@ def test_readme_quotes_the_page_of_costs() -> None:
     flash, ram, stack, step = cell[2], cell[6], cell[9], cell[12].split()[-1]
     quoted = re.sub(r"\s+", " ", README.read_text()).replace(",", "")
     assert f"takes {step} instructions on a Cortex-M4F" in quoted
-    assert f"is {flash} bytes RAM {ram} bytes an axis stack {stack} " in quoted
+    assert f"is {flash} bytes RAM {ram} bytes per axis stack {stack} " in quoted
 
 
 @pytest.mark.parametrize("target", [M0, M4F, RV32], ids=name_of)
