@@ -111,8 +111,8 @@ static void shrink_slacks(lm_task_state *s, double unit[], const double relax[])
   double x[LM_FREE_MAX + LM_LIMIT_COUNT];
   double tolerance[LM_ROW_MAX];
   elastic e;
+  nlopt_result prepared;
   double whole = 0;
-  double least;
   int i;
   e.s = s;
   for (i = 0; i < s->moving_count; i++) {
@@ -136,16 +136,17 @@ static void shrink_slacks(lm_task_state *s, double unit[], const double relax[])
     tolerance[i] = 1e-8;
   }
   memcpy(s->fixed, unit, sizeof s->fixed);
-  s->running = nlopt_create(NLOPT_LD_SLSQP, n);
+  if (!lm_open_solver(s, NLOPT_LD_SLSQP, n)) {
+    return;
+  }
   nlopt_set_lower_bounds(s->running, low);
   nlopt_set_upper_bounds(s->running, high);
   nlopt_set_min_objective(s->running, elastic_objective, &e);
-  nlopt_add_inequality_mconstraint(s->running, (unsigned)s->row_count, elastic_rows, &e, tolerance);
+  prepared = nlopt_add_inequality_mconstraint(s->running, (unsigned)s->row_count, elastic_rows, &e,
+                                              tolerance);
   nlopt_set_xtol_rel(s->running, 1e-7);
   nlopt_set_maxeval(s->running, 200);
-  (void)nlopt_optimize(s->running, x, &least);
-  nlopt_destroy(s->running);
-  s->running = NULL;
+  lm_run_solver(s, prepared, x);
   lm_spread_unit(s, x, unit);
 }
 
@@ -214,18 +215,21 @@ void lm_repair(lm_task_state *s, const lm_task *task) {
   }
 }
 
-/* Between the angles and phases of the search a limit may have to give more. */
-static void relax_to_certificate(const lm_problem *problem, int combination, const double unit[],
-                                 double relax[], lm_workspace *workspace) {
+/* Between the angles and phases of the search a limit may have to give more. A design that cannot
+ * be certified leaves relax[] as it is. LM_TOO_SMALL: no memory. */
+static lm_status relax_to_certificate(const lm_problem *problem, int combination,
+                                      const double unit[], double relax[],
+                                      lm_workspace *workspace) {
   lm_certificate *fine = (lm_certificate *)malloc(sizeof *fine);
+  const lm_status status =
+      fine == NULL ? LM_TOO_SMALL : lm_certify(problem, combination, unit, fine, workspace, NULL);
   int i;
-  if (fine != NULL && lm_certify(problem, combination, unit, fine, workspace, NULL) == LM_OK) {
-    for (i = 0; i < LM_LIMIT_COUNT; i++) {
-      const double more = LM_RESERVE - fine->limit[i].margin;
-      relax[i] = fine->limit[i].stated && more > relax[i] ? more : relax[i];
-    }
+  for (i = 0; status == LM_OK && i < LM_LIMIT_COUNT; i++) {
+    const double more = LM_RESERVE - fine->limit[i].margin;
+    relax[i] = fine->limit[i].stated && more > relax[i] ? more : relax[i];
   }
   free(fine);
+  return status == LM_TOO_SMALL ? status : LM_OK;
 }
 
 lm_status lm_explain_infeasible(const lm_problem *problem, int combination, double unit[],
@@ -234,15 +238,22 @@ lm_status lm_explain_infeasible(const lm_problem *problem, int combination, doub
   lm_answer answer;
   lm_scalarisation scalar;
   lm_task_state s;
+  int found;
   if (problem == NULL || unit == NULL || relax == NULL || workspace == NULL) {
     return LM_NULL;
   }
   memset(&answer, 0, sizeof answer);
   lm_scalarise_first(&scalar);
   lm_open_task_state(&s, problem, combination, budget, &scalar, &answer, workspace, stop);
-  if (!give_least_whole(&s, unit, relax)) {
+  found = give_least_whole(&s, unit, relax);
+  if (s.out_of_memory) {
+    return LM_TOO_SMALL;
+  }
+  if (!found) {
     return s.interrupted ? LM_NOT_CONVERGED : LM_OUT_OF_RANGE;
   }
-  relax_to_certificate(problem, combination, unit, relax, workspace);
-  return s.interrupted ? LM_NOT_CONVERGED : LM_OK;
+  if (s.interrupted) {
+    return LM_NOT_CONVERGED;
+  }
+  return relax_to_certificate(problem, combination, unit, relax, workspace);
 }

@@ -362,18 +362,24 @@ static void say_relaxed(char note[LM_NOTE_MAX], const double relax[], double mod
   }
 }
 
-/* Why there is no design, and the one that comes nearest. */
+/* Why there is no design, and the one that comes nearest. Return 1 when a file cannot be written. */
 static int explain(lm_run *run, lm_workspace *workspace, char note[LM_NOTE_MAX]) {
   lm_solution nearest;
   double relax[LM_LIMIT_COUNT];
   double value[LM_KEY_COUNT];
   size_t length;
+  lm_status status = LM_OUT_OF_RANGE;
   int whole;
   FILE *file;
   memset(&nearest, 0, sizeof nearest);
-  if (!lm_read_nearest(run->search, &nearest.combination, nearest.unit, &nearest.violation) ||
-      lm_explain_infeasible(&run->problem, nearest.combination, nearest.unit, 4000, relax,
-                            workspace, NULL) != LM_OK) {
+  if (lm_read_nearest(run->search, &nearest.combination, nearest.unit, &nearest.violation)) {
+    status = lm_explain_infeasible(&run->problem, nearest.combination, nearest.unit, 4000, relax,
+                                   workspace, NULL);
+  }
+  if (status == LM_TOO_SMALL) {
+    return say(note, 0, "not enough memory to explain why no design is feasible");
+  }
+  if (status != LM_OK) {
     (void)say(note, 0,
               "no design exists in these ranges: every combination is pruned or refused; see "
               "combinations.csv");

@@ -106,5 +106,8 @@ lm_status lm_run_task(const lm_problem *problem, const lm_task *task, lm_answer 
       lm_run_slsqp(&s, task->unit);
       break;
   }
+  if (s.out_of_memory) {
+    return LM_TOO_SMALL;
+  }
   return s.interrupted ? LM_NOT_CONVERGED : LM_OK;
 }

@@ -216,6 +216,20 @@ static void drop_constant_rows(lm_task_state *s) {
   s->row_count = kept;
 }
 
+int lm_open_solver(lm_task_state *s, nlopt_algorithm algorithm, unsigned variables) {
+  s->running = nlopt_create(algorithm, variables);
+  s->out_of_memory = s->out_of_memory || s->running == NULL;
+  return s->running != NULL;
+}
+
+void lm_run_solver(lm_task_state *s, nlopt_result prepared, double x[]) {
+  double least;
+  const nlopt_result result = prepared < 0 ? prepared : nlopt_optimize(s->running, x, &least);
+  s->out_of_memory = s->out_of_memory || result == NLOPT_OUT_OF_MEMORY;
+  nlopt_destroy(s->running);
+  s->running = NULL;
+}
+
 /* Scale of the scalarised objective's value at the start: t of order 1. */
 void lm_run_slsqp(lm_task_state *s, const double start[]) {
   const unsigned n = (unsigned)s->moving_count + 1;
@@ -223,8 +237,8 @@ void lm_run_slsqp(lm_task_state *s, const double start[]) {
   double high[LM_FREE_MAX + 1];
   double x[LM_FREE_MAX + 1];
   double tolerance[LM_ROW_MAX];
+  nlopt_result prepared;
   unsigned rows;
-  double least;
   unsigned i;
   memcpy(s->fixed, start, sizeof s->fixed);
   if (!lm_evaluate_task_point(s, start, 1)) {
@@ -244,17 +258,17 @@ void lm_run_slsqp(lm_task_state *s, const double start[]) {
   for (i = 0; i < rows; i++) {
     tolerance[i] = 1e-8;
   }
-  s->running = nlopt_create(NLOPT_LD_SLSQP, n);
+  if (!lm_open_solver(s, NLOPT_LD_SLSQP, n)) {
+    return;
+  }
   nlopt_set_lower_bounds(s->running, low);
   nlopt_set_upper_bounds(s->running, high);
   nlopt_set_min_objective(s->running, epigraph_objective, s);
-  nlopt_add_inequality_mconstraint(s->running, rows, epigraph_rows, s, tolerance);
+  prepared = nlopt_add_inequality_mconstraint(s->running, rows, epigraph_rows, s, tolerance);
   nlopt_set_xtol_rel(s->running, 1e-7);
   nlopt_set_ftol_rel(s->running, 1e-7);
   nlopt_set_maxeval(s->running, SLSQP_EVALUATIONS);
-  (void)nlopt_optimize(s->running, x, &least);
-  nlopt_destroy(s->running);
-  s->running = NULL;
+  lm_run_solver(s, prepared, x);
 }
 
 /* --- methods without derivatives ----------------------------------------------------------------
@@ -314,7 +328,7 @@ void lm_run_plain(lm_task_state *s, const double start[], nlopt_algorithm algori
   const unsigned n = (unsigned)s->moving_count;
   const double tolerance[GROUPS] = {1e-8, 1e-8, 1e-8, 1e-8};
   double x[LM_FREE_MAX];
-  double least;
+  nlopt_result prepared;
   unsigned i;
   memcpy(s->fixed, start, sizeof s->fixed);
   for (i = 0; i < n; i++) {
@@ -322,16 +336,18 @@ void lm_run_plain(lm_task_state *s, const double start[], nlopt_algorithm algori
   }
   /* NLopt's generator belongs to the thread: each run starts it anew. */
   nlopt_srand((unsigned long)(seed & 0xffffffffu));
-  s->running = nlopt_create(algorithm, n);
+  if (!lm_open_solver(s, algorithm, n)) {
+    return;
+  }
   nlopt_set_lower_bounds1(s->running, 0);
   nlopt_set_upper_bounds1(s->running, 1);
   nlopt_set_min_objective(s->running, plain_objective, s);
-  nlopt_add_inequality_mconstraint(s->running, GROUPS, grouped_rows, s, tolerance);
-  nlopt_set_initial_step1(s->running, step);
+  prepared = nlopt_add_inequality_mconstraint(s->running, GROUPS, grouped_rows, s, tolerance);
+  if (prepared > 0) {
+    prepared = nlopt_set_initial_step1(s->running, step);
+  }
   nlopt_set_population(s->running, 60);
   nlopt_set_xtol_rel(s->running, 1e-6);
   nlopt_set_maxeval(s->running, s->left > 1 ? s->left : 1);
-  (void)nlopt_optimize(s->running, x, &least);
-  nlopt_destroy(s->running);
-  s->running = NULL;
+  lm_run_solver(s, prepared, x);
 }

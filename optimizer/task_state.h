@@ -30,7 +30,8 @@ typedef struct lm_task_state {
   int left;   /* budget */
   int capped; /* 1: an evaluation that is not left of it is not done */
   int interrupted;
-  int closes; /* 1: SLSQP examines points that break their gaps with these closed, too */
+  int out_of_memory; /* NLopt: the task has no answer */
+  int closes;        /* 1: SLSQP examines points that break their gaps with these closed, too */
   nlopt_opt running;
   /* variables that the lm_task_state may move, as indices of ranges */
   int moving[LM_FREE_MAX];

@@ -579,17 +579,35 @@ static void test_an_explanation_goes_on_past_every_refusal(void) {
     at++;
   } while (model_failed);
   TEST_ASSERT_GREATER_THAN_INT(3, at);
-  /* without the finer look what is stated is of the coarse one */
-  for (at = 0; at < 2; at++) {
+  {
+    /* without the certificate the limits are those of the search */
+    static const double start[LM_FREE_MAX] = {0.5, 0.5};
     double unit[LM_FREE_MAX] = {0.5, 0.5};
-    watch(at == 0 ? CHECKS : 0, at == 0 ? 0 : -1);
-    left = at == 0 ? -1 : 0;
-    failed = 0;
+    double whole[LM_LIMIT_COUNT];
+    int refused = 0;
+    watch(CHECKS, 0);
     TEST_ASSERT_EQUAL_INT(LM_OK,
                           lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL));
-    TEST_ASSERT_TRUE(at == 0 ? model_failed : failed);
+    TEST_ASSERT_TRUE(model_failed);
     TEST_ASSERT_TRUE(relax[LM_LIMIT_FIGURE] > 0);
-    left = -1;
+    watch(0, -1);
+    /* and without memory there is no answer, or NLopt did without and the answer is the same */
+    memcpy(unit, start, sizeof unit);
+    TEST_ASSERT_EQUAL_INT(LM_OK,
+                          lm_explain_infeasible(&problem, 0, unit, 2000, whole, workspace, NULL));
+    for (at = 0, failed = 1; failed; at++) {
+      lm_status status;
+      memcpy(unit, start, sizeof unit);
+      failed = 0;
+      left = at;
+      status = lm_explain_infeasible(&problem, 0, unit, 2000, relax, workspace, NULL);
+      left = -1;
+      TEST_ASSERT_TRUE(status == LM_OK || (failed && status == LM_TOO_SMALL));
+      refused += status == LM_TOO_SMALL;
+      TEST_ASSERT_TRUE(status != LM_OK || memcmp(relax, whole, sizeof whole) == 0);
+    }
+    TEST_ASSERT_GREATER_THAN_INT(0, refused);
+    TEST_ASSERT_GREATER_THAN_INT(1, at);
   }
   /* the point that the solver ends at is refused: what is stated is of its start */
   for (at = 0; at < 40; at++) {
