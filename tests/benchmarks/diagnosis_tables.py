@@ -29,7 +29,7 @@ Each one measures one specimen of a catalogue drive in about thirty runs, with s
 run. It hides one of these:
 
 - one effect, which causes half the noise (rms) after a refit of the baseline model;
-- a pair of effects, with one noise and half a noise;
+- a pair of effects, which cause one noise and half the noise;
 - nothing;
 - a cause that is not in the library.
 
@@ -113,7 +113,7 @@ def seeds_line(rows: list[Record]) -> list[str]:
     """Machine, campaigns and seeds."""
     seeds = sorted({done["truth"]["seed"] for done in rows})
     judging = [seed for seed in seeds if seed >= JUDGE_FROM]
-    kind = "judging" if len(judging) == len(seeds) else f"of which {len(judging)} for judging"
+    kind = "evaluation" if len(judging) == len(seeds) else f"of which {len(judging)} for evaluation"
     cpu = [done["cpu_s"] for done in rows if done["suite"] in ("single", "clean")]
     lines = [
         f"{platform.machine()}, two cores; {len(rows)} campaigns, seeds ({kind}) {ranges(seeds)}.",
