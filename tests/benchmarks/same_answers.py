@@ -1,18 +1,21 @@
 """Whether two checkouts give the same answers, to the last digit.
 
-    python tests/benchmarks/same_answers.py BEFORE AFTER [--rig FOLDER] [--own N]
+    python tests/benchmarks/same_answers.py BEFORE AFTER [--rig FOLDER] [--own N] [--no-designs]
 
 Each of the two is a checkout with its `.venv`, or a folder into which an earlier call wrote the
 answers (`--keep`). Every command runs on the same recordings, under the same file names, and every
 file that it writes and every line that it prints is compared byte by byte. The recordings are
-campaigns of the own rig (tests/rig), and those in `--rig`: NAME.toml with NAME.csv.gz. Exit status
-1 states that something differs; the first differing line of each file is printed.
+campaigns of the own rig (tests/rig), and those in `--rig`: NAME.toml with NAME.csv.gz. Besides, the
+drives of tests/data/drives are predicted, drawn and exported, and each spec of tests/data/specs is
+searched with few evaluations. Exit status 1 states that something differs; the first differing line
+of each file is printed.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -23,6 +26,9 @@ from pathlib import Path
 from typing import Any
 
 TESTS = Path(__file__).resolve().parents[1]
+
+EVALUATIONS = 500
+"""Of the search of a spec: every stage is reached."""
 
 OWN: list[tuple[str, list[str], int, int, str]] = [
     ("own_clean", [], 901, 0, "third"),
@@ -57,12 +63,18 @@ OTHERWISE = "creep"
 
 @dataclass
 class Case:
-    """Recordings, and what is asked of them."""
+    """Files, and what is asked of them.
+
+    Attributes
+    ----------
+    kind : str
+        Of what is asked: `single`, `merge`, `drive` or `spec`.
+    """
 
     name: str
     drive: Path
-    data: list[Path]
-    commands: list[str] = field(default_factory=lambda: ["single"])
+    data: list[Path] = field(default_factory=list)
+    kind: str = "single"
 
 
 def own_cases(folder: Path, count: int) -> Iterator[Case]:
@@ -81,13 +93,26 @@ def own_cases(folder: Path, count: int) -> Iterator[Case]:
     for effect, seed, drive in MERGED[: max(1, count // 10)] if count else []:
         data = [written(f"merged_{effect}_{k}", [effect], seed + k, drive, "third") for k in (0, 1)]
         drive_file = folder / f"merged_{effect}_0.toml"
-        yield Case(f"merged_{effect}", drive_file, data, ["merge"])
+        yield Case(f"merged_{effect}", drive_file, data, "merge")
 
 
 def rig_cases(folder: Path) -> Iterator[Case]:
     """Campaigns that are in a folder."""
     for drive in sorted(folder.glob("*.toml")):
         yield Case(f"rig_{drive.stem}", drive, [drive.with_suffix(".csv.gz")])
+
+
+def design_cases(folder: Path) -> Iterator[Case]:
+    """Drives that are designed, and searches of few evaluations."""
+    for drive in sorted((TESTS / "data" / "drives").glob("*.toml")):
+        yield Case(f"drive_{drive.stem}", drive, kind="drive")
+    for spec in sorted((TESTS / "data" / "specs").glob("*.toml")):
+        short, times = re.subn(
+            r"(?m)^evaluations = .*", f"evaluations = {EVALUATIONS}", spec.read_text()
+        )
+        assert times == 1
+        (folder / spec.name).write_text(short)
+        yield Case(f"spec_{spec.stem}", folder / spec.name, kind="spec")
 
 
 def answer(case: Case, program: Path, folder: Path) -> None:
@@ -104,7 +129,15 @@ def answer(case: Case, program: Path, folder: Path) -> None:
         said = f"{found.stdout}{found.stderr}exit status {found.returncode}\n"
         (folder / f"{what}.txt").write_text(said)
 
-    if case.commands == ["merge"]:
+    if case.kind == "spec":
+        run("design", "design", "drive.toml", "-o", "run", "--workers", "1", "--progress", "none")
+    elif case.kind == "drive":
+        run("predict", "predict", "drive.toml", "--sensitivity", "--report", "report.html")
+        run("clearances", "clearances", "drive.toml")
+        run("drawing", "drawing", "drive.toml", "-o", "drawn")
+        run("export", "export", "drive.toml", "-o", "params.h", "--set", "period_us=500")
+        run("export_blob", "export", "drive.toml", "-o", "params.bin", "--set", "period_us=500")
+    elif case.kind == "merge":
         for k, name in enumerate(files):
             run(f"diagnose{k}", "diagnose", "drive.toml", name, "--save-evidence", f"e{k}.npz")
         run("merge", "merge", *(f"e{k}.npz" for k in range(len(files))))
@@ -144,7 +177,12 @@ def differences(before: Path, after: Path, cases: list[Case]) -> list[str]:
     found = []
     for case in cases:
         a, b = before / case.name, after / case.name
-        names = {file.name for file in (*a.glob("*"), *b.glob("*"))}
+        names = {
+            str(file.relative_to(side))
+            for side in (a, b)
+            for file in side.rglob("*")
+            if file.is_file()
+        }
         if not names:
             found.append(f"{case.name}: no answers")
         for name in sorted(names):
@@ -191,6 +229,7 @@ def main() -> int:
     parser.add_argument("after", type=Path, help="the same")
     parser.add_argument("--rig", type=Path, help="folder with campaigns, NAME.toml and NAME.csv.gz")
     parser.add_argument("--own", type=int, default=len(OWN), help="campaigns of the own rig (all)")
+    parser.add_argument("--no-designs", action="store_true", help="recordings alone")
     parser.add_argument("--keep", type=Path, help="folder that keeps the answers of AFTER")
     parser.add_argument("--only", nargs="*", help="names of cases")
     arguments = parser.parse_args()
@@ -199,12 +238,13 @@ def main() -> int:
         recordings.mkdir()
         cases = list(own_cases(recordings, arguments.own))
         cases += rig_cases(arguments.rig) if arguments.rig is not None else []
+        cases += [] if arguments.no_designs else design_cases(recordings)
         if arguments.only:
             cases = [case for case in cases if case.name in arguments.only]
         before = answers_of(arguments.before, cases, Path(scratch, "before"))
         after = answers_of(arguments.after, cases, arguments.keep or Path(scratch, "after"))
         found = differences(before, after, cases)
-    print("\n".join(found) or f"{len(cases)} campaigns: the same answers")
+    print("\n".join(found) or f"{len(cases)} cases: the same answers")
     return 1 if found else 0
 
 
