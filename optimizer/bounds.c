@@ -2,11 +2,6 @@
 
 #include "evaluate.h"
 
-/* Figures of evaluate.c and involute.c, in modules and pitch diameters. */
-#define ROOT_BEYOND_TIP 0.2
-#define RING_SHARE 0.1
-#define RIM_SHARE_MAX 0.1 /* of drive.c */
-
 #define STEEL_SHEAR_FATIGUE_MPA 250 /* what lm_complete_drive takes where none is stated */
 
 /* What makes a drive larger, or its wall bear more; the rest makes it smaller or leaves it. */
@@ -49,7 +44,7 @@ static double beyond_root(const lm_problem *p, const double value[]) {
   const double deflection = p->given[LM_KEY_DEFLECTION_MODULES]
                                 ? value[LM_KEY_DEFLECTION_MODULES] * m
                                 : value[LM_KEY_DEFLECTION_MM];
-  return m * (value[LM_KEY_TOOTH_HEIGHT] + ROOT_BEYOND_TIP) + deflection;
+  return m * (value[LM_KEY_TOOTH_HEIGHT] + LM_ROOT_BEYOND_TIP) + deflection;
 }
 
 static double pitch_diameter(const double value[]) {
@@ -59,7 +54,8 @@ static double pitch_diameter(const double value[]) {
 static double least_diameter(const lm_problem *p, int combination) {
   double value[LM_KEY_COUNT];
   find_corner(p, combination, 0, value);
-  return 2 * (root_radius(p, value) + beyond_root(p, value) + RING_SHARE * pitch_diameter(value));
+  return 2 *
+         (root_radius(p, value) + beyond_root(p, value) + LM_RING_SHARE * pitch_diameter(value));
 }
 
 /* Shear in the wall where the neutral line is widest and the wall thickest, as a share of what the
@@ -71,7 +67,7 @@ static double least_shear(const lm_problem *p, int combination) {
   find_corner(p, combination, 1, value);
   r = root_radius(p, value);
   if (value[LM_KEY_DEFORMATION] > 0.5) {
-    r += beyond_root(p, value) + RIM_SHARE_MAX / 2 * pitch_diameter(value);
+    r += beyond_root(p, value) + LM_RIM_MOST / 2 * pitch_diameter(value);
   }
   bears = value[LM_KEY_SHEAR_FATIGUE_MPA] > 0 ? value[LM_KEY_SHEAR_FATIGUE_MPA]
                                               : STEEL_SHEAR_FATIGUE_MPA;

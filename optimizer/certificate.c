@@ -11,7 +11,7 @@
 
 #define SAMPLES_LOG2 14
 #define SCRAMBLINGS 8
-#define ARCMIN (3.14159265358979323846 / 10800.0)
+#define ARCMIN (LM_PI / 10800.0)
 
 /* Coordinate descent on the multipliers ends far below the accuracy that they are read with. */
 #define SWEEPS 400

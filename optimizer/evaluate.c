@@ -9,16 +9,11 @@
 #define ARCMIN (DEGREE / LM_REAL(60))
 #define ARCSEC (ARCMIN / LM_REAL(60))
 
-/* The circular spline's (or the ring wave generator's) thickness over its pitch diameter, as
- * lm_complete_drive assumes it. */
-#define RING_THICKNESS LM_REAL(0.1)
-
 /* A fit that is as tight as allowed, exactly, is so but for the rounding of its sums. */
 #define ROUNDING_MM LM_REAL(1e-9)
 
-/* Unit of the size share of cost, mm^3, and the grade at which a link costs its weight. */
+/* Unit of the size share of cost, mm^3. */
 #define COST_VOLUME LM_REAL(1e4)
-#define COST_GRADE 7
 
 static lm_real larger(lm_real a, lm_real b) {
   return a > b ? a : b;
@@ -346,7 +341,7 @@ static lm_real cost_of(const lm_problem *problem, const lm_real value[], const l
     lm_real field;
     lm_real usual;
     (void)lm_it_tolerance_continuous(diameter, value[LM_KEY_GRADE + i], &field, 0);
-    (void)lm_it_tolerance(diameter, COST_GRADE, &usual, 0);
+    (void)lm_it_tolerance(diameter, LM_COST_GRADE, &usual, 0);
     cost += LM_REAL(problem->link[i].cost_weight) *
             real_pow(usual / field, LM_REAL(model->tolerance_exponent));
   }
@@ -357,7 +352,7 @@ static lm_real cost_of(const lm_problem *problem, const lm_real value[], const l
  */
 
 static lm_real outer_diameter(const lm_drive *drive, const lm_geometry *g) {
-  const lm_real ring = RING_THICKNESS * g->module_mm * LM_REAL(g->flexspline_teeth);
+  const lm_real ring = LM_RING_SHARE * g->module_mm * LM_REAL(g->flexspline_teeth);
   const lm_real radius =
       g->deformation == LM_INTERNAL
           ? g->rigid_root_mm

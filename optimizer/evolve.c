@@ -17,7 +17,6 @@
   0.8 /* of the tolerance-only evaluations on lines through others' tolerances; the rest anywhere \
        */
 #define CHOICE_MUTATION 0.04
-#define REFUSED 1e3
 
 typedef struct breeder {
   const lm_problem *problem;
@@ -64,13 +63,13 @@ static int read_result(breeder *b, int combination, const double unit[], double 
 
 /* Evaluate a point; 1 when it is reported. Where the model refuses, it is beaten by all. */
 static int evaluate(breeder *b, int combination, const double unit[], lm_solution *found) {
-  static const double refused[LM_OBJECTIVE_MAX] = {REFUSED, REFUSED, REFUSED, REFUSED};
+  static const double refused[LM_OBJECTIVE_MAX] = {LM_REFUSED, LM_REFUSED, LM_REFUSED, LM_REFUSED};
   int reported;
   b->answer->plain++;
   b->left--;
   if (lm_evaluate_point(b->problem, &b->scan, &b->layout, combination, unit, b->result,
                         b->workspace, NULL) != LM_OK) {
-    lm_fill_solution(b->problem, found, combination, unit, refused, REFUSED);
+    lm_fill_solution(b->problem, found, combination, unit, refused, LM_REFUSED);
     b->answer->refused++;
     return 0;
   }
@@ -164,7 +163,7 @@ static void admit(breeder *b, int combination, double unit[]) {
   lm_solution better;
   int reported = evaluate(b, combination, unit, &last);
   better = last;
-  if (last.violation < REFUSED && b->left > 0 && may_gain(b, &last) &&
+  if (last.violation < LM_REFUSED && b->left > 0 && may_gain(b, &last) &&
       lm_close_gap(b->problem, &b->layout, combination, b->result, unit)) {
     reported = evaluate(b, combination, unit, &last);
     if (last.violation <= 0 || last.violation < better.violation) {

@@ -96,6 +96,18 @@ void lm_write_key(int key, char text[LM_KEY_NAME_MAX]) {
   }
 }
 
+int lm_rival_key(int key) {
+  static const int pairs[][2] = {{LM_KEY_RIGID_SHIFT, LM_KEY_SHIFT_DIFFERENCE},
+                                 {LM_KEY_DEFLECTION_MM, LM_KEY_DEFLECTION_MODULES}};
+  int i;
+  for (i = 0; i < 4; i++) {
+    if (pairs[i / 2][i % 2] == key) {
+      return pairs[i / 2][1 - i % 2];
+    }
+  }
+  return key;
+}
+
 int lm_find_key(const char *name) {
   char text[LM_KEY_NAME_MAX];
   int key;
@@ -319,7 +331,7 @@ static int count_links(const lm_problem *problem) {
 static lm_status check_numbers(const lm_problem *problem, lm_fault *fault) {
   const lm_bounds *bounds = &problem->bounds;
   const bounded_number list[] = {
-      {"drive.rated_torque_Nm", problem->rated_torque_Nm, 1e-4, 1e6},
+      {"drive.rated_torque_Nm", problem->rated_torque_Nm, LM_RATED_LEAST_NM, LM_RATED_MOST_NM},
       {"search.torque_Nm", problem->torque_Nm, 0, problem->rated_torque_Nm / 2},
       {"search.phases", problem->phases, 1, LM_PHASE_MAX},
       {"search.objectives", problem->objective_count, 1, LM_OBJECTIVE_MAX},
@@ -398,8 +410,7 @@ lm_status lm_prepare_problem(lm_problem *problem, lm_fault *fault) {
     }
   }
   if (problem->torque_Nm == 0) {
-    /* Harmonic Drive states lost motion at 4 % of rated torque. */
-    problem->torque_Nm = 0.04 * problem->rated_torque_Nm;
+    problem->torque_Nm = LM_LOST_MOTION_SHARE * problem->rated_torque_Nm;
   }
   draw_deviates(problem);
   return LM_OK;

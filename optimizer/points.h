@@ -33,6 +33,8 @@ int lm_slope_charge(const lm_problem *problem);
 void lm_write_key(int key, char text[LM_KEY_NAME_MAX]);
 /* The key of a name, or -1. */
 int lm_find_key(const char *name);
+/* The key that states the same quantity in another way, or the key itself. */
+int lm_rival_key(int key);
 const char *lm_figure_name(int figure);
 const char *lm_figure_unit(int figure);
 int lm_find_figure(const char *name); /* also "stiffness"; -1: unknown */

@@ -36,6 +36,8 @@ typedef enum lm_key {
 #define LM_LINK_MAX 32          /* tolerance links */
 #define LM_CHAIN_MAX 8          /* members of the radial and of the torsion chain */
 #define LM_OBJECTIVE_MAX 4
+#define LM_RATED_LEAST_NM 1e-4
+#define LM_RATED_MOST_NM 1e6
 #define LM_PHASE_MAX 8       /* tooth phases of the wave generator */
 #define LM_LOOP_SAMPLES 2048 /* sampled drives of the quantile inside the search */
 #define LM_COMBINATION_MAX 20000

@@ -159,19 +159,6 @@ static int add_variable(lm_problem *p, const char *kind, int key, const double v
   return 1;
 }
 
-/* The key that states the same quantity in another way, or the key itself. */
-static int rival_of(int key) {
-  static const int pairs[][2] = {{LM_KEY_RIGID_SHIFT, LM_KEY_SHIFT_DIFFERENCE},
-                                 {LM_KEY_DEFLECTION_MM, LM_KEY_DEFLECTION_MODULES}};
-  int i;
-  for (i = 0; i < 4; i++) {
-    if (pairs[i / 2][i % 2] == key) {
-      return pairs[i / 2][1 - i % 2];
-    }
-  }
-  return key;
-}
-
 static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_spec_error *error) {
   const int key = lm_find_key(s->word[1]);
   double value[WORDS_MAX] = {0};
@@ -179,7 +166,7 @@ static lm_status read_variable(const statement *s, lm_problem *p, int line, lm_s
   if (key < 0) {
     return complain(error, line, "unknown key", s->word[1]);
   }
-  if (p->given[key] || p->given[rival_of(key)]) {
+  if (p->given[key] || p->given[lm_rival_key(key)]) {
     return complain(error, line, "a second value of what is fixed, varied or chosen", s->word[1]);
   }
   for (i = 2; i < s->count; i++) {
@@ -233,7 +220,7 @@ static lm_status read_limit(const statement *s, lm_problem *p, int line, lm_spec
       /* A stiffness in N m/rad is a largest compliance in arcmin per N m. */
       b->figure_max[limit - LM_LIMIT_FIGURE] =
           limit == (int)LM_LIMIT_FIGURE + (int)LM_FIGURE_COMPLIANCE && value > 0
-              ? 10800.0 / 3.14159265358979323846 / value
+              ? 10800.0 / LM_PI / value
               : value;
       break;
   }

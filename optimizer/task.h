@@ -14,6 +14,9 @@
 extern "C" {
 #endif
 
+/* Value and violation of a point that the model refuses. */
+#define LM_REFUSED 1e3
+
 /* Designs that one task reports besides its best. */
 #define LM_SOLUTION_MAX 96
 

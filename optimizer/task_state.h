@@ -14,9 +14,6 @@ extern "C" {
 
 #define LM_ROW_MAX (LM_RESULT_MAX + LM_BRANCH_MAX)
 
-/* Value and violation of a point that the model refuses. */
-#define LM_REFUSED 1e3
-
 /* Everything one task works on. */
 typedef struct lm_task_state {
   const lm_problem *problem;

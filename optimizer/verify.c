@@ -26,7 +26,7 @@ static int find_gap(lm_task_state *s, const double unit[], int nodes, int steps,
                            NULL) != LM_OK) {
     return 0;
   }
-  *gap_arcmin = smallest.gap_rad * 10800.0 / 3.14159265358979323846;
+  *gap_arcmin = smallest.gap_rad * 10800.0 / LM_PI;
   *angle_rad = smallest.angle_rad;
   return 1;
 }

@@ -130,7 +130,7 @@ def main() -> None:
         names = [f"lostmotion/{header.name}" for header in headers]
         folders = [arguments.include]
     else:
-        names = ["spec.h", "run.h", "run_task.h", "output.h"]
+        names = ["spec.h", "run.h", "run_task.h", "output.h", "pool.h"]
         headers = sorted(arguments.optimizer.glob("*.h"))
         folders = [arguments.include, arguments.optimizer]
     includes = "\n".join(f'#include "{name}"' for name in names)

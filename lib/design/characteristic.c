@@ -6,8 +6,6 @@
 #include "real_math.h"
 #include "refuse.h"
 
-#define MM_PER_M LM_REAL(1000)
-
 /* --- compliance of a pair of teeth, eq (6), tabulated over the loaded radius ---------------------
  */
 
@@ -492,7 +490,7 @@ static lm_status add_chains(const lm_drive *drive, const lm_mesh_state *state, l
     return status;
   }
   compliance = LM_REAL(1) / mesh->stiffness_Nm_per_rad + torsion_rad_per_Nm +
-               slope * MM_PER_M * tangent * tangent / (LM_REAL(2) * r * r);
+               slope * LM_MM_PER_M * tangent * tangent / (LM_REAL(2) * r * r);
   if (sign * torque_Nm < state->gap_torque_Nm) {
     compliance += gap_rad / state->gap_torque_Nm;
   }

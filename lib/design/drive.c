@@ -274,7 +274,7 @@ static void fill_support(lm_drive *drive, lm_real diameter_mm) {
 
 /* The circular spline between its teeth and the housing. */
 static lm_status fill_radial_chain(lm_drive *drive, lm_real diameter_mm, lm_fault *fault) {
-  const lm_real thickness = LM_REAL(0.1) * diameter_mm;
+  const lm_real thickness = LM_RING_SHARE * diameter_mm;
   const lm_generator *g = &drive->generator;
   const int arc = g->type != LM_COSINE && g->type != LM_ELLIPSE;
   const lm_real patch = arc ? g->contact_half_angle_rad : LM_REAL(30) * DEGREE;

@@ -3,9 +3,6 @@
 #include "real_math.h"
 #include "refuse.h"
 
-/* Clearance that the free root of the generated gear leaves, in modules. */
-#define ROOT_BEYOND_TIP LM_REAL(0.2)
-
 /* inv a = tan a - a from t = tan a and a. The difference loses digits for small t, where the series
  * t^3/3 - t^5/5 + ... has them all; at t = 0.3 ten terms leave 2e-13. */
 static lm_real involute_function(lm_real t, lm_real a) {
@@ -54,7 +51,7 @@ static void make_internal(const lm_teeth *teeth, lm_real deflection_mm, lm_real 
   g->flexspline_tip_mm = g->flexspline_root_mm + teeth->tooth_height * m;
   g->neutral_mm = g->flexspline_root_mm - rim_thickness_mm / LM_REAL(2);
   g->rigid_tip_mm = g->flexspline_tip_mm + deflection_mm - teeth->engagement_depth * m;
-  g->rigid_root_mm = g->flexspline_tip_mm + deflection_mm + ROOT_BEYOND_TIP * m;
+  g->rigid_root_mm = g->flexspline_tip_mm + deflection_mm + LM_ROOT_BEYOND_TIP * m;
   g->mean_mm = (g->flexspline_tip_mm + deflection_mm + g->rigid_tip_mm) / LM_REAL(2);
 }
 
@@ -65,7 +62,7 @@ static void make_external(const lm_teeth *teeth, lm_real deflection_mm, lm_real 
                           teeth->rack_addendum - teeth->root_clearance);
   g->rigid_tip_mm = g->rigid_root_mm + teeth->tooth_height * m;
   g->flexspline_tip_mm = g->rigid_tip_mm + deflection_mm - teeth->engagement_depth * m;
-  g->flexspline_root_mm = g->rigid_tip_mm + deflection_mm + ROOT_BEYOND_TIP * m;
+  g->flexspline_root_mm = g->rigid_tip_mm + deflection_mm + LM_ROOT_BEYOND_TIP * m;
   g->neutral_mm = g->flexspline_root_mm + rim_thickness_mm / LM_REAL(2);
   g->mean_mm = (g->flexspline_tip_mm - deflection_mm + g->rigid_tip_mm) / LM_REAL(2);
 }

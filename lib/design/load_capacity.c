@@ -3,8 +3,6 @@
 #include "real_math.h"
 #include "refuse.h"
 
-#define MM_PER_M LM_REAL(1000)
-
 /* NASA SP-8007: coefficient of the moderately long cylinder, and the correlation factor for
  * torsion. */
 #define BUCKLING_COEFFICIENT LM_REAL(0.747)
@@ -280,7 +278,7 @@ lm_real lm_cup_buckling_torque(const lm_drive *drive, lm_real radius_mm) {
   const lm_real shear = BUCKLING_COEFFICIENT * BUCKLING_CORRELATION *
                         drive->material.youngs_modulus_MPa * slender *
                         real_sqrt(real_sqrt(slender)) * real_sqrt(radius_mm / length);
-  return LM_REAL(2) * LM_PI * radius_mm * radius_mm * cup->wall_thickness_mm * shear / MM_PER_M;
+  return LM_REAL(2) * LM_PI * radius_mm * radius_mm * cup->wall_thickness_mm * shear / LM_MM_PER_M;
 }
 
 lm_real lm_coning_stress(const lm_drive *drive, lm_real radius_mm) {
@@ -312,7 +310,7 @@ lm_real lm_bearing_life(const lm_drive *drive, const lm_load *load, lm_real spee
   const lm_real radius =
       drive->teeth.module_mm * LM_REAL(drive->teeth.flexspline_teeth) / LM_REAL(2);
   const lm_real force =
-      BEARING_SHARE * BEARING_DYNAMIC * MM_PER_M * load->torque_Nm * load->wedge / radius;
+      BEARING_SHARE * BEARING_DYNAMIC * LM_MM_PER_M * load->torque_Nm * load->wedge / radius;
   const lm_real ratio = drive->support.bearing_rating_N / force;
   return LM_REAL(1e6) / (LM_REAL(60) * speed_rpm) * ratio * ratio * ratio;
 }

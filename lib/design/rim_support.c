@@ -5,8 +5,6 @@
 #include "real_math.h"
 #include "refuse.h"
 
-#define MM_PER_M LM_REAL(1000)
-
 /* Stribeck: the most loaded ball of a bearing with rigid rings carries 4.37 F / Z. */
 #define STRIBECK LM_REAL(4.37)
 
@@ -46,7 +44,7 @@ static lm_real lobe_force(const lm_drive *drive, const lm_mesh *mesh) {
   const lm_real r = mesh->geometry.neutral_mm;
   return lm_shape_generator_force(&mesh->line.shape) * drive->support.ring_stiffness_N_mm2 *
              drive->generator.deflection_mm / (r * r * r) +
-         drive->rated_torque_Nm * MM_PER_M / (LM_REAL(2) * r) *
+         drive->rated_torque_Nm * LM_MM_PER_M / (LM_REAL(2) * r) *
              real_tan(drive->teeth.pressure_angle_rad);
 }
 

@@ -4,7 +4,6 @@
 #include "refuse.h"
 
 #define SPRINGS_MAX (4 * LM_LOBE_TEETH_MAX) /* both flanks of both lobes of the largest drive */
-#define MM_PER_M LM_REAL(1000)
 
 /* Numbers of any drive, with orders of magnitude to spare, whose products float32 still holds. */
 #define RADIUS_MIN_MM LM_REAL(1e-3)
@@ -436,7 +435,7 @@ static lm_real torque_of(const path *p, const lm_real force[]) {
     const lm_contact *c = &p->contacts[p->w->active[i]];
     sum += LM_REAL(c->side) * c->arm_mm * force[i];
   }
-  return sum * p->multiplicity / MM_PER_M;
+  return sum * p->multiplicity / LM_MM_PER_M;
 }
 
 /* --- following the path --- */
@@ -652,7 +651,7 @@ static lm_real twist_work(const path *p) {
 static void report_state(path *p, lm_real angle, lm_real distance, lm_real torque_Nm,
                          lm_take_up *state) {
   lm_take_up_workspace *w = p->w;
-  const lm_real scale = torque_Nm * MM_PER_M / p->multiplicity;
+  const lm_real scale = torque_Nm * LM_MM_PER_M / p->multiplicity;
   lm_real clearance = LM_REAL(0);
   lm_real tooth = LM_REAL(0);
   int i;
@@ -674,7 +673,7 @@ static void report_state(path *p, lm_real angle, lm_real distance, lm_real torqu
   state->angle_rad = angle;
   state->clearance_rad = clearance / scale;
   state->tooth_rad = tooth / scale;
-  state->twist_rad = twist_work(p) / (torque_Nm * MM_PER_M);
+  state->twist_rad = twist_work(p) / (torque_Nm * LM_MM_PER_M);
   state->ring_rad = angle - state->clearance_rad - state->tooth_rad - state->twist_rad;
   state->stiffness_Nm_per_rad = real_fabs(torque_of(p, w->rate));
   state->forward_teeth = count_teeth(p, 1);

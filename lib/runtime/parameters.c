@@ -42,8 +42,6 @@ enum {
   BOUNDS
 };
 
-#define VALID_MAX LM_REAL(1e12) /* of conditions: what the model takes for one */
-
 static const lm_real low_and_high[BOUNDS][2] = {
     {SMALLEST, LM_TORQUE_LIMIT_MAX_NM},
     {LM_REAL(1e-6), 1},
@@ -54,7 +52,7 @@ static const lm_real low_and_high[BOUNDS][2] = {
     {0, 1},
     {0, LARGEST},
     {0, LM_REAL(1e6)},
-    {-VALID_MAX, VALID_MAX},
+    {-LM_CONDITION_MAX, LM_CONDITION_MAX},
 };
 
 /* The last of a pair has the name of the first, and is not below it. */
@@ -111,7 +109,7 @@ static lm_status check_numbers(const lm_parameters *parameters, lm_fault *fault)
     name = names[i] ? names[i] : name;
     status = lm_check_range(fault, name, value, bound[0], bound[1]);
     if (status == LM_OK && !names[i] && before > value) {
-      status = lm_refuse(fault, LM_INCONSISTENT, name, before, -VALID_MAX, value);
+      status = lm_refuse(fault, LM_INCONSISTENT, name, before, -LM_CONDITION_MAX, value);
     }
     if (status != LM_OK) {
       return status;

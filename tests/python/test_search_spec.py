@@ -118,7 +118,7 @@ BAD: list[tuple[str, Any, tuple[str, ...]]] = [
     ("search.objectives", ["lost_moton"], ("search.objectives", "did you mean 'lost_motion'")),
     ("search.objectives", [], ("search.objectives",)),
     ("search.objectives", [{"kind": "ball"}], ("search.objectives", "a table", "a list of one")),
-    ("search.evaluations", 5, ("search.evaluations", "from 10")),
+    ("search.evaluations", 5, ("search.evaluations", "10 to 1")),
     ("search.seeed", 5, ("search.seeed", "did you mean 'seed'")),
     ("search.level", "best", ("search.level", "'worst', 'probable', 'quantile'")),
     ("search.fixed", {}, ("teeth.module_mm", "nothing")),

@@ -78,6 +78,10 @@ typedef struct lm_design_workspace {
   lm_take_up_workspace take_up;
 } lm_design_workspace;
 
+/* Torque of the lost motion that data sheets state, as share of the rated torque: Harmonic Drive SE
+ * takes +-4 %. */
+#define LM_LOST_MOTION_SHARE LM_REAL(0.04)
+
 /* Radial gap Delta0 of the drive: gap.generator_mm + gap.teeth_mm, each plus the mean of its zone
  * of the tolerance chain and clipped at 0. Reads a checked drive. */
 lm_real lm_mean_radial_gap(const lm_drive *drive);

@@ -36,6 +36,10 @@ LM_BEGIN_DECLS
  * there is no tangent. Random drives up to 0.996 agree with swept polygons. */
 #define LM_KAPPA_MOST 0.995
 
+/* Thickness of the circular spline or the ring wave generator outside its teeth, in pitch
+ * diameters. */
+#define LM_RING_SHARE LM_REAL(0.1)
+
 /* Teeth of the flexspline: ratios of 15 to 320, the largest in catalogues. */
 #define LM_FLEXSPLINE_TEETH_MIN 30
 #define LM_FLEXSPLINE_TEETH_MAX 640

@@ -52,6 +52,9 @@ typedef struct lm_geometry {
   lm_involute rigid;      /* space flank (internal deformation) or tooth flank (external) */
 } lm_geometry;
 
+/* Clearance at the free root of the generated gear, in modules. */
+#define LM_ROOT_BEYOND_TIP LM_REAL(0.2)
+
 /* Radii of both gears:
  *  internal: r_f1 = m z1/2 + m (x1 - h_a - c), r_a1 = r_f1 + h m, r_m = r_f1 - s/2,
  *            r_a2 = r_a1 + w0 - h_d m, r_f2 = r_a1 + w0 + 0.2 m;

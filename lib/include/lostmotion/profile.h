@@ -27,8 +27,14 @@
 #endif
 
 #define LM_PROFILE_GAP 1      /* one operator, no curve */
-#define LM_PROFILE_STANDARD 2 /* 33 knots, 8 operators, no effects */
-#define LM_PROFILE_FULL 3     /* 64 knots, 16 operators, every effect */
+#define LM_PROFILE_STANDARD 2 /* fewer knots and operators, no effects */
+#define LM_PROFILE_FULL 3     /* every effect */
+
+/* Knots of the torsion curve and play operators of these two. */
+#define LM_CURVE_POINTS_STANDARD 33
+#define LM_CURVE_POINTS_FULL 64
+#define LM_PLAYS_STANDARD 8
+#define LM_PLAYS_FULL 16
 
 #ifndef LM_PROFILE
 #define LM_PROFILE LM_PROFILE_STANDARD /* LM_PROFILE_GAP, LM_PROFILE_STANDARD, LM_PROFILE_FULL */
@@ -41,9 +47,9 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_CURVE_POINTS_MAX 16
 #elif LM_PROFILE == LM_PROFILE_STANDARD
-#define LM_CURVE_POINTS_MAX 33 /* 16 to 64: knots of the torsion curve */
+#define LM_CURVE_POINTS_MAX LM_CURVE_POINTS_STANDARD /* 16 to 64: knots of the torsion curve */
 #else
-#define LM_CURVE_POINTS_MAX 64
+#define LM_CURVE_POINTS_MAX LM_CURVE_POINTS_FULL
 #endif
 #endif
 #if LM_CURVE_POINTS_MAX < 16 || LM_CURVE_POINTS_MAX > 64
@@ -54,9 +60,9 @@
 #if LM_PROFILE == LM_PROFILE_GAP
 #define LM_PLAYS_MAX 1
 #elif LM_PROFILE == LM_PROFILE_STANDARD
-#define LM_PLAYS_MAX 8 /* 1 to 32: play operators */
+#define LM_PLAYS_MAX LM_PLAYS_STANDARD /* 1 to 32: play operators */
 #else
-#define LM_PLAYS_MAX 16
+#define LM_PLAYS_MAX LM_PLAYS_FULL
 #endif
 #endif
 #if LM_PLAYS_MAX < 1 || LM_PLAYS_MAX > 32

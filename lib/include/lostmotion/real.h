@@ -45,6 +45,7 @@ typedef float lm_real;
 #endif
 
 #define LM_PI LM_REAL(3.14159265358979323846)
+#define LM_MM_PER_M LM_REAL(1000)
 
 /* Functions of another number type need C++ name mangling to coexist with the plain ones. */
 #if defined(__cplusplus) && !defined(LM_REAL_HEADER)

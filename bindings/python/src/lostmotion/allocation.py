@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lostmotion.combined_tolerances import parts_of_fit
+from lostmotion.core import core
 from lostmotion.drives import Drive, parse_drive
 from lostmotion.errors import InputError, LostMotionError
 from lostmotion.fits import read_class
@@ -25,9 +26,6 @@ from lostmotion.units import ARCMIN
 
 COST_EXPONENT = 1.0
 """Exponent k of the cost."""
-
-USUAL_GRADE = 7
-"""Grade at which a feature costs its weight."""
 
 GRADES = (4, 11)
 """Grades of holes, shafts and links that are tried: finer ones are for gauges, coarser ones carry
@@ -265,7 +263,7 @@ def features_of(drive: Drive) -> list[Feature]:
                 grade: links_at(drive, document, i, grade, first, links)
                 for grade in range(low, high + 1)
             }
-            usual = fields[USUAL_GRADE]
+            usual = fields[core().lib.LM_COST_GRADE]
             weight = float(entry.get("cost_weight", 1.0))
             options = [
                 Option(grade, with_grade(entry, grade)[1], at, weight * price(usual, at))

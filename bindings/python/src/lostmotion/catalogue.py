@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lostmotion.core import core
 from lostmotion.units import ARCMIN
 
 FloatArray = npt.NDArray[np.float64]
@@ -33,7 +34,7 @@ RADIAL_SHARE = 1.0 - TORSION_SHARE - TOOTH_SHARE
 WIND_UP_MAX_RAD = 0.5
 """Wind-up at rated torque that no strain-wave drive has: theirs are some thousandths."""
 
-REVERSAL_TORQUE_SHARE = 0.04
+REVERSAL_TORQUE_SHARE = float(core().lib.LM_LOST_MOTION_SHARE)
 """Share of the rated torque at which makers state lost motion."""
 
 PLAY_RADII = (0.0125, 0.05, 0.125, 0.25)

@@ -29,6 +29,10 @@ NEEDS: tuple[str, ...] = tuple(
 """Fields of `lm_conditions` that a host measures, in the order of the LM_NEEDS_ bits."""
 
 
+REFERENCE_TEMPERATURE_C = float(_core64.lib.LM_REFERENCE_TEMPERATURE_C)
+"""Temperature at which thermal effects are zero, °C."""
+
+
 class Core:
     """One build of the library.
 

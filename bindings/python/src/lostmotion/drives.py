@@ -37,7 +37,7 @@ else:
 
 LOG = logging.getLogger(__name__)
 
-LEAST_TORQUE_NM, MOST_TORQUE_NM = 1e-6, 1e6
+LEAST_TORQUE_NM, MOST_TORQUE_NM = 1e-6, float(core().lib.LM_TORQUE_LIMIT_MAX_NM)
 """Torques of a drive: the library's own upper bound, and a millionth of the smallest gear's."""
 
 MOST_RATED_NM = MOST_TORQUE_NM / 2

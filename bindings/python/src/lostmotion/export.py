@@ -51,12 +51,19 @@ Profile = Literal["standard", "full", "gap"]
 PROFILES: tuple[Profile, ...] = ("standard", "full", "gap")
 """Builds of the run-time code."""
 
-KNOTS_MAX: dict[Profile, int] = {"gap": 0, "standard": 33, "full": 64}
-PLAYS_MAX: dict[Profile, int] = {"gap": 1, "standard": 8, "full": 16}
-"""Sizes of the profiles in profile.h."""
+_LIB = core().lib
 
-FORMAT = 3
-"""LM_PARAMETERS_FORMAT."""
+KNOTS_MAX: dict[Profile, int] = {
+    "gap": 0,
+    "standard": _LIB.LM_CURVE_POINTS_STANDARD,
+    "full": _LIB.LM_CURVE_POINTS_FULL,
+}
+PLAYS_MAX: dict[Profile, int] = {
+    "gap": 1,
+    "standard": _LIB.LM_PLAYS_STANDARD,
+    "full": _LIB.LM_PLAYS_FULL,
+}
+"""Sizes of the profiles."""
 
 TORQUE_LIMIT_SHARE = 2.0
 """Torque limit over the rated torque: about the momentary peak that makers allow."""
@@ -762,7 +769,7 @@ def format_header(controller: Controller, name: str, title: str) -> str:
         '#include "lostmotion/runtime.h"',
         "#endif",
         "",
-        f"#if LM_PARAMETERS_FORMAT != {FORMAT}",
+        f"#if LM_PARAMETERS_FORMAT != {core().lib.LM_PARAMETERS_FORMAT}",
         '#error "lostmotion: these parameters were written for another version: export again"',
         "#endif",
         "/* Time between two calls of lm_step_compensator: compare it with that of your loop, */",

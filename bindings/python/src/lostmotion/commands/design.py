@@ -11,6 +11,7 @@ from typing import Any, TextIO
 
 from lostmotion.cluster import connect
 from lostmotion.design.ends import at_ends
+from lostmotion.design.engine import engine
 from lostmotion.design.report import margin_unit
 from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.running import search
@@ -18,9 +19,6 @@ from lostmotion.design.spec import read_spec
 from lostmotion.errors import InputError, LostMotionError, one_line
 from lostmotion.options import whole_number
 from lostmotion.terminal import deliver, show_table
-
-WORKERS_MAX = 256
-"""Most threads that the optimizer takes."""
 
 BAR_WIDTH = 20
 """Characters of the bar."""
@@ -36,7 +34,7 @@ def run_design(arguments: argparse.Namespace) -> None:
     """``lostmotion design``."""
     workers = None
     if arguments.workers is not None:
-        workers = whole_number("--workers", arguments.workers, 1, WORKERS_MAX)
+        workers = whole_number("--workers", arguments.workers, 1, engine()[1].LM_WORKERS_MAX)
     lines = arguments.progress == "json"
     if lines and arguments.json == "-":
         found = "standard output for both --progress json and --json"

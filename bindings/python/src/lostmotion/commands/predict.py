@@ -9,7 +9,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from lostmotion.allocation import cheapest_tolerances
-from lostmotion.drives import read_drive
+from lostmotion.drives import MOST_TORQUE_NM, read_drive
 from lostmotion.errors import InputError, one_line
 from lostmotion.model import ADVICE, check_meanings
 from lostmotion.options import read_number, whole_number
@@ -26,9 +26,6 @@ TORQUES_MAX = 100_001
 TARGET_MAX_ARCMIN = 600.0
 """Largest lost motion that may be aimed at: ten degrees."""
 
-TORQUE_MAX_NM = 1e6
-"""Largest torque that the library takes."""
-
 PHASE_MAX_DEG = 360.0
 """Largest tooth phase; it repeats with every tooth."""
 
@@ -44,7 +41,7 @@ def torque_range(text: str | None, rated_Nm: float) -> np.ndarray[Any, np.dtype[
     parts = text.split(":")
     if len(parts) != 3:
         raise InputError("--torque", "", f"'{text}'", expected)
-    low, high = (read_number("--torque", part, TORQUE_MAX_NM) for part in parts[:2])
+    low, high = (read_number("--torque", part, MOST_TORQUE_NM) for part in parts[:2])
     spaced = np.linspace(low, high, whole_number("--torque", parts[2], 1, TORQUES_MAX))
     if (spaced.size == 1) != (low == high) or not np.all(np.diff(spaced) > 0):
         raise InputError("--torque", "", f"'{text}'", expected)

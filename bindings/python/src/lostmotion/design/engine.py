@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import Any
 
@@ -18,7 +19,7 @@ STAGES = ("screen", "evolve", "race", "polish", "trade-off", "repair", "verify",
 FATES = ("not_reached", "pruned", "dominated", "solved")
 """By the value of `lm_fate`."""
 
-ARCMIN_PER_RAD = 10_800 / 3.141592653589793
+ARCMIN_PER_RAD = 10_800 / math.pi
 """arcmin in a radian: turns a compliance in arcmin/(N m) into a stiffness in N m/rad."""
 
 
@@ -83,3 +84,13 @@ def keys() -> dict[str, int]:
         lib.lm_write_key(key, text)
         found[c_string(text)] = key
     return found
+
+
+@cache
+def rivals() -> dict[str, str]:
+    """Keys of which each states the same quantity as another."""
+    _, lib = engine()
+    names = {key: name for name, key in keys().items()}
+    return {
+        name: names[lib.lm_rival_key(k)] for k, name in names.items() if lib.lm_rival_key(k) != k
+    }

@@ -15,7 +15,7 @@ from urllib.parse import quote
 import numpy as np
 
 from lostmotion.catalogue import PARTS
-from lostmotion.design.engine import engine, figures
+from lostmotion.design.engine import ARCMIN_PER_RAD, engine, figures
 from lostmotion.design.result import SearchResult, relaxation, rounded_up
 from lostmotion.design.spec import Spec
 from lostmotion.design.start import Start
@@ -304,7 +304,7 @@ def _history_figure(result: SearchResult) -> Figure:
     best = np.array([float(row["best"] or math.nan) for row in rows])
     name, unit = result.objectives[0], result.units[0]
     if result.larger_is_better[0]:
-        best = 10_800 / math.pi / best
+        best = ARCMIN_PER_RAD / best
     found = np.isfinite(best)
 
     def draw(width: float) -> str:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from lostmotion import drives
 from lostmotion.calibrate import CONSTANTS
 from lostmotion.design.engine import engine, figures, limit_names
 from lostmotion.design.left_open import LEVELS, stated_keys
@@ -32,28 +34,30 @@ from lostmotion.structs import GENERATORS
 SECTIONS = ("drive", "design", "search")
 TABLES = ("fixed", "range", "limits", "cost", "start")
 
-SEARCH_KEYS = (
-    Key("seed", kind="integer", low=0, high=2**31 - 1),
-    Key("evaluations", kind="integer", low=10, high=10**9),
-    Key("workers", kind="integer", low=1, high=256),
-    Key("dask", kind="text"),
-    Key("torque", "Nm", above=0, high=5e5),
-    Key("phases", kind="integer", low=1, high=8),
-    Key("level", kind="choice", choices=LEVELS),
-    Key("rigid_gear_turns", kind="switch"),
-    Key("start_from", kind="text"),
-    Key("calibrated_from", kind="text"),
-    Key("damaged_share", low=0, high=1),
-)
-"""Keys of [search] besides its tables and the list of objectives."""
 
-LEAST_RATED_NM, MOST_RATED_NM = 1e-4, 1e6
+@cache
+def search_keys() -> tuple[Key, ...]:
+    """Return the keys of [search] besides its tables and the list of objectives.
 
-DRIVE_KEYS = (
-    Key("name", kind="text"),
-    Key("ratio", low=-1000, high=1000),
-    Key("rated_torque", "Nm", low=LEAST_RATED_NM, high=MOST_RATED_NM),
-)
+    The optimizer knows the ranges of those that it reads.
+    """
+    _, lib = engine()
+    return (
+        Key("seed", kind="integer"),
+        Key("evaluations", kind="integer"),
+        Key("workers", kind="integer", low=1, high=lib.LM_WORKERS_MAX),
+        Key("dask", kind="text"),
+        Key("torque", "Nm", above=0),
+        Key("phases", kind="integer"),
+        Key("level", kind="choice", choices=LEVELS),
+        Key("rigid_gear_turns", kind="switch"),
+        Key("start_from", kind="text"),
+        Key("calibrated_from", kind="text"),
+        Key("damaged_share", low=0, high=1),
+    )
+
+
+DRIVE_KEYS = tuple(replace(key, required=False) for key in drives.DRIVE_KEYS)
 
 COST_KEYS = (
     Key("tolerance_exponent", above=0, high=10),
@@ -126,7 +130,7 @@ def parse_spec(document: Mapping[str, Any], file: str = "spec") -> Spec:
     if not isinstance(search, Mapping):
         raise out.refuse("search", "no such table", "[search] with objectives")
     numbers = {k: v for k, v in search.items() if k != "objectives"}
-    head = read_keys(file, "search", numbers, SEARCH_KEYS, tables=TABLES)
+    head = read_keys(file, "search", numbers, search_keys(), tables=TABLES)
     drive = read_keys(file, "drive", document.get("drive", {}), DRIVE_KEYS)
     # In the order in which the optimizer needs its statements.
     objectives = read_objectives(out)
@@ -208,13 +212,19 @@ def read_objectives(out: Statements) -> tuple[int, ...]:
 def state_head(out: Statements, head: Mapping[str, TableEntry]) -> None:
     """State the numbers of [search]."""
     names = {"torque": "torque_Nm"}
-    for name in ("seed", "evaluations", "torque", "phases", "level", "rigid_gear_turns"):
+    for name in (
+        "seed",
+        "evaluations",
+        "torque",
+        "phases",
+        "level",
+        "rigid_gear_turns",
+        "damaged_share",
+    ):
         if name in head:
             value = head[name].value
             value = int(value) if isinstance(value, bool) else value
-            out.say(f"search.{name}", names.get(name, name), value)
-    if "damaged_share" in head:
-        out.say("search.damaged_share", "damaged_share", head["damaged_share"].value)
+            out.say(head[name].place, names.get(name, name), value)
     if "phases" not in head and "kinematic_error" in out.document["search"]["objectives"]:
         out.assume("search.phases", 4)
         out.say("search.phases", "phases", 4)
@@ -253,12 +263,15 @@ def state_rated_torque(
     """State the rated torque, N m: from the file, or from the size."""
     if "rated_torque" in drive:
         rated = float(drive["rated_torque"].value)
+        place = drive["rated_torque"].place
     else:
         # A size that no gear has is refused by its own key, not by the torque of it.
         usual = TORQUE_PER_D3 * variables.diameter_mm**3
-        rated = min(max(usual, LEAST_RATED_NM), MOST_RATED_NM)
-        out.assume("drive.rated_torque_Nm", rated)
-    out.say("drive.rated_torque_Nm", "rated_torque_Nm", rated)
+        _, lib = engine()
+        rated = min(max(usual, lib.LM_RATED_LEAST_NM), lib.LM_RATED_MOST_NM)
+        place = "drive.rated_torque_Nm"
+        out.assume(place, rated)
+    out.say(place, "rated_torque_Nm", rated)
     return rated
 
 

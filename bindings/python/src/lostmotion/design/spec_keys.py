@@ -25,14 +25,6 @@ DEPTH = "teeth.engagement_depth"
 DEFLECTION, DEFLECTION_MODULES = "generator.deflection_mm", "generator.deflection_modules"
 DEFORMATION = "teeth.deformation"
 
-RIVALS = {
-    RIGID: DIFFERENCE,
-    DIFFERENCE: RIGID,
-    DEFLECTION: DEFLECTION_MODULES,
-    DEFLECTION_MODULES: DEFLECTION,
-}
-"""Keys that state the same quantity."""
-
 NEVER = {
     RIGID_TEETH: "it follows from teeth.flexspline_teeth, two more or two fewer",
     "generator.floating": "a search assumes a floating wave generator",

@@ -83,11 +83,19 @@ class Statements:
             return
         refused = c_string(error.text)
         if error.line > 0:
-            raise self.refuse(self.origins[error.line - 1], refused, "what spec.h allows")
+            what, _, word = refused.rpartition(": ")
+            found, expected = refused, "what spec.h allows"
+            if what.startswith("expected "):
+                found, expected = word, what.removeprefix("expected ")
+            raise self.refuse(self.origins[error.line - 1], found, expected)
         match = re.fullmatch(r"(\S+): (.*) \(found (\S+), expected (\S+) to (\S+)\)", refused)
         if match is None:
             raise self.refuse("search", refused, "a valid search")
         key, sentence, found, low, high = match.groups()
         places = {name.replace(".0.", "."): place for name, place in said.items()}
         expected = f"{low} to {high}" if low != high else f"a value that fits ({sentence})"
-        raise self.refuse(places.get(key, key), found, expected)
+        stated = {
+            line.split()[0]: place for line, place in zip(self.lines, self.origins, strict=True)
+        }
+        place = places.get(key) or stated.get(key.rpartition(".")[2]) or key
+        raise self.refuse(place, found, expected)

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from lostmotion.core import core
 from lostmotion.drives import parse_drive
 from lostmotion.errors import InputError
 from lostmotion.model import ADVICE, Check, DesignModel, design_model
@@ -43,7 +44,7 @@ Above 100 it stays.
 WIDTH_PER_D = 0.2
 """Face width over pitch diameter of usual drives."""
 
-SECTIONS = 3
+SECTIONS = int(core().lib.LM_FACE_SECTIONS)
 """Axial sections of a cup: the middle of the face and both edges."""
 
 CLOSEST_ROLLERS = 20.0

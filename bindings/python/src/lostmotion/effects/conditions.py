@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import NEEDS
+from lostmotion.core import NEEDS, REFERENCE_TEMPERATURE_C
 from lostmotion.recordings import QUANTITIES, Campaign
 from lostmotion.units import ARCSEC
 
@@ -26,7 +26,7 @@ SAME_ANGLE = 1e-9
 MEASURED = {q.column: q.name for q in QUANTITIES.values() if q.column in NEEDS}
 """Conditions that are columns of a recording; the others are rates of these, or times."""
 
-NEUTRAL = {"temperature_C": 20.0}
+NEUTRAL = {"temperature_C": REFERENCE_TEMPERATURE_C}
 """Value of a condition that was not measured, where it is not zero."""
 
 

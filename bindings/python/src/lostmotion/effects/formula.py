@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import FILLED_IN, NEEDS, Kind
+from lostmotion.core import FILLED_IN, NEEDS, Kind, core
 from lostmotion.effects.effect import RECORDED_ONLY, Effect, Value, effect
 from lostmotion.errors import InputError, did_you_mean
 from lostmotion.keys import as_in_file
@@ -25,8 +25,8 @@ from lostmotion.units import split_unit
 
 FloatArray = npt.NDArray[np.float64]
 
-EXPONENT_MAX = 87.0
-LOGARITHM_MIN = 1.2e-38
+EXPONENT_MAX = float(core().lib.LM_EXPONENT_MAX)
+LOGARITHM_MIN = float(core().lib.LM_LOGARITHM_MIN)
 """Where the library's exponential and logarithm end (elementary.h)."""
 
 MULTIPLIED_OUT = 6

@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError, did_you_mean, one_line
 from lostmotion.recordings.compressed import INFLATED_LEAST, INFLATION_MAX, inflation_bound
+from lostmotion.recordings.layout import COLUMNS_MAX
 from lostmotion.units import plain_number
 
 FloatArray = npt.NDArray[np.float64]
@@ -51,9 +52,6 @@ MESSAGES_LEAST = 500_000
 MESSAGE_BYTES = 8
 """Bytes on disk for each message beyond that: one that holds a number from a sensor beside its time
 has as many, however it is compressed."""
-
-COLUMNS_MAX = 16_384
-"""Columns of a topic at most: as many as the widest sheets of spreadsheets have."""
 
 LABELLED_MAX = 1024
 """Names at most beside an array of numbers."""

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from lostmotion.errors import InputError
 from lostmotion.recordings.bags import HEADER_STAMP, RECEIVE_TIME, Channel
+from lostmotion.recordings.clocks import NS
 from lostmotion.recordings.findings import Finding
 from lostmotion.recordings.soundness import GAP_FACTOR
 
@@ -28,7 +29,6 @@ Join = Literal["nearest", "linear"]
 JOINS: tuple[Join, ...] = ("nearest", "linear")
 """How columns can be joined."""
 
-SECOND_NS = 1e9
 
 NANO = 1e-9
 
@@ -79,7 +79,7 @@ def join_channels(
     if len(groups) == 1:
         time_ns = stamps[0]
         return {
-            "time_s": (time_ns - time_ns[0]) / SECOND_NS,
+            "time_s": (time_ns - time_ns[0]) / NS,
             **{channel.column: channel.values for channel in channels},
         }
     if how is None:
@@ -110,7 +110,7 @@ def join_channels(
         findings.append(
             Finding("outside", str(file), channels[base[0]].topic, None, outside, action)
         )
-    table: dict[str, FloatArray] = {"time_s": (kept - kept[0]) / SECOND_NS}
+    table: dict[str, FloatArray] = {"time_s": (kept - kept[0]) / NS}
     for group in groups:
         for i in group:
             channel = channels[i]

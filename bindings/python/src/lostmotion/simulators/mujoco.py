@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lostmotion.core import core, library_effects
+from lostmotion.core import REFERENCE_TEMPERATURE_C, core, library_effects
 from lostmotion.drives import Drive, read_drive
 from lostmotion.errors import InputError
 from lostmotion.export import Controller, build, make_controller
@@ -48,8 +48,8 @@ PLUGIN = "lostmotion.drive"
 SUFFIX = "_lost_motion"
 """What the name of the second hinge ends in."""
 
-TORQUE_LIMIT_NM = 1e6
-"""LM_TORQUE_LIMIT_MAX_NM: a simulated joint may be overloaded, its stiffness continues."""
+TORQUE_LIMIT_NM = float(core().lib.LM_TORQUE_LIMIT_MAX_NM)
+"""A simulated joint may be overloaded, its stiffness continues."""
 
 MARGIN = 1.05
 """Of the greatest stiffness where effects bend it, which is looked for at sixteen input angles:
@@ -173,7 +173,7 @@ def put_drives(
     spec: Any,
     drives: Mapping[str, Drive | str | Path],
     *,
-    temperature_C: float = 20.0,
+    temperature_C: float = REFERENCE_TEMPERATURE_C,
     cycles: float = 0.0,
 ) -> Placed:
     """Put drives between actuators and joints of a model, and compile it.

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Literal
 
-from lostmotion.core import core, value_ranges
+from lostmotion.core import REFERENCE_TEMPERATURE_C, core, value_ranges
 from lostmotion.export import Controller, Envelope, Limits, Validity, Watch, known_effects
 
 Kind = Literal["torque", "angles", "compensator"]
@@ -53,7 +53,7 @@ SUFFIXES = {
 }
 """Unit by the suffix of a field's name."""
 
-UNKNOWN = 3e38
+UNKNOWN = float(core().lib.LM_UNKNOWN)
 """LM_UNKNOWN: an input of this value counts as not known."""
 
 
@@ -151,7 +151,7 @@ def _inputs(controller: Controller, kind: Kind) -> list[Variable]:
         Variable(
             "temperature",
             "input",
-            20.0,
+            REFERENCE_TEMPERATURE_C,
             "degC",
             "of the drive" + _fitted(controller.valid.temperature_C),
         ),
