@@ -87,7 +87,7 @@ def keys() -> dict[str, int]:
 
 
 @cache
-def rivals() -> dict[str, str]:
+def rival_keys() -> dict[str, str]:
     """Keys of which each states the same quantity as another."""
     _, lib = engine()
     names = {key: name for name, key in keys().items()}

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lostmotion import structs, units
-from lostmotion.design.engine import keys, rivals
+from lostmotion.design.engine import keys, rival_keys
 from lostmotion.design.spec_keys import ASSUMED, NAMED, NEVER, SWITCHES
 from lostmotion.structs import GENERATORS
 
@@ -58,8 +58,8 @@ def left_open(
         bare = units.split_unit(name)[0]
         if involutes and bare.startswith("flank."):
             continue
-        stated = name in said or rivals().get(name, name) in said
-        if stated or name in rivals() or bare in NEVER or bare in ASSUMED or bare in hidden:
+        stated = name in said or rival_keys().get(name, name) in said
+        if stated or name in rival_keys() or bare in NEVER or bare in ASSUMED or bare in hidden:
             continue
         found[name] = value_taken(name, values, design)
     return found

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lostmotion import units
-from lostmotion.design.engine import engine, rivals
+from lostmotion.design.engine import engine, rival_keys
 from lostmotion.design.spec_keys import (
     ASSUMED,
     AXIAL_SECTIONS,
@@ -92,7 +92,7 @@ class Variables:
         """Read a key of [search.fixed] or [search.range]."""
         name, scale = find_key(self.out.file, table, written)
         place = f"search.{table}.{written}"
-        for stated in (name, rivals().get(name, name)):
+        for stated in (name, rival_keys().get(name, name)):
             if stated in self.said:
                 raise self.out.refuse(
                     place, "a second value", f"one of this and {self.said[stated]}"
