@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "draw.h"
 #include "lostmotion/parameters.h"
 
 static const lm_real size20_torque_Nm[] = {-40, -25, -7, 7, 25, 40};
@@ -64,16 +65,6 @@ static void add_effect(lm_parameters *p, const lm_effect *effect, lm_real first,
   use->effect = effect;
   use->value[0] = first;
   use->value[1] = second;
-}
-
-/* Numerical Recipes' generator. */
-static lm_real draw(uint32_t *seed, lm_real low, lm_real high) {
-  *seed = *seed * 1664525u + 1013904223u;
-  return low + (high - low) * LM_REAL(*seed >> 8) / LM_REAL(16777216);
-}
-
-static lm_real distance(lm_real a, lm_real b) {
-  return a < b ? b - a : a - b;
 }
 
 #endif

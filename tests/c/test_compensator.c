@@ -5,13 +5,10 @@
 
 #include "size20.h"
 
-#define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
-
 static lm_parameters parameters;
 static lm_compensator joint;
 static lm_conditions at;
 static lm_fault fault;
-static uint32_t seed;
 
 void setUp(void) {
   parameters = size20();
@@ -74,13 +71,13 @@ static void check_limits(lm_headroom most, int ticks) {
   for (i = 0; i < ticks; ++i) {
     uint32_t kind = seed >> 29;
     if (kind == 0) {
-      torque_Nm = draw(&seed, -80, 80);
+      torque_Nm = draw(-80, 80);
     } else if (kind == 1) {
       torque_Nm = -torque_Nm;
     } else {
-      torque_Nm += draw(&seed, -2, 2);
+      torque_Nm += draw(-2, 2);
     }
-    if (draw(&seed, 0, 1) < LM_REAL(0.01)) {
+    if (draw(0, 1) < LM_REAL(0.01)) {
       lm_set_mode(&joint, (lm_mode)(seed >> 28 & 3));
     }
     now = step(torque_Nm);
@@ -318,10 +315,10 @@ static void nothing_that_the_host_does_loses_the_history(void) {
   int k;
   for (k = 0; k < 20000; ++k) {
     lm_headroom none = {0, 0, 0, 0};
-    lm_correction now = step(draw(&seed, -70, 70));
+    lm_correction now = step(draw(-70, 70));
     TEST_ASSERT_TRUE(lm_step_model(&parameters, &undisturbed, &at) == now.lost_motion_rad);
     TEST_ASSERT_EQUAL_MEMORY(&undisturbed, &joint.memory, sizeof undisturbed);
-    switch ((int)draw(&seed, 0, 12)) {
+    switch ((int)draw(0, 12)) {
       case 0:
         lm_set_mode(&joint, LM_MODE_HOLD);
         break;
@@ -356,15 +353,14 @@ static void check_uncertainty(void) {
   int trial;
   for (trial = 0; trial < 300; ++trial) {
     lm_memory truth;
-    lm_real start_Nm = draw(&seed, -40, 40);
+    lm_real start_Nm = draw(-40, 40);
     lm_real before = LM_REAL(1e9);
     int i;
     TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, start_Nm, &fault));
     truth = joint.memory;
     for (i = 0; i < 4; ++i) {
       lm_real radius_Nm = lm_find_play_radius(&parameters.plays, i, start_Nm);
-      truth.plays.z_Nm[i] =
-          lm_find_envelope(&parameters.plays, start_Nm) + draw(&seed, -1, 1) * radius_Nm;
+      truth.plays.z_Nm[i] = lm_find_envelope(&parameters.plays, start_Nm) + draw(-1, 1) * radius_Nm;
       TEST_ASSERT_TRUE(joint.memory.plays.z_Nm[i] == lm_find_envelope(&parameters.plays, start_Nm));
     }
     lm_settle_model(&parameters, &truth);
@@ -372,7 +368,7 @@ static void check_uncertainty(void) {
       lm_real model;
       lm_real real;
       lm_real bound;
-      at.torque_Nm = draw(&seed, -3, 3) * LM_REAL(i);
+      at.torque_Nm = draw(-3, 3) * LM_REAL(i);
       real = lm_step_model(&parameters, &truth, &at);
       model = lm_step_compensator(&joint, &at).lost_motion_rad;
       bound = lm_bound_uncertainty(&joint);
@@ -456,7 +452,7 @@ static void a_change_of_bands_makes_the_memory_unknown(void) {
   TEST_ASSERT_TRUE(step(0).status & LM_STATE_MEMORY_UNKNOWN);
   bound_rad = lm_bound_uncertainty(&joint);
   for (i = 0; i < 50; ++i) {
-    at.torque_Nm = draw(&seed, -1, 1) * LM_REAL(i);
+    at.torque_Nm = draw(-1, 1) * LM_REAL(i);
     TEST_ASSERT_TRUE(distance(lm_step_model(&wider, &truth, &at),
                               lm_step_compensator(&joint, &at).lost_motion_rad) <=
                      lm_bound_uncertainty(&joint) + 32 * ROUNDING * LM_REAL(4e-3));
@@ -595,7 +591,7 @@ static void the_watch_takes_noise_for_noise(void) {
   int i;
   for (i = 0; i < 2000; ++i) {
     lm_correction now = step(0);
-    lm_watch_output(&joint, now.lost_motion_rad + draw(&seed, LM_REAL(-1e-5), LM_REAL(1e-5)),
+    lm_watch_output(&joint, now.lost_motion_rad + draw(LM_REAL(-1e-5), LM_REAL(1e-5)),
                     LM_REAL(0.01));
   }
   TEST_ASSERT_TRUE(joint.gain == 1);
@@ -609,7 +605,7 @@ static void the_watch_leaves_a_rest_alone_however_noisy_the_encoder(void) {
   (void)rest(20, 3000);
   for (i = 0; i < 60000; ++i) {
     lm_correction now = step(20);
-    lm_watch_output(&joint, now.lost_motion_rad + draw(&seed, -most_rad, most_rad), LM_REAL(0.01));
+    lm_watch_output(&joint, now.lost_motion_rad + draw(-most_rad, most_rad), LM_REAL(0.01));
     TEST_ASSERT_TRUE(joint.gain == 1);
   }
 }
@@ -1082,7 +1078,7 @@ static void a_kinematic_error_does_not_ring(void) {
         int shaken = ringing && i < 1000;
         at.input_angle_rad = LM_REAL(3.14159265 * (double)speed_Hz[k] * i * 1e-3);
         now = step(10 + (shaken ? 8 * LM_REAL(sin(6.2831853 * 15 * i * 1e-3)) : 0) +
-                   LM_REAL(0.1) * draw(&seed, -1, 1));
+                   LM_REAL(0.1) * draw(-1, 1));
         if (i > 5000) {
           low_rad = now.correction_rad < low_rad ? now.correction_rad : low_rad;
           high_rad = now.correction_rad > high_rad ? now.correction_rad : high_rad;
@@ -1103,7 +1099,7 @@ static void noise_does_not_ring(void) {
   parameters.watch.ringing_Hz = 5;
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 10, &fault));
   for (i = 0; i < 20000; ++i) {
-    lm_correction now = step(LM_REAL(i % 4000) * LM_REAL(0.005) + draw(&seed, -1, 1) / 8);
+    lm_correction now = step(LM_REAL(i % 4000) * LM_REAL(0.005) + draw(-1, 1) / 8);
     TEST_ASSERT_EQUAL(0, now.status & LM_STATE_RINGING);
   }
 }

@@ -2,8 +2,9 @@
 
 #include <unity.h>
 
+#include "draw.h"
+
 /* Rounding of lm_real; bounds below are a few of these. */
-#define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
 
 /* Harmonic Drive size 20, ratio above 50 (catalogue): T1 7, T2 25 N*m, K 16, 25, 29e3 N*m/rad. */
 static const lm_real torque_Nm[] = {-40, -25, -7, 0, 7, 25, 40};
@@ -18,22 +19,12 @@ static const lm_real angle_rad[] = {LM_REAL(-7.0 / 16e3 - 18.0 / 25e3 - 15.0 / 2
 
 static lm_curve curve;
 static lm_fault fault;
-static uint32_t seed;
 
 void setUp(void) {
   seed = 1;
   TEST_ASSERT_EQUAL(LM_OK, lm_build_curve(&curve, torque_Nm, angle_rad, KNOTS, &fault));
 }
 void tearDown(void) {
-}
-
-static lm_real draw(lm_real low, lm_real high) {
-  seed = seed * 1664525u + 1013904223u; /* Numerical Recipes' generator */
-  return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
-}
-
-static lm_real distance(lm_real a, lm_real b) {
-  return a < b ? b - a : a - b;
 }
 
 static void the_curve_passes_through_its_knots(void) {

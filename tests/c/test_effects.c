@@ -4,12 +4,13 @@
 #include <string.h>
 #include <unity.h>
 
-#define ROUNDING (LM_REAL_BITS == 64 ? 1e-14 : 2e-6) /* relative, of a whole effect */
+#include "draw.h"
+
+#define OF_EFFECT (LM_REAL_BITS == 64 ? 1e-14 : 2e-6) /* relative rounding of a whole effect */
 
 static lm_fault fault;
 static lm_conditions at;
 static lm_real memory[16];
-static uint32_t seed;
 
 void setUp(void) {
   memset(&at, 0, sizeof at);
@@ -20,20 +21,29 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static lm_real draw(lm_real low, lm_real high) {
-  seed = seed * 1664525u + 1013904223u; /* Numerical Recipes' generator */
-  return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
-}
-
 /* A torque of which friction takes nothing. */
 static void load(lm_real torque_Nm) {
   at.torque_Nm = torque_Nm;
   at.wound_Nm = torque_Nm;
 }
 
+static void draw_conditions(void) {
+  load(draw(-50, 50));
+  at.input_angle_rad = draw(-3, 3);
+  at.output_angle_rad = draw(-3, 3);
+  at.input_velocity_rad_s = draw(-100, 100);
+  at.temperature_C = draw(-20, 80);
+  at.cycles = draw(0, LM_REAL(1e7));
+  at.tilt_moment_Nm = draw(-20, 20);
+  at.axial_force_N = draw(-100, 100);
+  at.output_acceleration_rad_s2 = draw(-10, 10);
+  at.elapsed_s = draw(0, 1);
+  at.elastic_rad = draw(LM_REAL(-1e-3), LM_REAL(1e-3));
+}
+
 static void assert_near(double expected, lm_real found) {
   double difference = fabs((double)found - expected);
-  TEST_ASSERT_TRUE(difference <= ROUNDING * (fabs(expected) + 1e-5));
+  TEST_ASSERT_TRUE(difference <= OF_EFFECT * (fabs(expected) + 1e-5));
 }
 
 static double run(const lm_effect *effect, const lm_real *value) {
@@ -140,17 +150,7 @@ static void without_amplitude_an_effect_is_nothing(void) {
     }
     memset(memory, 0, sizeof memory);
     for (trial = 0; linear > 0 && trial < 50; ++trial) {
-      load(draw(-50, 50));
-      at.input_angle_rad = draw(-3, 3);
-      at.output_angle_rad = draw(-3, 3);
-      at.input_velocity_rad_s = draw(-100, 100);
-      at.temperature_C = draw(-20, 80);
-      at.cycles = draw(0, LM_REAL(1e7));
-      at.tilt_moment_Nm = draw(-20, 20);
-      at.axial_force_N = draw(-100, 100);
-      at.output_acceleration_rad_s2 = draw(-10, 10);
-      at.elapsed_s = draw(0, 1);
-      at.elastic_rad = draw(LM_REAL(-1e-3), LM_REAL(1e-3));
+      draw_conditions();
       if (effect != &lm_effect_lobe_eccentricity) {
         TEST_ASSERT_TRUE(effect->run(value, memory, &at) == 0);
       }
@@ -180,17 +180,7 @@ static void linear_values_are_linear(void) {
     }
     memset(memory, 0, sizeof memory);
     for (trial = 0; trial < 20; ++trial) {
-      load(draw(-50, 50));
-      at.input_angle_rad = draw(-3, 3);
-      at.output_angle_rad = draw(-3, 3);
-      at.input_velocity_rad_s = draw(-100, 100);
-      at.temperature_C = draw(-20, 80);
-      at.cycles = draw(0, LM_REAL(1e7));
-      at.tilt_moment_Nm = draw(-20, 20);
-      at.axial_force_N = draw(-100, 100);
-      at.output_acceleration_rad_s2 = draw(-10, 10);
-      at.elapsed_s = draw(0, 1);
-      at.elastic_rad = draw(LM_REAL(-1e-3), LM_REAL(1e-3));
+      draw_conditions();
       TEST_ASSERT_TRUE(2 * effect->run(once, memory, &at) == effect->run(twice, other, &at));
     }
   }
@@ -262,7 +252,7 @@ static void the_lobes_share_the_torque(void) {
         double unequal = angle_of_two_lobes(torque, runout, 1e-5 * takeup, 1e-5);
         double expected = 1e-5 * cos(angle) + 2e-5 * sin(angle) + unequal - equal;
         double found = run(&lm_effect_lobe_eccentricity, lobes);
-        TEST_ASSERT_TRUE(fabs(found - expected) <= ROUNDING * (fabs(equal) + 1e-4));
+        TEST_ASSERT_TRUE(fabs(found - expected) <= OF_EFFECT * (fabs(equal) + 1e-4));
       }
     }
   }

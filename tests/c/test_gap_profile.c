@@ -2,17 +2,17 @@
 #include <string.h>
 #include <unity.h>
 
+#include "draw.h"
+
 #include "lostmotion/runtime.h"
 
 #define HALF_GAP LM_REAL(1.5e-4) /* rad */
-#define ROUNDING LM_REAL(6e-8)
-#define ANGLE_LIMIT 10 /* rad */
+#define ANGLE_LIMIT 10           /* rad */
 
 static lm_parameters parameters;
 static lm_compensator joint;
 static lm_conditions at;
 static lm_fault fault;
-static uint32_t seed;
 
 static void make_parameters(lm_parameters *p, lm_real half_gap) {
   lm_play play;
@@ -43,15 +43,6 @@ void setUp(void) {
   TEST_ASSERT_EQUAL(LM_OK, lm_start_compensator(&joint, &parameters, 0, &fault));
 }
 void tearDown(void) {
-}
-
-static lm_real draw(lm_real low, lm_real high) {
-  seed = seed * 1664525u + 1013904223u; /* Numerical Recipes' generator */
-  return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
-}
-
-static lm_real distance(lm_real a, lm_real b) {
-  return a < b ? b - a : a - b;
 }
 
 static lm_correction go_to(lm_real angle_rad) {

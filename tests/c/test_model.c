@@ -4,14 +4,12 @@
 
 #include "size20.h"
 
-#define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
 #define ARCMIN LM_REAL(2.908882086657216e-4) /* rad */
 
 static lm_parameters parameters;
 static lm_memory memory;
 static lm_conditions at;
 static lm_fault fault;
-static uint32_t seed;
 
 void setUp(void) {
   parameters = size20();
@@ -72,10 +70,10 @@ static void one_big_step_is_many_small_ones(void) {
     }
     lm_memory fine;
     lm_real from_Nm;
-    lm_real to_Nm = draw(&seed, -80, 80);
+    lm_real to_Nm = draw(-80, 80);
     int i;
     for (i = 0; i < 5; ++i) {
-      step(draw(&seed, -60, 60));
+      step(draw(-60, 60));
     }
     fine = memory;
     from_Nm = memory.plays.torque_Nm;
@@ -105,7 +103,7 @@ static void a_larger_swing_wipes_out_what_went_before(void) {
       lm_start_model(&memory, 0);
       lm_start_model(&plain, 0);
       for (i = 0; i < 20; ++i) {
-        step(draw(&seed, -60, 60));
+        step(draw(-60, 60));
       }
       step(70);
       step(-70);
@@ -134,9 +132,9 @@ static void check_round_trips(int histories) {
     lm_real wanted_Nm;
     lm_real found_Nm = 0;
     lm_real angle;
-    step(draw(&seed, -70, 70));
+    step(draw(-70, 70));
     kept = memory;
-    wanted_Nm = draw(&seed, -79, 79);
+    wanted_Nm = draw(-79, 79);
     at.torque_Nm = wanted_Nm;
     angle = lm_evaluate_model(&parameters, &memory, &next, &at);
     TEST_ASSERT_EQUAL(LM_OK, lm_invert_model(&parameters, &memory, &at, angle, &found_Nm, &fault));
@@ -346,8 +344,8 @@ static lm_recording draw_recording(uint32_t columns) {
   for (i = 0; i < COLUMNS; ++i) {
     found[i] = (columns >> i) & 1u ? column[i] : 0;
     for (k = 0; k < ROWS; ++k) {
-      lm_real chance = draw(&seed, 0, 1);
-      column[i][k] = draw(&seed, -reach[i], reach[i]);
+      lm_real chance = draw(0, 1);
+      column[i][k] = draw(-reach[i], reach[i]);
       if (chance < LM_REAL(0.03)) {
         column[i][k] = chance < LM_REAL(0.01) ? zero / zero : 1 / zero;
       }
@@ -372,18 +370,18 @@ static lm_recording draw_recording(uint32_t columns) {
  */
 static void draw_plays(void) {
   lm_play play[LM_PLAYS_MAX];
-  int32_t count = (int32_t)draw(&seed, 0, LM_REAL(12.99));
-  int32_t outside = (int32_t)draw(&seed, 0, LM_REAL(count) + LM_REAL(0.99));
-  int widens = draw(&seed, 0, 1) < LM_REAL(0.3);
+  int32_t count = (int32_t)draw(0, LM_REAL(12.99));
+  int32_t outside = (int32_t)draw(0, LM_REAL(count) + LM_REAL(0.99));
+  int widens = draw(0, 1) < LM_REAL(0.3);
   int32_t i;
   for (i = 0; i < count; ++i) {
-    play[i].radius_Nm = draw(&seed, 0, 20);
-    play[i].widening = widens ? draw(&seed, 0, LM_REAL(0.5)) : 0;
+    play[i].radius_Nm = draw(0, 20);
+    play[i].widening = widens ? draw(0, LM_REAL(0.5)) : 0;
     play[i].weight = i < outside ? LM_REAL(1e-7) : LM_REAL(0.05);
   }
   TEST_ASSERT_EQUAL(LM_OK, lm_build_play_bank(&parameters.plays, play, count, outside, &fault));
-  if (draw(&seed, 0, 1) < LM_REAL(0.4)) {
-    TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&parameters.plays, draw(&seed, 0, 6), 10, &fault));
+  if (draw(0, 1) < LM_REAL(0.4)) {
+    TEST_ASSERT_EQUAL(LM_OK, lm_set_envelope(&parameters.plays, draw(0, 6), 10, &fault));
   }
 }
 
@@ -397,7 +395,7 @@ static void draw_effects(lm_real share) {
   for (kind = LM_EFFECT_TORQUE; kind <= LM_EFFECT_ANGLE; ++kind) {
     for (i = 0; i < LM_EFFECT_COUNT; ++i) {
       const lm_effect *effect = lm_effects[i];
-      if ((int)effect->kind != kind || draw(&seed, 0, 1) > share) {
+      if ((int)effect->kind != kind || draw(0, 1) > share) {
         continue;
       }
       add_effect(&parameters, effect, 0, 0);
@@ -418,7 +416,7 @@ static void any_recording_is_the_single_steps(void) {
     lm_real angle[ROWS];
     int k;
     draw_plays();
-    draw_effects(trial % 4 == 0 ? 0 : draw(&seed, 0, 1));
+    draw_effects(trial % 4 == 0 ? 0 : draw(0, 1));
     TEST_ASSERT_EQUAL(LM_OK, lm_check_parameters(&parameters, &fault));
     recording = draw_recording(trial % 5 == 0 ? 0x3FFu : seed >> 16);
     lm_settle_model(&parameters, &memory);

@@ -3,27 +3,13 @@
 
 #include "archive.h"
 #include "bounds.h"
+#include "one_workspace.h"
 #include "reference_drives.h"
 #include "search.h"
 #include "spec.h"
 #include "unity.h"
 
 #define POINTS 400
-
-static lm_problem problem;
-static lm_scan scan;
-static lm_layout layout;
-static lm_workspace *workspace;
-static double result[LM_RESULT_MAX];
-
-void setUp(void) {
-  workspace = lm_create_workspace();
-  TEST_ASSERT_NOT_NULL(workspace);
-}
-
-void tearDown(void) {
-  lm_free_workspace(workspace);
-}
 
 static const char wide_spec[] =
     "rated_torque_Nm 40\n"

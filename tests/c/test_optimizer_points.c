@@ -4,26 +4,12 @@
 #include "archive.h"
 #include "certificate.h"
 #include "lostmotion/design_keys.h"
+#include "one_workspace.h"
 #include "output.h"
 #include "reference_drives.h"
 #include "spec.h"
 #include "unity.h"
 #include "workspace.h"
-
-static lm_problem problem;
-static lm_scan scan;
-static lm_layout layout;
-static lm_workspace *workspace;
-static double result[LM_RESULT_MAX];
-
-void setUp(void) {
-  workspace = lm_create_workspace();
-  TEST_ASSERT_NOT_NULL(workspace);
-}
-
-void tearDown(void) {
-  lm_free_workspace(workspace);
-}
 
 /* Reference drive A of check_values.md in the middle of its ranges. */
 static const char reference_spec[] =

@@ -3,9 +3,10 @@
 #include <string.h>
 #include <unity.h>
 
+#include "draw.h"
+
 #include "lostmotion/curve.h"
 
-#define ROUNDING (LM_REAL_BITS == 64 ? LM_REAL(1.2e-16) : LM_REAL(6.0e-8))
 #define ARCMIN LM_REAL(2.908882086657216e-4) /* rad */
 
 /* Test set S20 of the model specification, section 6: catalogue torsion curve of size 20, four
@@ -29,7 +30,6 @@ static lm_curve backbone;
 static lm_play_bank bank;
 static lm_play_memory memory;
 static lm_fault fault;
-static uint32_t seed;
 
 void setUp(void) {
   seed = 1;
@@ -38,15 +38,6 @@ void setUp(void) {
   lm_center_plays(&memory, 0);
 }
 void tearDown(void) {
-}
-
-static lm_real draw(lm_real low, lm_real high) {
-  seed = seed * 1664525u + 1013904223u; /* Numerical Recipes' generator */
-  return low + (high - low) * LM_REAL(seed >> 8) / LM_REAL(16777216);
-}
-
-static lm_real distance(lm_real a, lm_real b) {
-  return a < b ? b - a : a - b;
 }
 
 static lm_real angle_at(lm_real torque_Nm) {

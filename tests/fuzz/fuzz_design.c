@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fuzz_input.h"
 #include "lostmotion/drive.h"
 #include "lostmotion/mesh.h"
 #include "lostmotion/takeup.h"
@@ -24,25 +25,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 /* Share of an angle that rounding may take. */
 #define ROUNDING ((lm_real)(LM_REAL_BITS == 64 ? 1e-9 : 1e-3))
-
-typedef struct fuzz_input {
-  const uint8_t *data;
-  size_t size;
-} fuzz_input;
-
-static void take(fuzz_input *input, void *target, size_t length) {
-  const size_t taken = length < input->size ? length : input->size;
-  memset(target, 0, length);
-  memcpy(target, input->data, taken);
-  input->data += taken;
-  input->size -= taken;
-}
-
-static uint8_t take_byte(fuzz_input *input) {
-  uint8_t byte;
-  take(input, &byte, 1);
-  return byte;
-}
 
 /* A number between two limits; *wild tells that it is any bit pattern instead. */
 static lm_real take_real(fuzz_input *input, double low, double high, int *wild) {

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "fuzz_input.h"
 #include "journal.h"
 #include "search.h"
 #include "spec.h"
@@ -30,29 +31,8 @@ static void require_at(int line, int holds) {
 
 #define require(holds) require_at(__LINE__, holds)
 
-typedef struct tape {
-  const uint8_t *data;
-  size_t left;
-} tape;
-
-static uint8_t next_byte(tape *from) {
-  if (from->left == 0) {
-    return 0;
-  }
-  from->left -= 1;
-  return *from->data++;
-}
-
-static void take_bytes(tape *from, void *to, size_t size) {
-  const size_t count = from->left < size ? from->left : size;
-  memset(to, 0, size);
-  memcpy(to, from->data, count);
-  from->data += count;
-  from->left -= count;
-}
-
 /* A sound answer to a task: points within the cube, one design of its own and one member. */
-static void answer_soundly(const lm_problem *problem, const lm_task *task, tape *from,
+static void answer_soundly(const lm_problem *problem, const lm_task *task, fuzz_input *from,
                            lm_answer *answer) {
   int i;
   int k;
@@ -60,36 +40,36 @@ static void answer_soundly(const lm_problem *problem, const lm_task *task, tape 
   answer->id = task->id;
   answer->combination = task->combination;
   answer->computed = 1;
-  answer->plain = 1 + next_byte(from) % 8;
-  answer->violation = next_byte(from) % 3;
-  answer->value = next_byte(from);
-  answer->solution_count = next_byte(from) % 3;
+  answer->plain = 1 + take_byte(from) % 8;
+  answer->violation = take_byte(from) % 3;
+  answer->value = take_byte(from);
+  answer->solution_count = take_byte(from) % 3;
   answer->member_count = task->kind == LM_TASK_EVOLVE ? 2 : 0;
   for (k = 0; k < problem->range_count; k++) {
-    answer->unit[k] = next_byte(from) / 255.0;
+    answer->unit[k] = take_byte(from) / 255.0;
   }
   for (i = 0; i < answer->solution_count + answer->member_count; i++) {
     lm_solution *found = &answer->solution[i];
     found->combination = task->combination;
     for (k = 0; k < problem->range_count; k++) {
-      found->unit[k] = next_byte(from) / 255.0;
+      found->unit[k] = take_byte(from) / 255.0;
     }
     for (k = 0; k < problem->objective_count; k++) {
-      found->objective[k] = 1 + next_byte(from);
+      found->objective[k] = 1 + take_byte(from);
     }
   }
 }
 
 /* Up to four values of an answer become any bits. */
-static void change(lm_answer *answer, tape *from) {
+static void change(lm_answer *answer, fuzz_input *from) {
   const size_t used = offsetof(lm_answer, solution) + 6 * sizeof answer->solution[0];
-  int changes = 1 + next_byte(from) % 4;
+  int changes = 1 + take_byte(from) % 4;
   while (changes-- > 0) {
     uint16_t place;
     uint64_t bits;
-    size_t size = next_byte(from) & 1u ? sizeof(double) : sizeof(int);
-    take_bytes(from, &place, sizeof place);
-    take_bytes(from, &bits, sizeof bits);
+    size_t size = take_byte(from) & 1u ? sizeof(double) : sizeof(int);
+    take(from, &place, sizeof place);
+    take(from, &bits, sizeof bits);
     memcpy((unsigned char *)answer + place % (used / size) * size, &bits, size);
   }
 }
@@ -130,10 +110,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const lm_task *tasks;
   lm_status status;
   reader to;
-  tape from;
+  fuzz_input from;
   int sound;
   from.data = data;
-  from.left = size;
+  from.size = size;
   count_one("journals");
   if (path[0] == '\0') {
     snprintf(path, sizeof path, "/dev/shm/fuzz_journal_%ld.bin", (long)getpid());
@@ -143,7 +123,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   require(lm_create_journal(path, spec, &journal) == LM_OK);
   to.search = lm_open_search(&problem);
   require(to.search != NULL);
-  sound = next_byte(&from) % 24;
+  sound = take_byte(&from) % 24;
   while (sound-- > 0 && lm_next_tasks(to.search, &tasks) > 0) {
     int i = 0;
     while (lm_is_answered(to.search, tasks[i].id)) {
@@ -153,7 +133,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     require(lm_accept_answer(to.search, &answer) == LM_OK);
     require(lm_append_answer(journal, &answer) == LM_OK);
   }
-  while (from.left > 0 && lm_next_tasks(to.search, &tasks) > 0) {
+  while (from.size > 0 && lm_next_tasks(to.search, &tasks) > 0) {
     int i = 0;
     while (lm_is_answered(to.search, tasks[i].id)) {
       i++;

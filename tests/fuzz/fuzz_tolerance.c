@@ -8,31 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fuzz_input.h"
 #include "lostmotion/tolerance.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 #define FUZZED_LINKS 8
 #define FUZZED_LOG2 6
-
-typedef struct fuzz_input {
-  const uint8_t *data;
-  size_t size;
-} fuzz_input;
-
-static void take(fuzz_input *input, void *target, size_t length) {
-  const size_t taken = length < input->size ? length : input->size;
-  memset(target, 0, length);
-  memcpy(target, input->data, taken);
-  input->data += taken;
-  input->size -= taken;
-}
-
-static uint8_t take_byte(fuzz_input *input) {
-  uint8_t byte;
-  take(input, &byte, 1);
-  return byte;
-}
 
 /* Mostly numbers of a drawing, sometimes any bit pattern. */
 static lm_real take_real(fuzz_input *input, lm_real unit) {

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../plant/draw.h"
 #include "lostmotion/compensator.h"
 
 #define SETS 8
@@ -20,16 +21,6 @@
 typedef struct bounds {
   double position, velocity, acceleration, jerk;
 } bounds;
-
-static uint64_t state;
-
-/* xorshift64*; the upper 53 bits. */
-static double draw(double low, double high) {
-  state ^= state >> 12;
-  state ^= state << 25;
-  state ^= state >> 27;
-  return low + (high - low) * (double)((state * 2685821657736338717u) >> 11) * 0x1p-53;
-}
 
 static double draw_size(double low, double high) {
   return exp(draw(log(low), log(high)));

@@ -3,37 +3,25 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fuzz_input.h"
 #include "lostmotion/runtime.h"
 #include "tally.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-typedef struct tape {
-  const uint8_t *data;
-  size_t left;
-} tape;
-
-static uint8_t next_byte(tape *from) {
-  if (from->left == 0) {
-    return 0;
-  }
-  from->left -= 1;
-  return *from->data++;
-}
-
 /* Half of the numbers are any bits, half are of a size that means something. */
-static lm_real next_number(tape *from, lm_real size) {
-  uint8_t kind = next_byte(from);
+static lm_real next_number(fuzz_input *from, lm_real size) {
+  uint8_t kind = take_byte(from);
   if (kind & 1u) {
     lm_real any = 0;
-    if (from->left >= sizeof any) {
+    if (from->size >= sizeof any) {
       memcpy(&any, from->data, sizeof any);
       from->data += sizeof any;
-      from->left -= sizeof any;
+      from->size -= sizeof any;
     }
     return any;
   }
-  return size * (lm_real)((int)next_byte(from) - 128) / 128;
+  return size * (lm_real)((int)take_byte(from) - 128) / 128;
 }
 
 static void require(int holds) {
@@ -108,14 +96,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   static lm_parameters parameters[2];
   static lm_compensator one;
   static lm_compensator two;
-  tape from;
+  fuzz_input from;
   from.data = data;
-  from.left = size;
-  make_drive(&parameters[0], next_byte(&from));
-  make_drive(&parameters[1], next_byte(&from));
+  from.size = size;
+  make_drive(&parameters[0], take_byte(&from));
+  make_drive(&parameters[1], take_byte(&from));
   require(lm_start_compensator(&one, &parameters[0], next_number(&from, 20), 0) == LM_OK);
   two = one;
-  while (from.left > 0) {
+  while (from.size > 0) {
     lm_conditions at;
     lm_correction now;
     lm_correction again;
@@ -123,9 +111,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     lm_saved saved;
     lm_mode mode;
     count_one("calls");
-    switch (next_byte(&from) & 15u) {
+    switch (take_byte(&from) & 15u) {
       case 0:
-        mode = (lm_mode)(next_byte(&from) & 3u);
+        mode = (lm_mode)(take_byte(&from) & 3u);
         lm_set_mode(&one, mode);
         lm_set_mode(&two, mode);
         break;
@@ -138,7 +126,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         lm_set_headroom(&two, &room);
         break;
       case 2:
-        require(lm_change_parameters(&one, &parameters[next_byte(&from) & 1u], 0) == LM_OK);
+        require(lm_change_parameters(&one, &parameters[take_byte(&from) & 1u], 0) == LM_OK);
         require(lm_change_parameters(&two, one.parameters, 0) == LM_OK);
         break;
       case 3:
@@ -178,7 +166,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         at.elapsed_s = next_number(&from, LM_REAL(0.01));
         at.elastic_rad = 0;
         at.wound_Nm = 0;
-        if (next_byte(&from) < 8) {
+        if (take_byte(&from) < 8) {
           now = lm_settle_compensator(&one, &at);
           again = lm_settle_compensator(&two, &at);
         } else {

@@ -10,7 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "blob.h"
 #include "commissioning/commissioning.h"
+#include "draw.h"
 #include "plant.h"
 
 #define ARCMIN (3.14159265358979323846 / 10800)
@@ -19,19 +21,6 @@
 #define END_S 60.0
 #define FILTER_RAD_S 600.0
 #define REVERSAL_RAD_S 0.01
-
-static uint64_t state;
-
-static double draw(double low, double high) {
-  state ^= state >> 12;
-  state ^= state << 25;
-  state ^= state >> 27;
-  return low + (high - low) * (double)((state * 2685821657736338717u) >> 11) * 0x1p-53;
-}
-
-static double gauss(void) {
-  return (draw(-1, 1) + draw(-1, 1) + draw(-1, 1) + draw(-1, 1)) * 0.8660254;
-}
 
 static double clip(double value, double most) {
   return value > most ? most : value < -most ? -most : value;
@@ -437,24 +426,6 @@ static int rings(const axis *noisy, const lm_parameters *parameters) {
   return high - low > RING_RAD;
 }
 
-static int load(const char *file, lm_parameters *parameters) {
-  static uint8_t bytes[LM_BLOB_BYTES_MAX + 1];
-  FILE *from = fopen(file, "rb");
-  lm_fault why;
-  size_t length;
-  if (!from) {
-    perror(file);
-    return 1;
-  }
-  length = fread(bytes, 1, sizeof bytes, from);
-  fclose(from);
-  if (lm_load_parameters(parameters, bytes, length, 0, 0, &why) != LM_OK) {
-    fprintf(stderr, "%s: %s: %s\n", file, why.input, lm_status_sentence(why.status));
-    return 1;
-  }
-  return 0;
-}
-
 static int judge(unsigned seed, const axis *a, const lm_parameters *parameters, fault wrong) {
   outcome got = run(a, parameters, wrong);
   int fine =
@@ -493,7 +464,7 @@ int main(int count, char **word) {
     axis a = make_axis(seed);
     char *blob = strchr(word[k], '=');
     int wrong;
-    if (!blob || load(blob + 1, &parameters)) {
+    if (!blob || load(blob + 1, 0, 0, &parameters)) {
       return 2;
     }
     if (strcmp(word[1], "sound") == 0) {

@@ -1,8 +1,8 @@
 #include "duty.h"
 
 #include <math.h>
-#include <stdint.h>
 
+#include "draw.h"
 #include "plant.h"
 
 #define SAMPLE_S 0.01
@@ -11,20 +11,6 @@
 #define TORQUE_NOISE_NM 0.3   /* rms */
 #define GRAVITY_OFF 0.05      /* of the load as it is known, rms over tasks */
 #define TEMPERATURE_OFF_K 3.0 /* rms */
-
-static uint64_t state;
-
-static double draw(double low, double high) {
-  state ^= state >> 12;
-  state ^= state << 25;
-  state ^= state >> 27;
-  return low + (high - low) * (double)((state * 2685821657736338717u) >> 11) * 0x1p-53;
-}
-
-/* Sum of four, unit variance: rare extremes do not matter here. */
-static double gauss(void) {
-  return (draw(-1, 1) + draw(-1, 1) + draw(-1, 1) + draw(-1, 1)) * 0.8660254;
-}
 
 /* A task: go somewhere, then stand, hover or jog there. */
 typedef struct task {

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "blob.h"
 #include "duty.h"
 #include "loop.h"
 
@@ -397,24 +398,6 @@ static int bench(void) {
   return 0;
 }
 
-static int load(const char *file, lm_parameters *parameters) {
-  static uint8_t bytes[LM_BLOB_BYTES_MAX + 1];
-  FILE *from = fopen(file, "rb");
-  lm_fault fault;
-  size_t length;
-  if (!from) {
-    perror(file);
-    return 1;
-  }
-  length = fread(bytes, 1, sizeof bytes, from);
-  fclose(from);
-  if (lm_load_parameters(parameters, bytes, length, lm_effects, LM_EFFECT_COUNT, &fault) != LM_OK) {
-    fprintf(stderr, "%s: %s: %s\n", file, fault.input, lm_status_sentence(fault.status));
-    return 1;
-  }
-  return 0;
-}
-
 /* At most one false alarm in 1000 hours, and misuse within seconds of the first lost motion that is
  * plainly more than misfit_rad. A drive that is twice as soft as it is said to be is on the border
  * to one that is compensated for better than not at all, and takes longest. */
@@ -465,7 +448,9 @@ int main(int count, char **word) {
     return bench();
   }
   if (count == 4 && strcmp(word[1], "duty") == 0) {
-    return load(word[2], &parameters) ? 2 : duty(&parameters, atof(word[3]));
+    return load(word[2], lm_effects, LM_EFFECT_COUNT, &parameters)
+               ? 2
+               : duty(&parameters, atof(word[3]));
   }
   if (count < 3 || strcmp(word[1], "run") != 0) {
     fprintf(stderr, "plant bench | plant run KHZ=BLOB ... [WORD]\n");
@@ -483,7 +468,7 @@ int main(int count, char **word) {
          "none", "constant", "table", "library", "rest", "jump", "fade s", "status");
   for (k = 2; k < count; ++k) {
     char *blob = strchr(word[k], '=');
-    if (!blob || load(blob + 1, &parameters)) {
+    if (!blob || load(blob + 1, lm_effects, LM_EFFECT_COUNT, &parameters)) {
       return 2;
     }
     for (i = 0; i < TRIALS; ++i) {

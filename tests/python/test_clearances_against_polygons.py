@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from lostmotion.model import Clearances, DesignModel
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from brute_force import polygons
+from brute_force.reference import REFERENCE_A
 
 ARCMIN = math.pi / 180 / 60
 BAR_ARCMIN = 0.005
@@ -151,22 +153,7 @@ def test_the_free_play_of_an_eccentric_generator_is_that_of_moved_polygons(
     direction_deg: float,
 ) -> None:
     """Every tooth of both lobes is moved by the same vector, each by its own angle to it."""
-    design = polygons.Design(
-        deformation="internal",
-        module_mm=0.25,
-        flexspline_teeth=200,
-        rigid_teeth=202,
-        pressure_angle_deg=20.0,
-        flexspline_shift=3.0,
-        rigid_shift=3.15,
-        tooth_height=1.75,
-        engagement_depth=1.2,
-        root_clearance=0.35,
-        rim_thickness_mm=0.6,
-        generator_type="discs",
-        deflection_mm=0.25,
-        contact_half_angle_deg=30.0,
-    )
+    design = replace(REFERENCE_A, rigid_shift=3.15, deflection_mm=0.25)
     eccentricity_mm = 0.008
     nominal = library_model(design)
     document = library_document(design)

@@ -1,0 +1,28 @@
+/* The bytes of a fuzzed input, taken one after the other; behind its end there are zeros. */
+#ifndef LOSTMOTION_TESTS_FUZZ_INPUT_H
+#define LOSTMOTION_TESTS_FUZZ_INPUT_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+typedef struct fuzz_input {
+  const uint8_t *data;
+  size_t size;
+} fuzz_input;
+
+static inline void take(fuzz_input *input, void *target, size_t length) {
+  const size_t taken = length < input->size ? length : input->size;
+  memset(target, 0, length);
+  memcpy(target, input->data, taken);
+  input->data += taken;
+  input->size -= taken;
+}
+
+static inline uint8_t take_byte(fuzz_input *input) {
+  uint8_t byte;
+  take(input, &byte, 1);
+  return byte;
+}
+
+#endif
