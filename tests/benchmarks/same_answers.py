@@ -134,7 +134,7 @@ def answer(case: Case, program: Path, folder: Path) -> None:
     elif case.kind == "drive":
         run("predict", "predict", "drive.toml", "--sensitivity", "--report", "report.html")
         run("clearances", "clearances", "drive.toml")
-        run("drawing", "drawing", "drive.toml", "-o", "drawn")
+        run("drawing", "drawing", "drive.toml", "-o", "drawn", "--csv-only")  # DXF has the time
         run("export", "export", "drive.toml", "-o", "params.h", "--set", "period_us=500")
         run("export_blob", "export", "drive.toml", "-o", "params.bin", "--set", "period_us=500")
     elif case.kind == "merge":

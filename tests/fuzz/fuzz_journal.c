@@ -78,7 +78,7 @@ typedef struct reader {
   lm_search *search;
 } reader;
 
-static lm_status take(void *context, const lm_answer *answer) {
+static lm_status take_answer(void *context, const lm_answer *answer) {
   return lm_accept_answer(((reader *)context)->search, answer);
 }
 
@@ -158,7 +158,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   lm_close_journal(journal);
   to.search = lm_open_search(&problem);
   require(to.search != NULL);
-  status = lm_resume_journal(path, spec, take, &to, &journal, &report);
+  status = lm_resume_journal(path, spec, take_answer, &to, &journal, &report);
   require(status == LM_OK || status == LM_OUT_OF_RANGE);
   if (status == LM_OK) {
     lm_close_journal(journal);
